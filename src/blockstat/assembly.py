@@ -1,0 +1,266 @@
+"""The assembly of rigid blocks: geometry, density, supports and groups as plain arrays.
+
+SI units throughout: metres, kilograms, seconds, newtons. Nothing here changes its argument.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from blockstat.errors import InputError
+from blockstat.geometry_check import check_geometry
+from blockstat.polyhedron import FacePlanes, Floats, Integrals, Ints, face_planes, integrals
+
+STANDARD_GRAVITY = (0.0, 0.0, -9.81)
+DENSITY = 2691.0  #: kg/m3, the default of the procedural-masonry paper
+FRICTION = 0.7
+
+
+@dataclass(frozen=True)
+class Block:
+    """One block before it joins an assembly: a closed polyhedron with outward faces.
+
+    vertices : shape (n, 3) [m]; faces : corner indices of each face, counter-clockwise seen from outside;
+    density [kg/m3] or None for the density of the assembly.
+    """
+
+    vertices: Any
+    faces: Sequence[Sequence[int]]
+    name: str = ""
+    group: str = ""
+    density: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Assembly:
+    """Rigid blocks, those that are supports, and the data that all joints share."""
+
+    name: str
+    vertices: Floats  #: shape (n_vertices, 3) [m], block after block
+    vertex_start: Ints  #: shape (n_blocks + 1,), the vertices of block b are vertex_start[b]:vertex_start[b+1]
+    face_vertices: Ints  #: shape (n_corners,), indices into `vertices`, face after face
+    face_start: Ints  #: shape (n_faces + 1,), slices of `face_vertices`
+    face_block: Ints  #: shape (n_faces,), ascending
+    names: tuple[str, ...]  #: one a block, unique
+    groups: tuple[str, ...]  #: one a block, dotted, "" for none
+    density: Floats  #: shape (n_blocks,) [kg/m3]
+    support: np.ndarray  #: shape (n_blocks,) bool, True for a block that cannot move
+    friction: float = FRICTION  #: coefficient of Coulomb friction on every joint, may be inf
+    gravity: Floats = field(default_factory=lambda: np.array(STANDARD_GRAVITY))  #: shape (3,) [m/s2]
+    metadata: dict[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def from_blocks(
+        cls,
+        blocks: Iterable[Block],
+        *,
+        supports: Iterable[int | str] = (),
+        name: str = "assembly",
+        density: float = DENSITY,
+        friction: float = FRICTION,
+        gravity: Sequence[float] = STANDARD_GRAVITY,
+        metadata: dict[str, Any] | None = None,
+    ) -> Assembly:
+        """Stack blocks into arrays and check them.
+
+        supports : indices or names of the blocks that cannot move.
+        Raises InputError, naming the block, for bad coordinates, an open or inverted surface, no volume,
+        a repeated name, an unknown support, or a bad density, friction or gravity.
+        """
+        blocks = list(blocks)
+        if not blocks:
+            raise InputError("the assembly has no blocks")
+        names = _unique_names(blocks)
+        vertices = [_vertex_array(block, label) for block, label in zip(blocks, names, strict=True)]
+        vertex_start = np.concatenate([[0], np.cumsum([len(v) for v in vertices])])
+        faces, face_block = [], []
+        for index, (block, label) in enumerate(zip(blocks, names, strict=True)):
+            checked = _face_lists(block, label, len(vertices[index]))
+            faces.extend(np.asarray(face) + vertex_start[index] for face in checked)
+            face_block.extend([index] * len(checked))
+        face_start = np.concatenate([[0], np.cumsum([len(f) for f in faces])])
+        densities = np.array([density if b.density is None else b.density for b in blocks], dtype=float)
+        for label, value in zip(names, densities, strict=True):
+            if not (np.isfinite(value) and value > 0):
+                raise InputError(f'block "{label}": density is {value:g}; it must be a positive number of kg/m3')
+        assembly = cls(
+            name=name,
+            vertices=np.concatenate(vertices),
+            vertex_start=vertex_start,
+            face_vertices=np.concatenate(faces),
+            face_start=face_start,
+            face_block=np.array(face_block, dtype=np.int64),
+            names=tuple(names),
+            groups=tuple(b.group for b in blocks),
+            density=densities,
+            support=_support_mask(supports, names),
+            friction=check_friction(friction),
+            gravity=check_gravity(gravity),
+            metadata=dict(metadata or {}),
+        )
+        check_geometry(assembly)
+        return assembly
+
+    @property
+    def n_blocks(self) -> int:
+        return len(self.names)
+
+    @cached_property
+    def integrals(self) -> Integrals:
+        return integrals(self.vertices[self.face_vertices], self.face_start, self.face_block, self.n_blocks)
+
+    @property
+    def volume(self) -> Floats:
+        """Volume of each block, shape (n_blocks,) [m3]."""
+        return self.integrals.volume
+
+    @property
+    def centroid(self) -> Floats:
+        """Centroid of each block, shape (n_blocks, 3) [m]."""
+        return self.integrals.centroid
+
+    @cached_property
+    def mass(self) -> Floats:
+        """Mass of each block, shape (n_blocks,) [kg]."""
+        return self.density * self.volume
+
+    @cached_property
+    def inertia(self) -> Floats:
+        """Inertia tensor of each block about its centroid, shape (n_blocks, 3, 3) [kg m2]."""
+        return self.density[:, None, None] * self.integrals.inertia
+
+    @cached_property
+    def size(self) -> Floats:
+        """Size of each block, the cube root of its volume, shape (n_blocks,) [m]; lengths are judged by it."""
+        return np.cbrt(self.volume)
+
+    @cached_property
+    def planes(self) -> FacePlanes:
+        """Planes of all faces."""
+        return face_planes(self.vertices[self.face_vertices], self.face_start)
+
+    @cached_property
+    def bounds(self) -> tuple[Floats, Floats]:
+        """Lower and upper corners of the axis-aligned box of each block, each shape (n_blocks, 3) [m]."""
+        first = self.vertex_start[:-1]
+        return np.minimum.reduceat(self.vertices, first), np.maximum.reduceat(self.vertices, first)
+
+    @property
+    def free(self) -> Ints:
+        """Indices of the blocks that can move, ascending."""
+        return np.flatnonzero(~self.support)
+
+    @property
+    def free_weight(self) -> float:
+        """Total weight of the free blocks [N]."""
+        return float(self.mass[~self.support].sum() * np.linalg.norm(self.gravity))
+
+    def faces_of(self, block: int) -> list[Ints]:
+        """Faces of one block as indices into `block_vertices(block)`."""
+        first, last = np.searchsorted(self.face_block, [block, block + 1])
+        offset = self.vertex_start[block]
+        return [self.face_vertices[self.face_start[f] : self.face_start[f + 1]] - offset for f in range(first, last)]
+
+    def block_vertices(self, block: int) -> Floats:
+        """Vertices of one block, shape (n, 3) [m]."""
+        return self.vertices[self.vertex_start[block] : self.vertex_start[block + 1]]
+
+    def in_group(self, group: str) -> Ints:
+        """Indices of the blocks of a group or of its subgroups ("wall" takes "wall.north" along).
+
+        Raises InputError naming the groups there are when none matches.
+        """
+        found = [i for i, g in enumerate(self.groups) if g == group or g.startswith(group + ".")]
+        if not found:
+            known = ", ".join(sorted({g for g in self.groups if g})) or "none"
+            raise InputError(f'no group "{group}"; groups are: {known}')
+        return np.array(found, dtype=np.int64)
+
+    def with_(self, **changes: Any) -> Assembly:
+        """A copy with some fields replaced; friction and gravity are checked."""
+        if "friction" in changes:
+            changes["friction"] = check_friction(changes["friction"])
+        if "gravity" in changes:
+            changes["gravity"] = check_gravity(changes["gravity"])
+        return replace(self, **changes)
+
+
+def check_friction(value: Any) -> float:
+    if not isinstance(value, (int, float, np.number)) or isinstance(value, bool) or not value >= 0:
+        raise InputError(f"friction is {value!r}; it must be a number of at least 0 (inf for no sliding)")
+    return float(value)
+
+
+def check_gravity(value: Any) -> Floats:
+    try:
+        gravity = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        gravity = np.array([np.nan])
+    if gravity.shape != (3,) or not np.isfinite(gravity).all() or not gravity.any():
+        raise InputError(f"gravity is {value!r}; it must be three numbers gx, gy, gz in m/s2, not all zero")
+    return gravity
+
+
+def _unique_names(blocks: Sequence[Block]) -> list[str]:
+    names = [block.name or f"block{i}" for i, block in enumerate(blocks)]
+    seen: set[str] = set()
+    for label in names:
+        if label in seen:
+            raise InputError(f'two blocks are named "{label}"; names must be unique')
+        seen.add(label)
+    return names
+
+
+def _vertex_array(block: Block, label: str) -> Floats:
+    try:
+        vertices = np.array(block.vertices, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f'block "{label}": vertices must be a list of [x, y, z]') from None
+    if vertices.ndim != 2 or vertices.shape[1] != 3 or len(vertices) < 4:
+        raise InputError(f'block "{label}": vertices have shape {vertices.shape}; at least 4 points [x, y, z] are needed')
+    bad = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
+    if len(bad):
+        raise InputError(f'block "{label}": vertex {bad[0]} is {vertices[bad[0]].tolist()}; coordinates must be finite')
+    return vertices
+
+
+def _face_lists(block: Block, label: str, n_vertices: int) -> list[list[int]]:
+    faces = []
+    for number, face in enumerate(block.faces):
+        face = [int(corner) for corner in face]
+        if len(face) < 3 or len(set(face)) < len(face):
+            raise InputError(f'block "{label}": face {number} is {face}; it needs three or more different corners')
+        if min(face) < 0 or max(face) >= n_vertices:
+            raise InputError(
+                f'block "{label}": face {number} is {face}; corners must lie between 0 and {n_vertices - 1}'
+            )
+        faces.append(face)
+    if len(faces) < 4:
+        raise InputError(f'block "{label}": {len(faces)} faces cannot close a volume; at least 4 are needed')
+    return faces
+
+
+def _support_mask(supports: Iterable[int | str], names: Sequence[str]) -> np.ndarray:
+    mask = np.zeros(len(names), dtype=bool)
+    index = {label: i for i, label in enumerate(names)}
+    for support in supports:
+        if isinstance(support, str):
+            if support not in index:
+                raise InputError(f'supports: no block "{support}"; blocks are: {_some(names)}')
+            mask[index[support]] = True
+        elif isinstance(support, (int, np.integer)) and not isinstance(support, bool):
+            if not 0 <= support < len(names):
+                raise InputError(f"supports: no block {support}; blocks are numbered 0 to {len(names) - 1}")
+            mask[support] = True
+        else:
+            raise InputError(f"supports: {support!r} is neither a block's index nor its name")
+    return mask
+
+
+def _some(names: Sequence[str], limit: int = 8) -> str:
+    return ", ".join(names[:limit]) + (f", ... ({len(names)} in all)" if len(names) > limit else "")

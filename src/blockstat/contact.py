@@ -1,0 +1,234 @@
+"""Find the interfaces of an assembly: planar patches where two blocks face each other.
+
+Two faces touch when their normals are opposed and the gap between their planes, measured at every corner of
+the common patch, is within the tolerance. Lengths are judged by the size of the smaller block, so the answer
+does not depend on units. Faces in one plane (split or concave faces) make one interface a pair of blocks:
+only the corners of its convex hull are kept, which is exact for equilibrium.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blockstat import clip
+from blockstat.broad import near_pairs
+from blockstat.concave import concave_patches
+from blockstat.errors import InputError
+from blockstat.faces import convex_faces, frames, planar
+from blockstat.merge import merge_coplanar
+from blockstat.polyhedron import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+GAP = 1e-3  #: largest gap or overlap of a joint, relative to the smaller block: .2 mm for a brick
+WIDTH = 1e-6  #: a patch narrower than this, relative to the smaller block, is two blocks meeting at an edge
+SPAN = 1e-9  #: corners closer than this to a line of their neighbours say nothing new (rounding of coordinates)
+ANGLE = np.deg2rad(5.0)  #: faces further from opposed than this are never one joint
+NEAR_MISS = 10.0  #: gaps up to this many tolerances are reported as dropped
+
+
+@dataclass(frozen=True)
+class Dropped:
+    """A patch that looked like a joint and was not taken."""
+
+    a: int
+    b: int
+    reason: str  #: "gap" or "sliver"
+    value: float  #: the gap or the width [m]
+    limit: float  #: what would have been accepted [m]
+
+
+@dataclass(frozen=True, eq=False)
+class Interfaces:
+    """Contact patches and their corner points.
+
+    The normal points from block a to block b; forces are those on b. The frame (n, t1, t2) is right-handed.
+    """
+
+    pair: Ints  #: shape (n_interfaces, 2), blocks a < b
+    frame: Floats  #: shape (n_interfaces, 3, 3), rows n, t1, t2
+    area: Floats  #: shape (n_interfaces,) [m2]
+    gap: Floats  #: shape (n_interfaces,) [m], largest distance between the two faces on the patch
+    point: Floats  #: shape (n_points, 3) [m]
+    start: Ints  #: shape (n_interfaces + 1,), points of interface k are start[k]:start[k+1]
+    dropped: tuple[Dropped, ...] = ()
+
+    @property
+    def n_interfaces(self) -> int:
+        return len(self.pair)
+
+    @property
+    def n_points(self) -> int:
+        return len(self.point)
+
+    @property
+    def point_interface(self) -> Ints:
+        """Interface of each point, shape (n_points,)."""
+        return np.repeat(np.arange(self.n_interfaces), np.diff(self.start))
+
+
+def find_interfaces(assembly: Assembly, *, gap: float = GAP) -> Interfaces:
+    """Interfaces between all blocks that touch; those between two supports are left out.
+
+    gap : largest gap or overlap of a joint, relative to the size (cube root of volume) of the smaller block.
+    """
+    if not (np.isfinite(gap) and 0 < gap < 0.2):
+        raise InputError(f"gap is {gap!r}; it must be between 0 and 0.2 of the block size")
+    lower, upper = assembly.bounds
+    pairs = near_pairs(lower, upper, NEAR_MISS * gap * assembly.size)
+    pairs = pairs[~assembly.support[pairs].all(axis=1)]
+    rows = _opposed_faces(assembly, pairs, gap)
+    patches = _clip_faces(assembly, rows)
+    return _collect(assembly, patches, gap)
+
+
+@dataclass(frozen=True)
+class _Patches:
+    """Convex pieces of contact, one a row, before they are judged and merged."""
+
+    pair: Ints
+    frame: Floats
+    polygon: Floats  #: shape (n, k, 2), coordinates along t1, t2 from `origin`
+    count: Ints
+    origin: Floats
+    gap: Floats
+
+
+def _opposed_faces(assembly: Assembly, pairs: Ints, gap: float) -> tuple[Ints, Ints]:
+    """Faces (fa, fb) of paired blocks that are nearly opposed and nearly coplanar."""
+    lower, upper = assembly.bounds
+    reach = NEAR_MISS * gap * assembly.size[pairs].min(axis=1)
+    row_a, face_a = _faces_near(assembly, pairs[:, 0], lower[pairs[:, 1]], upper[pairs[:, 1]], reach)
+    row_b, face_b = _faces_near(assembly, pairs[:, 1], lower[pairs[:, 0]], upper[pairs[:, 0]], reach)
+    count_b = np.bincount(row_b, minlength=len(pairs))
+    first_b = np.concatenate([[0], np.cumsum(count_b)])
+    repeat = count_b[row_a]
+    fa = np.repeat(face_a, repeat)
+    fb = face_b[np.repeat(first_b[row_a], repeat) + _ragged(repeat)]
+    row = np.repeat(row_a, repeat)
+
+    planes = assembly.planes
+    opposed = np.einsum("ij,ij->i", planes.normal[fa], planes.normal[fb]) < -np.cos(ANGLE)
+    fa, fb, row = fa[opposed], fb[opposed], row[opposed]
+    apart = planes.centre[fb] - planes.centre[fa]
+    distance = np.abs(np.einsum("ij,ij->i", apart, planes.normal[fa] - planes.normal[fb])) / 2
+    near = distance <= reach[row] + np.sin(ANGLE) * np.linalg.norm(apart, axis=1)
+    return fa[near], fb[near]
+
+
+def _faces_near(assembly: Assembly, blocks: Ints, lower: Floats, upper: Floats, reach: Floats) -> tuple[Ints, Ints]:
+    """For each row the faces of its block whose box comes within reach of the other block's box."""
+    first = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks + 1))
+    count = np.diff(first)[blocks]
+    row = np.repeat(np.arange(len(blocks)), count)
+    face = np.repeat(first[blocks], count) + _ragged(count)
+    corners, start = assembly.vertices[assembly.face_vertices], assembly.face_start[:-1]
+    face_lower = np.minimum.reduceat(corners, start)[face]
+    face_upper = np.maximum.reduceat(corners, start)[face]
+    slack = reach[row][:, None]
+    near = ((face_lower <= upper[row] + slack) & (face_upper >= lower[row] - slack)).all(axis=1)
+    return row[near], face[near]
+
+
+def _ragged(count: Ints) -> Ints:
+    """0..count[0]-1, 0..count[1]-1, ... in one array."""
+    return np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+
+
+def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints]) -> list[_Patches]:
+    """Common patches of face pairs, in batches of like corner counts; concave faces go piece by piece."""
+    fa, fb = rows
+    if not len(fa):
+        return []
+    planes = assembly.planes
+    normal = planes.normal[fa] - planes.normal[fb]
+    frame = frames(normal / np.linalg.norm(normal, axis=1)[:, None])
+    origin = (planes.centre[fa] + planes.centre[fb]) / 2
+    size = np.diff(assembly.face_start)
+    widest = np.maximum(size[fa], size[fb])
+    convex = convex_faces(assembly)
+    simple = convex[fa] & convex[fb]
+    patches = []
+    for width in np.unique(2 ** np.ceil(np.log2(widest[simple])).astype(int)) if simple.any() else []:
+        batch = np.flatnonzero(simple & (widest <= width) & (widest > width // 2))
+        k = int(widest[batch].max())
+        a = planar(assembly, fa[batch], frame[batch], origin[batch], k)
+        b = planar(assembly, fb[batch], frame[batch], origin[batch], k)[:, ::-1]
+        polygon, count = clip.clip(a, b)
+        patches.append((batch, polygon, count))
+    if not simple.all():
+        patches.append(concave_patches(assembly, fa, fb, frame, origin, np.flatnonzero(~simple)))
+    return [
+        _Patches(
+            pair=np.column_stack([assembly.face_block[fa[batch]], assembly.face_block[fb[batch]]]),
+            frame=frame[batch],
+            polygon=polygon,
+            count=count,
+            origin=origin[batch],
+            gap=_gaps(assembly, fa[batch], fb[batch], frame[batch], origin[batch], polygon, count),
+        )
+        for batch, polygon, count in patches
+    ]
+
+
+def _gaps(
+    assembly: Assembly, fa: Ints, fb: Ints, frame: Floats, origin: Floats, polygon: Floats, count: Ints
+) -> Floats:
+    """Largest distance along n between the planes of two faces over the corners of their patch."""
+    height = []
+    live = np.arange(polygon.shape[1]) < count[:, None]
+    for face in (fa, fb):
+        local = np.einsum("nij,nj->ni", frame, assembly.planes.normal[face])
+        offset = np.einsum("nj,nj->n", assembly.planes.centre[face] - origin, assembly.planes.normal[face])
+        inplane = np.einsum("nkj,nj->nk", polygon, local[:, 1:])
+        height.append((offset[:, None] - inplane) / local[:, :1])
+    return np.where(live, np.abs(height[1] - height[0]), 0.0).max(axis=1, initial=0.0)
+
+
+def _collect(assembly: Assembly, batches: list[_Patches], gap: float) -> Interfaces:
+    """Judge the patches, merge those of one plane, and list their corner points."""
+    dropped: list[Dropped] = []
+    kept = []
+    for p in batches:
+        size = assembly.size[p.pair].min(axis=1)
+        area = clip.area(p.polygon, p.count)
+        extent = np.where(p.count > 0, _diameter(p.polygon, p.count), 0.0)
+        width = area / np.where(extent > 0, extent, 1.0)
+        wide = width > WIDTH * size
+        close = p.gap <= gap * size
+        for i in np.flatnonzero(wide & ~close & (p.gap <= NEAR_MISS * gap * size)):
+            dropped.append(Dropped(*map(int, p.pair[i]), "gap", float(p.gap[i]), float(gap * size[i])))
+        for i in np.flatnonzero(~wide & close & (width > SPAN * size)):
+            dropped.append(Dropped(*map(int, p.pair[i]), "sliver", float(width[i]), float(WIDTH * size[i])))
+        good = np.flatnonzero(wide & close)
+        mask = clip.corners(p.polygon[good], p.count[good], SPAN * size[good])
+        for row, i in enumerate(good):
+            kept.append((p.pair[i], p.frame[i], p.origin[i], p.polygon[i][mask[row]], area[i], p.gap[i]))
+    kept.sort(key=lambda patch: (patch[0][0], patch[0][1]))
+    kept = merge_coplanar(kept, assembly.size, gap)
+    if not kept:
+        empty = np.empty((0, 3))
+        return Interfaces(
+            np.empty((0, 2), int), np.empty((0, 3, 3)), np.empty(0), np.empty(0), empty, np.zeros(1, int), tuple(dropped)
+        )
+    pair, frame, origin, polygon, area, gaps = zip(*kept, strict=True)
+    count = np.array([len(p) for p in polygon])
+    frame = np.stack(frame)
+    flat = np.concatenate(polygon)
+    point = np.repeat(np.stack(origin), count, axis=0) + np.einsum(
+        "nk,nkj->nj", flat, np.repeat(frame[:, 1:], count, axis=0)
+    )
+    start = np.concatenate([[0], np.cumsum(count)])
+    return Interfaces(np.stack(pair), frame, np.array(area), np.array(gaps), point, start, tuple(dropped))
+
+
+def _diameter(polygon: Floats, count: Ints) -> Floats:
+    """Diagonal of the box of each polygon."""
+    live = (np.arange(polygon.shape[1]) < count[:, None])[..., None]
+    top = np.where(live, polygon, -np.inf).max(axis=1)
+    bottom = np.where(live, polygon, np.inf).min(axis=1)
+    return np.linalg.norm(np.where(count[:, None] > 0, top - bottom, 0.0), axis=1)

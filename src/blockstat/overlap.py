@@ -1,0 +1,105 @@
+"""Find blocks that run into each other: rigid blocks cannot, and statics would not notice.
+
+Two convex blocks are apart when a face plane of one has the other outside. Pairs that fail this test are
+measured by the largest ball that fits into both. Blocks with concave faces or notches are not examined.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blockstat.broad import near_pairs
+from blockstat.errors import InputError
+from blockstat.polyhedron import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: An overlap deeper than this fraction of the smaller block is an error; between the joint tolerance and
+#: this it is a warning, as in meshes from curved surfaces whose corners do not quite meet.
+DEEP = 0.1
+
+
+def check_overlaps(assembly: Assembly, *, gap: float) -> list[str]:
+    """Warnings about shallow overlaps; raises InputError naming two blocks that overlap deeply."""
+    pairs, depth = overlaps(assembly, gap=gap)
+    if not len(pairs):
+        return []
+    relative = depth / assembly.size[pairs].min(axis=1)
+    worst = int(relative.argmax())
+    a, b = (assembly.names[i] for i in pairs[worst])
+    if relative[worst] > DEEP:
+        raise InputError(
+            f'blocks "{a}" and "{b}" overlap by {depth[worst]:.3g} m; rigid blocks may touch but not overlap'
+        )
+    return [f'{len(pairs)} pairs of blocks overlap, the worst "{a}" and "{b}" by {depth[worst]:.2g} m']
+
+
+def overlaps(assembly: Assembly, *, gap: float) -> tuple[Ints, Floats]:
+    """Pairs of convex blocks that overlap by more than gap x size, shape (n, 2), and depths, shape (n,) [m].
+
+    The depth is the diameter of the largest ball inside both. Two supports may overlap.
+    """
+    lower, upper = assembly.bounds
+    pairs = near_pairs(lower, upper, np.zeros(assembly.n_blocks))
+    pairs = pairs[~assembly.support[pairs].all(axis=1)]
+    limit = gap * assembly.size[pairs].min(axis=1)
+    deep = (np.minimum(upper[pairs[:, 0]], upper[pairs[:, 1]]) - np.maximum(lower[pairs[:, 0]], lower[pairs[:, 1]]))
+    pairs = pairs[(deep > limit[:, None]).all(axis=1)]
+    pairs = pairs[convex_blocks(assembly)[pairs].all(axis=1)]
+    limit = gap * assembly.size[pairs].min(axis=1)
+    apart = np.maximum(_separation(assembly, pairs), _separation(assembly, pairs[:, ::-1])) >= -limit
+    pairs, limit = pairs[~apart], limit[~apart]
+    depth = np.array([_ball(assembly, a, b) for a, b in pairs])
+    return pairs[depth > limit], depth[depth > limit]
+
+
+def convex_blocks(assembly: Assembly, *, tolerance: float = 1e-6) -> np.ndarray:
+    """Mask of the blocks with no vertex outside a face plane by more than tolerance x size, shape (n_blocks,)."""
+    planes = assembly.planes
+    count = np.diff(assembly.vertex_start)[assembly.face_block]
+    face = np.repeat(np.arange(len(count)), count)
+    vertex = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    vertex += assembly.vertex_start[assembly.face_block][face]
+    height = np.einsum("ij,ij->i", assembly.vertices[vertex] - planes.centre[face], planes.normal[face])
+    outside = np.zeros(assembly.n_blocks)
+    np.maximum.at(outside, assembly.face_block[face], height)
+    return outside <= tolerance * assembly.size
+
+
+def _separation(assembly: Assembly, pairs: Ints) -> Floats:
+    """Largest distance by which the second block lies wholly beyond one face of the first, shape (n,) [m]."""
+    if not len(pairs):
+        return np.empty(0)
+    first_face = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks + 1))
+    n_faces = np.diff(first_face)[pairs[:, 0]]
+    row = np.repeat(np.arange(len(pairs)), n_faces)
+    face = np.arange(len(row)) - np.repeat(np.cumsum(n_faces) - n_faces, n_faces) + first_face[pairs[row, 0]]
+    n_vertices = np.diff(assembly.vertex_start)[pairs[row, 1]]
+    start = np.cumsum(n_vertices) - n_vertices
+    vertex = np.arange(n_vertices.sum()) - np.repeat(start, n_vertices)
+    vertex += np.repeat(assembly.vertex_start[pairs[row, 1]], n_vertices)
+    face_of_vertex = np.repeat(face, n_vertices)
+    planes = assembly.planes
+    height = np.einsum(
+        "ij,ij->i", assembly.vertices[vertex] - planes.centre[face_of_vertex], planes.normal[face_of_vertex]
+    )
+    lowest = np.minimum.reduceat(height, start)
+    return np.maximum.reduceat(lowest, np.cumsum(n_faces) - n_faces)
+
+
+def _ball(assembly: Assembly, a: int, b: int) -> float:
+    """Diameter of the largest ball inside two convex blocks, 0 when they have no common interior."""
+    from scipy.optimize import linprog
+
+    faces = np.flatnonzero((assembly.face_block == a) | (assembly.face_block == b))
+    normal = assembly.planes.normal[faces]
+    origin = assembly.centroid[a]
+    offset = np.einsum("ij,ij->i", normal, assembly.planes.centre[faces] - origin)
+    answer = linprog(
+        [0, 0, 0, -1], A_ub=np.column_stack([normal, np.ones(len(faces))]), b_ub=offset,
+        bounds=[(None, None)] * 3 + [(0, None)],
+    )  # fmt: skip
+    return 2.0 * float(answer.x[3]) if answer.status == 0 else 0.0

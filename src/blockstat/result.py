@@ -1,0 +1,137 @@
+"""What the statics return."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from blockstat.contact import Interfaces
+from blockstat.polyhedron import Floats, Ints
+from blockstat.solve.certificate import Certificate
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+
+class Outcome(Enum):
+    """The three static answers; each value is the sentence a user reads."""
+
+    STABLE = "Stable: a force field within every friction cone balances every block."
+    UNSTABLE = "Unstable: no admissible force field exists; the blocks move as the mechanism shows."
+    UNDECIDED = "Undecided: too close to the limit to prove either way at the accuracy of the numbers."
+
+    @property
+    def word(self) -> str:
+        return self.name.lower()
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """A static verdict with the evidence for it.
+
+    Stable is a statement about forces: an admissible field exists. Friction is not associated and jammed
+    blocks can hold themselves on paper, so it does not promise rest; unstable does promise motion.
+    """
+
+    outcome: Outcome
+    score: float  #: sqrt(sum s_i^2) / weight of the free blocks: adhesion missing, 0 for stable, inf if none helps
+    forces: Floats  #: shape (n_points, 3) [N], (f_n, f_1, f_2) on block b in the frame of the interface
+    adhesion: Floats  #: shape (n_points,) [N], tension that point would have to carry; 0 for stable
+    mechanism: Floats  #: shape (n_blocks, 6), velocity [m] and rotation [rad], scaled to move the fastest corner by 1 m
+    certificate: Certificate
+    interfaces: Interfaces
+    assembly: Assembly
+    solver: str
+    timings: dict[str, float] = field(default_factory=dict)  #: process seconds of each step
+    floating: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))  #: blocks that nothing holds
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def motion(self) -> Floats:
+        """Fastest corner of each block under the mechanism, shape (n_blocks,), 1 for the fastest block."""
+        return corner_speed(self.assembly, self.mechanism)
+
+    @property
+    def moving(self) -> Ints:
+        """Blocks that move in the mechanism, fastest first."""
+        speed = self.motion
+        order = np.argsort(-speed, kind="stable")
+        return order[speed[order] > 0.01]
+
+    def demand(self) -> Floats:
+        """How hard friction and pressure are used at each block, shape (n_blocks,), 0 to 1 (1: at the limit).
+
+        The largest |f_t| / (mu f_n) over points that carry at least 1 % of the block's largest force.
+        """
+        force, mu = self.forces, self.assembly.friction
+        tangent = np.hypot(force[:, 1], force[:, 2])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            used = np.where(force[:, 0] > 0, np.minimum(tangent / (mu * force[:, 0]), 1.0), 1.0)
+        size = np.linalg.norm(force, axis=1)
+        result = np.zeros(self.assembly.n_blocks)
+        for side in self.interfaces.pair[self.interfaces.point_interface].T:
+            largest = np.zeros(self.assembly.n_blocks)
+            np.maximum.at(largest, side, size)
+            real = size > 0.01 * largest[side]
+            np.maximum.at(result, side[real], used[real])
+        return result
+
+    def explain(self, limit: int = 5) -> str:
+        """The verdict in words: the outcome, the evidence, and the blocks that move first."""
+        lines = [self.outcome.value]
+        proof = self.certificate
+        if self.outcome is Outcome.STABLE:
+            lines.append(f"Largest residual {proof.residual:.1e} of a block's load, cones violated by {proof.cone_violation:.1e}.")
+        else:
+            lines.append(f"Missing adhesion (score): {self.score:.3g} of the weight.")
+            lines.append(f"Any equilibrium would need {proof.required_force:.3g} times the weight in normal forces.")
+            if self.outcome is Outcome.UNDECIDED:
+                lines.append(f"Best force field: residual {proof.residual:.1e}, cones violated by {proof.cone_violation:.1e}.")
+            names = [self.assembly.names[i] for i in self.moving]
+            if names:
+                more = f" and {len(names) - limit} more" if len(names) > limit else ""
+                lines.append(f"First to move: {', '.join(names[:limit])}{more}.")
+        if len(self.floating):
+            names = ", ".join(self.assembly.names[i] for i in self.floating[:limit])
+            lines.append(f"Nothing holds: {names}{' ...' if len(self.floating) > limit else ''}.")
+        lines += [f"Warning: {text}" for text in self.warnings]
+        return "\n".join(lines)
+
+    def summary(self) -> dict[str, Any]:
+        """Plain values for JSON; an infinite score or force is None."""
+        proof = self.certificate
+        return {
+            "outcome": self.outcome.word,
+            "sentence": self.outcome.value,
+            "score": _finite(self.score),
+            "moving": [self.assembly.names[i] for i in self.moving],
+            "floating": [self.assembly.names[i] for i in self.floating],
+            "certificate": {
+                "residual": _finite(proof.residual),
+                "cone_violation": _finite(proof.cone_violation),
+                "work": _finite(proof.work),
+                "mechanism_violation": _finite(proof.mechanism_violation),
+                "required_force": _finite(proof.required_force),
+            },
+            "blocks": self.assembly.n_blocks,
+            "interfaces": self.interfaces.n_interfaces,
+            "contact_points": self.interfaces.n_points,
+            "solver": self.solver,
+            "warnings": list(self.warnings),
+            "timings": self.timings,
+        }
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def corner_speed(assembly: Assembly, twist: Floats) -> Floats:
+    """Largest corner velocity of each block under twists, shape (n_blocks,)."""
+    block = np.repeat(np.arange(assembly.n_blocks), np.diff(assembly.vertex_start))
+    arm = assembly.vertices - assembly.centroid[block]
+    velocity = twist[block, :3] + np.cross(twist[block, 3:], arm)
+    return np.maximum.reduceat(np.linalg.norm(velocity, axis=1), assembly.vertex_start[:-1])

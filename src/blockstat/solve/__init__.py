@@ -1,0 +1,1 @@
+"""Solvers of the penalty program, and the certificates that a verdict rests on."""

@@ -1,0 +1,135 @@
+"""What a verdict rests on: a force field or a mechanism, checked in plain numpy whatever the solver said.
+
+Stable: forces inside every friction cone that balance every block. Unstable: twists under which no joint
+closes, and sliding joints open at the rate friction asks for, while the loads do positive work. Both
+statements are checked on the matrix itself and carry their own error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from blockstat.equilibrium import Equilibrium
+from blockstat.polyhedron import Floats
+from blockstat.program import PenaltyProgram
+
+#: A force field proves stability when no block's residual and no cone violation next to it exceeds this
+#: fraction of the block's own load: far below the weight of the dust on it.
+FORCE_TOLERANCE = 1e-9
+#: Rounding of the residual itself, relative to the forces that meet in a block.
+ROUNDING = 1e-14
+#: A mechanism proves instability when any equilibrium would need normal forces of this many total weights.
+#: Sound assemblies stand with about as many weights as they have courses or voussoirs.
+FORCE_LIMIT = 1e6
+#: Work of the loads below this fraction of |w| |u| is rounding.
+WORK_ROUNDING = 1e-13
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """The figures that decide, each computed from the forces and twists returned with the verdict."""
+
+    residual: float  #: largest unbalanced force or moment / size of a block, relative to that block's load
+    cone_violation: float  #: largest missing normal force of a point, relative to the lighter block's load
+    work: float  #: work of the loads on the mechanism, relative to |w| |u|; 0 without a mechanism
+    mechanism_violation: float  #: largest amount by which a joint closes or slides without opening, relative to |u|
+    #: least total normal force of any equilibrium, in total weights; inf: none exists. With infinite friction
+    #: the total of whole contact forces.
+    required_force: float
+
+    @property
+    def proves_stable(self) -> bool:
+        return max(self.residual, self.cone_violation) <= FORCE_TOLERANCE
+
+    @property
+    def proves_unstable(self) -> bool:
+        return self.work > WORK_ROUNDING and self.required_force >= FORCE_LIMIT
+
+
+def balance(program: PenaltyProgram, force: Floats, *, passes: int = 4) -> Floats:
+    """Correct forces onto equilibrium with the least change relative to their room inside the cones.
+
+    Minimises sum |df_i|^2 / d_i subject to A (f + df) + w = 0 with d_i the distance of f_i from its cone's
+    boundary, so that points with nothing to spare are left alone. Refined until rounding.
+    """
+    from scipy.sparse.linalg import splu
+
+    room = np.repeat(np.maximum(cone_room(force, program.friction), 0.0), 3)
+    matrix = program.matrix
+    weights = room + 1e-9 * room.max(initial=1.0)
+    normal = (matrix @ sparse.diags_array(weights) @ matrix.T).tocsc()
+    diagonal = normal.diagonal()
+    normal += sparse.diags_array(1e-14 * diagonal + 1e-30 * diagonal.max())
+    try:
+        factor = splu(normal, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError:
+        return force
+    flat, best = force.reshape(-1).copy(), np.inf
+    result = flat
+    for _ in range(passes):
+        residual = matrix @ flat + program.load
+        size = np.abs(residual).max(initial=0.0)
+        if not size < best:
+            break
+        result, best = flat, size
+        flat = flat - weights * (matrix.T @ factor.solve(residual))
+    return result.reshape(-1, 3)
+
+
+def cone_room(force: Floats, friction: Floats) -> Floats:
+    """Normal force to spare at each point, f_n - |f_t| / mu; negative outside the cone, shape (m,)."""
+    tangent = np.hypot(force[:, 1], force[:, 2])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        needed = np.where(np.isinf(friction), 0.0, np.where(tangent > 0, tangent / friction, 0.0))
+    # Infinite friction still needs pressure to rub against.
+    return np.where(np.isinf(friction) & (force[:, 0] <= 0) & (tangent > 0), -tangent, force[:, 0] - needed)
+
+
+def opening_room(gap_rate: Floats, friction: Floats) -> Floats:
+    """Opening to spare at each point, g_n - mu |g_t|; negative where a mechanism closes or drags a joint.
+
+    A joint that cannot slide has -|g_t| at most: what it drags works against the friction force itself.
+    """
+    slide = np.hypot(gap_rate[:, 1], gap_rate[:, 2])
+    sticky = np.isinf(friction)
+    coulomb = gap_rate[:, 0] - np.where(sticky, 0.0, friction) * slide
+    return np.where(sticky, np.minimum(gap_rate[:, 0], 0.0) - slide, coulomb)
+
+
+def check(eq: Equilibrium, program: PenaltyProgram, force: Floats, twist: Floats) -> Certificate:
+    """Compute the certificate of scaled forces (m, 3) and a scaled twist (6 n,)."""
+    n, a_b = eq.n_blocks, eq.point_blocks
+    residual = np.linalg.norm((program.matrix @ force.reshape(-1) + program.load).reshape(n, 6), axis=1)
+    own = np.linalg.norm(program.load.reshape(n, 6), axis=1)
+    magnitude = np.linalg.norm(force, axis=1)
+    met = sum(np.bincount(side[side >= 0], magnitude[side >= 0], n) for side in a_b.T)
+    excess = np.maximum(residual - ROUNDING * met, 0.0)
+
+    lighter = np.where(a_b >= 0, np.append(own, np.inf)[a_b], np.inf).min(axis=1)
+    missing = np.maximum(-cone_room(force, program.friction), 0.0)
+
+    size = np.abs(twist).max(initial=0.0)
+    unit = twist / size if size > 0 else twist
+    work = float(program.load @ unit)
+    gap_rate = (program.matrix.T @ unit).reshape(-1, 3)
+    closing = float(np.maximum(-opening_room(gap_rate, program.friction), 0.0).max(initial=0.0))
+    total = float(np.linalg.norm(program.load.reshape(n, 6)[:, :3], axis=1).sum())
+    required = 0.0
+    if work > 0:
+        required = np.inf if closing == 0 else work / closing / total
+    return Certificate(
+        residual=_ratio(excess, own),
+        cone_violation=_ratio(missing, lighter),
+        work=work / float(np.abs(program.load).sum() or 1.0),
+        mechanism_violation=closing,
+        required_force=float(required),
+    )
+
+
+def _ratio(value: Floats, unit: Floats) -> float:
+    """Largest value / unit; anything over nothing is infinite."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return float(np.where(value > 0, value / unit, 0.0).max(initial=0.0))

@@ -1,0 +1,130 @@
+"""The dual programs through Clarabel: the fast path."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+
+from blockstat.polyhedron import Floats
+from blockstat.program import PenaltyProgram
+from blockstat.solve.certificate import opening_room
+from blockstat.solve.raw import RawSolution
+
+#: Looser settings have given energies 8 % wrong under the status "Solved".
+TOLERANCE = 1e-10
+MAX_ITERATIONS = 200
+#: Joints open by more than this many violations need no watching when a mechanism is mended.
+WIDE_OPEN = 1e3
+
+
+def solve(program: PenaltyProgram) -> RawSolution:
+    """Minimise 1/2 ||E' A' u||^2 - w' u over twists with A' u in K*."""
+    opening = program.opening
+    hessian = sparse.triu(opening @ opening.T, format="csc")
+    twist, force, status, iterations = _solve(program, hessian, -program.load)
+    return RawSolution(
+        force=force,
+        adhesion=np.maximum(opening.T @ twist, 0.0),
+        twist=twist,
+        bounded="DualInfeasible" not in status,
+        status=status,
+        iterations=iterations,
+    )
+
+
+def solve_margin(program: PenaltyProgram) -> RawSolution:
+    """The least adhesion tau, the same at every point, that lets an equilibrium exist; at least -1.
+
+    Primal: min tau subject to A f + w = 0, f_i + tau n in K, tau >= -1. Dual: max w' u + sum g_n - 1
+    subject to A' u in K*, sum g_n <= 1. The penalty program is quadratic, so near the limit its answer is
+    good to the square root of the tolerance; this one is linear and good to the tolerance itself. It costs a
+    second solve, so it is asked only where the first could not prove either side.
+    """
+    opening = program.opening
+    total = opening.sum(axis=1)
+    nothing = sparse.csc_array((len(total), len(total)))
+    twist, pressed, status, iterations = _solve(program, nothing, -program.load - total, capped=total)
+    tau = float(program.load @ twist + total @ twist - 1.0)
+    force = pressed - tau * np.array([1.0, 0.0, 0.0])
+    adhesion = np.full(len(force), max(tau, 0.0))
+    return RawSolution(force, adhesion, twist, bounded=True, status=status, iterations=iterations)
+
+
+def open_joints(program: PenaltyProgram, twist: Floats) -> Floats:
+    """A twist next to the given one under which no joint closes at all.
+
+    With eps the largest violation of A' u in K*, looks for the least d with A' (u / eps + d) in K* + n and
+    returns u + eps d. The solver's error is then relative to eps and not to u. Returns u itself when there is
+    nothing to mend or, in jammed assemblies, no such d.
+    """
+    gap_rate = (program.matrix.T @ twist).reshape(-1, 3)
+    room = opening_room(gap_rate, program.friction)
+    worst = -float(room.min(initial=0.0))
+    if worst <= 0:
+        return twist
+    offset = np.zeros_like(gap_rate)
+    sticky = np.isinf(program.friction)
+    offset[:, 0] = np.minimum(np.where(sticky, gap_rate[:, 0], room) / worst, WIDE_OPEN) - 1.0
+    offset[sticky, 1:] = gap_rate[sticky, 1:] / worst
+    identity = sparse.eye_array(len(twist), format="csc")
+    change, _, status, _ = _solve(program, identity, np.zeros(len(twist)), offset=offset.reshape(-1))
+    return twist + worst * change if "Infeasible" not in status else twist
+
+
+def _solve(
+    program: PenaltyProgram,
+    hessian: sparse.csc_array,
+    cost: Floats,
+    *,
+    capped: Floats | None = None,
+    offset: Floats | None = None,
+) -> tuple[Floats, Floats, str, int]:
+    """Minimise 1/2 u' H u + cost' u with A' u + offset in K* and capped' u <= 1: (u, f, status, iterations)."""
+    import clarabel
+
+    rows, cones, scale = _dual_cones(program)
+    constraint = -(sparse.diags_array(scale) @ program.matrix.T.tocsr()[rows])
+    bound = np.zeros(len(rows)) if offset is None else scale * offset[rows]
+    if capped is not None:
+        constraint = sparse.vstack([constraint, capped[None, :]])
+        bound = np.append(bound, 1.0)
+        cones = [*cones, clarabel.NonnegativeConeT(1)]
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.direct_solve_method = "qdldl"  # five times faster here than the multithreaded default
+    settings.max_iter = MAX_ITERATIONS
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = TOLERANCE
+    answer = clarabel.DefaultSolver(hessian, cost, sparse.csc_array(constraint), bound, cones, settings).solve()
+
+    force = np.zeros(3 * len(program.friction))
+    force[rows] = scale * np.array(answer.z)[: len(rows)]
+    return np.array(answer.x), force.reshape(-1, 3), str(answer.status), int(answer.iterations)
+
+
+def _dual_cones(program: PenaltyProgram) -> tuple[np.ndarray, list, Floats]:
+    """Order of the rows of A', the cones of K* over them, and the factor of each row.
+
+    A point with friction is a second-order cone (g_n / mu, g_1, g_2), times mu where that is below 1. Without friction only g_n >= 0 is
+    left; with infinite friction g_n >= 0 and g_t = 0.
+    """
+    import clarabel
+
+    mu = program.friction
+    none, sticky = np.flatnonzero(mu == 0), np.flatnonzero(np.isinf(mu))
+    coulomb = np.flatnonzero((mu > 0) & np.isfinite(mu))
+    rows, scale, cones = [], [], []
+    if len(coulomb):
+        rows.append((3 * coulomb[:, None] + np.arange(3)).reshape(-1))
+        slip = np.minimum(mu[coulomb], 1.0)
+        scale.append(np.column_stack([slip / mu[coulomb], slip, slip]).reshape(-1))
+        cones += [clarabel.SecondOrderConeT(3)] * len(coulomb)
+    halfspace = np.concatenate([none, sticky])
+    if len(halfspace):
+        rows.append(3 * halfspace)
+        cones.append(clarabel.NonnegativeConeT(len(halfspace)))
+    if len(sticky):
+        rows.append((3 * sticky[:, None] + np.arange(1, 3)).reshape(-1))
+        cones.append(clarabel.ZeroConeT(2 * len(sticky)))
+    rows = np.concatenate(rows)
+    given = np.concatenate(scale) if scale else np.empty(0)
+    return rows, cones, np.concatenate([given, np.ones(len(rows) - len(given))])

@@ -1,0 +1,53 @@
+"""The penalty program as it is written on paper, in cvxpy: slow, and the reference for the fast path."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from blockstat.program import PenaltyProgram
+from blockstat.solve.raw import RawSolution
+
+
+def solve(program: PenaltyProgram) -> RawSolution:
+    """Minimise ||s|| subject to A (f - E s) + w = 0, f in K, s >= 0.
+
+    The norm has the minimiser of 1/2 ||s||^2; an interior-point method reaches it to as many digits as its
+    tolerance, where the square would lose half of them near zero.
+    """
+    import cvxpy as cp
+
+    mu = program.friction
+    m = len(mu)
+    normal, tangent, adhesion = cp.Variable(m), cp.Variable((m, 2)), cp.Variable(m)
+    columns = program.matrix.tocsc()
+    balance = (
+        columns[:, ::3] @ (normal - adhesion)
+        + columns[:, 1::3] @ tangent[:, 0]
+        + columns[:, 2::3] @ tangent[:, 1]
+        + program.load
+        == 0
+    )
+    cone = [normal >= 0, adhesion >= 0]
+    finite = np.isfinite(mu)
+    if finite.any():
+        index = np.flatnonzero(finite)
+        cone.append(cp.norm(tangent[index], axis=1) <= cp.multiply(mu[index], normal[index]))
+    problem = cp.Problem(cp.Minimize(cp.norm(adhesion)), [balance, *cone])
+    problem.solve(solver=cp.CLARABEL, tol_gap_abs=1e-11, tol_gap_rel=1e-11, tol_feas=1e-11, max_iter=400)
+
+    bounded = normal.value is not None
+    dual = balance.dual_value if bounded else np.zeros(len(program.load))
+    s = np.asarray(adhesion.value) if bounded else np.full(m, np.inf)
+    force = np.column_stack([normal.value, tangent.value]) if bounded else np.zeros((m, 3))
+    # The multiplier belongs to ||s||; that of 1/2 ||s||^2, the mechanism, is ||s|| times as large.
+    twist = np.asarray(dual) * (np.linalg.norm(s) if bounded else 0.0)
+    if twist @ program.load < 0:
+        twist = -twist
+    return RawSolution(
+        force=force,
+        adhesion=s,
+        twist=twist,
+        bounded=bounded,
+        status=str(problem.status),
+        iterations=int(problem.solver_stats.num_iters or 0) if problem.solver_stats else 0,
+    )

@@ -1,0 +1,74 @@
+"""Small assemblies with known answers, shared by the tests."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from blockstat import Assembly, Block
+
+BOX_FACES = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+
+
+def hexahedron(bottom, top, **options) -> Block:
+    """A block between two quadrilaterals, each counter-clockwise seen from above."""
+    return Block(np.vstack([bottom, top]), BOX_FACES, **options)
+
+
+def box(lower, upper, **options) -> Block:
+    (x0, y0, z0), (x1, y1, z1) = lower, upper
+    plan = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
+    return hexahedron([(x, y, z0) for x, y in plan], [(x, y, z1) for x, y in plan], **options)
+
+
+def assembly(blocks, **options) -> Assembly:
+    return Assembly.from_blocks(blocks, **{"supports": [0], "density": 1.0, "gravity": (0, 0, -1)} | options)
+
+
+def stack(n: int, width: float = 1.0, height: float = 1.0, **options) -> Assembly:
+    """n equal blocks on a fixed slab."""
+    blocks = [box((-5, -5, -1), (5, 5, 0), name="ground")]
+    blocks += [box((0, 0, i * height), (width, 1, (i + 1) * height), name=f"stone{i}") for i in range(n)]
+    return assembly(blocks, **options)
+
+
+def arch(n: int, thickness: float, *, radius: float = 1.0, embrace: float = np.pi, depth: float = 0.5, **options) -> Assembly:
+    """A circular arch of n straight-sided voussoirs with radial joints between two fixed springers.
+
+    radius : of the centreline; thickness : radial.
+    """
+    angles = np.pi / 2 + embrace / 2 - np.linspace(0, embrace, n + 1)
+    inner, outer = radius - thickness / 2, radius + thickness / 2
+
+    def joint(angle, y):
+        c, s = np.cos(angle), np.sin(angle)
+        return (inner * c, y, inner * s), (outer * c, y, outer * s)
+
+    blocks = [
+        hexahedron(
+            [*joint(a, depth)[::-1], *joint(b, depth)], [*joint(a, 0)[::-1], *joint(b, 0)], name=f"voussoir{i}"
+        )
+        for i, (a, b) in enumerate(zip(angles[:-1], angles[1:], strict=True))
+    ]
+    return assembly([*_springers(angles, inner, outer, depth), *blocks], **{"supports": [0, 1]} | options)
+
+
+def _springers(angles, inner, outer, depth):
+    for angle, name, turn in ((angles[0], "left", 0.3), (angles[-1], "right", -0.3)):
+        rays = [(angle + turn, inner), (angle + turn, outer), (angle, outer), (angle, inner)]
+        if turn > 0:
+            rays = rays[::-1]
+        plan = [(r * np.cos(a), r * np.sin(a)) for a, r in rays]
+        yield hexahedron([(x, depth, z) for x, z in plan], [(x, 0, z) for x, z in plan], name=name)
+
+
+def running_bond(courses: int, bricks: int, *, length: float = 0.4, height: float = 0.175, depth: float = 0.2, **options) -> Assembly:
+    """A wall of whole bricks, half bricks at the ends of every other course, on a fixed slab."""
+    blocks = [box((-length, -length, -height), ((bricks + 1) * length, depth + length, 0), name="ground")]
+    for course in range(courses):
+        joints = np.arange(bricks + 1) * length
+        if course % 2:
+            joints = np.concatenate([[0], joints[:-1] + length / 2, [bricks * length]])
+        for i, (x0, x1) in enumerate(zip(joints[:-1], joints[1:], strict=True)):
+            z = course * height
+            blocks.append(box((x0, 0, z), (x1, depth, z + height), name=f"{course}.{i}"))
+    return assembly(blocks, **options)
