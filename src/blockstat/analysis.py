@@ -23,6 +23,9 @@ from blockstat.solve.raw import RawSolution
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
+#: A joint open by more than this fraction of the block size is mentioned when the verdict rests on it.
+LOOSE = 1e-3
+
 SOLVERS = {"clarabel": clarabel_dual.solve, "cvxpy": cvxpy_primal.solve}
 
 
@@ -74,6 +77,7 @@ def assess(
         verdict = _verdict(assembly, interfaces, total_load, eq, program, solved, floating)
     timings["total"] = sum(timings.values())
     warnings += _floating_warnings(assembly, floating, interfaces)
+    warnings += _gap_warnings(assembly, interfaces, verdict["outcome"], gap)
     return Verdict(
         **verdict, interfaces=interfaces, assembly=assembly, solver=solver, timings=timings, floating=floating,
         warnings=tuple(warnings),
@@ -166,6 +170,23 @@ def _floating_warnings(assembly: Assembly, floating: Ints, interfaces: Interface
     return [f'block "{assembly.names[i]}" touches nothing' for i in alone[:5]] + (
         [f"{len(alone) - 5} more blocks touch nothing"] if len(alone) > 5 else []
     )
+
+
+def _gap_warnings(assembly: Assembly, interfaces: Interfaces, outcome: Outcome, gap: float) -> list[str]:
+    """Say when the verdict may hang on the joint tolerance."""
+    near = [d for d in interfaces.dropped if d.reason == "gap"]
+    if outcome is not Outcome.STABLE and near:
+        least = min(near, key=lambda d: d.value / d.limit)
+        a, b = assembly.names[least.a], assembly.names[least.b]
+        return [
+            f"{len(near)} near joints were not taken (gap tolerance {gap:g} of the block size), the closest "
+            f'"{a}" to "{b}" with {least.value:.2g} m: a larger tolerance may change the verdict'
+        ]
+    loose = interfaces.gap > LOOSE * assembly.size[interfaces.pair].min(axis=1)
+    if outcome is Outcome.STABLE and loose.any():
+        worst = interfaces.gap[loose].max()
+        return [f"{loose.sum()} of {len(loose)} joints do not quite close (up to {worst:.2g} m) and count as touching"]
+    return []
 
 
 @contextmanager

@@ -1,0 +1,32 @@
+"""Names of blocks as files give them: perhaps missing, perhaps the same for all."""
+
+from __future__ import annotations
+
+import warnings
+from collections import Counter
+from collections.abc import Sequence
+
+from blockstat.errors import InputError, InputWarning
+
+
+def distinct_names(names: Sequence[str], supports: Sequence[int | str]) -> list[str]:
+    """Number the names that occur more than once ("Mesh" becomes "Mesh.0", "Mesh.1", ...), with a warning.
+
+    Raises InputError when a support is given by such a name, because it says nothing.
+    """
+    count = Counter(name for name in names if name)
+    repeated = {name for name, times in count.items() if times > 1}
+    if not repeated:
+        return list(names)
+    for support in supports:
+        if support in repeated:
+            raise InputError(f'supports: {count[str(support)]} blocks are named "{support}"; give their indices')
+    warnings.warn(
+        InputWarning(f'several blocks share a name ("{min(repeated)}"); they are numbered from .0'), stacklevel=3
+    )
+    seen: Counter[str] = Counter()
+    result = []
+    for name in names:
+        result.append(f"{name}.{seen[name]}" if name in repeated else name)
+        seen[name] += 1
+    return result

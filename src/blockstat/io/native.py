@@ -1,0 +1,105 @@
+"""The native JSON format: one object, exact on the way there and back.
+
+    {name, units: "m", density, friction, gravity: [gx, gy, gz], supports: [index or name],
+     blocks: [{name, group?, density?, vertices: [[x, y, z]], faces: [[i, j, k, ...]]}]}
+
+Other keys are kept as metadata.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from blockstat.assembly import DENSITY, FRICTION, STANDARD_GRAVITY, Assembly, Block
+from blockstat.errors import InputError
+from blockstat.io.names import distinct_names
+
+
+class _BlockRecord(msgspec.Struct):
+    vertices: list[list[float]]
+    faces: list[list[int]]
+    name: str = ""
+    group: str = ""
+    density: float | None = None
+
+
+class _Record(msgspec.Struct):
+    blocks: list[_BlockRecord]
+    name: str = ""
+    units: str = "m"
+    density: float = DENSITY
+    friction: float = FRICTION
+    gravity: tuple[float, float, float] = STANDARD_GRAVITY
+    supports: list[int | str] = []
+
+
+def read_json(path: Path, *, supports: Iterable[int | str] | None = None) -> Assembly:
+    """Read the native format. Raises InputError with the line for bad JSON and the key for a bad value."""
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except json.JSONDecodeError as error:
+        raise InputError(f"line {error.lineno}, column {error.colno}: not valid JSON ({error.msg})") from None
+    except UnicodeDecodeError:
+        raise InputError("not a text file in UTF-8") from None
+    if not isinstance(data, dict):
+        raise InputError(f'the file holds a {type(data).__name__}; an object with "blocks" is needed')
+    try:
+        record = msgspec.convert(data, _Record)
+    except msgspec.ValidationError as error:
+        raise InputError(_in_words(error, data)) from None
+    if record.units != "m":
+        raise InputError(f'units are "{record.units}"; only "m" is read')
+    known = {field.name for field in msgspec.structs.fields(_Record)}
+    chosen = record.supports if supports is None else list(supports)
+    names = distinct_names([b.name for b in record.blocks], chosen)
+    return Assembly.from_blocks(
+        [Block(b.vertices, b.faces, name, b.group, b.density) for b, name in zip(record.blocks, names, strict=True)],
+        supports=chosen,
+        name=record.name or path.stem,
+        density=record.density,
+        friction=record.friction,
+        gravity=record.gravity,
+        metadata={key: value for key, value in data.items() if key not in known},
+    )
+
+
+def _in_words(error: msgspec.ValidationError, data: dict[str, Any]) -> str:
+    """msgspec's message with `$.blocks[3].faces` turned into the block's name."""
+    message, _, where = str(error).partition(" - at `$")
+    where = where.rstrip("`").lstrip(".")
+    if where.startswith("blocks["):
+        index, _, rest = where[len("blocks[") :].partition("]")
+        block = data["blocks"][int(index)] if index.isdigit() else {}
+        label = block.get("name") or f"block{index}" if isinstance(block, dict) else f"block{index}"
+        return f'block "{label}": {rest.lstrip(".") or "entry"}: {message}'
+    return f"{where}: {message}" if where else message
+
+
+def write_json(assembly: Assembly, path: Path) -> None:
+    """Write the native format; floats keep all their digits."""
+    blocks = []
+    for i, name in enumerate(assembly.names):
+        block: dict[str, Any] = {"name": name}
+        if assembly.groups[i]:
+            block["group"] = assembly.groups[i]
+        block["density"] = float(assembly.density[i])
+        block["vertices"] = assembly.block_vertices(i).tolist()
+        block["faces"] = [face.tolist() for face in assembly.faces_of(i)]
+        blocks.append(block)
+    data = {
+        "name": assembly.name,
+        "units": "m",
+        "density": float(assembly.density[0]),
+        "friction": assembly.friction,
+        "gravity": assembly.gravity.tolist(),
+        "supports": np.flatnonzero(assembly.support).tolist(),
+        **assembly.metadata,
+        "blocks": blocks,
+    }
+    path.write_text(json.dumps(data), encoding="utf-8")
