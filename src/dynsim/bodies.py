@@ -1,0 +1,107 @@
+"""The shape of each block as Bullet needs it: a box, a convex hull, or convex pieces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from blockstat.assembly import Assembly
+from blockstat.polyhedron import Floats
+
+#: A block whose hull is larger by more than this fraction is cut into convex pieces; below, its faces are
+#: merely warped and the hull stands for it.
+HOLLOW = 0.02
+#: Right angles and equal edges to this fraction of the block's size make a box.
+SQUARE = 1e-7
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Geometry of one block in the frame of its principal axes, with the centroid at the origin."""
+
+    rotation: Floats  #: shape (3, 3), columns are the axes in world coordinates
+    half_extents: Floats | None  #: shape (3,) for a box, else None
+    pieces: tuple[Floats, ...]  #: vertices of the convex pieces, shape (k, 3) each
+    inertia: Floats  #: shape (3,), principal moments [kg m2]
+    overlap_risk: bool  #: True when the shape sticks out of the block
+
+
+def shapes(assembly: Assembly) -> list[Shape]:
+    """Shapes of all blocks."""
+    return [_shape(assembly, block) for block in range(assembly.n_blocks)]
+
+
+def _shape(assembly: Assembly, block: int) -> Shape:
+    local = assembly.block_vertices(block) - assembly.centroid[block]
+    faces = assembly.faces_of(block)
+    box = _as_box(local, faces, assembly.size[block])
+    if box is not None:
+        rotation, half = box
+        moments = assembly.mass[block] / 3 * (half @ half - half**2)
+        return Shape(rotation, half, (local @ rotation,), moments, False)
+    moments, rotation = np.linalg.eigh(assembly.inertia[block])
+    if np.linalg.det(rotation) < 0:
+        rotation[:, 0] *= -1
+    local = local @ rotation
+    hull = _hull(local)
+    excess = hull.volume / assembly.volume[block] - 1.0
+    if excess <= HOLLOW:
+        return Shape(rotation, None, (local[hull.vertices],), moments, excess > 1e-6)
+    return Shape(rotation, None, _convex_pieces(local, faces), moments, True)
+
+
+def _as_box(local: Floats, faces: Sequence[np.ndarray], size: float) -> tuple[Floats, Floats] | None:
+    """Axes (columns, right-handed) and half extents if the block is a rectangular box."""
+    if len(local) != 8 or len(faces) != 6 or any(len(face) != 4 for face in faces):
+        return None
+    neighbours = {int(f[(i + step) % 4]) for f in faces for i in range(4) if f[i] == 0 for step in (1, 3)}
+    if len(neighbours) != 3:
+        return None
+    edges = np.array([local[k] - local[0] for k in sorted(neighbours)])
+    length = np.linalg.norm(edges, axis=1)
+    axes = edges / length[:, None]
+    if np.abs(axes @ axes.T - np.eye(3)).max() > SQUARE:
+        return None
+    corners = (np.array(np.meshgrid(*[[-0.5, 0.5]] * 3)).reshape(3, -1).T * length) @ axes
+    distance = np.linalg.norm(local[:, None] - corners[None], axis=2).min(axis=1)
+    if distance.max() > SQUARE * size:
+        return None
+    if np.linalg.det(axes) < 0:
+        axes[2] *= -1
+    return axes.T, length / 2
+
+
+def _hull(points: Floats):
+    from scipy.spatial import ConvexHull
+
+    return ConvexHull(points)
+
+
+def _convex_pieces(local: Floats, faces: Sequence[np.ndarray]) -> tuple[Floats, ...]:
+    """Convex pieces of a hollow block by CoACD (Wei et al. 2022)."""
+    import coacd
+
+    from blockstat.io.triangles import triangulate
+
+    coacd.set_log_level("error")
+    mesh = coacd.Mesh(local, triangulate(local, faces))
+    parts = coacd.run_coacd(mesh, threshold=0.02, seed=0)
+    return tuple(np.asarray(vertices)[_hull(np.asarray(vertices)).vertices] for vertices, _ in parts)
+
+
+def hull_obj(pieces: Sequence[Floats]) -> str:
+    """Convex pieces as the text of an OBJ file, one object a piece."""
+    lines, offset = [], 1
+    for number, points in enumerate(pieces):
+        hull = _hull(points)
+        lines.append(f"o piece{number}")
+        lines += ["v " + " ".join(repr(float(x)) for x in point) for point in points]
+        for simplex, equation in zip(hull.simplices, hull.equations, strict=True):
+            a, b, c = simplex
+            outward = np.dot(np.cross(points[b] - points[a], points[c] - points[a]), equation[:3]) > 0
+            corners = (a, b, c) if outward else (a, c, b)
+            lines.append("f " + " ".join(str(corner + offset) for corner in corners))
+        offset += len(points)
+    return "\n".join(lines) + "\n"
