@@ -13,6 +13,7 @@ import numpy as np
 from blockstat.broad import near_pairs
 from blockstat.errors import InputError
 from blockstat.polyhedron import Floats, Ints
+from blockstat.separation import face_separation
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -70,24 +71,9 @@ def convex_blocks(assembly: Assembly, *, tolerance: float = 1e-6) -> np.ndarray:
 
 
 def _separation(assembly: Assembly, pairs: Ints) -> Floats:
-    """Largest distance by which the second block lies wholly beyond one face of the first, shape (n,) [m]."""
-    if not len(pairs):
-        return np.empty(0)
-    first_face = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks + 1))
-    n_faces = np.diff(first_face)[pairs[:, 0]]
-    row = np.repeat(np.arange(len(pairs)), n_faces)
-    face = np.arange(len(row)) - np.repeat(np.cumsum(n_faces) - n_faces, n_faces) + first_face[pairs[row, 0]]
-    n_vertices = np.diff(assembly.vertex_start)[pairs[row, 1]]
-    start = np.cumsum(n_vertices) - n_vertices
-    vertex = np.arange(n_vertices.sum()) - np.repeat(start, n_vertices)
-    vertex += np.repeat(assembly.vertex_start[pairs[row, 1]], n_vertices)
-    face_of_vertex = np.repeat(face, n_vertices)
-    planes = assembly.planes
-    height = np.einsum(
-        "ij,ij->i", assembly.vertices[vertex] - planes.centre[face_of_vertex], planes.normal[face_of_vertex]
+    return face_separation(
+        assembly.vertices, assembly.vertex_start, assembly.planes, assembly.face_block, pairs
     )
-    lowest = np.minimum.reduceat(height, start)
-    return np.maximum.reduceat(lowest, np.cumsum(n_faces) - n_faces)
 
 
 def _ball(assembly: Assembly, a: int, b: int) -> float:
