@@ -1,0 +1,90 @@
+"""The command `blockstat`: build, check, plot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from blockstat.cli_options import AsJson, FileArgument, Friction, Gravity, Supports, Tilt, load, print_json, run_app
+
+app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+
+
+@app.callback()
+def about() -> None:
+    """Statics of masonry made of rigid blocks: does it stand, and which block moves first?"""
+
+
+@app.command()
+def build(
+    scene: Annotated[Path, typer.Argument(help="Scene file (.toml).")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Where to write (.json, .obj, .glb, .stl, .ply).")],
+) -> None:
+    """Build the blocks of a scene and write them."""
+    from blockstat.io import write
+    from blockstat.io.scene import load_scene
+    from blockstat.model import build as build_blocks
+
+    assembly = build_blocks(load_scene(scene))
+    write(assembly, output)
+    volume = assembly.volume[assembly.free].sum()
+    typer.echo(f"{output}: {assembly.n_blocks} blocks, {volume:.4g} m3 of masonry")
+
+
+@app.command()
+def check(
+    file: FileArgument,
+    friction: Friction = None,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
+    supports: Supports = None,
+    gap: Annotated[float | None, typer.Option(help="Largest gap of a joint, relative to block size.")] = None,
+    solver: Annotated[str, typer.Option(help="clarabel (fast) or cvxpy (the literal program).")] = "clarabel",
+    as_json: AsJson = False,
+) -> None:
+    """Does it stand? A static verdict with its certificate."""
+    from blockstat.analysis import assess
+    from blockstat.contact import GAP
+
+    assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports)
+    verdict = assess(assembly, gap=GAP if gap is None else gap, solver=solver)
+    if as_json:
+        summary = verdict.summary()
+        print_json({"file": str(file), "verdict": summary.pop("outcome"), **summary})
+        return
+    seconds = verdict.timings["total"]
+    faces = verdict.interfaces
+    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {faces.n_interfaces} interfaces, {seconds:.2f} s")
+    typer.echo(verdict.explain())
+
+
+@app.command()
+def plot(
+    file: FileArgument,
+    output: Annotated[Path, typer.Option("-o", "--output", help="Picture to write (.png, .svg, .pdf).")],
+    friction: Friction = None,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
+    supports: Supports = None,
+    plain: Annotated[bool, typer.Option("--plain", help="Only the blocks, no verdict.")] = False,
+    view: Annotated[str, typer.Option(metavar="AZIMUTH,ELEVATION", help="Where to look from, in degrees.")] = "-55,25",
+) -> None:
+    """Draw the blocks, coloured by the static verdict."""
+    from blockstat.analysis import assess
+    from blockstat.cli_options import numbers
+    from blockstat.plot import picture, picture_of_verdict
+
+    azimuth, elevation = numbers(view, 2, "--view", "AZIMUTH,ELEVATION")
+    assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports)
+    if plain:
+        picture(assembly, output, title=assembly.name, azimuth=azimuth, elevation=elevation)
+    else:
+        picture_of_verdict(assess(assembly), output, azimuth=azimuth, elevation=elevation)
+    typer.echo(str(output))
+
+
+def main() -> None:
+    """Entry point of the console script."""
+    run_app(app, "blockstat")

@@ -1,0 +1,121 @@
+"""The report of a search: one self-contained HTML page, the history, and the best design."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+
+from blockstat.analysis import assess
+from blockstat.io import write
+from blockstat.model import build
+from blockstat.plot import DEMAND, picture, picture_of_verdict
+from blockstat.search import PRUNED, Candidate, SearchResult
+from blockstat.spec import with_values
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A picture on disk and what it shows."""
+
+    path: Path
+    caption: str
+
+
+def write_designs(result: SearchResult, directory: Path) -> list[Figure]:
+    """best.json and best.glb, and pictures of what statics say: the best design and the thinnest pruned one."""
+    figures = []
+    shown = build(result.best if result.best is not None else result.building)
+    word = "The best design" if result.best is not None else "The design the search started from; none stood"
+    figures.append(Figure(picture(shown, directory / "building.png", title=shown.name), f"{word}."))
+    if result.best is not None:
+        write(shown, directory / "best.json")
+        write(shown, directory / "best.glb")
+        verdict = assess(shown)
+        path = picture(
+            shown, directory / "demand.png", values=verdict.demand(), colours=DEMAND,
+            label="friction used at the block's joints (1 = sliding)", title="demand of the best design",
+        )  # fmt: skip
+        figures.append(Figure(path, "How much of its friction each block uses in the certified force field."))
+    pruned = [c for c in result.history if c.dynamic == PRUNED]
+    if pruned:
+        thinnest = min(pruned, key=lambda c: c.volume or 0.0)
+        verdict = assess(build(with_values(result.building, thinnest.parameters)))
+        path = picture_of_verdict(verdict, directory / "mechanism.png")
+        figures.append(Figure(path, f"How the thinnest pruned design ({_values(thinnest)}) would move first."))
+    return figures
+
+
+def write_report(result: SearchResult, directory: Path, figures: Sequence[Figure], *, notes: Sequence[str] = ()) -> Path:
+    """report.html in the directory, with the figures inside it; returns its path."""
+    name = escape(result.building.name)
+    history = result.history
+    pruned = sum(c.dynamic == PRUNED for c in history)
+    verified = sum(c.dynamic not in (PRUNED, "") for c in history)
+    static_seconds = sum(c.static_seconds for c in history)
+    dynamic_seconds = sum(c.dynamic_seconds for c in history)
+    body = [f"<h1>{name}: design search</h1>"]
+    if not result.finished:
+        body.append("<p><b>Interrupted.</b> Run the same command again to go on.</p>")
+    body.append(_best_table(result))
+    body.append(
+        f"<p>{len(history)} designs: {pruned} pruned by statics in {static_seconds:.1f} s, "
+        f"{verified} verified by dynamics in {dynamic_seconds:.1f} s (process time).</p>"
+    )
+    body += [f"<p>{escape(note)}</p>" for note in notes]
+    for figure in figures:
+        data = base64.b64encode(figure.path.read_bytes()).decode()
+        caption = escape(figure.caption)
+        body.append(
+            f'<figure><img src="data:image/png;base64,{data}" alt="{caption}"><figcaption>{caption}</figcaption></figure>'
+        )
+    body.append("<h2>History</h2>" + _history_table(history))
+    path = directory / "report.html"
+    path.write_text(_PAGE.format(title=f"{name}: design search", body="\n".join(body)), encoding="utf-8")
+    return path
+
+
+def _values(candidate: Candidate) -> str:
+    return ", ".join(f"{name} {value:g}" for name, value in candidate.parameters.items())
+
+
+def _best_table(result: SearchResult) -> str:
+    if result.best_parameters is None:
+        return "<p><b>No design stood.</b></p>"
+    start = result.history[0].parameters
+    rows = "".join(
+        f"<tr><td>{escape(name)}</td><td>{start[name]:g}</td><td><b>{value:g}</b></td></tr>"
+        for name, value in result.best_parameters.items()
+    )
+    return f"<table><tr><th>parameter</th><th>start</th><th>best</th></tr>{rows}</table>"
+
+
+def _history_table(history: Sequence[Candidate]) -> str:
+    names = list(history[0].parameters) if history else []
+    head = "".join(
+        f"<th>{escape(n)}</th>" for n in [*names, "volume m3", "static", "score", "static s", "dynamic", "dynamic s", "note"]
+    )
+    rows = []
+    for c in history:
+        cells = [f"{v:g}" for v in c.parameters.values()]
+        cells += ["" if c.volume is None else f"{c.volume:.2f}", c.static, "" if c.score is None else f"{c.score:.2e}"]
+        cells += [f"{c.static_seconds:.2f}", c.dynamic, f"{c.dynamic_seconds:.1f}" if c.dynamic_seconds else "", c.note]
+        kind = "stands" if c.stands else "no"
+        rows.append(f'<tr class="{kind}">' + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>")
+    return f"<table><tr>{head}</tr>{''.join(rows)}</table>"
+
+
+_PAGE = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><title>{title}</title>
+<style>
+body {{ font: 15px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; color: #222 }}
+table {{ border-collapse: collapse; margin: 1rem 0; font-variant-numeric: tabular-nums }}
+th, td {{ padding: .25rem .7rem; border-bottom: 1px solid #ddd; text-align: left }}
+tr.stands td {{ background: #e8f1fa }}
+figure {{ margin: 1.5rem 0 }} img {{ max-width: 100% }} figcaption {{ color: #555 }}
+</style></head><body>
+{body}
+</body></html>
+"""

@@ -1,0 +1,77 @@
+"""The design search with Bullet as its verifier, and its report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from blockstat.analysis import assess
+from blockstat.model import build
+from blockstat.plot import picture
+from blockstat.report import Figure, write_designs, write_report
+from blockstat.search import Candidate, SearchResult, search
+from blockstat.spec import Building, with_values
+from dynsim.settings import Settings
+from dynsim.verify import DynamicVerdict, verify
+
+NOTE = (
+    "Joints are dry: the glue and rotational stiffness of the scene are not modelled. Stable means that a force field "
+    "within all friction cones exists; it does not promise rest, so Bullet has the last word."
+)
+
+
+def optimise(
+    building: Building, directory: Path, *, names: Sequence[str] | None = None, settings: Settings | None = None
+) -> tuple[SearchResult, Path]:
+    """Search, confirm, and write history.csv, best.json, best.glb, pictures and report.html into a directory.
+
+    An interrupted search goes on from its history.csv when called again. Returns the result and the report's path.
+    """
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns) as bar:
+        task = bar.add_task("searching", total=None)
+
+        def progress(done: int, expected: int, last: Candidate) -> None:
+            word = f"{last.static} / {last.dynamic}" if last.dynamic else last.note
+            values = " ".join(f"{value:g}" for value in last.parameters.values())
+            bar.update(task, completed=done, total=max(expected, done), description=f"{values}: {word}")
+
+        result = search(
+            building,
+            static=assess,
+            verify=lambda assembly: verify(assembly, settings=settings),
+            names=names,
+            history=directory / "history.csv",
+            progress=progress,
+        )
+    figures = write_designs(result, directory)
+    figures += _moved(result, directory, settings)
+    return result, write_report(result, directory, figures, notes=[NOTE])
+
+
+def _moved(result: SearchResult, directory: Path, settings: Settings | None) -> list[Figure]:
+    """The blocks that Bullet saw move: of the thinnest design that fell, else of the best one."""
+    fallen = [c for c in result.history if c.dynamic == "falls"]
+    chosen = min(fallen, key=lambda c: c.volume or 0.0).parameters if fallen else result.best_parameters
+    if chosen is None:
+        return []
+    verdict = verify(build(with_values(result.building, chosen)), settings=settings)
+    values = ", ".join(f"{name} {value:g}" for name, value in chosen.items())
+    word = "fell in Bullet though statics allow it" if fallen else "stands in Bullet"
+    return [Figure(picture_of_run(verdict, directory / "moved.png"), f"The design with {values} {word}.")]
+
+
+def picture_of_run(verdict: DynamicVerdict, path: Path) -> Path:
+    """The last frame of a run, displacements magnified to be seen, coloured by displacement."""
+    run = verdict.run
+    moved = verdict.displacement
+    length = (moved**2).sum(axis=1) ** 0.5
+    lower, upper = run.assembly.bounds
+    scale = max(1.0, 0.05 * float((upper - lower).max()) / max(float(length.max()), 1e-9))
+    scale = min(scale, 1000.0)
+    return picture(
+        run.assembly, path, values=1e3 * length, label="displacement since release [mm]", displacement=scale * moved,
+        title=f"{run.assembly.name}: {verdict.outcome.word}, displacements x {scale:.0f}",
+    )  # fmt: skip
