@@ -72,3 +72,21 @@ def running_bond(courses: int, bricks: int, *, length: float = 0.4, height: floa
             z = course * height
             blocks.append(box((x0, 0, z), (x1, depth, z + height), name=f"{course}.{i}"))
     return assembly(blocks, **options)
+
+
+#: Scenes on both sides of their limits: (name, maker, options of `assess`).
+SCENES = [
+    ("stack", lambda: stack(3), {}),
+    ("stack tipping", lambda: stack(3), {"gravity": (0.4, 0, -1)}),
+    ("stack sliding", lambda: stack(1, 2.0, 0.5), {"gravity": (0.9, 0.2, -1)}),
+    ("arch", lambda: arch(20, 0.12), {}),
+    ("thin arch", lambda: arch(20, 0.10), {}),
+    ("slippery arch", lambda: arch(27, 0.15), {"friction": 0.33}),
+    ("sticky arch", lambda: arch(10, 0.09), {"friction": np.inf}),
+    ("wall", lambda: running_bond(6, 5), {}),
+    ("wall pushed along", lambda: running_bond(6, 5), {"gravity": (0.8, 0, -1)}),
+    ("wall pushed out", lambda: running_bond(6, 5), {"gravity": (0, 0.3, -1)}),
+    ("offset cube", lambda: assembly([box((-0.5, 0, 0), (0.5, 1, 1)), box((0.25, 0, 1), (1.25, 1, 2))]), {}),
+    ("heavy on light", lambda: assembly([box((0, 0, -1), (1, 1, 0)), box((0, 0, 0), (1, 1, 1)),
+     box((0.2, 0, 1), (1.2, 1, 2), density=1e4)]), {}),
+]  # fmt: skip

@@ -7,9 +7,13 @@ time going as sqrt(length / gravity), so units change nothing, and Bullet sees w
 
 from __future__ import annotations
 
+import importlib
+import os
+import sys
 import tempfile
 from pathlib import Path
 from types import TracebackType
+from typing import Any
 
 import numpy as np
 
@@ -44,11 +48,9 @@ class World:
         self._bodies: list[int] = []
 
     def __enter__(self) -> World:
-        import pybullet
-
         self._directory = tempfile.TemporaryDirectory(prefix="dynsim-")
-        self._bullet = pybullet
-        self._client = pybullet.connect(pybullet.DIRECT)
+        self._bullet = _import_bullet()
+        self._client = self._bullet.connect(self._bullet.DIRECT)
         try:
             self._set_up()
         except BaseException:
@@ -148,6 +150,24 @@ class World:
         b.performCollisionDetection(physicsClientId=self._client)
         contacts = b.getContactPoints(physicsClientId=self._client) or ()
         return max((-contact[8] for contact in contacts), default=0.0) / self.length
+
+
+def _import_bullet() -> Any:
+    """Import pybullet without its greeting, which it writes past Python's own streams."""
+    if "pybullet" in sys.modules:
+        return sys.modules["pybullet"]
+    sys.stdout.flush()
+    kept = [(stream, os.dup(stream)) for stream in (1, 2)]
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        for stream, _ in kept:
+            os.dup2(nowhere, stream)
+        return importlib.import_module("pybullet")
+    finally:
+        for stream, copy in kept:
+            os.dup2(copy, stream)
+            os.close(copy)
+        os.close(nowhere)
 
 
 def _quaternion(rotation: Floats) -> Floats:

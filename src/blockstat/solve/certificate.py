@@ -57,9 +57,11 @@ def balance(program: PenaltyProgram, force: Floats, *, passes: int = 4) -> Float
     """
     from scipy.sparse.linalg import splu
 
-    room = np.repeat(np.maximum(cone_room(force, program.friction), 0.0), 3)
+    room = np.maximum(cone_room(force, program.friction), 0.0)
+    room += 1e-9 * room.max(initial=1.0)
+    slip = np.minimum(program.friction, 1.0)  # the cone is that much narrower across than along
+    weights = (room[:, None] * np.column_stack([np.ones_like(slip), slip, slip])).reshape(-1)
     matrix = program.matrix
-    weights = room + 1e-9 * room.max(initial=1.0)
     normal = (matrix @ sparse.diags_array(weights) @ matrix.T).tocsc()
     diagonal = normal.diagonal()
     normal += sparse.diags_array(1e-14 * diagonal + 1e-30 * diagonal.max())

@@ -1,0 +1,148 @@
+"""Bad input gets one line that names the block or the key."""
+
+import json
+
+import numpy as np
+import pytest
+from problems import assembly, box, stack
+
+from blockstat import Assembly, Block, InputError, assess, read
+
+CUBE = box((0, 0, 0), (1, 1, 1), name="cube")
+
+
+def build(vertices=None, faces=None):
+    return Assembly.from_blocks(
+        [Block(CUBE.vertices if vertices is None else vertices, CUBE.faces if faces is None else faces, "cube")],
+        supports=[0],
+    )
+
+
+def message(error) -> str:
+    text = str(error.value)
+    assert "\n" not in text
+    return text
+
+
+def test_open_mesh():
+    with pytest.raises(InputError) as error:
+        build(faces=CUBE.faces[:-1])
+    assert 'block "cube": its surface is open (4 edges' in message(error)
+
+
+def test_inverted_face():
+    faces = [list(f) for f in CUBE.faces]
+    faces[3] = faces[3][::-1]
+    with pytest.raises(InputError) as error:
+        build(faces=faces)
+    assert 'block "cube": face 3 is inverted' in message(error)
+
+
+def test_block_inside_out():
+    with pytest.raises(InputError) as error:
+        build(faces=[f[::-1] for f in CUBE.faces])
+    assert 'block "cube": all its faces point inwards' in message(error)
+
+
+def test_zero_volume():
+    with pytest.raises(InputError) as error:
+        build(vertices=CUBE.vertices * [1, 1, 0])
+    assert 'block "cube"' in message(error)
+    assert "flat" in message(error)
+
+
+def test_nan_coordinate():
+    vertices = CUBE.vertices.astype(float).copy()
+    vertices[5, 1] = np.nan
+    with pytest.raises(InputError) as error:
+        build(vertices=vertices)
+    assert 'block "cube": vertex 5 is' in message(error)
+
+
+def test_overlapping_blocks():
+    asm = assembly([box((0, 0, -1), (1, 1, 0), name="base"), box((0, 0, -0.4), (1, 1, 0.6), name="sunk")])
+    with pytest.raises(InputError) as error:
+        assess(asm)
+    assert 'blocks "base" and "sunk" overlap by 0.4 m' in message(error)
+
+
+def test_a_block_that_touches_nothing_is_named_and_falls():
+    asm = assembly([box((0, 0, -1), (1, 1, 0)), box((0, 0, 0), (1, 1, 1)), box((0, 0, 3), (1, 1, 4), name="lost")])
+    verdict = assess(asm)
+    assert verdict.outcome.word == "unstable"
+    assert verdict.warnings == ('block "lost" touches nothing',)
+    assert [asm.names[i] for i in verdict.floating] == ["lost"]
+    np.testing.assert_allclose(verdict.mechanism[2], [0, 0, -1, 0, 0, 0], atol=1e-12)
+    assert verdict.certificate.required_force == np.inf
+
+
+def test_no_supports():
+    with pytest.raises(InputError, match='"assembly" has no supports'):
+        assess(assembly([CUBE], supports=[]))
+
+
+@pytest.mark.parametrize("friction", [-1, float("nan"), "rough", True])
+def test_bad_friction(friction):
+    with pytest.raises(InputError, match="friction is"):
+        assess(stack(1), friction=friction)
+
+
+@pytest.mark.parametrize("gravity", [(0, 0), (0, 0, 0), (0, 0, float("inf")), "down"])
+def test_bad_gravity(gravity):
+    with pytest.raises(InputError, match="gravity is"):
+        assess(stack(1), gravity=gravity)
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({"supports": [7]}, "supports: no block 7; blocks are numbered 0 to 0"),
+        ({"supports": ["base"]}, 'supports: no block "base"; blocks are: cube'),
+        ({"friction": -1}, "friction is -1"),
+        ({"units": "mm"}, 'units are "mm"; only "m" is read'),
+        ({"gravity": [0, 0]}, "gravity"),
+        ({"density": -5}, 'block "cube": density is -5'),
+        ({"blocks": []}, "no blocks"),
+        ({"blocks": [{"name": "x", "vertices": "none", "faces": []}]}, 'block "x": vertices'),
+        ({"blocks": [{"name": "x", "vertices": [[0, 0, 0]], "faces": [[0, 1, 2]]}]}, 'block "x": vertices have shape'),
+    ],
+)
+def test_bad_native_file(tmp_path, change, expected):
+    data = {"supports": [0], "blocks": [{"name": "cube", "vertices": CUBE.vertices.tolist(), "faces": CUBE.faces}]}
+    path = tmp_path / "bad.json"
+    path.write_text(json.dumps(data | change))
+    with pytest.raises(InputError) as error:
+        read(path)
+    assert message(error).startswith(str(path))
+    assert expected in message(error)
+
+
+def test_a_face_with_a_corner_that_does_not_exist():
+    with pytest.raises(InputError, match='block "cube": face 0 is'):
+        build(faces=[[0, 3, 2, 9], *CUBE.faces[1:]])
+
+
+def test_broken_json_names_the_line(tmp_path):
+    path = tmp_path / "bad.json"
+    path.write_text('{"name": "x",\n "blocks": [}\n')
+    with pytest.raises(InputError, match="line 2, column 13: not valid JSON"):
+        read(path)
+
+
+def test_missing_file(tmp_path):
+    with pytest.raises(InputError, match=r"gone\.json: no such file"):
+        read(tmp_path / "gone.json")
+
+
+def test_unknown_format(tmp_path):
+    with pytest.raises(InputError, match=r'cannot read "\.dwg"; formats are: \.json'):
+        read(tmp_path / "plan.dwg")
+
+
+def test_mesh_without_supports_says_what_to_do(tmp_path):
+    from blockstat import write
+
+    path = write(stack(2), tmp_path / "stack.obj")
+    with pytest.raises(InputError, match="a mesh does not say which blocks are supports"):
+        read(path)
+    assert assess(read(path, supports=["ground"])).outcome.word == "stable"

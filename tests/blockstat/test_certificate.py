@@ -1,0 +1,96 @@
+"""A certificate is computed from the forces and twists themselves, so damage to them must show."""
+
+import numpy as np
+import pytest
+from problems import arch, running_bond, stack
+
+from blockstat import Outcome, assess, find_interfaces
+from blockstat.equilibrium import equilibrium, weight
+from blockstat.program import penalty_program
+from blockstat.solve import clarabel_dual
+from blockstat.solve.certificate import balance, check, cone_room, opening_room
+
+
+def solved(asm):
+    faces = find_interfaces(asm)
+    eq = equilibrium(asm, faces, weight(asm), asm.free, np.arange(faces.n_points))
+    program = penalty_program(eq, np.full(faces.n_points, asm.friction))
+    raw = clarabel_dual.solve(program)
+    return eq, program, raw, balance(program, raw.force)
+
+
+def test_sound_forces_prove_stability_and_damaged_ones_do_not():
+    eq, program, _, force = solved(running_bond(5, 4))
+    nothing = np.zeros(6 * eq.n_blocks)
+    assert check(eq, program, force, nothing).proves_stable
+    unbalanced = force.copy()
+    unbalanced[7, 0] += 1e-6
+    assert not check(eq, program, unbalanced, nothing).proves_stable
+    pulling = force.copy()
+    pulling[7] = [-1e-6, 0, 0]
+    assert not check(eq, program, pulling, nothing).proves_stable
+    assert not check(eq, program, np.zeros_like(force), nothing).proves_stable
+
+
+def test_forces_of_one_geometry_prove_nothing_of_another():
+    eq, program, _, _ = solved(arch(20, 0.12))
+    _, _, _, other = solved(arch(20, 0.121))
+    assert not check(eq, program, other, np.zeros(6 * eq.n_blocks)).proves_stable
+
+
+def test_a_mechanism_proves_instability_and_a_damaged_one_does_not():
+    eq, program, raw, force = solved(stack(3).with_(gravity=(0.4, 0, -1)))
+    assert check(eq, program, force, raw.twist).proves_unstable
+    assert not check(eq, program, force, -raw.twist).proves_unstable
+    assert not check(eq, program, force, 0 * raw.twist).proves_unstable
+    crooked = raw.twist.copy()
+    crooked[2] -= 0.1 * np.abs(crooked).max()
+    assert not check(eq, program, force, crooked).proves_unstable
+
+
+def test_no_twist_proves_a_stable_assembly_unstable():
+    eq, program, _, force = solved(running_bond(4, 3))
+    rng = np.random.default_rng(0)
+    for _ in range(200):
+        proof = check(eq, program, force, rng.normal(size=6 * eq.n_blocks))
+        assert not proof.proves_unstable
+        assert proof.required_force <= force[:, 0].sum() / np.abs(program.load).sum() * (1 + 1e-9)
+
+
+def test_mending_a_mechanism_leaves_no_joint_closing():
+    _, program, raw, _ = solved(arch(20, 0.1072).with_(friction=2.0))
+    rough = raw.twist + 1e-6 * np.random.default_rng(0).normal(size=len(raw.twist)) * np.abs(raw.twist).max()
+    mended = clarabel_dual.open_joints(program, rough)
+
+    def worst(twist):
+        return opening_room((program.matrix.T @ twist).reshape(-1, 3), program.friction).min()
+
+    assert worst(rough) < 0
+    assert worst(mended) >= 0
+    assert np.abs(mended - rough).max() < 1e-3 * np.abs(rough).max()
+
+
+def test_room_in_the_cones():
+    mu = np.array([0.5, 0.5, 0.0, 0.0, np.inf, np.inf])
+    force = np.array([[2, 0.6, 0.8], [1, 0.6, 0.8], [1, 0, 0], [1, 0.1, 0], [1, 9, 9], [0, 1, 0.0]])
+    np.testing.assert_allclose(cone_room(force, mu), [0, -1, 1, -np.inf, 1, -1])
+    np.testing.assert_allclose(opening_room(force, mu), [1.5, 0.5, 1, 1, -np.hypot(9, 9), -1])
+
+
+@pytest.mark.parametrize("solver", ["clarabel", "cvxpy"])
+def test_equilibrium_of_the_returned_forces_by_hand(solver):
+    # Add up forces and moments block by block, without the matrix.
+    asm = arch(12, 0.2)
+    verdict = assess(asm, solver=solver)
+    assert verdict.outcome is Outcome.STABLE
+    faces = verdict.interfaces
+    for block in asm.free:
+        force, moment = asm.mass[block] * asm.gravity, np.zeros(3)
+        for point, k in enumerate(faces.point_interface):
+            if block in faces.pair[k]:
+                sign = 1 if faces.pair[k, 1] == block else -1
+                push = sign * faces.frame[k].T @ verdict.forces[point]
+                force = force + push
+                moment = moment + np.cross(faces.point[point] - asm.centroid[block], push)
+        np.testing.assert_allclose(force, 0, atol=1e-10)
+        np.testing.assert_allclose(moment, 0, atol=1e-10)

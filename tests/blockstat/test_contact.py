@@ -1,0 +1,129 @@
+import numpy as np
+import pytest
+from problems import arch, assembly, box, running_bond, stack
+
+from blockstat import Block, find_interfaces
+
+
+def touching(asm, **options):
+    faces = find_interfaces(asm, **options)
+    return {tuple(pair): area for pair, area in zip(faces.pair.tolist(), faces.area, strict=True)}
+
+
+def test_stack_has_one_interface_a_joint_with_four_corners():
+    faces = find_interfaces(stack(3))
+    assert faces.pair.tolist() == [[0, 1], [1, 2], [2, 3]]
+    np.testing.assert_allclose(faces.area, 1.0)
+    assert faces.n_points == 12
+    np.testing.assert_allclose(faces.frame[:, 0], [[0, 0, 1]] * 3, atol=1e-15)
+    for frame in faces.frame:
+        np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-15)
+        assert np.linalg.det(frame) == pytest.approx(1.0)
+
+
+def test_running_bond_counts_by_hand():
+    # 3 bricks a course, 4 courses: beds of 3 + 3 x 6 (half and half, two at the ends), heads 2 + 3 + 2 + 3.
+    asm = running_bond(4, 3)
+    faces = find_interfaces(asm)
+    vertical = np.abs(faces.frame[:, 0, 2]) > 0.5
+    assert vertical.sum() == 3 + 3 * 6
+    assert (~vertical).sum() == 2 + 3 + 2 + 3
+    assert faces.area[vertical].sum() == pytest.approx(4 * 1.2 * 0.2)
+    assert faces.area[~vertical].sum() == pytest.approx(10 * 0.175 * 0.2)
+    assert faces.n_points == 4 * faces.n_interfaces
+
+
+def test_blocks_that_meet_only_at_an_edge_do_not_touch():
+    asm = assembly([box((0, 0, 0), (1, 1, 1)), box((1, 0, 1), (2, 1, 2))])
+    assert find_interfaces(asm).n_interfaces == 0
+
+
+def test_overhanging_patch_is_clipped():
+    asm = assembly([box((0, 0, 0), (2, 2, 1)), box((1.5, -0.5, 1), (3, 0.75, 2))])
+    faces = find_interfaces(asm)
+    assert faces.area.tolist() == pytest.approx([0.5 * 0.75])
+    assert sorted(map(tuple, faces.point.round(9).tolist())) == [(1.5, 0, 1), (1.5, 0.75, 1), (2, 0, 1), (2, 0.75, 1)]
+
+
+def test_a_long_slab_keeps_all_its_bricks():
+    bricks = [box((0.3 * i, 0, 0), (0.3 * i + 0.2, 0.1, 0.1)) for i in range(40)]
+    faces = find_interfaces(assembly([box((-1, -1, -0.2), (14, 2, 0)), *bricks]))
+    assert faces.n_interfaces == 40
+
+
+def test_thin_tiles_have_one_interface():
+    asm = assembly([box((0, 0, 0), (1, 1, 1e-3)), box((0, 0, 1e-3), (1, 1, 2e-3))])
+    assert find_interfaces(asm).n_interfaces == 1
+
+
+def test_triangulated_faces_make_one_interface():
+    faces = []
+    for a, b, c, d in box((0, 0, 0), (1, 1, 1)).faces:
+        faces += [[a, b, c], [a, c, d]]
+    blocks = [Block(box((0, 0, k), (1, 1, k + 1)).vertices, faces) for k in range(2)]
+    interfaces = find_interfaces(assembly(blocks))
+    assert interfaces.n_interfaces == 1
+    assert interfaces.n_points == 4
+    assert interfaces.area[0] == pytest.approx(1.0)
+
+
+def horseshoe(z):
+    plan = [(0, 0), (3, 0), (3, 2), (2, 2), (2, 1), (1, 1), (1, 2), (0, 2)]
+    n = len(plan)
+    sides = [[i, (i + 1) % n, (i + 1) % n + n, i + n] for i in range(n)]
+    points = [(x, y, z) for x, y in plan] + [(x, y, z + 1) for x, y in plan]
+    return Block(points, [list(range(n))[::-1], list(range(n, 2 * n)), *sides])
+
+
+def test_contact_in_two_pieces_is_one_interface_on_its_hull():
+    # A beam across the two arms of a horseshoe touches it twice, in one plane.
+    asm = assembly([horseshoe(0), box((-0.5, 1.2, 1), (3.5, 1.8, 2))])
+    faces = find_interfaces(asm)
+    assert faces.n_interfaces == 1
+    assert faces.area[0] == pytest.approx(2 * 1.0 * 0.6)
+    assert sorted(map(tuple, faces.point.round(9).tolist())) == [(0, 1.2, 1), (0, 1.8, 1), (3, 1.2, 1), (3, 1.8, 1)]
+
+
+def test_a_beam_over_the_notch_of_a_concave_face_does_not_touch_it():
+    asm = assembly([horseshoe(0), box((1.2, 1.2, 1), (1.8, 3, 2))])
+    assert find_interfaces(asm).n_interfaces == 0
+
+
+def test_gap_within_tolerance_is_a_joint_and_beyond_it_is_reported():
+    def two(gap):
+        return assembly([box((0, 0, 0), (1, 1, 1)), box((0, 0, 1 + gap), (1, 1, 2 + gap))])
+
+    assert find_interfaces(two(5e-3)).gap[0] == pytest.approx(5e-3)
+    assert find_interfaces(two(-5e-3)).n_interfaces == 1
+    missed = find_interfaces(two(2e-2))
+    assert missed.n_interfaces == 0
+    assert [(d.a, d.b, d.reason) for d in missed.dropped] == [(0, 1, "gap")]
+    assert missed.dropped[0].value == pytest.approx(2e-2)
+    assert find_interfaces(two(2e-2), gap=5e-2).n_interfaces == 1
+    assert find_interfaces(two(2e-1)).dropped == ()
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+def test_interfaces_do_not_depend_on_units(scale):
+    asm = arch(12, 0.2)
+    scaled = asm.with_(vertices=asm.vertices * scale)
+    a, b = find_interfaces(asm), find_interfaces(scaled)
+    assert a.pair.tolist() == b.pair.tolist()
+    np.testing.assert_allclose(b.area, a.area * scale**2, rtol=1e-9)
+
+
+def test_interfaces_follow_a_permutation_of_the_blocks():
+    asm = running_bond(5, 4)
+    order = np.random.default_rng(1).permutation(asm.n_blocks)
+    blocks = [Block(asm.block_vertices(i), asm.faces_of(i), asm.names[i]) for i in order]
+    shuffled = assembly(blocks, supports=["ground"])
+
+    def named(a):
+        return {frozenset((a.names[i], a.names[j])): round(area, 12) for (i, j), area in touching(a).items()}
+
+    assert named(asm) == named(shuffled)
+
+
+def test_supports_have_no_interface_between_them():
+    asm = assembly([box((0, 0, 0), (1, 1, 1)), box((1, 0, 0), (2, 1, 1)), box((0.5, 0, 1), (1.5, 1, 2))], supports=[0, 1])
+    assert find_interfaces(asm).pair.tolist() == [[0, 2], [1, 2]]

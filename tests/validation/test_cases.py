@@ -1,0 +1,41 @@
+"""Assemblies from other projects: verdicts against independently computed ones (see MANIFEST.md beside them)."""
+
+import json
+import warnings
+
+import pytest
+
+from blockstat import InputWarning, assess, read
+
+#: What the expectation says of force-only statics. "falls" (H, A) and the shelf stand on paper by self-stress.
+STATIC = {
+    "stable": "stable",
+    "admissible": "stable",
+    "falls (statically admissible!)": "stable",
+    "stable only if the cone is not shrunk": "stable",
+    "slides": "unstable",
+    "unstable": "unstable",
+}
+
+
+def test_every_case_gets_the_expected_static_verdict(cases):
+    wrong = []
+    for row in json.loads((cases / "expected.json").read_text()):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", InputWarning)
+            verdict = assess(read(cases / f"{row['case']}.json"))
+        expected = STATIC.get(row["expected"])
+        if expected is None:
+            assert row["expected"].startswith("limit state")
+            continue
+        if verdict.outcome.word != expected:
+            wrong.append((row["case"], row["expected"], verdict.outcome.word))
+    assert wrong == []
+
+
+@pytest.mark.parametrize("case", ["asm_crossvault", "dem_pavillionvault"])
+def test_a_verdict_that_hangs_on_the_gap_tolerance_says_so(cases, case):
+    tight = assess(read(cases / f"{case}.json"), gap=1e-3)
+    assert tight.outcome.word == "unstable"
+    assert any("a larger tolerance may change the verdict" in text for text in tight.warnings)
+    assert any("do not quite close" in text for text in assess(read(cases / f"{case}.json")).warnings)
