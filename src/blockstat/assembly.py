@@ -5,6 +5,7 @@ SI units throughout: metres, kilograms, seconds, newtons. Nothing here changes i
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -12,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from blockstat.errors import InputError
+from blockstat.errors import InputError, InputWarning
 from blockstat.geometry_check import check_geometry
 from blockstat.polyhedron import FacePlanes, Floats, Integrals, Ints, face_planes, integrals
 
@@ -78,11 +79,16 @@ class Assembly:
         names = _unique_names(blocks)
         vertices = [_vertex_array(block, label) for block, label in zip(blocks, names, strict=True)]
         vertex_start = np.concatenate([[0], np.cumsum([len(v) for v in vertices])])
-        faces, face_block = [], []
+        faces, face_block, doubled = [], [], []
         for index, (block, label) in enumerate(zip(blocks, names, strict=True)):
             checked = _face_lists(block, label, len(vertices[index]))
+            if len(checked) < len(block.faces):
+                doubled.append(label)
             faces.extend(np.asarray(face) + vertex_start[index] for face in checked)
             face_block.extend([index] * len(checked))
+        if doubled:
+            text = f"{len(doubled)} blocks list faces twice (the first is \"{doubled[0]}\"); each counts once"
+            warnings.warn(InputWarning(text), stacklevel=3)
         face_start = np.concatenate([[0], np.cumsum([len(f) for f in faces])])
         densities = np.array([density if b.density is None else b.density for b in blocks], dtype=float)
         for label, value in zip(names, densities, strict=True):
@@ -230,7 +236,9 @@ def _vertex_array(block: Block, label: str) -> Floats:
 
 
 def _face_lists(block: Block, label: str, n_vertices: int) -> list[list[int]]:
-    faces = []
+    """The faces of a block as lists, each once even if it is listed twice."""
+    faces: list[list[int]] = []
+    seen: set[tuple[int, ...]] = set()
     for number, face in enumerate(block.faces):
         face = [int(corner) for corner in face]
         if len(face) < 3 or len(set(face)) < len(face):
@@ -239,6 +247,11 @@ def _face_lists(block: Block, label: str, n_vertices: int) -> list[list[int]]:
             raise InputError(
                 f'block "{label}": face {number} is {face}; corners must lie between 0 and {n_vertices - 1}'
             )
+        first = face.index(min(face))
+        turned = tuple(face[first:] + face[:first])
+        if turned in seen:
+            continue
+        seen.add(turned)
         faces.append(face)
     if len(faces) < 4:
         raise InputError(f'block "{label}": {len(faces)} faces cannot close a volume; at least 4 are needed')

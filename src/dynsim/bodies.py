@@ -9,10 +9,10 @@ import numpy as np
 
 from blockstat.assembly import Assembly
 from blockstat.polyhedron import Floats
+from dynsim.decompose import convex_pieces
 
-#: A block whose hull is larger by more than this fraction is cut into convex pieces; below, its faces are
-#: merely warped and the hull stands for it.
-HOLLOW = 0.02
+#: A block whose hull is larger by no more than this fraction is convex.
+CONVEX = 1e-6
 #: Right angles and equal edges to this fraction of the block's size make a box.
 SQUARE = 1e-7
 
@@ -25,7 +25,6 @@ class Shape:
     half_extents: Floats | None  #: shape (3,) for a box, else None
     pieces: tuple[Floats, ...]  #: vertices of the convex pieces, shape (k, 3) each
     inertia: Floats  #: shape (3,), principal moments [kg m2]
-    overlap_risk: bool  #: True when the shape sticks out of the block
 
 
 def shapes(assembly: Assembly) -> list[Shape]:
@@ -40,16 +39,16 @@ def _shape(assembly: Assembly, block: int) -> Shape:
     if box is not None:
         rotation, half = box
         moments = assembly.mass[block] / 3 * (half @ half - half**2)
-        return Shape(rotation, half, (local @ rotation,), moments, False)
+        return Shape(rotation, half, (local @ rotation,), moments)
     moments, rotation = np.linalg.eigh(assembly.inertia[block])
     if np.linalg.det(rotation) < 0:
         rotation[:, 0] *= -1
     local = local @ rotation
     hull = _hull(local)
     excess = hull.volume / assembly.volume[block] - 1.0
-    if excess <= HOLLOW:
-        return Shape(rotation, None, (local[hull.vertices],), moments, excess > 1e-6)
-    return Shape(rotation, None, _convex_pieces(local, faces), moments, True)
+    if excess <= CONVEX:
+        return Shape(rotation, None, (local[hull.vertices],), moments)
+    return Shape(rotation, None, _pieces(local, faces, assembly.size[block]), moments)
 
 
 def _as_box(local: Floats, faces: Sequence[np.ndarray], size: float) -> tuple[Floats, Floats] | None:
@@ -79,15 +78,18 @@ def _hull(points: Floats):
     return ConvexHull(points)
 
 
-def _convex_pieces(local: Floats, faces: Sequence[np.ndarray]) -> tuple[Floats, ...]:
-    """Convex pieces of a hollow block by CoACD (Wei et al. 2022)."""
-    import coacd
-
+def _pieces(local: Floats, faces: Sequence[np.ndarray], size: float) -> tuple[Floats, ...]:
+    """Convex pieces of a concave block: exact cuts, or CoACD (Wei et al. 2022) where those fail."""
     from blockstat.io.triangles import triangulate
 
+    triangles = triangulate(local, faces)
+    exact = convex_pieces(local, triangles, size)
+    if exact is not None:
+        return tuple(exact)
+    import coacd
+
     coacd.set_log_level("error")
-    mesh = coacd.Mesh(local, triangulate(local, faces))
-    parts = coacd.run_coacd(mesh, threshold=0.02, seed=0)
+    parts = coacd.run_coacd(coacd.Mesh(local, triangles), threshold=0.02, seed=0)
     return tuple(np.asarray(vertices)[_hull(np.asarray(vertices)).vertices] for vertices, _ in parts)
 
 

@@ -97,6 +97,8 @@ def _print_rows(rows: list) -> None:
             row.dynamic, *drops, f"{row.dynamic_seconds:.1f}", agree,
         )  # fmt: skip
     console = Console()
+    if not console.is_terminal:
+        console = Console(width=160)
     console.print(table)
     for row in rows:
         if row.note:

@@ -1,0 +1,33 @@
+# Everything a user needs: `make demo` and `make test`. Both set up .venv by themselves with Python 3.11.
+PYTHON ?= python3.11
+VENV ?= .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+
+.PHONY: demo test test-all lint benchmark clean
+
+demo: $(STAMP)
+	$(BIN)/dynsim optimise examples/chapel.toml -o out/chapel
+
+test: $(STAMP)
+	$(BIN)/python -m pytest -n 2 -m "not slow"
+
+test-all: $(STAMP)
+	$(BIN)/python -m pytest -n 2
+
+lint: $(STAMP)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/pyright
+
+benchmark: $(STAMP)
+	$(BIN)/python benchmarks/assess.py
+
+clean:
+	rm -rf $(VENV) out build dist src/*.egg-info
+
+# requirements.lock holds the versions that the tests ran with.
+$(STAMP): pyproject.toml requirements.lock
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e ".[dynamics,test,dev]"
+	touch $@
