@@ -31,7 +31,9 @@ def stack(n: int, width: float = 1.0, height: float = 1.0, **options) -> Assembl
     return assembly(blocks, **options)
 
 
-def arch(n: int, thickness: float, *, radius: float = 1.0, embrace: float = np.pi, depth: float = 0.5, **options) -> Assembly:
+def arch(
+    n: int, thickness: float, *, radius: float = 1.0, embrace: float = np.pi, depth: float = 0.5, **options
+) -> Assembly:
     """A circular arch of n straight-sided voussoirs with radial joints between two fixed springers.
 
     radius : of the centreline; thickness : radial.
@@ -45,7 +47,9 @@ def arch(n: int, thickness: float, *, radius: float = 1.0, embrace: float = np.p
 
     blocks = [
         hexahedron(
-            [*joint(a, depth)[::-1], *joint(b, depth)], [*joint(a, 0)[::-1], *joint(b, 0)], name=f"voussoir{i}"
+            [*joint(a, depth)[::-1], *joint(b, depth)],
+            [*joint(a, 0)[::-1], *joint(b, 0)],
+            name=f"voussoir{i}",
         )
         for i, (a, b) in enumerate(zip(angles[:-1], angles[1:], strict=True))
     ]
@@ -61,7 +65,9 @@ def _springers(angles, inner, outer, depth):
         yield hexahedron([(x, depth, z) for x, z in plan], [(x, 0, z) for x, z in plan], name=name)
 
 
-def running_bond(courses: int, bricks: int, *, length: float = 0.4, height: float = 0.175, depth: float = 0.2, **options) -> Assembly:
+def running_bond(
+    courses: int, bricks: int, *, length: float = 0.4, height: float = 0.175, depth: float = 0.2, **options
+) -> Assembly:
     """A wall of whole bricks, half bricks at the ends of every other course, on a fixed slab."""
     blocks = [box((-length, -length, -height), ((bricks + 1) * length, depth + length, 0), name="ground")]
     for course in range(courses):
@@ -90,3 +96,11 @@ SCENES = [
     ("heavy on light", lambda: assembly([box((0, 0, -1), (1, 1, 0)), box((0, 0, 0), (1, 1, 1)),
      box((0.2, 0, 1), (1.2, 1, 2), density=1e4)]), {}),
 ]  # fmt: skip
+
+#: A building small enough to be simulated in a second: 45 blocks.
+HUT = {
+    "name": "hut", "length": 2.0, "span": 2.4,
+    "brick": {"length": 0.8, "height": 0.5},
+    "wall": {"thickness": {"value": 0.8, "min": 0.2, "max": 0.8, "step": 0.2}, "height": 1.5},
+    "vault": {"thickness": {"value": 0.3, "min": 0.2, "max": 0.3, "step": 0.1}, "voussoirs": 7},
+}  # fmt: skip

@@ -56,7 +56,9 @@ def assess(
     changes = {k: v for k, v in (("friction", friction), ("gravity", gravity)) if v is not None}
     assembly = assembly.with_(**changes) if changes else assembly
     if not assembly.support.any():
-        raise InputError(f'"{assembly.name}" has no supports; list the blocks that cannot move under "supports"')
+        raise InputError(
+            f'"{assembly.name}" has no supports; list the blocks that cannot move under "supports"'
+        )
     total_load = weight(assembly) + _checked_loads(assembly, loads)
 
     timings: dict[str, float] = {}
@@ -160,7 +162,9 @@ def _checked_loads(assembly: Assembly, loads: Floats | None) -> Floats:
         return np.zeros((assembly.n_blocks, 6))
     loads = np.asarray(loads, dtype=float)
     if loads.shape != (assembly.n_blocks, 6) or not np.isfinite(loads).all():
-        raise InputError(f"loads have shape {loads.shape}; finite values of shape ({assembly.n_blocks}, 6) are needed")
+        raise InputError(
+            f"loads have shape {loads.shape}; finite values of shape ({assembly.n_blocks}, 6) are needed"
+        )
     return loads
 
 
@@ -185,7 +189,9 @@ def _gap_warnings(assembly: Assembly, interfaces: Interfaces, outcome: Outcome, 
     loose = interfaces.gap > LOOSE * assembly.size[interfaces.pair].min(axis=1)
     if outcome is Outcome.STABLE and loose.any():
         worst = interfaces.gap[loose].max()
-        return [f"{loose.sum()} of {len(loose)} joints do not quite close (up to {worst:.2g} m) and count as touching"]
+        return [
+            f"{loose.sum()} of {len(loose)} joints do not quite close (up to {worst:.2g} m) and count as touching"
+        ]
     return []
 
 

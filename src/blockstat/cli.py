@@ -7,7 +7,17 @@ from typing import Annotated
 
 import typer
 
-from blockstat.cli_options import AsJson, FileArgument, Friction, Gravity, Supports, Tilt, load, print_json, run_app
+from blockstat.cli_options import (
+    AsJson,
+    FileArgument,
+    Friction,
+    Gravity,
+    Supports,
+    Tilt,
+    load,
+    print_json,
+    run_app,
+)
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 
@@ -20,7 +30,9 @@ def about() -> None:
 @app.command()
 def build(
     scene: Annotated[Path, typer.Argument(help="Scene file (.toml).")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="Where to write (.json, .obj, .glb, .stl, .ply).")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Where to write (.json, .obj, .glb, .stl, .ply).")
+    ],
 ) -> None:
     """Build the blocks of a scene and write them."""
     from blockstat.io import write
@@ -56,7 +68,9 @@ def check(
         return
     seconds = verdict.timings["total"]
     faces = verdict.interfaces
-    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {faces.n_interfaces} interfaces, {seconds:.2f} s")
+    typer.echo(
+        f"{assembly.name}: {assembly.n_blocks} blocks, {faces.n_interfaces} interfaces, {seconds:.2f} s"
+    )
     typer.echo(verdict.explain())
 
 
@@ -69,7 +83,9 @@ def plot(
     tilt: Tilt = None,
     supports: Supports = None,
     plain: Annotated[bool, typer.Option("--plain", help="Only the blocks, no verdict.")] = False,
-    view: Annotated[str, typer.Option(metavar="AZIMUTH,ELEVATION", help="Where to look from, in degrees.")] = "-55,25",
+    view: Annotated[
+        str, typer.Option(metavar="AZIMUTH,ELEVATION", help="Where to look from, in degrees.")
+    ] = "-55,25",
 ) -> None:
     """Draw the blocks, coloured by the static verdict."""
     from blockstat.analysis import assess

@@ -12,6 +12,7 @@ from blockstat.polyhedron import Floats, Ints
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
+
 def concave_patches(
     assembly: Assembly, fa: Ints, fb: Ints, frame: Floats, origin: Floats, rows: Ints
 ) -> tuple[Ints, Floats, Ints]:
@@ -32,7 +33,11 @@ def concave_patches(
                 polygons.append(np.array(shapely.geometry.polygon.orient(hull).exterior.coords)[:-1])
     width = max((len(p) for p in polygons), default=3)
     padded = np.array([np.vstack([p, np.repeat(p[-1:], width - len(p), axis=0)]) for p in polygons])
-    return np.array(found, dtype=np.int64), padded.reshape(-1, width, 2), np.array([len(p) for p in polygons], int)
+    return (
+        np.array(found, dtype=np.int64),
+        padded.reshape(-1, width, 2),
+        np.array([len(p) for p in polygons], int),
+    )
 
 
 def outline_hull(points: Floats) -> Floats:
@@ -41,5 +46,3 @@ def outline_hull(points: Floats) -> Floats:
 
     hull = shapely.geometry.polygon.orient(shapely.MultiPoint(points).convex_hull)
     return np.array(hull.exterior.coords)[:-1]
-
-

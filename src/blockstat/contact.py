@@ -28,7 +28,9 @@ if TYPE_CHECKING:
 #: close better, and their verdicts do not change from half this tolerance to five times it.
 GAP = 1e-2
 WIDTH = 1e-6  #: a patch narrower than this, relative to the smaller block, is two blocks meeting at an edge
-SPAN = 1e-9  #: corners closer than this to a line of their neighbours say nothing new (rounding of coordinates)
+SPAN = (
+    1e-9  #: corners closer than this to a line of their neighbours say nothing new (rounding of coordinates)
+)
 ANGLE = np.deg2rad(5.0)  #: faces further from opposed than this are never one joint
 NEAR_MISS = 5.0  #: gaps up to this many tolerances are reported as dropped
 
@@ -122,7 +124,9 @@ def _opposed_faces(assembly: Assembly, pairs: Ints, gap: float) -> tuple[Ints, I
     return fa[near], fb[near]
 
 
-def _faces_near(assembly: Assembly, blocks: Ints, lower: Floats, upper: Floats, reach: Floats) -> tuple[Ints, Ints]:
+def _faces_near(
+    assembly: Assembly, blocks: Ints, lower: Floats, upper: Floats, reach: Floats
+) -> tuple[Ints, Ints]:
     """For each row the faces of its block whose box comes within reach of the other block's box."""
     first = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks + 1))
     count = np.diff(first)[blocks]
@@ -215,7 +219,13 @@ def _collect(assembly: Assembly, batches: list[_Patches], gap: float) -> Interfa
     if not kept:
         empty = np.empty((0, 3))
         return Interfaces(
-            np.empty((0, 2), int), np.empty((0, 3, 3)), np.empty(0), np.empty(0), empty, np.zeros(1, int), tuple(dropped)
+            np.empty((0, 2), int),
+            np.empty((0, 3, 3)),
+            np.empty(0),
+            np.empty(0),
+            empty,
+            np.zeros(1, int),
+            tuple(dropped),
         )
     pair, frame, origin, polygon, area, gaps = zip(*kept, strict=True)
     count = np.array([len(p) for p in polygon])

@@ -28,7 +28,9 @@ def check_geometry(assembly: Assembly) -> None:
     flat = np.flatnonzero(np.abs(assembly.volume) <= FLAT * diagonal**3)
     if len(flat):
         block = flat[0]
-        raise InputError(f'block "{assembly.names[block]}": its volume is {assembly.volume[block]:.3g} m3; it is flat')
+        raise InputError(
+            f'block "{assembly.names[block]}": its volume is {assembly.volume[block]:.3g} m3; it is flat'
+        )
     inside_out = np.flatnonzero(assembly.volume < 0)
     if len(inside_out):
         raise InputError(

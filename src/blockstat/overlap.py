@@ -47,7 +47,9 @@ def overlaps(assembly: Assembly, *, gap: float) -> tuple[Ints, Floats]:
     pairs = near_pairs(lower, upper, np.zeros(assembly.n_blocks))
     pairs = pairs[~assembly.support[pairs].all(axis=1)]
     limit = gap * assembly.size[pairs].min(axis=1)
-    deep = (np.minimum(upper[pairs[:, 0]], upper[pairs[:, 1]]) - np.maximum(lower[pairs[:, 0]], lower[pairs[:, 1]]))
+    deep = np.minimum(upper[pairs[:, 0]], upper[pairs[:, 1]]) - np.maximum(
+        lower[pairs[:, 0]], lower[pairs[:, 1]]
+    )
     pairs = pairs[(deep > limit[:, None]).all(axis=1)]
     pairs = pairs[convex_blocks(assembly)[pairs].all(axis=1)]
     limit = gap * assembly.size[pairs].min(axis=1)

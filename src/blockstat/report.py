@@ -44,11 +44,15 @@ def write_designs(result: SearchResult, directory: Path) -> list[Figure]:
         thinnest = min(pruned, key=lambda c: c.volume or 0.0)
         verdict = assess(build(with_values(result.building, thinnest.parameters)))
         path = picture_of_verdict(verdict, directory / "mechanism.png")
-        figures.append(Figure(path, f"How the thinnest pruned design ({_values(thinnest)}) would move first."))
+        figures.append(
+            Figure(path, f"How the thinnest pruned design ({_values(thinnest)}) would move first.")
+        )
     return figures
 
 
-def write_report(result: SearchResult, directory: Path, figures: Sequence[Figure], *, notes: Sequence[str] = ()) -> Path:
+def write_report(
+    result: SearchResult, directory: Path, figures: Sequence[Figure], *, notes: Sequence[str] = ()
+) -> Path:
     """report.html in the directory, with the figures inside it; returns its path."""
     name = escape(result.building.name)
     history = result.history
@@ -95,13 +99,23 @@ def _best_table(result: SearchResult) -> str:
 def _history_table(history: Sequence[Candidate]) -> str:
     names = list(history[0].parameters) if history else []
     head = "".join(
-        f"<th>{escape(n)}</th>" for n in [*names, "volume m3", "static", "score", "static s", "dynamic", "dynamic s", "note"]
+        f"<th>{escape(n)}</th>"
+        for n in [*names, "volume m3", "static", "score", "static s", "dynamic", "dynamic s", "note"]
     )
     rows = []
     for c in history:
         cells = [f"{v:g}" for v in c.parameters.values()]
-        cells += ["" if c.volume is None else f"{c.volume:.2f}", c.static, "" if c.score is None else f"{c.score:.2e}"]
-        cells += [f"{c.static_seconds:.2f}", c.dynamic, f"{c.dynamic_seconds:.1f}" if c.dynamic_seconds else "", c.note]
+        cells += [
+            "" if c.volume is None else f"{c.volume:.2f}",
+            c.static,
+            "" if c.score is None else f"{c.score:.2e}",
+        ]
+        cells += [
+            f"{c.static_seconds:.2f}",
+            c.dynamic,
+            f"{c.dynamic_seconds:.1f}" if c.dynamic_seconds else "",
+            c.note,
+        ]
         kind = "stands" if c.stands else "no"
         rows.append(f'<tr class="{kind}">' + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>")
     return f"<table><tr>{head}</tr>{''.join(rows)}</table>"

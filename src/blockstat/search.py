@@ -27,7 +27,9 @@ from blockstat.spec import Building, parameters, with_values
 
 PRUNED = "pruned"
 COLUMNS = ("static", "score", "dynamic", "volume", "blocks", "static_seconds", "dynamic_seconds", "note")
-SCENE = "scene"  #: last column: a digest of the scene, so that rows of another scene are never taken for its own
+SCENE = (
+    "scene"  #: last column: a digest of the scene, so that rows of another scene are never taken for its own
+)
 
 
 class Dynamic(Protocol):
@@ -69,8 +71,12 @@ class SearchResult:
     best: Building | None  #: the last design that stood, None when none did
     best_parameters: dict[str, float] | None
     history: tuple[Candidate, ...]
-    verdicts: dict[tuple[float, ...], Verdict] = field(repr=False)  #: static verdicts of this run by parameter values
-    confirmation: Any = field(default=None, repr=False)  #: dynamic verdict of the best design, if judged in this run
+    verdicts: dict[tuple[float, ...], Verdict] = field(
+        repr=False
+    )  #: static verdicts of this run by parameter values
+    confirmation: Any = field(
+        default=None, repr=False
+    )  #: dynamic verdict of the best design, if judged in this run
     finished: bool = True  #: False when it was interrupted
 
 
@@ -100,7 +106,9 @@ def search(
         if name not in ranges:
             raise InputError(f'no parameter "{name}" to search; ranges are: {", ".join(ranges) or "none"}')
     if not chosen:
-        raise InputError(f'"{building.name}" has no parameter to search; write one as {{value, min, max, step}}')
+        raise InputError(
+            f'"{building.name}" has no parameter to search; write one as {{value, min, max, step}}'
+        )
     start = {name: ranges[name].max for name in chosen}
     building = with_values(building, start)
     log = _Log(Path(history), chosen, _digest(building)) if history is not None else None
@@ -212,7 +220,9 @@ class _Log:
         reader = csv.DictReader(text.splitlines())
         rows = list(reader)
         if reader.fieldnames != self.columns or any(row[SCENE] != self.scene for row in rows):
-            raise InputError(f"{self.path}: this history is of another search; move it away or choose another directory")
+            raise InputError(
+                f"{self.path}: this history is of another search; move it away or choose another directory"
+            )
         return {_key(c.parameters): c for c in map(self._candidate, rows)}
 
     def _candidate(self, row: dict[str, str]) -> Candidate:

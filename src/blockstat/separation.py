@@ -30,12 +30,21 @@ def face_separation(
     chunks = np.split(np.arange(len(pairs)), np.searchsorted(work, np.arange(CHUNK, work[-1], CHUNK)))
     allowed = np.ones(len(face_block), dtype=bool) if faces is None else faces
     return np.concatenate(
-        [_chunk(vertices, vertex_start, planes, first_face, pairs[rows], allowed) for rows in chunks if len(rows)]
+        [
+            _chunk(vertices, vertex_start, planes, first_face, pairs[rows], allowed)
+            for rows in chunks
+            if len(rows)
+        ]
     )
 
 
 def _chunk(
-    vertices: Floats, vertex_start: Ints, planes: FacePlanes, first_face: Ints, pairs: Ints, allowed: np.ndarray
+    vertices: Floats,
+    vertex_start: Ints,
+    planes: FacePlanes,
+    first_face: Ints,
+    pairs: Ints,
+    allowed: np.ndarray,
 ) -> Floats:
     n_faces = np.diff(first_face)[pairs[:, 0]]
     row_start = np.cumsum(n_faces) - n_faces

@@ -8,7 +8,17 @@ from typing import Annotated
 
 import typer
 
-from blockstat.cli_options import AsJson, FileArgument, Friction, Gravity, Supports, Tilt, load, print_json, run_app
+from blockstat.cli_options import (
+    AsJson,
+    FileArgument,
+    Friction,
+    Gravity,
+    Supports,
+    Tilt,
+    load,
+    print_json,
+    run_app,
+)
 from blockstat.errors import InputError
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
@@ -84,7 +94,20 @@ def _print_rows(rows: list) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    table = Table("name", "blocks", "faces", "static", "score", "s", "dynamic", "Eq. 1 mm", "Eq. 2 mm", "moved mm", "s", "agree")
+    table = Table(
+        "name",
+        "blocks",
+        "faces",
+        "static",
+        "score",
+        "s",
+        "dynamic",
+        "Eq. 1 mm",
+        "Eq. 2 mm",
+        "moved mm",
+        "s",
+        "agree",
+    )
     for row in rows:
         if row.static is None:
             table.add_row(row.name, "", "", "no verdict")
@@ -108,9 +131,14 @@ def _print_rows(rows: list) -> None:
 @app.command()
 def optimise(
     scene: Annotated[Path, typer.Argument(help="Scene file (.toml) with ranges {value, min, max, step}.")],
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Directory; out/<name> by default.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Directory; out/<name> by default.")
+    ] = None,
     only: Annotated[
-        str | None, typer.Option("--parameters", metavar="PATH,...", help="Parameters to move, in order; all ranges by default.")
+        str | None,
+        typer.Option(
+            "--parameters", metavar="PATH,...", help="Parameters to move, in order; all ranges by default."
+        ),
     ] = None,
     group: Group = None,
     threshold: Threshold = None,

@@ -101,7 +101,9 @@ def _deepest_reflex_edge(
     return best
 
 
-def _best_cut(soup: Floats, start: Floats, end: Floats, one: Floats, two: Floats, size: float) -> list[Floats]:
+def _best_cut(
+    soup: Floats, start: Floats, end: Floats, one: Floats, two: Floats, size: float
+) -> list[Floats]:
     """Both sides of the plane through an edge (bisecting, or along either face) that cuts fewest triangles."""
     along = (end - start) / np.linalg.norm(end - start)
     planes = [np.cross(along, one + two), one, two]
@@ -142,6 +144,8 @@ def _connected(soup: Floats, size: float) -> list[Floats]:
     corner = _indices(soup, size)
     n = int(corner.max()) + 1
     rows, cols = corner[:, [0, 1]].reshape(-1), corner[:, [1, 2]].reshape(-1)
-    _, label = connected_components(sparse.coo_array((np.ones(len(rows)), (rows, cols)), shape=(n, n)), directed=False)
+    _, label = connected_components(
+        sparse.coo_array((np.ones(len(rows)), (rows, cols)), shape=(n, n)), directed=False
+    )
     owner = label[corner[:, 0]]
     return [soup[owner == part] for part in np.unique(owner)]

@@ -21,7 +21,11 @@ NOTE = (
 
 
 def optimise(
-    building: Building, directory: Path, *, names: Sequence[str] | None = None, settings: Settings | None = None
+    building: Building,
+    directory: Path,
+    *,
+    names: Sequence[str] | None = None,
+    settings: Settings | None = None,
 ) -> tuple[SearchResult, Path]:
     """Search, confirm, and write history.csv, best.json, best.glb, pictures and report.html into a directory.
 

@@ -105,14 +105,21 @@ def verify(assembly: Assembly, *, settings: Settings | None = None) -> DynamicVe
     """
     settings = settings or Settings()
     if not assembly.support.any():
-        raise InputError(f'"{assembly.name}" has no supports; list the blocks that cannot move under "supports"')
+        raise InputError(
+            f'"{assembly.name}" has no supports; list the blocks that cannot move under "supports"'
+        )
+    if not len(assembly.free):
+        raise InputError(f'"{assembly.name}": all blocks are supports; there is nothing to simulate')
     group, blocks = _roof(assembly, settings.group)
     limit = default_threshold(assembly)
     roof, brick = settings.roof_threshold or limit, settings.brick_threshold or limit
 
     def decided(elapsed: float, moved: Floats) -> bool:
         furthest = np.linalg.norm(moved, axis=1).max()
-        return bool(furthest >= max(brick, roof) or (elapsed >= settings.rest_after and furthest < settings.rest * brick))
+        return bool(
+            furthest >= max(brick, roof)
+            or (elapsed >= settings.rest_after and furthest < settings.rest * brick)
+        )
 
     run = simulate(assembly, settings=settings, stop=decided)
     since = run.since_release

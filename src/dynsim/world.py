@@ -84,14 +84,19 @@ class World:
         if as_box:
             assert shape.half_extents is not None
             collision = b.createCollisionShape(
-                b.GEOM_BOX, halfExtents=(shape.half_extents * self.length).tolist(), physicsClientId=self._client
+                b.GEOM_BOX,
+                halfExtents=(shape.half_extents * self.length).tolist(),
+                physicsClientId=self._client,
             )
         else:
             assert self._directory is not None
             path = Path(self._directory.name) / f"{block}.obj"
             path.write_text(hull_obj([piece * self.length for piece in shape.pieces]))
             collision = b.createCollisionShape(
-                b.GEOM_MESH, fileName=str(path), flags=b.URDF_INITIALIZE_SAT_FEATURES, physicsClientId=self._client
+                b.GEOM_MESH,
+                fileName=str(path),
+                flags=b.URDF_INITIALIZE_SAT_FEATURES,
+                physicsClientId=self._client,
             )
         assembly = self.assembly
         mass = 0.0 if assembly.support[block] else assembly.mass[block] * self._mass
@@ -134,7 +139,8 @@ class World:
         Raises RuntimeError when Bullet lost a block to NaN.
         """
         answers = [
-            self._bullet.getBasePositionAndOrientation(body, physicsClientId=self._client) for body in self._bodies
+            self._bullet.getBasePositionAndOrientation(body, physicsClientId=self._client)
+            for body in self._bodies
         ]
         position = np.array([answer[0] for answer in answers]) / self.length
         orientation = np.array([answer[1] for answer in answers])

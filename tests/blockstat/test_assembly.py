@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
-from problems import box
 from scipy.spatial.transform import Rotation
 
 from blockstat import Assembly, Block, InputError
+from problems import box
 
 
 def single(block, **options):
@@ -21,7 +21,9 @@ def test_box_integrals_match_the_textbook_wherever_the_box_is():
         rounding = 1e-9 if far else 1e-13
         assert asm.mass[0] == pytest.approx(mass, rel=100 * rounding)
         np.testing.assert_allclose(asm.centroid[0], [far] * 3, atol=1e-9 if far else 1e-15)
-        np.testing.assert_allclose(asm.inertia[0], inertia, rtol=1e-6 if far else 1e-12, atol=1e-8 if far else 1e-15)
+        np.testing.assert_allclose(
+            asm.inertia[0], inertia, rtol=1e-6 if far else 1e-12, atol=1e-8 if far else 1e-15
+        )
 
 
 def test_tetrahedron_integrals():
@@ -39,14 +41,20 @@ def test_concave_prism_integrals():
     plan = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]
     bottom = [(x, y, 0) for x, y in plan]
     top = [(x, y, 1) for x, y in plan]
-    faces = [list(range(5, -1, -1)), list(range(6, 12)), *([i, (i + 1) % 6, (i + 1) % 6 + 6, i + 6] for i in range(6))]
+    faces = [
+        list(range(5, -1, -1)),
+        list(range(6, 12)),
+        *([i, (i + 1) % 6, (i + 1) % 6 + 6, i + 6] for i in range(6)),
+    ]
     asm = single(Block(bottom + top, faces))
     assert asm.volume[0] == pytest.approx(3.0)
     np.testing.assert_allclose(asm.centroid[0], [5 / 6, 5 / 6, 0.5])
 
 
 def test_groups_take_their_subgroups_along():
-    blocks = [box((i, 0, 0), (i + 1, 1, 1), group=g) for i, g in enumerate(("wall.north", "wall.south", "vault"))]
+    blocks = [
+        box((i, 0, 0), (i + 1, 1, 1), group=g) for i, g in enumerate(("wall.north", "wall.south", "vault"))
+    ]
     asm = Assembly.from_blocks(blocks, supports=[0])
     assert asm.in_group("wall").tolist() == [0, 1]
     with pytest.raises(InputError, match=r'no group "wal"; groups are: vault, wall\.north, wall\.south'):

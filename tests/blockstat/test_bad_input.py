@@ -4,16 +4,22 @@ import json
 
 import numpy as np
 import pytest
-from problems import assembly, box, stack
 
 from blockstat import Assembly, Block, InputError, assess, read
+from problems import assembly, box, stack
 
 CUBE = box((0, 0, 0), (1, 1, 1), name="cube")
 
 
 def build(vertices=None, faces=None):
     return Assembly.from_blocks(
-        [Block(CUBE.vertices if vertices is None else vertices, CUBE.faces if faces is None else faces, "cube")],
+        [
+            Block(
+                CUBE.vertices if vertices is None else vertices,
+                CUBE.faces if faces is None else faces,
+                "cube",
+            )
+        ],
         supports=[0],
     )
 
@@ -67,7 +73,9 @@ def test_overlapping_blocks():
 
 
 def test_a_block_that_touches_nothing_is_named_and_falls():
-    asm = assembly([box((0, 0, -1), (1, 1, 0)), box((0, 0, 0), (1, 1, 1)), box((0, 0, 3), (1, 1, 4), name="lost")])
+    asm = assembly(
+        [box((0, 0, -1), (1, 1, 0)), box((0, 0, 0), (1, 1, 1)), box((0, 0, 3), (1, 1, 4), name="lost")]
+    )
     verdict = assess(asm)
     assert verdict.outcome.word == "unstable"
     assert verdict.warnings == ('block "lost" touches nothing',)
@@ -104,11 +112,17 @@ def test_bad_gravity(gravity):
         ({"density": -5}, 'block "cube": density is -5'),
         ({"blocks": []}, "no blocks"),
         ({"blocks": [{"name": "x", "vertices": "none", "faces": []}]}, 'block "x": vertices'),
-        ({"blocks": [{"name": "x", "vertices": [[0, 0, 0]], "faces": [[0, 1, 2]]}]}, 'block "x": vertices have shape'),
+        (
+            {"blocks": [{"name": "x", "vertices": [[0, 0, 0]], "faces": [[0, 1, 2]]}]},
+            'block "x": vertices have shape',
+        ),
     ],
 )
 def test_bad_native_file(tmp_path, change, expected):
-    data = {"supports": [0], "blocks": [{"name": "cube", "vertices": CUBE.vertices.tolist(), "faces": CUBE.faces}]}
+    data = {
+        "supports": [0],
+        "blocks": [{"name": "cube", "vertices": CUBE.vertices.tolist(), "faces": CUBE.faces}],
+    }
     path = tmp_path / "bad.json"
     path.write_text(json.dumps(data | change))
     with pytest.raises(InputError) as error:

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from problems import arch, running_bond, stack
 
 from blockstat import Outcome, assess, find_interfaces
 from blockstat.equilibrium import equilibrium, weight
 from blockstat.program import penalty_program
 from blockstat.solve import clarabel_dual
 from blockstat.solve.certificate import balance, check, cone_room, opening_room
+from problems import arch, running_bond, stack
 
 
 def solved(asm):

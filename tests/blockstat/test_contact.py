@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
-from problems import arch, assembly, box, running_bond, stack
 
 from blockstat import Block, find_interfaces
+from problems import arch, assembly, box, running_bond, stack
 
 
 def touching(asm, **options):
@@ -42,7 +42,12 @@ def test_overhanging_patch_is_clipped():
     asm = assembly([box((0, 0, 0), (2, 2, 1)), box((1.5, -0.5, 1), (3, 0.75, 2))])
     faces = find_interfaces(asm)
     assert faces.area.tolist() == pytest.approx([0.5 * 0.75])
-    assert sorted(map(tuple, faces.point.round(9).tolist())) == [(1.5, 0, 1), (1.5, 0.75, 1), (2, 0, 1), (2, 0.75, 1)]
+    assert sorted(map(tuple, faces.point.round(9).tolist())) == [
+        (1.5, 0, 1),
+        (1.5, 0.75, 1),
+        (2, 0, 1),
+        (2, 0.75, 1),
+    ]
 
 
 def test_a_long_slab_keeps_all_its_bricks():
@@ -81,7 +86,12 @@ def test_contact_in_two_pieces_is_one_interface_on_its_hull():
     faces = find_interfaces(asm)
     assert faces.n_interfaces == 1
     assert faces.area[0] == pytest.approx(2 * 1.0 * 0.6)
-    assert sorted(map(tuple, faces.point.round(9).tolist())) == [(0, 1.2, 1), (0, 1.8, 1), (3, 1.2, 1), (3, 1.8, 1)]
+    assert sorted(map(tuple, faces.point.round(9).tolist())) == [
+        (0, 1.2, 1),
+        (0, 1.8, 1),
+        (3, 1.2, 1),
+        (3, 1.8, 1),
+    ]
 
 
 def test_a_beam_over_the_notch_of_a_concave_face_does_not_touch_it():
@@ -125,5 +135,7 @@ def test_interfaces_follow_a_permutation_of_the_blocks():
 
 
 def test_supports_have_no_interface_between_them():
-    asm = assembly([box((0, 0, 0), (1, 1, 1)), box((1, 0, 0), (2, 1, 1)), box((0.5, 0, 1), (1.5, 1, 2))], supports=[0, 1])
+    asm = assembly(
+        [box((0, 0, 0), (1, 1, 1)), box((1, 0, 0), (2, 1, 1)), box((0.5, 0, 1), (1.5, 1, 2))], supports=[0, 1]
+    )
     assert find_interfaces(asm).pair.tolist() == [[0, 2], [1, 2]]

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from problems import SCENES
 
 from blockstat import assess
 from blockstat.analysis import find_interfaces
 from blockstat.equilibrium import equilibrium, split_floating, weight
 from blockstat.program import penalty_program
 from blockstat.solve import clarabel_dual, cvxpy_primal
+from problems import SCENES
 
 
 @pytest.mark.parametrize("scene", SCENES, ids=lambda s: s[0])
@@ -26,8 +26,11 @@ def test_same_energy_before_any_certificate(scene):
     faces = find_interfaces(asm)
     held, _ = split_floating(asm, faces)
     program = penalty_program(
-        equilibrium(asm, faces, weight(asm), held, np.arange(faces.n_points)), np.full(faces.n_points, asm.friction)
+        equilibrium(asm, faces, weight(asm), held, np.arange(faces.n_points)),
+        np.full(faces.n_points, asm.friction),
     )
     direct, literal = clarabel_dual.solve(program), cvxpy_primal.solve(program)
     total = np.abs(program.load).sum()
-    assert np.linalg.norm(direct.adhesion) / total == pytest.approx(np.linalg.norm(literal.adhesion) / total, abs=1e-6)
+    assert np.linalg.norm(direct.adhesion) / total == pytest.approx(
+        np.linalg.norm(literal.adhesion) / total, abs=1e-6
+    )

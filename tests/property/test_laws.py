@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from problems import SCENES, arch, assembly, running_bond, stack
 from scipy.spatial.transform import Rotation
 
 from blockstat import Block, Outcome, assess
+from problems import SCENES, arch, assembly, running_bond, stack
 
 SCENE = st.sampled_from(SCENES)
 FEW = settings(max_examples=25, deadline=None)
@@ -15,7 +15,12 @@ FEW = settings(max_examples=25, deadline=None)
 
 def rebuilt(asm, vertices, order=None):
     blocks = [
-        Block(vertices[asm.vertex_start[i] : asm.vertex_start[i + 1]], asm.faces_of(i), asm.names[i], density=asm.density[i])
+        Block(
+            vertices[asm.vertex_start[i] : asm.vertex_start[i + 1]],
+            asm.faces_of(i),
+            asm.names[i],
+            density=asm.density[i],
+        )
         for i in (range(asm.n_blocks) if order is None else order)
     ]
     names = [asm.names[i] for i in np.flatnonzero(asm.support)]
@@ -69,11 +74,19 @@ def test_mirror(scene):
     asm = make().with_(**options)
     flip = np.array([-1.0, 1, 1])
     blocks = [
-        Block(asm.block_vertices(i) * flip, [f[::-1] for f in asm.faces_of(i)], asm.names[i], density=asm.density[i])
+        Block(
+            asm.block_vertices(i) * flip,
+            [f[::-1] for f in asm.faces_of(i)],
+            asm.names[i],
+            density=asm.density[i],
+        )
         for i in range(asm.n_blocks)
     ]
     names = [asm.names[i] for i in np.flatnonzero(asm.support)]
-    same(assess(asm), assess(assembly(blocks, supports=names, friction=asm.friction, gravity=asm.gravity * flip)))
+    same(
+        assess(asm),
+        assess(assembly(blocks, supports=names, friction=asm.friction, gravity=asm.gravity * flip)),
+    )
 
 
 @FEW

@@ -8,9 +8,9 @@ Sliding: Gilbert, Casapulla & Ahmed, Computers & Structures 84 (2006), 27 vousso
 import math
 
 import pytest
-from problems import arch
 
 from blockstat import Outcome, assess
+from problems import arch
 
 
 def least_thickness(n, friction, low, high, accuracy):

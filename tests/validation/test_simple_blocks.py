@@ -5,9 +5,9 @@ Each limit is bracketed: stable just inside, unstable just outside, at a relativ
 
 import numpy as np
 import pytest
-from problems import assembly, box, stack
 
 from blockstat import Outcome, assess
+from problems import assembly, box, stack
 
 NEAR = 1e-5
 
@@ -22,7 +22,9 @@ def assert_limit(asm, limit, **options):
     assert assess(asm, gravity=horizontal(limit * (1 + NEAR)), **options).outcome is Outcome.UNSTABLE
 
 
-@pytest.mark.parametrize(("width", "height", "mu"), [(1.0, 2.0, 0.7), (1.0, 1.0, 0.7), (0.3, 1.7, 0.5), (2.0, 1.0, 0.4)])
+@pytest.mark.parametrize(
+    ("width", "height", "mu"), [(1.0, 2.0, 0.7), (1.0, 1.0, 0.7), (0.3, 1.7, 0.5), (2.0, 1.0, 0.4)]
+)
 def test_block_tips_or_slides(width, height, mu):
     assert_limit(stack(1, width, height), min(mu, width / height), friction=mu)
 
@@ -112,7 +114,10 @@ def test_pulled_slab_under_a_slab_against_a_wall():
 def test_flat_arch_stands_on_paper_with_any_friction(mu):
     # Rigid abutments allow any thrust, so force-only statics call it stable: a known false positive.
     width, joints = 0.25, 8
-    blocks = [box((-1, 0, 0), (0, 1, 1), name="left"), box((joints * width, 0, 0), (joints * width + 1, 1, 1), name="right")]
+    blocks = [
+        box((-1, 0, 0), (0, 1, 1), name="left"),
+        box((joints * width, 0, 0), (joints * width + 1, 1, 1), name="right"),
+    ]
     blocks += [box((k * width, 0, 0), ((k + 1) * width, 1, 1)) for k in range(joints)]
     asm = assembly(blocks, supports=["left", "right"])
     assert assess(asm, friction=mu).outcome is Outcome.STABLE

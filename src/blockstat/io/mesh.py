@@ -1,6 +1,6 @@
-"""Meshes through trimesh: OBJ and GLB with one named object a block, STL and PLY with one solid a block.
+"""Meshes: OBJ and GLB with one named object a block, STL and PLY with one solid a block (trimesh reads all but OBJ).
 
-Triangles in one plane are joined to polygons again, so that a brick read from a mesh has six faces. GLB is
+Triangles in one plane are joined to polygons again, so that a brick read from triangles has six faces. GLB is
 y-up by its specification; it is turned on the way in and out. Supports, groups and density travel in GLB's
 custom attributes and are lost in the other formats.
 """
@@ -8,6 +8,7 @@ custom attributes and are lost in the other formats.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,7 @@ import numpy as np
 from blockstat.assembly import DENSITY, Assembly, Block
 from blockstat.errors import InputError
 from blockstat.io.names import distinct_names
+from blockstat.io.obj import read_obj, write_obj
 from blockstat.io.triangles import triangulate
 
 if TYPE_CHECKING:
@@ -29,33 +31,45 @@ WELD = 1e-6
 
 def read_mesh(path: Path, *, supports: Iterable[int | str] | None = None) -> Assembly:
     """Read one block from each object or solid of a mesh file; coordinates are metres."""
-    meshes, shared = _solids(path, path.suffix.lower())
-    if not meshes:
+    solids, shared = _solids(path)
+    if not solids:
         raise InputError("the file holds no solid")
-    marked = [i for i, (_, mesh) in enumerate(meshes) if _extra(mesh, "support", False)]
+    marked = [i for i, solid in enumerate(solids) if solid.extras.get("support", False)]
     chosen = marked if supports is None else list(supports)
     if not chosen:
-        some = ", ".join(name for name, _ in meshes[:8])
-        raise InputError(f"a mesh does not say which blocks are supports; give their names or numbers (blocks: {some})")
-    names = distinct_names([name for name, _ in meshes], chosen)
+        some = ", ".join(solid.name for solid in solids[:8])
+        raise InputError(
+            f"a mesh does not say which blocks are supports; give their names or numbers (blocks: {some})"
+        )
+    names = distinct_names([solid.name for solid in solids], chosen)
     blocks = [
-        Block(*_polygons(mesh), name=name, group=str(_extra(mesh, "group", "")), density=_extra(mesh, "density", None))
-        for name, (_, mesh) in zip(names, meshes, strict=True)
+        Block(s.vertices, s.faces, name, str(s.extras.get("group", "")), s.extras.get("density"))
+        for name, s in zip(names, solids, strict=True)
     ]
     options = {key: shared[key] for key in ("friction", "gravity") if key in shared}
     return Assembly.from_blocks(blocks, supports=chosen, name=path.stem, density=DENSITY, **options)
 
 
-def _solids(path: Path, suffix: str) -> tuple[list[tuple[str, trimesh.Trimesh]], dict[str, Any]]:
-    """Named solids in world coordinates, in the order of the file, and what the file says of all of them."""
+@dataclass(frozen=True)
+class _Solid:
+    name: str
+    vertices: Any
+    faces: list[list[int]]
+    extras: dict[str, Any]
+
+
+def _solids(path: Path) -> tuple[list[_Solid], dict[str, Any]]:
+    """Solids in world coordinates, in the order of the file, and what the file says of all of them."""
     import trimesh
 
-    options = {"split_objects": True, "group_material": False, "maintain_order": True} if suffix == ".obj" else {}
+    suffix = path.suffix.lower()
+    if suffix == ".obj":
+        return [_Solid(*solid, extras={}) for solid in read_obj(path)], {}
     try:
-        scene = trimesh.load_scene(path, process=False, **options)
+        scene = trimesh.load_scene(path, process=False)
     except Exception as error:
         raise InputError(f"cannot be read as a mesh: {error}") from None
-    found = []
+    found: dict[str, list[_Solid]] = {}
     for node in scene.graph.nodes_geometry:
         transform, geometry = scene.graph[node]
         mesh = scene.geometry[geometry]
@@ -63,17 +77,13 @@ def _solids(path: Path, suffix: str) -> tuple[list[tuple[str, trimesh.Trimesh]],
             raise InputError(f'object "{node}" is no surface of faces')
         mesh = mesh.copy()
         mesh.apply_transform(np.linalg.inv(Y_UP) @ transform if suffix == ".glb" else transform)
-        parts = _closed_runs(mesh) if suffix in (".stl", ".ply") else [mesh]
+        parts = [mesh] if suffix == ".glb" else _closed_runs(mesh)
+        name = str(mesh.metadata.get("name") or geometry).removesuffix(path.suffix)
         for number, part in enumerate(parts):
             part.merge_vertices(merge_tex=True, merge_norm=True, digits_vertex=_digits(part))
-            name = str(mesh.metadata.get("name") or geometry).removesuffix(path.suffix)
-            found.append((f"{name}.{number}" if len(parts) > 1 else name, part))
-    order = {name: i for i, name in enumerate(_object_names(path) if suffix == ".obj" else scene.geometry)}
-    return sorted(found, key=lambda item: order.get(item[0], 0)), scene.metadata
-
-
-def _object_names(path: Path) -> list[str]:
-    return [line[2:].strip() for line in path.read_text(errors="replace").splitlines() if line.startswith("o ")]
+            label = f"{name}.{number}" if len(parts) > 1 else name
+            found.setdefault(geometry, []).append(_Solid(label, *_polygons(part), extras=_extras(mesh)))
+    return [solid for geometry in scene.geometry for solid in found.get(geometry, [])], scene.metadata
 
 
 def _closed_runs(mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
@@ -108,8 +118,8 @@ def _digits(mesh: trimesh.Trimesh) -> int:
     return int(np.ceil(-np.log10(WELD * max(float(mesh.extents.max()), 1e-12))))
 
 
-def _extra(mesh: trimesh.Trimesh, key: str, default: Any) -> Any:
-    return mesh.metadata.get(key, mesh.metadata.get("extras", {}).get(key, default))
+def _extras(mesh: trimesh.Trimesh) -> dict[str, Any]:
+    return {**mesh.metadata, **mesh.metadata.get("extras", {})}
 
 
 def _polygons(mesh: trimesh.Trimesh) -> tuple[np.ndarray, list[list[int]]]:
@@ -151,7 +161,7 @@ def write_mesh(assembly: Assembly, path: Path) -> None:
     import trimesh
 
     if path.suffix.lower() == ".obj":
-        path.write_text(_obj(assembly))
+        write_obj(assembly, path)
         return
     meshes = [_mesh(assembly, i) for i in range(assembly.n_blocks)]
     if path.suffix.lower() in (".stl", ".ply"):
@@ -174,17 +184,6 @@ def _mesh(assembly: Assembly, block: int) -> trimesh.Trimesh:
         "density": float(assembly.density[block]),
         "support": bool(assembly.support[block]),
     }
-    return trimesh.Trimesh(vertices, triangulate(vertices, assembly.faces_of(block)), process=False, metadata=extras)
-
-
-def _obj(assembly: Assembly) -> str:
-    """Wavefront OBJ with polygons and all digits; names may not hold blanks there."""
-    lines = [f"# {assembly.name}: {assembly.n_blocks} blocks, metres, z up"]
-    offset = 1
-    for block, name in enumerate(assembly.names):
-        vertices = assembly.block_vertices(block)
-        lines.append(f"o {'_'.join(name.split())}")
-        lines += ["v " + " ".join(repr(float(x)) for x in vertex) for vertex in vertices]
-        lines += ["f " + " ".join(str(int(corner) + offset) for corner in face) for face in assembly.faces_of(block)]
-        offset += len(vertices)
-    return "\n".join(lines) + "\n"
+    return trimesh.Trimesh(
+        vertices, triangulate(vertices, assembly.faces_of(block)), process=False, metadata=extras
+    )

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
+
+import tomllib
 
 from blockstat.errors import InputError
 from blockstat.spec import Building, building_from

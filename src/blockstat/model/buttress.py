@@ -29,5 +29,7 @@ def build_buttresses(frame: WallFrame, spec: Buttress, course_height: float) -> 
         centre, group = spacing * (k + 1), f"buttress.{frame.name}.{k + 1}"
         for course in range(courses.number):
             z = (course * courses.height, (course + 1) * courses.height)
-            blocks.append(frame.block((centre - width / 2, centre + width / 2), depth, z, f"{group}.{course}", group))
+            blocks.append(
+                frame.block((centre - width / 2, centre + width / 2), depth, z, f"{group}.{course}", group)
+            )
     return blocks

@@ -25,7 +25,9 @@ class WallFrame:
     place: Callable[[float, float, float], Point]
     outward: float  #: depth of the outer face, 0 or the thickness
 
-    def block(self, s: tuple[float, float], d: tuple[float, float], z: tuple[float, float], name: str, group: str) -> Block:
+    def block(
+        self, s: tuple[float, float], d: tuple[float, float], z: tuple[float, float], name: str, group: str
+    ) -> Block:
         """A box between two lengths, two depths and two heights."""
         corners = [self.place(s[i], d[i], z[i]) for i in (0, 1)]
         lower = tuple(min(a, b) for a, b in zip(*corners, strict=True))
@@ -46,7 +48,9 @@ class Courses:
         return cls(number, height / number)
 
 
-def build_wall(frame: WallFrame, brick: tuple[float, float], openings: Sequence[tuple[str, Opening]]) -> list[Block]:
+def build_wall(
+    frame: WallFrame, brick: tuple[float, float], openings: Sequence[tuple[str, Opening]]
+) -> list[Block]:
     """Bricks of a wall. brick : nominal length and height; openings : (path in the scene, opening)."""
     courses = Courses.filling(frame.height, brick[1])
     length = brick_length(frame.length, brick[0])
@@ -63,7 +67,12 @@ def build_wall(frame: WallFrame, brick: tuple[float, float], openings: Sequence[
 
 
 def _cut_openings(
-    frame: WallFrame, courses: Courses, brick: float, path: str, opening: Opening, gaps: list[list[Void | Lintel]]
+    frame: WallFrame,
+    courses: Courses,
+    brick: float,
+    path: str,
+    opening: Opening,
+    gaps: list[list[Void | Lintel]],
 ) -> None:
     """Mark the voids and the lintel of evenly spaced openings in the courses they touch."""
     number, width = round(value_of(opening.number)), value_of(opening.width)

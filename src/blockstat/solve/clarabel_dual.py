@@ -94,7 +94,9 @@ def _solve(
     settings.direct_solve_method = "qdldl"  # five times faster here than the multithreaded default
     settings.max_iter = MAX_ITERATIONS
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = TOLERANCE
-    answer = clarabel.DefaultSolver(hessian, cost, sparse.csc_array(constraint), bound, cones, settings).solve()
+    answer = clarabel.DefaultSolver(
+        hessian, cost, sparse.csc_array(constraint), bound, cones, settings
+    ).solve()
 
     force = np.zeros(3 * len(program.friction))
     force[rows] = scale * np.array(answer.z)[: len(rows)]

@@ -1,0 +1,98 @@
+import json
+import subprocess
+import sys
+
+import pytest
+
+from blockstat import read, write
+from problems import arch, stack
+
+
+def run(*arguments, program="blockstat"):
+    code = f"from {program}.cli import main; main()"
+    return subprocess.run([sys.executable, "-c", code, *map(str, arguments)], capture_output=True, text=True)
+
+
+def check(*arguments):
+    answer = run("check", *arguments, "--json")
+    assert answer.returncode == 0, answer.stderr
+    return json.loads(answer.stdout)
+
+
+@pytest.fixture
+def stones(tmp_path):
+    return write(stack(3), tmp_path / "stones.json")
+
+
+def test_check_prints_a_verdict(stones):
+    answer = check(stones)
+    assert answer["verdict"] == "stable"
+    assert answer["score"] == 0.0
+    assert (answer["blocks"], answer["interfaces"]) == (4, 3)
+    assert answer["certificate"]["residual"] < 1e-9
+    plain = run("check", stones)
+    assert plain.returncode == 0
+    assert "Stable: a force field" in plain.stdout
+
+
+def test_options_change_the_question(stones):
+    assert check(stones, "--gravity", "0.4,0,-1")["verdict"] == "unstable"
+    assert check(stones, "--friction", "0.1", "--gravity", "0.2,0,-1")["verdict"] == "unstable"
+    assert check(stones, "--friction", "inf", "--gravity", "0.3,0,-1")["verdict"] == "stable"
+    # Three cubes of height 3 tip at tan = 1/3, in every direction.
+    for axis in "xy":
+        for sign in ("", "-"):
+            assert check(stones, "--tilt", f"{axis},{sign}18.43")["verdict"] == "stable"
+            assert check(stones, "--tilt", f"{axis},{sign}18.44")["verdict"] == "unstable"
+    assert check(stones, "--tilt", "z,40")["verdict"] == "stable"
+    assert check(stones, "--supports", "ground,stone0")["verdict"] == "stable"
+
+
+def test_an_unstable_answer_names_what_moves_and_exits_with_zero(tmp_path):
+    answer = check(write(arch(12, 0.08), tmp_path / "thin.json"))
+    assert answer["verdict"] == "unstable"
+    assert answer["score"] > 0
+    assert answer["moving"][0].startswith("voussoir")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["check", "gone.json"], "gone.json: no such file"),
+        (["check", "{stones}", "--friction", "-1"], "friction is -1.0"),
+        (["check", "{stones}", "--gravity", "1,2"], '--gravity is "1,2"; it must read GX,GY,GZ'),
+        (["check", "{stones}", "--tilt", "w,5"], '--tilt is "w,5"'),
+        (["check", "{stones}", "--solver", "magic"], "solvers are: clarabel, cvxpy"),
+        (["check", "{stones}", "--supports", "moon"], 'supports: no block "moon"'),
+        (["check", "{stones}", "--gap", "7"], "gap is 7.0"),
+        (["build", "gone.toml", "-o", "x.json"], "gone.toml: no such file"),
+        (["plot", "{stones}", "-o", "/nowhere/x.png"], "no such directory"),
+        (["check"], "Missing argument"),
+    ],
+)
+def test_bad_input_is_one_message_and_status_two(stones, arguments, expected):
+    answer = run(*[argument.format(stones=stones) for argument in arguments])
+    assert answer.returncode == 2
+    assert expected in answer.stderr
+    assert "Traceback" not in answer.stderr
+    assert answer.stdout == ""
+
+
+def test_build_and_plot(tmp_path, root):
+    out = tmp_path / "chapel.json"
+    answer = run("build", root / "examples" / "chapel.toml", "-o", out)
+    assert answer.returncode == 0
+    assert f"{read(out).n_blocks} blocks" in answer.stdout
+    picture = tmp_path / "chapel.png"
+    assert run("plot", out, "-o", picture).returncode == 0
+    assert picture.read_bytes()[:4] == b"\x89PNG"
+
+
+def test_our_own_failure_is_status_one(stones, monkeypatch, capsys):
+    from blockstat import cli_options
+
+    def broken():
+        raise ZeroDivisionError("oops")
+
+    assert cli_options._status(broken, "blockstat") == 1
+    assert "internal error (ZeroDivisionError: oops)" in capsys.readouterr().err

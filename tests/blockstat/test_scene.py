@@ -1,0 +1,108 @@
+import pytest
+
+from blockstat import InputError, build, load_scene, parameters, with_values
+from blockstat.spec import Range, building_from
+
+SCENE = {
+    "name": "hut", "length": 2.7, "span": 2.0,
+    "brick": {"length": 0.9, "height": 0.5},
+    "wall": {"thickness": {"value": 0.6, "min": 0.2, "max": 0.8, "step": 0.2}, "height": 1.5},
+    "vault": {"thickness": 0.3, "voussoirs": 7},
+}  # fmt: skip
+
+
+def refused(change: dict) -> str:
+    with pytest.raises(InputError) as error:
+        building_from(SCENE | change)
+    assert "\n" not in str(error.value)
+    return str(error.value)
+
+
+def test_unknown_keys_are_refused_with_their_path_and_the_known_ones():
+    assert refused({"walls": {}}).startswith("walls: unknown key; keys here are: name, length, span")
+    assert refused({"wall": {"thick": 1.0}}) == "wall.thick: unknown key; keys here are: thickness, height"
+    message = refused({"windows": {"south": {"width": 1, "height": 1, "sil": 0}}})
+    assert "sil: unknown key; keys here are: width, height, sill, number" in message
+    message = refused({"wall": {"thickness": {"value": 1, "min": 0, "max": 2, "steps": 1}}})
+    assert "wall.thickness.steps: unknown key; keys here are: value, min, max, step" in message
+
+
+def test_values_out_of_bounds_are_refused_with_their_path():
+    assert "wall.thickness" in refused({"wall": {"thickness": -1.0}})
+    assert "material.friction" in refused({"material": {"friction": -1.0}})
+    assert "value 3 must lie between min 0 and max 2" in refused(
+        {"wall": {"thickness": {"value": 3.0, "min": 0.0, "max": 2.0, "step": 1.0}}}
+    )
+    assert "roof" in refused({"windows": {"roof": {"width": 1, "height": 1}}})
+    assert refused({"span": "wide"}).startswith("span: ")
+
+
+def test_bad_toml_names_file_and_line(tmp_path):
+    path = tmp_path / "bad.toml"
+    path.write_text('name = "x"\nlength = = 3\n')
+    with pytest.raises(InputError, match=r"bad\.toml: not valid TOML: .*line 2"):
+        load_scene(path)
+    with pytest.raises(InputError, match=r"none\.toml: no such file"):
+        load_scene(tmp_path / "none.toml")
+    path.write_text('name = "x"\nlength = 3.0\nspan = 2.0\nroof = "flat"\n')
+    with pytest.raises(InputError, match=r"bad\.toml: roof: unknown key"):
+        load_scene(path)
+
+
+def test_ranges_step_down_to_their_minimum():
+    assert Range(0.5, 0.2, 0.8, 0.2).steps() == [0.8, 0.6, 0.4, 0.2]
+    assert Range(0.5, 0.25, 0.8, 0.2).steps() == [0.8, 0.6, 0.4, 0.25]
+    assert Range(1, 1, 1, 1).steps() == [1]
+
+
+def test_parameters_move_by_path():
+    building = building_from(SCENE)
+    assert list(parameters(building)) == ["wall.thickness"]
+    thin = with_values(building, {"wall.thickness": 0.2})
+    assert parameters(thin)["wall.thickness"].value == 0.2
+    assert parameters(building)["wall.thickness"].value == 0.6
+    with pytest.raises(InputError, match=r'no parameter "wall\.height" to move; ranges are: wall\.thickness'):
+        with_values(building, {"wall.height": 2.0})
+    with pytest.raises(InputError, match="value 5 must lie between"):
+        with_values(building, {"wall.thickness": 5.0})
+
+
+def test_intrinsic_parameters_default_to_the_paper():
+    material = building_from(SCENE).material
+    assert (material.density, material.friction, material.glue, material.rotational_stiffness) == (
+        2691,
+        0.7,
+        10,
+        7000,
+    )
+    assembly = build(building_from(SCENE))
+    assert assembly.density[0] == 2691
+    assert assembly.friction == 0.7
+    assert assembly.metadata["material"]["glue"] == 10
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({"windows": {"south": {"width": 0.5, "height": 2.0}}}, "windows.south: sill and height reach"),
+        (
+            {"windows": {"south": {"width": 0.9, "height": 0.5, "number": 3}}},
+            "windows.south: 3 openings of 0.9 m",
+        ),
+        (
+            {
+                "windows": {"west": {"width": 0.5, "height": 0.5}},
+                "doors": {"west": {"width": 0.5, "height": 0.5}},
+            },
+            "windows.west",
+        ),
+        (
+            {"buttresses": {"south": {"number": 4, "thickness": 0.5, "width": 0.8, "height": 1.0}}},
+            "buttresses.south: 4 buttresses",
+        ),
+    ],
+)
+def test_parts_that_do_not_fit_name_their_key(change, expected):
+    with pytest.raises(InputError) as error:
+        build(building_from(SCENE | change))
+    assert expected in str(error.value)
