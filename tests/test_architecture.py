@@ -74,6 +74,7 @@ def test_importing_blockstat_leaves_the_heavy_libraries_alone():
     import subprocess
     import sys
 
-    code = "import sys, blockstat; print([m for m in ('cvxpy', 'clarabel', 'trimesh', 'matplotlib', 'pybullet', 'shapely') if m in sys.modules])"
+    heavy = ("cvxpy", "clarabel", "trimesh", "matplotlib", "pybullet", "shapely")
+    code = f"import sys, blockstat; print([m for m in {heavy} if m in sys.modules])"
     answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert answer.stdout.strip() == "[]"

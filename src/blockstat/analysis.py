@@ -56,9 +56,7 @@ def assess(
     changes = {k: v for k, v in (("friction", friction), ("gravity", gravity)) if v is not None}
     assembly = assembly.with_(**changes) if changes else assembly
     if not assembly.support.any():
-        raise InputError(
-            f'"{assembly.name}" has no supports; list the blocks that cannot move under "supports"'
-        )
+        raise InputError(f'"{assembly.name}" has no supports; list the blocks that cannot move under "supports"')
     total_load = weight(assembly) + _checked_loads(assembly, loads)
 
     timings: dict[str, float] = {}
@@ -69,7 +67,8 @@ def assess(
             warnings += check_overlaps(assembly, gap=gap)
     with _timed(timings, "equilibrium"):
         held, floating = split_floating(assembly, interfaces)
-        points = np.flatnonzero(np.isin(interfaces.pair, held).any(axis=1)[interfaces.point_interface])
+        touched = np.isin(interfaces.pair, held)
+        points = np.flatnonzero((touched[:, 0] | touched[:, 1])[interfaces.point_interface])
         eq = equilibrium(assembly, interfaces, total_load, held, points)
         program = penalty_program(eq, np.full(len(points), assembly.friction)) if len(held) else None
     with _timed(timings, "solve"):
@@ -162,9 +161,7 @@ def _checked_loads(assembly: Assembly, loads: Floats | None) -> Floats:
         return np.zeros((assembly.n_blocks, 6))
     loads = np.asarray(loads, dtype=float)
     if loads.shape != (assembly.n_blocks, 6) or not np.isfinite(loads).all():
-        raise InputError(
-            f"loads have shape {loads.shape}; finite values of shape ({assembly.n_blocks}, 6) are needed"
-        )
+        raise InputError(f"loads have shape {loads.shape}; finite values of shape ({assembly.n_blocks}, 6) are needed")
     return loads
 
 
@@ -189,9 +186,7 @@ def _gap_warnings(assembly: Assembly, interfaces: Interfaces, outcome: Outcome, 
     loose = interfaces.gap > LOOSE * assembly.size[interfaces.pair].min(axis=1)
     if outcome is Outcome.STABLE and loose.any():
         worst = interfaces.gap[loose].max()
-        return [
-            f"{loose.sum()} of {len(loose)} joints do not quite close (up to {worst:.2g} m) and count as touching"
-        ]
+        return [f"{loose.sum()} of {len(loose)} joints do not quite close (up to {worst:.2g} m) and count as touching"]
     return []
 
 

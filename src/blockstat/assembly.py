@@ -43,9 +43,7 @@ class Assembly:
 
     name: str
     vertices: Floats  #: shape (n_vertices, 3) [m], block after block
-    vertex_start: (
-        Ints  #: shape (n_blocks + 1,), the vertices of block b are vertex_start[b]:vertex_start[b+1]
-    )
+    vertex_start: Ints  #: shape (n_blocks + 1,), the vertices of block b are vertex_start[b]:vertex_start[b+1]
     face_vertices: Ints  #: shape (n_corners,), indices into `vertices`, face after face
     face_start: Ints  #: shape (n_faces + 1,), slices of `face_vertices`
     face_block: Ints  #: shape (n_faces,), ascending
@@ -95,9 +93,7 @@ class Assembly:
         densities = np.array([density if b.density is None else b.density for b in blocks], dtype=float)
         for label, value in zip(names, densities, strict=True):
             if not (np.isfinite(value) and value > 0):
-                raise InputError(
-                    f'block "{label}": density is {value:g}; it must be a positive number of kg/m3'
-                )
+                raise InputError(f'block "{label}": density is {value:g}; it must be a positive number of kg/m3')
         assembly = cls(
             name=name,
             vertices=np.concatenate(vertices),
@@ -174,10 +170,7 @@ class Assembly:
         """Faces of one block as indices into `block_vertices(block)`."""
         first, last = np.searchsorted(self.face_block, [block, block + 1])
         offset = self.vertex_start[block]
-        return [
-            self.face_vertices[self.face_start[f] : self.face_start[f + 1]] - offset
-            for f in range(first, last)
-        ]
+        return [self.face_vertices[self.face_start[f] : self.face_start[f + 1]] - offset for f in range(first, last)]
 
     def block_vertices(self, block: int) -> Floats:
         """Vertices of one block, shape (n, 3) [m]."""
@@ -240,9 +233,7 @@ def _vertex_array(block: Block, label: str) -> Floats:
         )
     bad = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
     if len(bad):
-        raise InputError(
-            f'block "{label}": vertex {bad[0]} is {vertices[bad[0]].tolist()}; coordinates must be finite'
-        )
+        raise InputError(f'block "{label}": vertex {bad[0]} is {vertices[bad[0]].tolist()}; coordinates must be finite')
     return vertices
 
 
@@ -253,9 +244,7 @@ def _face_lists(block: Block, label: str, n_vertices: int) -> list[list[int]]:
     for number, face in enumerate(block.faces):
         face = [int(corner) for corner in face]
         if len(face) < 3 or len(set(face)) < len(face):
-            raise InputError(
-                f'block "{label}": face {number} is {face}; it needs three or more different corners'
-            )
+            raise InputError(f'block "{label}": face {number} is {face}; it needs three or more different corners')
         if min(face) < 0 or max(face) >= n_vertices:
             raise InputError(
                 f'block "{label}": face {number} is {face}; corners must lie between 0 and {n_vertices - 1}'

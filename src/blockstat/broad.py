@@ -13,7 +13,7 @@ def near_pairs(lower: Floats, upper: Floats, reach: Floats) -> Ints:
     lower, upper : shape (n, 3) [m]; reach : shape (n,) [m]. Returns shape (n_pairs, 2), sorted.
     Boxes are binned by size, so that a ground slab among bricks costs no more than its own neighbours do.
     """
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
     if len(lower) < 2:
         return np.empty((0, 2), dtype=np.int64)
@@ -21,7 +21,7 @@ def near_pairs(lower: Floats, upper: Floats, reach: Floats) -> Ints:
     radius = np.linalg.norm(upper - lower, axis=1) / 2 + reach
     level = np.round(np.log2(radius)).astype(int)
     classes = [(np.flatnonzero(level == v)) for v in np.unique(level)]
-    trees = [cKDTree(centre[members]) for members in classes]
+    trees = [KDTree(centre[members]) for members in classes]
     found = []
     for a, members_a in enumerate(classes):
         for b in range(a + 1):

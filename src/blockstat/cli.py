@@ -30,9 +30,7 @@ def about() -> None:
 @app.command()
 def build(
     scene: Annotated[Path, typer.Argument(help="Scene file (.toml).")],
-    output: Annotated[
-        Path, typer.Option("-o", "--output", help="Where to write (.json, .obj, .glb, .stl, .ply).")
-    ],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Where to write (.json, .obj, .glb, .stl, .ply).")],
 ) -> None:
     """Build the blocks of a scene and write them."""
     from blockstat.io import write
@@ -68,9 +66,7 @@ def check(
         return
     seconds = verdict.timings["total"]
     faces = verdict.interfaces
-    typer.echo(
-        f"{assembly.name}: {assembly.n_blocks} blocks, {faces.n_interfaces} interfaces, {seconds:.2f} s"
-    )
+    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {faces.n_interfaces} interfaces, {seconds:.2f} s")
     typer.echo(verdict.explain())
 
 
@@ -83,9 +79,7 @@ def plot(
     tilt: Tilt = None,
     supports: Supports = None,
     plain: Annotated[bool, typer.Option("--plain", help="Only the blocks, no verdict.")] = False,
-    view: Annotated[
-        str, typer.Option(metavar="AZIMUTH,ELEVATION", help="Where to look from, in degrees.")
-    ] = "-55,25",
+    view: Annotated[str, typer.Option(metavar="AZIMUTH,ELEVATION", help="Where to look from, in degrees.")] = "-55,25",
 ) -> None:
     """Draw the blocks, coloured by the static verdict."""
     from blockstat.analysis import assess

@@ -17,24 +17,18 @@ from blockstat.errors import InputError, InputWarning
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-FileArgument = Annotated[
-    Path, typer.Argument(help="Assembly (.json, .obj, .glb, .stl, .ply) or scene (.toml).")
-]
+FileArgument = Annotated[Path, typer.Argument(help="Assembly (.json, .obj, .glb, .stl, .ply) or scene (.toml).")]
 Friction = Annotated[
     float | None, typer.Option(help="Coefficient of friction in place of the file's; inf for no sliding.")
 ]
-Gravity = Annotated[
-    str | None, typer.Option(metavar="GX,GY,GZ", help="Gravity vector in m/s2 in place of the file's.")
-]
+Gravity = Annotated[str | None, typer.Option(metavar="GX,GY,GZ", help="Gravity vector in m/s2 in place of the file's.")]
 Tilt = Annotated[
     str | None,
     typer.Option(metavar="AXIS,DEGREES", help="Rotate gravity about x, y or z, as if the ground tilted."),
 ]
 Supports = Annotated[
     str | None,
-    typer.Option(
-        metavar="NAME,...", help="Blocks that cannot move, by name or number, in place of the file's."
-    ),
+    typer.Option(metavar="NAME,...", help="Blocks that cannot move, by name or number, in place of the file's."),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
 

@@ -72,9 +72,7 @@ def corners(polygon: Floats, count: Ints, tolerance: Floats) -> np.ndarray:
         chord = right - left
         length = np.linalg.norm(chord, axis=1)
         offset = here - left
-        height = np.abs(chord[:, 0] * offset[:, 1] - chord[:, 1] * offset[:, 0]) / np.where(
-            length > 0, length, 1.0
-        )
+        height = np.abs(chord[:, 0] * offset[:, 1] - chord[:, 1] * offset[:, 0]) / np.where(length > 0, length, 1.0)
         duplicate = np.linalg.norm(offset, axis=1) <= tolerance
         between = (np.einsum("ij,ij->i", offset, chord) <= length**2) & (length > tolerance)
         redundant = duplicate | (between & (height <= tolerance))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,7 +30,7 @@ def concave_patches(
             hull = part.convex_hull
             if hull.geom_type == "Polygon" and hull.area > 0:
                 found.append(row)
-                polygons.append(np.array(shapely.geometry.polygon.orient(hull).exterior.coords)[:-1])
+                polygons.append(_ring(hull))
     width = max((len(p) for p in polygons), default=3)
     padded = np.array([np.vstack([p, np.repeat(p[-1:], width - len(p), axis=0)]) for p in polygons])
     return (
@@ -44,5 +44,11 @@ def outline_hull(points: Floats) -> Floats:
     """Corners of the convex hull of planar points, counter-clockwise, shape (k, 2)."""
     import shapely
 
-    hull = shapely.geometry.polygon.orient(shapely.MultiPoint(points).convex_hull)
-    return np.array(hull.exterior.coords)[:-1]
+    return _ring(shapely.MultiPoint(points).convex_hull)
+
+
+def _ring(polygon: Any) -> Floats:
+    """Corners of a polygon, counter-clockwise, the first not repeated."""
+    from shapely.geometry.polygon import orient
+
+    return np.array(orient(polygon).exterior.coords)[:-1]

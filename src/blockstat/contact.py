@@ -18,7 +18,7 @@ from blockstat.broad import near_pairs
 from blockstat.concave import concave_patches
 from blockstat.errors import InputError
 from blockstat.faces import convex_faces, frames, planar
-from blockstat.merge import merge_coplanar
+from blockstat.merge import Patch, merge_coplanar
 from blockstat.polyhedron import Floats, Ints
 
 if TYPE_CHECKING:
@@ -28,9 +28,7 @@ if TYPE_CHECKING:
 #: close better, and their verdicts do not change from half this tolerance to five times it.
 GAP = 1e-2
 WIDTH = 1e-6  #: a patch narrower than this, relative to the smaller block, is two blocks meeting at an edge
-SPAN = (
-    1e-9  #: corners closer than this to a line of their neighbours say nothing new (rounding of coordinates)
-)
+SPAN = 1e-9  #: corners closer than this to a line of their neighbours say nothing new (rounding of coordinates)
 ANGLE = np.deg2rad(5.0)  #: faces further from opposed than this are never one joint
 NEAR_MISS = 5.0  #: gaps up to this many tolerances are reported as dropped
 
@@ -124,9 +122,7 @@ def _opposed_faces(assembly: Assembly, pairs: Ints, gap: float) -> tuple[Ints, I
     return fa[near], fb[near]
 
 
-def _faces_near(
-    assembly: Assembly, blocks: Ints, lower: Floats, upper: Floats, reach: Floats
-) -> tuple[Ints, Ints]:
+def _faces_near(assembly: Assembly, blocks: Ints, lower: Floats, upper: Floats, reach: Floats) -> tuple[Ints, Ints]:
     """For each row the faces of its block whose box comes within reach of the other block's box."""
     first = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks + 1))
     count = np.diff(first)[blocks]
@@ -198,7 +194,7 @@ def _gaps(
 def _collect(assembly: Assembly, batches: list[_Patches], gap: float) -> Interfaces:
     """Judge the patches, merge those of one plane, and list their corner points."""
     dropped: list[Dropped] = []
-    kept = []
+    kept: list[Patch] = []
     for p in batches:
         size = assembly.size[p.pair].min(axis=1)
         area = clip.area(p.polygon, p.count)
@@ -207,14 +203,16 @@ def _collect(assembly: Assembly, batches: list[_Patches], gap: float) -> Interfa
         wide = width > WIDTH * size
         close = p.gap <= gap * size
         for i in np.flatnonzero(wide & ~close & (p.gap <= NEAR_MISS * gap * size)):
-            dropped.append(Dropped(*map(int, p.pair[i]), "gap", float(p.gap[i]), float(gap * size[i])))
+            a, b = map(int, p.pair[i])
+            dropped.append(Dropped(a, b, "gap", float(p.gap[i]), float(gap * size[i])))
         for i in np.flatnonzero(~wide & close & (width > SPAN * size)):
-            dropped.append(Dropped(*map(int, p.pair[i]), "sliver", float(width[i]), float(WIDTH * size[i])))
+            a, b = map(int, p.pair[i])
+            dropped.append(Dropped(a, b, "sliver", float(width[i]), float(WIDTH * size[i])))
         good = np.flatnonzero(wide & close)
         mask = clip.corners(p.polygon[good], p.count[good], SPAN * size[good])
         for row, i in enumerate(good):
-            kept.append((p.pair[i], p.frame[i], p.origin[i], p.polygon[i][mask[row]], area[i], p.gap[i]))
-    kept.sort(key=lambda patch: (patch[0][0], patch[0][1]))
+            kept.append(Patch(p.pair[i], p.frame[i], p.origin[i], p.polygon[i][mask[row]], area[i], p.gap[i]))
+    kept.sort(key=lambda patch: tuple(patch.pair))
     kept = merge_coplanar(kept, assembly.size, gap)
     if not kept:
         empty = np.empty((0, 3))

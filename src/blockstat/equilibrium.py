@@ -40,9 +40,7 @@ class Equilibrium:
         return len(self.points)
 
 
-def equilibrium(
-    assembly: Assembly, interfaces: Interfaces, load: Floats, blocks: Ints, points: Ints
-) -> Equilibrium:
+def equilibrium(assembly: Assembly, interfaces: Interfaces, load: Floats, blocks: Ints, points: Ints) -> Equilibrium:
     """Assemble A for some free blocks and contact points.
 
     load : wrench on each block of the assembly, shape (n_blocks, 6) [N, N m].

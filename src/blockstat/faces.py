@@ -40,4 +40,4 @@ def planar(assembly: Assembly, face: Ints, frame: Floats, origin: Floats, width:
     first, last = assembly.face_start[face], assembly.face_start[face + 1] - 1
     index = np.minimum(first[:, None] + np.arange(width), last[:, None])
     local = assembly.vertices[assembly.face_vertices[index]] - origin[:, None]
-    return np.einsum("nkj,nij->nki", local, frame[:, 1:])
+    return np.stack([(local * frame[:, None, axis]).sum(axis=2) for axis in (1, 2)], axis=2)

@@ -28,9 +28,7 @@ def check_geometry(assembly: Assembly) -> None:
     flat = np.flatnonzero(np.abs(assembly.volume) <= FLAT * diagonal**3)
     if len(flat):
         block = flat[0]
-        raise InputError(
-            f'block "{assembly.names[block]}": its volume is {assembly.volume[block]:.3g} m3; it is flat'
-        )
+        raise InputError(f'block "{assembly.names[block]}": its volume is {assembly.volume[block]:.3g} m3; it is flat')
     inside_out = np.flatnonzero(assembly.volume < 0)
     if len(inside_out):
         raise InputError(
@@ -45,7 +43,7 @@ def _check_surface(assembly: Assembly) -> None:
     end = start[next_in_face(assembly.face_start)]
     n = len(assembly.vertices)
     forward, backward = start * n + end, end * n + start
-    values, first, count = np.unique(forward, return_index=True, return_counts=True)
+    values, _first, count = np.unique(forward, return_index=True, return_counts=True)
     corner_face = np.repeat(np.arange(len(assembly.face_block)), np.diff(assembly.face_start))
 
     position = np.minimum(np.searchsorted(values, backward), len(values) - 1)

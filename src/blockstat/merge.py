@@ -3,27 +3,38 @@
 from __future__ import annotations
 
 from itertools import groupby
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
 from blockstat.concave import outline_hull
-from blockstat.polyhedron import Floats
+from blockstat.polyhedron import Floats, Ints
 
 #: Normals whose sine is below this are those of one plane.
 SAME_NORMAL = 1e-4
 
 
-def merge_coplanar(patches: list[tuple[Any, ...]], size: Floats, gap: float) -> list[tuple[Any, ...]]:
-    """Merge patches (pair, frame, origin, polygon, area, gap), sorted by pair.
+class Patch(NamedTuple):
+    """One planar patch of contact."""
+
+    pair: Ints  #: shape (2,)
+    frame: Floats  #: shape (3, 3), rows n, t1, t2
+    origin: Floats  #: shape (3,) [m]
+    polygon: Floats  #: shape (k, 2) [m], corners along t1, t2 from the origin
+    area: float  #: [m2]
+    gap: float  #: [m]
+
+
+def merge_coplanar(patches: list[Patch], size: Floats, gap: float) -> list[Patch]:
+    """Merge patches in one plane; they come sorted by pair.
 
     The merged polygon is the convex hull of all corners: forces in one plane with one friction cone add
     up to the same resultants on the hull's corners alone.
     """
     merged = []
-    for pair, group in groupby(patches, key=lambda patch: tuple(patch[0])):
+    for pair, group in groupby(patches, key=lambda patch: tuple(patch.pair)):
         rest = list(group)
-        tolerance = gap * min(size[pair[0]], size[pair[1]])
+        tolerance = gap * float(size[list(pair)].min())
         while rest:
             seed = rest[0]
             same = [p for p in rest if _coplanar(seed, p, tolerance)]
@@ -32,19 +43,18 @@ def merge_coplanar(patches: list[tuple[Any, ...]], size: Floats, gap: float) -> 
     return merged
 
 
-def _coplanar(a: tuple[Any, ...], b: tuple[Any, ...], tolerance: float) -> bool:
+def _coplanar(a: Patch, b: Patch, tolerance: float) -> bool:
     if a is b:
         return True
-    normal = a[1][0]
+    normal, other = a.frame[0], b.frame[0]
     return bool(
-        np.linalg.norm(np.cross(normal, b[1][0])) < SAME_NORMAL
-        and normal @ b[1][0] > 0
-        and abs(normal @ (b[2] - a[2])) <= tolerance
+        np.linalg.norm(np.cross(normal, other)) < SAME_NORMAL
+        and normal @ other > 0
+        and abs(normal @ (b.origin - a.origin)) <= tolerance
     )
 
 
-def _join(seed: tuple[Any, ...], patches: list[tuple[Any, ...]]) -> tuple[Any, ...]:
-    pair, frame, origin = seed[:3]
-    points = [p[2] + p[3] @ p[1][1:] - origin for p in patches]
-    outline = outline_hull(np.concatenate(points) @ frame[1:].T)
-    return pair, frame, origin, outline, sum(p[4] for p in patches), max(p[5] for p in patches)
+def _join(seed: Patch, patches: list[Patch]) -> Patch:
+    points = np.concatenate([p.origin + p.polygon @ p.frame[1:] - seed.origin for p in patches])
+    outline = outline_hull(points @ seed.frame[1:].T)
+    return seed._replace(polygon=outline, area=sum(p.area for p in patches), gap=max(p.gap for p in patches))

@@ -47,9 +47,7 @@ def overlaps(assembly: Assembly, *, gap: float) -> tuple[Ints, Floats]:
     pairs = near_pairs(lower, upper, np.zeros(assembly.n_blocks))
     pairs = pairs[~assembly.support[pairs].all(axis=1)]
     limit = gap * assembly.size[pairs].min(axis=1)
-    deep = np.minimum(upper[pairs[:, 0]], upper[pairs[:, 1]]) - np.maximum(
-        lower[pairs[:, 0]], lower[pairs[:, 1]]
-    )
+    deep = np.minimum(upper[pairs[:, 0]], upper[pairs[:, 1]]) - np.maximum(lower[pairs[:, 0]], lower[pairs[:, 1]])
     pairs = pairs[(deep > limit[:, None]).all(axis=1)]
     pairs = pairs[convex_blocks(assembly)[pairs].all(axis=1)]
     limit = gap * assembly.size[pairs].min(axis=1)
@@ -73,9 +71,7 @@ def convex_blocks(assembly: Assembly, *, tolerance: float = 1e-6) -> np.ndarray:
 
 
 def _separation(assembly: Assembly, pairs: Ints) -> Floats:
-    return face_separation(
-        assembly.vertices, assembly.vertex_start, assembly.planes, assembly.face_block, pairs
-    )
+    return face_separation(assembly.vertices, assembly.vertex_start, assembly.planes, assembly.face_block, pairs)
 
 
 def _ball(assembly: Assembly, a: int, b: int) -> float:

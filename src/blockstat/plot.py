@@ -129,9 +129,7 @@ def _posed(assembly: Assembly, displacement: Floats | None, rotation: Floats | N
     return assembly.centroid[block] + arm + moved
 
 
-def _visible(
-    assembly: Assembly, vertices: Floats, view: Floats, colour: Floats
-) -> tuple[list[Floats], Floats]:
+def _visible(assembly: Assembly, vertices: Floats, view: Floats, colour: Floats) -> tuple[list[Floats], Floats]:
     """Faces towards the eye, hidden ones first: polygons on the picture plane and their shaded colours."""
     corners = vertices[assembly.face_vertices]
     planes = face_planes(corners, assembly.face_start)

@@ -44,9 +44,7 @@ def write_designs(result: SearchResult, directory: Path) -> list[Figure]:
         thinnest = min(pruned, key=lambda c: c.volume or 0.0)
         verdict = assess(build(with_values(result.building, thinnest.parameters)))
         path = picture_of_verdict(verdict, directory / "mechanism.png")
-        figures.append(
-            Figure(path, f"How the thinnest pruned design ({_values(thinnest)}) would move first.")
-        )
+        figures.append(Figure(path, f"How the thinnest pruned design ({_values(thinnest)}) would move first."))
     return figures
 
 
@@ -73,7 +71,8 @@ def write_report(
         data = base64.b64encode(figure.path.read_bytes()).decode()
         caption = escape(figure.caption)
         body.append(
-            f'<figure><img src="data:image/png;base64,{data}" alt="{caption}"><figcaption>{caption}</figcaption></figure>'
+            f'<figure><img src="data:image/png;base64,{data}" alt="{caption}">'
+            f"<figcaption>{caption}</figcaption></figure>"
         )
     body.append("<h2>History</h2>" + _history_table(history))
     path = directory / "report.html"

@@ -85,13 +85,12 @@ class Verdict:
         proof = self.certificate
         if self.outcome is Outcome.STABLE:
             lines.append(
-                f"Largest residual {proof.residual:.1e} of a block's load, cones violated by {proof.cone_violation:.1e}."
+                f"Largest residual {proof.residual:.1e} of a block's load, "
+                f"cones violated by {proof.cone_violation:.1e}."
             )
         else:
             lines.append(f"Missing adhesion (score): {self.score:.3g} of the weight.")
-            lines.append(
-                f"Any equilibrium would need {proof.required_force:.3g} times the weight in normal forces."
-            )
+            lines.append(f"Any equilibrium would need {proof.required_force:.3g} times the weight in normal forces.")
             if self.outcome is Outcome.UNDECIDED:
                 lines.append(
                     f"Best force field: residual {proof.residual:.1e}, cones violated by {proof.cone_violation:.1e}."

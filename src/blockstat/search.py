@@ -27,9 +27,7 @@ from blockstat.spec import Building, parameters, with_values
 
 PRUNED = "pruned"
 COLUMNS = ("static", "score", "dynamic", "volume", "blocks", "static_seconds", "dynamic_seconds", "note")
-SCENE = (
-    "scene"  #: last column: a digest of the scene, so that rows of another scene are never taken for its own
-)
+SCENE = "scene"  #: last column: a digest of the scene, so that rows of another scene are never taken for its own
 
 
 class Dynamic(Protocol):
@@ -71,12 +69,8 @@ class SearchResult:
     best: Building | None  #: the last design that stood, None when none did
     best_parameters: dict[str, float] | None
     history: tuple[Candidate, ...]
-    verdicts: dict[tuple[float, ...], Verdict] = field(
-        repr=False
-    )  #: static verdicts of this run by parameter values
-    confirmation: Any = field(
-        default=None, repr=False
-    )  #: dynamic verdict of the best design, if judged in this run
+    verdicts: dict[tuple[float, ...], Verdict] = field(repr=False)  #: static verdicts of this run by parameter values
+    confirmation: Any = field(default=None, repr=False)  #: dynamic verdict of the best design, if judged in this run
     finished: bool = True  #: False when it was interrupted
 
 
@@ -106,9 +100,7 @@ def search(
         if name not in ranges:
             raise InputError(f'no parameter "{name}" to search; ranges are: {", ".join(ranges) or "none"}')
     if not chosen:
-        raise InputError(
-            f'"{building.name}" has no parameter to search; write one as {{value, min, max, step}}'
-        )
+        raise InputError(f'"{building.name}" has no parameter to search; write one as {{value, min, max, step}}')
     start = {name: ranges[name].max for name in chosen}
     building = with_values(building, start)
     log = _Log(Path(history), chosen, _digest(building)) if history is not None else None

@@ -30,11 +30,7 @@ def face_separation(
     chunks = np.split(np.arange(len(pairs)), np.searchsorted(work, np.arange(CHUNK, work[-1], CHUNK)))
     allowed = np.ones(len(face_block), dtype=bool) if faces is None else faces
     return np.concatenate(
-        [
-            _chunk(vertices, vertex_start, planes, first_face, pairs[rows], allowed)
-            for rows in chunks
-            if len(rows)
-        ]
+        [_chunk(vertices, vertex_start, planes, first_face, pairs[rows], allowed) for rows in chunks if len(rows)]
     )
 
 

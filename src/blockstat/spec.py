@@ -17,11 +17,7 @@ WALLS = ("south", "north", "west", "east")
 WallName = Literal["south", "north", "west", "east"]
 
 
-class _Strict(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
-    pass
-
-
-class Range(_Strict):
+class Range(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     """A parameter that may move: its present value, its bounds (both included) and its step."""
 
     value: float
@@ -45,21 +41,21 @@ Height = Annotated[float, msgspec.Meta(ge=0)] | Range
 Count = Annotated[int, msgspec.Meta(ge=0)] | Range
 
 
-class Brick(_Strict):
+class Brick(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     """Nominal brick; the length is stretched a little so that each row is whole bricks and one half brick."""
 
     length: Length = 0.8
     height: Length = 0.3
 
 
-class Wall(_Strict):
+class Wall(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     """The four walls, one leaf thick."""
 
     thickness: Length = 0.8
     height: Length = 2.4
 
 
-class Opening(_Strict):
+class Opening(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     """Doors or windows of one wall, evenly spaced, each under a lintel; heights snap to whole courses."""
 
     width: Length
@@ -68,7 +64,7 @@ class Opening(_Strict):
     number: Count = 1
 
 
-class Buttress(_Strict):
+class Buttress(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     """Buttresses of one wall, evenly spaced, standing against it."""
 
     number: Count
@@ -77,14 +73,14 @@ class Buttress(_Strict):
     height: Length
 
 
-class Vault(_Strict):
+class Vault(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     """A semicircular barrel vault from the south to the north wall."""
 
     thickness: Length = 0.3
     voussoirs: Annotated[int, msgspec.Meta(ge=3)] | Range = 13
 
 
-class Material(_Strict):
+class Material(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     """Intrinsic parameters with the defaults of the procedural-masonry paper.
 
     Joints are dry: glue and rotational stiffness are kept with the scene and not modelled.
@@ -96,7 +92,7 @@ class Material(_Strict):
     rotational_stiffness: Annotated[float, msgspec.Meta(ge=0)] = 7000.0  #: [N m/rad]
 
 
-class Building(_Strict):
+class Building(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     """A rectangular building on a fixed ground slab.
 
     The long walls run along x, south at y < 0 and north at y > span; the end walls stand between them, so

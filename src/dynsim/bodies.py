@@ -89,7 +89,7 @@ def _pieces(local: Floats, faces: Sequence[np.ndarray], size: float) -> tuple[Fl
     import coacd
 
     coacd.set_log_level("error")
-    parts = coacd.run_coacd(coacd.Mesh(local, triangles), threshold=0.02, seed=0)
+    parts = coacd.run_coacd(coacd.Mesh(local, triangles.astype(np.int32)), threshold=0.02, seed=0)
     return tuple(np.asarray(vertices)[_hull(np.asarray(vertices)).vertices] for vertices, _ in parts)
 
 

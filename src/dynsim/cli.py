@@ -131,14 +131,10 @@ def _print_rows(rows: list) -> None:
 @app.command()
 def optimise(
     scene: Annotated[Path, typer.Argument(help="Scene file (.toml) with ranges {value, min, max, step}.")],
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Directory; out/<name> by default.")
-    ] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Directory; out/<name> by default.")] = None,
     only: Annotated[
         str | None,
-        typer.Option(
-            "--parameters", metavar="PATH,...", help="Parameters to move, in order; all ranges by default."
-        ),
+        typer.Option("--parameters", metavar="PATH,...", help="Parameters to move, in order; all ranges by default."),
     ] = None,
     group: Group = None,
     threshold: Threshold = None,

@@ -70,7 +70,9 @@ def likely_reason(static: Verdict, dynamic: DynamicVerdict) -> str:
         return "statics exclude rest: the motion is slower than the threshold in the simulated time"
     if dynamic.run.initial_overlap > 0.1 * dynamic.brick_threshold:
         return "the shapes Bullet sees overlap, so it does not simulate quite this geometry"
-    return "an admissible force field exists, but sliding joints need not find it (self-stress, non-associated friction)"
+    return (
+        "an admissible force field exists, but sliding joints need not find it (self-stress, non-associated friction)"
+    )
 
 
 def write_csv(rows: Sequence[Comparison], path: Path) -> None:

@@ -76,9 +76,7 @@ def _distinct(points: Floats, size: float) -> Floats:
     return points[np.unique(keys, axis=0, return_index=True)[1]]
 
 
-def _deepest_reflex_edge(
-    soup: Floats, shallow: float, size: float
-) -> tuple[Floats, Floats, Floats, Floats] | None:
+def _deepest_reflex_edge(soup: Floats, shallow: float, size: float) -> tuple[Floats, Floats, Floats, Floats] | None:
     """The reflex edge that is deepest: its ends and the normals of its triangles; None if all are shallow.
 
     Cut faces are left open: they bound the piece from outside, so their edges are never reflex.
@@ -101,9 +99,7 @@ def _deepest_reflex_edge(
     return best
 
 
-def _best_cut(
-    soup: Floats, start: Floats, end: Floats, one: Floats, two: Floats, size: float
-) -> list[Floats]:
+def _best_cut(soup: Floats, start: Floats, end: Floats, one: Floats, two: Floats, size: float) -> list[Floats]:
     """Both sides of the plane through an edge (bisecting, or along either face) that cuts fewest triangles."""
     along = (end - start) / np.linalg.norm(end - start)
     planes = [np.cross(along, one + two), one, two]
@@ -144,8 +140,6 @@ def _connected(soup: Floats, size: float) -> list[Floats]:
     corner = _indices(soup, size)
     n = int(corner.max()) + 1
     rows, cols = corner[:, [0, 1]].reshape(-1), corner[:, [1, 2]].reshape(-1)
-    _, label = connected_components(
-        sparse.coo_array((np.ones(len(rows)), (rows, cols)), shape=(n, n)), directed=False
-    )
+    _, label = connected_components(sparse.coo_array((np.ones(len(rows)), (rows, cols)), shape=(n, n)), directed=False)
     owner = label[corner[:, 0]]
     return [soup[owner == part] for part in np.unique(owner)]

@@ -66,9 +66,7 @@ def simulate(
             rotation.append(turned)
             if stop is not None and stop(settings.end * frame / looks, moved - displacement[0]):
                 break
-    return Run(
-        assembly, np.array(times), np.array(displacement), np.array(rotation), overlap, process_time() - start
-    )
+    return Run(assembly, np.array(times), np.array(displacement), np.array(rotation), overlap, process_time() - start)
 
 
 def _height(assembly: Assembly) -> float:

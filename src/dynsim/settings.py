@@ -24,9 +24,7 @@ class Settings:
     rest: float = 0.1  #: displacement, in thresholds, below which blocks count as resting
     group: str | None = None  #: group of Eq. 1; None: "vault" if there is one, else the whole assembly
     roof_threshold: float | None = None  #: [m] of Eq. 1; None: relative to block size
-    brick_threshold: float | None = (
-        None  #: [m] of Eq. 2 and of the displacement; None: relative to block size
-    )
+    brick_threshold: float | None = None  #: [m] of Eq. 2 and of the displacement; None: relative to block size
 
     def __post_init__(self) -> None:
         for name in (

@@ -64,7 +64,8 @@ class DynamicVerdict:
             f"Eq. 1: {self.group or 'whole assembly'} dropped {1e3 * self.group_drop:.2g} mm "
             f"(threshold {1e3 * self.roof_threshold:.3g} mm). "
             f"Eq. 2: largest drop of a block {1e3 * self.max_drop:.2g} mm "
-            f"(threshold {1e3 * self.brick_threshold:.3g} mm). Largest displacement {1e3 * self.max_displacement:.2g} mm.",
+            f"(threshold {1e3 * self.brick_threshold:.3g} mm). "
+            f"Largest displacement {1e3 * self.max_displacement:.2g} mm.",
         ]
         names = [self.run.assembly.names[i] for i in self.moved]
         if names:
@@ -105,9 +106,7 @@ def verify(assembly: Assembly, *, settings: Settings | None = None) -> DynamicVe
     """
     settings = settings or Settings()
     if not assembly.support.any():
-        raise InputError(
-            f'"{assembly.name}" has no supports; list the blocks that cannot move under "supports"'
-        )
+        raise InputError(f'"{assembly.name}" has no supports; list the blocks that cannot move under "supports"')
     if not len(assembly.free):
         raise InputError(f'"{assembly.name}": all blocks are supports; there is nothing to simulate')
     group, blocks = _roof(assembly, settings.group)
@@ -117,8 +116,7 @@ def verify(assembly: Assembly, *, settings: Settings | None = None) -> DynamicVe
     def decided(elapsed: float, moved: Floats) -> bool:
         furthest = np.linalg.norm(moved, axis=1).max()
         return bool(
-            furthest >= max(brick, roof)
-            or (elapsed >= settings.rest_after and furthest < settings.rest * brick)
+            furthest >= max(brick, roof) or (elapsed >= settings.rest_after and furthest < settings.rest * brick)
         )
 
     run = simulate(assembly, settings=settings, stop=decided)
@@ -134,7 +132,8 @@ def verify(assembly: Assembly, *, settings: Settings | None = None) -> DynamicVe
     warnings = []
     if run.initial_overlap > 0.1 * brick:
         warnings.append(
-            f"shapes overlap by up to {1e3 * run.initial_overlap:.2g} mm before the first step; motion is counted after settling"
+            f"shapes overlap by up to {1e3 * run.initial_overlap:.2g} mm before the first step; "
+            "motion is counted after settling"
         )
     settling = float(np.linalg.norm(run.displacement[0], axis=1).max())
     if settling > brick:

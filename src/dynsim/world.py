@@ -139,8 +139,7 @@ class World:
         Raises RuntimeError when Bullet lost a block to NaN.
         """
         answers = [
-            self._bullet.getBasePositionAndOrientation(body, physicsClientId=self._client)
-            for body in self._bodies
+            self._bullet.getBasePositionAndOrientation(body, physicsClientId=self._client) for body in self._bodies
         ]
         position = np.array([answer[0] for answer in answers]) / self.length
         orientation = np.array([answer[1] for answer in answers])

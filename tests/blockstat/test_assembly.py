@@ -21,9 +21,7 @@ def test_box_integrals_match_the_textbook_wherever_the_box_is():
         rounding = 1e-9 if far else 1e-13
         assert asm.mass[0] == pytest.approx(mass, rel=100 * rounding)
         np.testing.assert_allclose(asm.centroid[0], [far] * 3, atol=1e-9 if far else 1e-15)
-        np.testing.assert_allclose(
-            asm.inertia[0], inertia, rtol=1e-6 if far else 1e-12, atol=1e-8 if far else 1e-15
-        )
+        np.testing.assert_allclose(asm.inertia[0], inertia, rtol=1e-6 if far else 1e-12, atol=1e-8 if far else 1e-15)
 
 
 def test_tetrahedron_integrals():
@@ -52,9 +50,7 @@ def test_concave_prism_integrals():
 
 
 def test_groups_take_their_subgroups_along():
-    blocks = [
-        box((i, 0, 0), (i + 1, 1, 1), group=g) for i, g in enumerate(("wall.north", "wall.south", "vault"))
-    ]
+    blocks = [box((i, 0, 0), (i + 1, 1, 1), group=g) for i, g in enumerate(("wall.north", "wall.south", "vault"))]
     asm = Assembly.from_blocks(blocks, supports=[0])
     assert asm.in_group("wall").tolist() == [0, 1]
     with pytest.raises(InputError, match=r'no group "wal"; groups are: vault, wall\.north, wall\.south'):

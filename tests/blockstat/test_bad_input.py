@@ -73,9 +73,7 @@ def test_overlapping_blocks():
 
 
 def test_a_block_that_touches_nothing_is_named_and_falls():
-    asm = assembly(
-        [box((0, 0, -1), (1, 1, 0)), box((0, 0, 0), (1, 1, 1)), box((0, 0, 3), (1, 1, 4), name="lost")]
-    )
+    asm = assembly([box((0, 0, -1), (1, 1, 0)), box((0, 0, 0), (1, 1, 1)), box((0, 0, 3), (1, 1, 4), name="lost")])
     verdict = assess(asm)
     assert verdict.outcome.word == "unstable"
     assert verdict.warnings == ('block "lost" touches nothing',)

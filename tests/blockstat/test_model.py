@@ -58,9 +58,9 @@ def test_chapel_groups(chapel):
         "buttress.south.1",
     } <= groups
     assert chapel.names[int(np.flatnonzero(chapel.support)[0])] == "ground"
-    assert len(chapel.in_group("wall")) + len(chapel.in_group("vault")) + len(
-        chapel.in_group("buttress")
-    ) + 1 == (chapel.n_blocks)
+    assert len(chapel.in_group("wall")) + len(chapel.in_group("vault")) + len(chapel.in_group("buttress")) + 1 == (
+        chapel.n_blocks
+    )
 
 
 def test_chapel_volumes_by_hand(chapel):
@@ -69,9 +69,7 @@ def test_chapel_volumes_by_hand(chapel):
     assert chapel.volume[chapel.in_group("wall.south")].sum() == pytest.approx(
         thickness * (length * height - 2 * window)
     )
-    assert chapel.volume[chapel.in_group("wall.west")].sum() == pytest.approx(
-        thickness * (span * height - door)
-    )
+    assert chapel.volume[chapel.in_group("wall.west")].sum() == pytest.approx(thickness * (span * height - door))
     assert chapel.volume[chapel.in_group("wall.east")].sum() == pytest.approx(thickness * span * height)
     assert chapel.volume[chapel.in_group("buttress.south.1")].sum() == pytest.approx(0.6 * 0.6 * 1.6)
     # Straight-sided voussoirs: eleven wedges of pi/11 between two polygons.

@@ -31,6 +31,4 @@ def test_same_energy_before_any_certificate(scene):
     )
     direct, literal = clarabel_dual.solve(program), cvxpy_primal.solve(program)
     total = np.abs(program.load).sum()
-    assert np.linalg.norm(direct.adhesion) / total == pytest.approx(
-        np.linalg.norm(literal.adhesion) / total, abs=1e-6
-    )
+    assert np.linalg.norm(direct.adhesion) / total == pytest.approx(np.linalg.norm(literal.adhesion) / total, abs=1e-6)

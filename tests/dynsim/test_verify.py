@@ -33,9 +33,7 @@ def wedged(asm):
 def test_slip_on_an_incline(shape, azimuth):
     # A flat block slips at tan(angle) = mu in every direction. Boxes are good to half a percent; hulls stick up
     # to 3 % longer.
-    asm = assembly(
-        [box((-5, -5, -1), (5, 5, 0), name="ground"), box((-0.5, -0.5, 0), (0.5, 0.5, 0.2))], friction=0.7
-    )
+    asm = assembly([box((-5, -5, -1), (5, 5, 0), name="ground"), box((-0.5, -0.5, 0), (0.5, 0.5, 0.2))], friction=0.7)
     asm = wedged(asm) if shape == "hulls" else asm
     late = 1.005 if shape == "boxes" else 1.05
     for factor, outcome in ((0.995, STANDS), (late, FALLS)):
@@ -69,9 +67,7 @@ def test_wall_out_of_plane_on_both_sides_of_its_limit():
 def test_incline_slide_follows_the_closed_form():
     # s = 1/2 g (sin th - mu cos th) t^2, on a plane of 40 degrees with mu = .5; acceleration within 2 %.
     angle, mu, g = np.deg2rad(40), 0.5, 9.81
-    asm = assembly(
-        [box((-9, -9, -1), (9, 9, 0), name="ground"), box((-0.5, -0.5, 0), (0.5, 0.5, 0.2))], friction=mu
-    )
+    asm = assembly([box((-9, -9, -1), (9, 9, 0), name="ground"), box((-0.5, -0.5, 0), (0.5, 0.5, 0.2))], friction=mu)
     run = simulate(asm.with_(gravity=(g * np.sin(angle), 0, -g * np.cos(angle))), settings=Settings(end=1.0))
     moved = run.since_release[:, 1, 0]
     late = run.times > 0.3
@@ -79,15 +75,11 @@ def test_incline_slide_follows_the_closed_form():
     np.testing.assert_allclose(moved[late], expected, rtol=0.02)
 
 
-@pytest.mark.parametrize(
-    ("length", "strength", "density"), [(1e-3, 1.0, 1.0), (1e3, 1.0, 1.0), (1.0, 1e-2, 1e4)]
-)
+@pytest.mark.parametrize(("length", "strength", "density"), [(1e-3, 1.0, 1.0), (1e3, 1.0, 1.0), (1.0, 1e-2, 1e4)])
 def test_units_change_nothing(length, strength, density):
     for factor, outcome in ((1.04, STANDS), (0.96, FALLS)):
         asm = arch(15, 0.107 * factor)
-        other = asm.with_(
-            vertices=length * asm.vertices, gravity=strength * asm.gravity, density=density * asm.density
-        )
+        other = asm.with_(vertices=length * asm.vertices, gravity=strength * asm.gravity, density=density * asm.density)
         a, b = verify(asm), verify(other)
         assert a.outcome is b.outcome is outcome
         assert b.max_displacement / length == pytest.approx(a.max_displacement, rel=0.2, abs=1e-4)
@@ -108,9 +100,7 @@ def test_the_same_input_gives_the_same_run():
 
 def test_equations_look_down_and_the_displacement_looks_everywhere():
     # A block that slides on level ground does not drop; it has moved all the same.
-    asm = assembly(
-        [box((-5, -5, -1), (5, 5, 0)), box((-0.5, -0.5, 0), (0.5, 0.5, 0.2), name="slab")], friction=0.2
-    )
+    asm = assembly([box((-5, -5, -1), (5, 5, 0)), box((-0.5, -0.5, 0), (0.5, 0.5, 0.2), name="slab")], friction=0.2)
     verdict = verify(asm.with_(gravity=(0.4, 0, -1)))
     down = asm.with_(gravity=(0.4, 0, -1)).gravity
     assert verdict.outcome is FALLS

@@ -89,7 +89,8 @@ def test_offset_cube_needs_its_weight_in_tension():
 
 
 def test_pulled_slab_under_a_slab_against_a_wall():
-    # A on the ground, B on A, B's end against a fixed wall, A pulled by P; associated limit mu (W_A + 2 W_B / (1 - mu^2)).
+    # A on the ground, B on A, B's end against a fixed wall, A pulled by P; associated limit
+    # mu (W_A + 2 W_B / (1 - mu^2)).
     mu, weight = 0.5, 1.0
     asm = assembly(
         [

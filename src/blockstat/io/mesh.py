@@ -38,9 +38,7 @@ def read_mesh(path: Path, *, supports: Iterable[int | str] | None = None) -> Ass
     chosen = marked if supports is None else list(supports)
     if not chosen:
         some = ", ".join(solid.name for solid in solids[:8])
-        raise InputError(
-            f"a mesh does not say which blocks are supports; give their names or numbers (blocks: {some})"
-        )
+        raise InputError(f"a mesh does not say which blocks are supports; give their names or numbers (blocks: {some})")
     names = distinct_names([solid.name for solid in solids], chosen)
     blocks = [
         Block(s.vertices, s.faces, name, str(s.extras.get("group", "")), s.extras.get("density"))
@@ -82,8 +80,8 @@ def _solids(path: Path) -> tuple[list[_Solid], dict[str, Any]]:
         for number, part in enumerate(parts):
             part.merge_vertices(merge_tex=True, merge_norm=True, digits_vertex=_digits(part))
             label = f"{name}.{number}" if len(parts) > 1 else name
-            found.setdefault(geometry, []).append(_Solid(label, *_polygons(part), extras=_extras(mesh)))
-    return [solid for geometry in scene.geometry for solid in found.get(geometry, [])], scene.metadata
+            found.setdefault(str(geometry), []).append(_Solid(label, *_polygons(part), extras=_extras(mesh)))
+    return [solid for geometry in scene.geometry for solid in found.get(str(geometry), [])], scene.metadata
 
 
 def _closed_runs(mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
@@ -184,6 +182,4 @@ def _mesh(assembly: Assembly, block: int) -> trimesh.Trimesh:
         "density": float(assembly.density[block]),
         "support": bool(assembly.support[block]),
     }
-    return trimesh.Trimesh(
-        vertices, triangulate(vertices, assembly.faces_of(block)), process=False, metadata=extras
-    )
+    return trimesh.Trimesh(vertices, triangulate(vertices, assembly.faces_of(block)), process=False, metadata=extras)

@@ -20,9 +20,7 @@ def distinct_names(names: Sequence[str], supports: Sequence[int | str]) -> list[
         return list(names)
     for support in supports:
         if support in repeated:
-            raise InputError(
-                f'supports: {count[str(support)]} blocks are named "{support}"; give their indices'
-            )
+            raise InputError(f'supports: {count[str(support)]} blocks are named "{support}"; give their indices')
     warnings.warn(
         InputWarning(f'several blocks share a name ("{min(repeated)}"); they are numbered from .0'),
         stacklevel=3,

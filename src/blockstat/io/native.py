@@ -59,10 +59,7 @@ def read_json(path: Path, *, supports: Iterable[int | str] | None = None) -> Ass
     chosen = record.supports if supports is None else list(supports)
     names = distinct_names([b.name for b in record.blocks], chosen)
     return Assembly.from_blocks(
-        [
-            Block(b.vertices, b.faces, name, b.group, b.density)
-            for b, name in zip(record.blocks, names, strict=True)
-        ],
+        [Block(b.vertices, b.faces, name, b.group, b.density) for b, name in zip(record.blocks, names, strict=True)],
         supports=chosen,
         name=record.name or path.stem,
         density=record.density,

@@ -44,7 +44,7 @@ def read_obj(path: Path) -> list[Solid]:
     names = labels["o" if kind == 0 else "g"]
     named_faces: dict[int, list[list[int]]] = {}
     for face in faces:
-        named_faces.setdefault(face[kind], []).append(face[2])
+        named_faces.setdefault(face[0] if kind == 0 else face[1], []).append(face[2])
     return [_solid(names[i - 1] if i else "", vertices, own) for i, own in named_faces.items()]
 
 
@@ -62,8 +62,6 @@ def write_obj(assembly: Assembly, path: Path) -> None:
         vertices = assembly.block_vertices(block)
         lines.append(f"o {'_'.join(name.split())}")
         lines += ["v " + " ".join(repr(float(x)) for x in vertex) for vertex in vertices]
-        lines += [
-            "f " + " ".join(str(int(corner) + offset) for corner in face) for face in assembly.faces_of(block)
-        ]
+        lines += ["f " + " ".join(str(int(corner) + offset) for corner in face) for face in assembly.faces_of(block)]
         offset += len(vertices)
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -43,9 +43,7 @@ def row_joints(row: float, brick: float, course: int) -> np.ndarray:
     return np.append(edges, row) if course % 2 == 0 else np.append(0.0, row - edges[::-1])
 
 
-def lay_row(
-    row: float, brick: float, course: int, gaps: Sequence[Void | Lintel] = ()
-) -> list[tuple[float, float]]:
+def lay_row(row: float, brick: float, course: int, gaps: Sequence[Void | Lintel] = ()) -> list[tuple[float, float]]:
     """Bricks of one row as (start, end), cut at openings and lintels; a remainder too short joins its neighbour."""
     joints = row_joints(row, brick, course)
     for gap in gaps:

@@ -19,7 +19,8 @@ def build_buttresses(frame: WallFrame, spec: Buttress, course_height: float) -> 
     spacing = frame.length / (number + 1)
     if number and width > spacing:
         raise InputError(
-            f"buttresses.{frame.name}: {number} buttresses of {width:.3g} m width do not fit a wall of {frame.length:.3g} m"
+            f"buttresses.{frame.name}: {number} buttresses of {width:.3g} m width "
+            f"do not fit a wall of {frame.length:.3g} m"
         )
     courses = Courses.filling(height, course_height)
     sign = 1.0 if frame.outward > 0 else -1.0
@@ -29,7 +30,5 @@ def build_buttresses(frame: WallFrame, spec: Buttress, course_height: float) -> 
         centre, group = spacing * (k + 1), f"buttress.{frame.name}.{k + 1}"
         for course in range(courses.number):
             z = (course * courses.height, (course + 1) * courses.height)
-            blocks.append(
-                frame.block((centre - width / 2, centre + width / 2), depth, z, f"{group}.{course}", group)
-            )
+            blocks.append(frame.block((centre - width / 2, centre + width / 2), depth, z, f"{group}.{course}", group))
     return blocks

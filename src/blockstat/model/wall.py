@@ -48,9 +48,7 @@ class Courses:
         return cls(number, height / number)
 
 
-def build_wall(
-    frame: WallFrame, brick: tuple[float, float], openings: Sequence[tuple[str, Opening]]
-) -> list[Block]:
+def build_wall(frame: WallFrame, brick: tuple[float, float], openings: Sequence[tuple[str, Opening]]) -> list[Block]:
     """Bricks of a wall. brick : nominal length and height; openings : (path in the scene, opening)."""
     courses = Courses.filling(frame.height, brick[1])
     length = brick_length(frame.length, brick[0])

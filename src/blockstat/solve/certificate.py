@@ -35,9 +35,7 @@ class Certificate:
     residual: float  #: largest unbalanced force or moment / size of a block, relative to that block's load
     cone_violation: float  #: largest missing normal force of a point, relative to the lighter block's load
     work: float  #: work of the loads on the mechanism, relative to |w| |u|; 0 without a mechanism
-    mechanism_violation: (
-        float  #: largest amount by which a joint closes or slides without opening, relative to |u|
-    )
+    mechanism_violation: float  #: largest amount by which a joint closes or slides without opening, relative to |u|
     #: least total normal force of any equilibrium, in total weights; inf: none exists. With infinite friction
     #: the total of whole contact forces.
     required_force: float
@@ -68,9 +66,7 @@ def balance(program: PenaltyProgram, force: Floats, *, passes: int = 4) -> Float
     diagonal = normal.diagonal()
     normal += sparse.diags_array(1e-14 * diagonal + 1e-30 * diagonal.max())
     try:
-        factor = splu(
-            normal, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-        )
+        factor = splu(normal, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError:
         return force
     flat, best = force.reshape(-1).copy(), np.inf

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
+from typing import Any
+
 import numpy as np
 from scipy import sparse
 
@@ -20,7 +23,7 @@ WIDE_OPEN = 1e3
 def solve(program: PenaltyProgram) -> RawSolution:
     """Minimise 1/2 ||E' A' u||^2 - w' u over twists with A' u in K*."""
     opening = program.opening
-    hessian = sparse.triu(opening @ opening.T, format="csc")
+    hessian = sparse.csc_array(sparse.triu(opening @ opening.T))
     twist, force, status, iterations = _solve(program, hessian, -program.load)
     return RawSolution(
         force=force,
@@ -66,7 +69,7 @@ def open_joints(program: PenaltyProgram, twist: Floats) -> Floats:
     sticky = np.isinf(program.friction)
     offset[:, 0] = np.minimum(np.where(sticky, gap_rate[:, 0], room) / worst, WIDE_OPEN) - 1.0
     offset[sticky, 1:] = gap_rate[sticky, 1:] / worst
-    identity = sparse.eye_array(len(twist), format="csc")
+    identity = sparse.csc_array(sparse.eye_array(len(twist)))
     change, _, status, _ = _solve(program, identity, np.zeros(len(twist)), offset=offset.reshape(-1))
     return twist + worst * change if "Infeasible" not in status else twist
 
@@ -80,8 +83,7 @@ def _solve(
     offset: Floats | None = None,
 ) -> tuple[Floats, Floats, str, int]:
     """Minimise 1/2 u' H u + cost' u with A' u + offset in K* and capped' u <= 1: (u, f, status, iterations)."""
-    import clarabel
-
+    clarabel: Any = importlib.import_module("clarabel")
     rows, cones, scale = _dual_cones(program)
     constraint = -(sparse.diags_array(scale) @ program.matrix.T.tocsr()[rows])
     bound = np.zeros(len(rows)) if offset is None else scale * offset[rows]
@@ -94,9 +96,7 @@ def _solve(
     settings.direct_solve_method = "qdldl"  # five times faster here than the multithreaded default
     settings.max_iter = MAX_ITERATIONS
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = TOLERANCE
-    answer = clarabel.DefaultSolver(
-        hessian, cost, sparse.csc_array(constraint), bound, cones, settings
-    ).solve()
+    answer = clarabel.DefaultSolver(hessian, cost, sparse.csc_array(constraint), bound, cones, settings).solve()
 
     force = np.zeros(3 * len(program.friction))
     force[rows] = scale * np.array(answer.z)[: len(rows)]
@@ -106,11 +106,10 @@ def _solve(
 def _dual_cones(program: PenaltyProgram) -> tuple[np.ndarray, list, Floats]:
     """Order of the rows of A', the cones of K* over them, and the factor of each row.
 
-    A point with friction is a second-order cone (g_n / mu, g_1, g_2), times mu where that is below 1. Without friction only g_n >= 0 is
-    left; with infinite friction g_n >= 0 and g_t = 0.
+    A point with friction is a second-order cone (g_n / mu, g_1, g_2), times mu where that is below 1. Without
+    friction only g_n >= 0 is left; with infinite friction g_n >= 0 and g_t = 0.
     """
-    import clarabel
-
+    clarabel: Any = importlib.import_module("clarabel")
     mu = program.friction
     none, sticky = np.flatnonzero(mu == 0), np.flatnonzero(np.isinf(mu))
     coulomb = np.flatnonzero((mu > 0) & np.isfinite(mu))

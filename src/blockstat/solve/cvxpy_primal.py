@@ -41,11 +41,13 @@ def solve(program: PenaltyProgram) -> RawSolution:
         problem.solve(solver=cp.CLARABEL, tol_gap_abs=1e-11, tol_gap_rel=1e-11, tol_feas=1e-11, max_iter=400)
 
     bounded = normal.value is not None
-    dual = balance.dual_value if bounded else np.zeros(len(program.load))
+    dual = np.asarray(balance.dual_value) if bounded else np.zeros(len(program.load))
     s = np.asarray(adhesion.value) if bounded else np.full(m, np.inf)
-    force = np.column_stack([normal.value, tangent.value]) if bounded else np.zeros((m, 3))
+    force = np.zeros((m, 3))
+    if bounded:
+        force[:, 0], force[:, 1:] = normal.value, tangent.value
     # The multiplier belongs to ||s||; that of 1/2 ||s||^2, the mechanism, is ||s|| times as large.
-    twist = np.asarray(dual) * (np.linalg.norm(s) if bounded else 0.0)
+    twist = dual.astype(float) * float(np.linalg.norm(s) if bounded else 0.0)
     if twist @ program.load < 0:
         twist = -twist
     return RawSolution(
