@@ -15,9 +15,8 @@ from time import process_time
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
-from problems import arch, running_bond, stack
-
 from dynsim import verify
+from problems import arch, running_bond, stack
 
 FACTORS = (0.90, 0.94, 0.96, 0.98, 0.99, 1.01, 1.02, 1.04, 1.06, 1.10)
 

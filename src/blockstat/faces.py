@@ -30,14 +30,16 @@ def convex_faces(assembly: Assembly) -> np.ndarray:
 def frames(normal: Floats) -> Floats:
     """Right-handed frames (n, t1, t2) for unit normals, shape (n, 3, 3)."""
     axis = np.eye(3)[np.abs(normal).argmin(axis=1)]
-    t1 = np.cross(axis, normal)
-    t1 /= np.linalg.norm(t1, axis=1)[:, None]
-    return np.stack([normal, t1, np.cross(normal, t1)], axis=1)
+    t1: Floats = np.cross(axis, normal)
+    t1 = t1 / np.linalg.norm(t1, axis=1)[:, None]
+    t2: Floats = np.cross(normal, t1)
+    return np.stack([normal, t1, t2], axis=1)
 
 
 def planar(assembly: Assembly, face: Ints, frame: Floats, origin: Floats, width: int) -> Floats:
     """Corners of faces along (t1, t2), shape (n, width, 2); short faces repeat their last corner."""
     first, last = assembly.face_start[face], assembly.face_start[face + 1] - 1
     index = np.minimum(first[:, None] + np.arange(width), last[:, None])
-    local = assembly.vertices[assembly.face_vertices[index]] - origin[:, None]
-    return np.stack([(local * frame[:, None, axis]).sum(axis=2) for axis in (1, 2)], axis=2)
+    local: Floats = assembly.vertices[assembly.face_vertices[index]] - origin[:, None]
+    across: Floats = frame[:, 1:].swapaxes(1, 2)
+    return local @ across
