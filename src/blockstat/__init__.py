@@ -9,10 +9,14 @@ from blockstat.contact import Interfaces, find_interfaces
 from blockstat.errors import InputError, InputWarning
 from blockstat.io import read, write
 from blockstat.io.scene import load_scene
+from blockstat.limit import LimitLoad, LoadOutcome, limit_load
+from blockstat.load import acceleration, point_load
 from blockstat.model import build
+from blockstat.reserve import friction_limit, tilt_limit
 from blockstat.result import Outcome, Verdict
 from blockstat.search import search
 from blockstat.spec import Building, parameters, with_values
+from blockstat.thrust import load_domain, settlement, thrust_range
 
 __version__ = "0.1.0"
 __all__ = [
@@ -22,15 +26,25 @@ __all__ = [
     "InputError",
     "InputWarning",
     "Interfaces",
+    "LimitLoad",
+    "LoadOutcome",
     "Outcome",
     "Verdict",
+    "acceleration",
     "assess",
     "build",
     "find_interfaces",
+    "friction_limit",
+    "limit_load",
+    "load_domain",
     "load_scene",
     "parameters",
+    "point_load",
     "read",
     "search",
+    "settlement",
+    "thrust_range",
+    "tilt_limit",
     "with_values",
     "write",
 ]

@@ -1,4 +1,4 @@
-"""The command `blockstat`: build, check, plot."""
+"""The command `blockstat`: build, check, limit, tilt, plot."""
 
 from __future__ import annotations
 
@@ -7,17 +7,8 @@ from typing import Annotated
 
 import typer
 
-from blockstat.cli_options import (
-    AsJson,
-    FileArgument,
-    Friction,
-    Gravity,
-    Supports,
-    Tilt,
-    load,
-    print_json,
-    run_app,
-)
+from blockstat.cli_options import AsJson, FileArgument, Friction, Gravity, Supports, Tilt, numbers, print_json, run_app
+from blockstat.cli_options import load as load_assembly
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 
@@ -58,7 +49,7 @@ def check(
     from blockstat.analysis import assess
     from blockstat.contact import GAP
 
-    assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports)
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports)
     verdict = assess(assembly, gap=GAP if gap is None else gap, solver=solver)
     if as_json:
         summary = verdict.summary()
@@ -68,6 +59,60 @@ def check(
     faces = verdict.interfaces
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {faces.n_interfaces} interfaces, {seconds:.2f} s")
     typer.echo(verdict.explain())
+
+
+@app.command()
+def limit(
+    file: FileArgument,
+    load: Annotated[
+        str, typer.Option(metavar="AX,AY,AZ", help="Direction of the acceleration; 1 is as strong as gravity.")
+    ],
+    friction: Friction = None,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
+    supports: Supports = None,
+    as_json: AsJson = False,
+) -> None:
+    """How much of a horizontal (or any) acceleration does it carry? A bracket proven from both sides."""
+    from blockstat.limit import limit_load
+
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports)
+    result = limit_load(assembly, numbers(load, 3, "--load", "AX,AY,AZ"))
+    if as_json:
+        print_json({"file": str(file), **result.summary()})
+        return
+    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {result.timings['total']:.2f} s")
+    typer.echo(result.explain())
+
+
+@app.command("tilt")
+def tilt_command(
+    file: FileArgument,
+    axis: Annotated[str, typer.Option(metavar="AXIS", help="x, y, z or three numbers AX,AY,AZ.")],
+    friction: Friction = None,
+    gravity: Gravity = None,
+    supports: Supports = None,
+    as_json: AsJson = False,
+) -> None:
+    """By which angle may the ground tilt about an axis before the assembly falls?"""
+    from math import isnan
+
+    from blockstat.reserve import tilt_limit
+
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=None, supports=supports)
+    about = axis if "," not in axis else numbers(axis, 3, "--axis", "x, y, z or AX,AY,AZ")
+    found = tilt_limit(assembly, about)
+    stands, falls = (None if isnan(value) else value for value in (found.stands, found.falls))
+    if as_json:
+        print_json(
+            {"file": str(file), "axis": axis, "angle_deg": stands or 0.0, "stands_deg": stands, "falls_deg": falls}
+        )
+    elif stands is None:
+        typer.echo(f"{assembly.name}: does not stand as it is")
+    elif falls is None:
+        typer.echo(f"{assembly.name}: stands at every angle about {axis}")
+    else:
+        typer.echo(f"{assembly.name}: stands up to {stands:.6f} degrees about {axis}, falls at {falls:.6f}")
 
 
 @app.command()
@@ -83,11 +128,10 @@ def plot(
 ) -> None:
     """Draw the blocks, coloured by the static verdict."""
     from blockstat.analysis import assess
-    from blockstat.cli_options import numbers
     from blockstat.plot import picture, picture_of_verdict
 
     azimuth, elevation = numbers(view, 2, "--view", "AZIMUTH,ELEVATION")
-    assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports)
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports)
     if plain:
         picture(assembly, output, title=assembly.name, azimuth=azimuth, elevation=elevation)
     else:

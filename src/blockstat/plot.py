@@ -31,6 +31,7 @@ def picture(
     values: Floats | None = None,
     label: str = "",
     colours: str = MOVED,
+    top: float | None = None,
     displacement: Floats | None = None,
     rotation: Floats | None = None,
     title: str = "",
@@ -39,7 +40,8 @@ def picture(
 ) -> Path:
     """Draw the blocks in parallel projection and save a PNG (or any format matplotlib writes); returns the path.
 
-    values : one number a block to colour by, shape (n_blocks,), with `label` and its unit on the colour bar.
+    values : one number a block to colour by, shape (n_blocks,), with `label` and its unit on the colour bar;
+    top : the end of the bar, by default the largest value.
     displacement, rotation : poses to draw the blocks in, shapes (n_blocks, 3) [m] and (n_blocks, 3, 3).
     azimuth, elevation : from where one looks, in degrees.
     """
@@ -56,7 +58,7 @@ def picture(
     colour = np.where(assembly.support[:, None], SUPPORT, STONE).astype(float)
     bar = None
     if values is not None:
-        scale = Normalize(0.0, max(float(np.max(values)), 1e-12))
+        scale = Normalize(0.0, top or max(float(np.max(values)), 1e-12))
         bar = ScalarMappable(scale, colormaps[colours])
         painted = bar.to_rgba(np.asarray(values, dtype=float))[:, :3]
         colour = np.where(assembly.support[:, None], SUPPORT, painted)
@@ -84,7 +86,7 @@ def picture_of_verdict(verdict: Verdict, path: str | Path, **options: Any) -> Pa
     assembly = verdict.assembly
     if not len(verdict.moving):
         return picture(
-            assembly, path, values=verdict.demand(), colours=DEMAND,
+            assembly, path, values=verdict.demand(), colours=DEMAND, top=1.0,
             label="friction used at the block's joints (1 = sliding)", title=f"{assembly.name}: stable", **options,
         )  # fmt: skip
     shown, turned = mechanism_pose(verdict)

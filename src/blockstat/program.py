@@ -37,6 +37,11 @@ class PenaltyProgram:
     force_unit: float  #: [N]
     length_unit: float  #: [m]
 
+    @property
+    def total_load(self) -> float:
+        """Sum of the magnitudes of the forces on the blocks."""
+        return float(np.linalg.norm(self.load.reshape(-1, 6)[:, :3], axis=1).sum()) or 1.0
+
     @cached_property
     def opening(self) -> sparse.csc_array:
         """A E, the columns of the normal forces, shape (6 n, m)."""

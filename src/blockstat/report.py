@@ -35,7 +35,7 @@ def write_designs(result: SearchResult, directory: Path) -> list[Figure]:
         write(shown, directory / "best.glb")
         verdict = assess(shown)
         path = picture(
-            shown, directory / "demand.png", values=verdict.demand(), colours=DEMAND,
+            shown, directory / "demand.png", values=verdict.demand(), colours=DEMAND, top=1.0,
             label="friction used at the block's joints (1 = sliding)", title="demand of the best design",
         )  # fmt: skip
         figures.append(Figure(path, "How much of its friction each block uses in the certified force field."))

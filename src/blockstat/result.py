@@ -140,3 +140,9 @@ def corner_speed(assembly: Assembly, twist: Floats) -> Floats:
     arm = assembly.vertices - assembly.centroid[block]
     velocity = twist[block, :3] + np.cross(twist[block, 3:], arm)
     return np.maximum.reduceat(np.linalg.norm(velocity, axis=1), assembly.vertex_start[:-1])
+
+
+def unit_motion(assembly: Assembly, mechanism: Floats) -> Floats:
+    """A mechanism scaled so that the fastest corner moves by 1 m; zero stays zero."""
+    fastest = corner_speed(assembly, mechanism).max(initial=0.0)
+    return mechanism / fastest if fastest > 0 else mechanism

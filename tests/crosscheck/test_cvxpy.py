@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from blockstat import assess
-from blockstat.analysis import find_interfaces
+from blockstat.contact import find_interfaces
 from blockstat.equilibrium import equilibrium, split_floating, weight
 from blockstat.program import penalty_program
 from blockstat.solve import clarabel_dual, cvxpy_primal

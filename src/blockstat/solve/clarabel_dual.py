@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,18 +21,29 @@ MAX_ITERATIONS = 200
 WIDE_OPEN = 1e3
 
 
+@dataclass(frozen=True, eq=False)
+class DualAnswer:
+    """An answer to one of the dual programs; nothing in it is trusted."""
+
+    twist: Floats  #: u, shape (6 n,)
+    force: Floats  #: multipliers of the cones as forces, shape (m, 3)
+    multiplier: float  #: lambda of A f + w + lambda l = 0 when a load was pinned, else 0
+    status: str
+    iterations: int
+
+
 def solve(program: PenaltyProgram) -> RawSolution:
     """Minimise 1/2 ||E' A' u||^2 - w' u over twists with A' u in K*."""
     opening = program.opening
     hessian = sparse.csc_array(sparse.triu(opening @ opening.T))
-    twist, force, status, iterations = _solve(program, hessian, -program.load)
+    answer = solve_dual(program, -program.load, hessian=hessian)
     return RawSolution(
-        force=force,
-        adhesion=np.maximum(opening.T @ twist, 0.0),
-        twist=twist,
-        bounded="DualInfeasible" not in status,
-        status=status,
-        iterations=iterations,
+        force=answer.force,
+        adhesion=np.maximum(opening.T @ answer.twist, 0.0),
+        twist=answer.twist,
+        bounded="DualInfeasible" not in answer.status,
+        status=answer.status,
+        iterations=answer.iterations,
     )
 
 
@@ -43,14 +55,12 @@ def solve_margin(program: PenaltyProgram) -> RawSolution:
     good to the square root of the tolerance; this one is linear and good to the tolerance itself. It costs a
     second solve, so it is asked only where the first could not prove either side.
     """
-    opening = program.opening
-    total = opening.sum(axis=1)
-    nothing = sparse.csc_array((len(total), len(total)))
-    twist, pressed, status, iterations = _solve(program, nothing, -program.load - total, capped=total)
-    tau = float(program.load @ twist + total @ twist - 1.0)
-    force = pressed - tau * np.array([1.0, 0.0, 0.0])
+    total = program.opening.sum(axis=1)
+    answer = solve_dual(program, -program.load - total, capped=total)
+    tau = float(program.load @ answer.twist + total @ answer.twist - 1.0)
+    force = answer.force - tau * np.array([1.0, 0.0, 0.0])
     adhesion = np.full(len(force), max(tau, 0.0))
-    return RawSolution(force, adhesion, twist, bounded=True, status=status, iterations=iterations)
+    return RawSolution(force, adhesion, answer.twist, bounded=True, status=answer.status, iterations=answer.iterations)
 
 
 def open_joints(program: PenaltyProgram, twist: Floats) -> Floats:
@@ -70,37 +80,52 @@ def open_joints(program: PenaltyProgram, twist: Floats) -> Floats:
     offset[:, 0] = np.minimum(np.where(sticky, gap_rate[:, 0], room) / worst, WIDE_OPEN) - 1.0
     offset[sticky, 1:] = gap_rate[sticky, 1:] / worst
     identity = sparse.csc_array(sparse.eye_array(len(twist)))
-    change, _, status, _ = _solve(program, identity, np.zeros(len(twist)), offset=offset.reshape(-1))
-    return twist + worst * change if "Infeasible" not in status else twist
+    answer = solve_dual(program, np.zeros(len(twist)), hessian=identity, offset=offset.reshape(-1))
+    return twist + worst * answer.twist if "Infeasible" not in answer.status else twist
 
 
-def _solve(
+def solve_dual(
     program: PenaltyProgram,
-    hessian: sparse.csc_array,
     cost: Floats,
     *,
-    capped: Floats | None = None,
+    hessian: sparse.csc_array | None = None,
     offset: Floats | None = None,
-) -> tuple[Floats, Floats, str, int]:
-    """Minimise 1/2 u' H u + cost' u with A' u + offset in K* and capped' u <= 1: (u, f, status, iterations)."""
+    capped: Floats | None = None,
+    pinned: Floats | None = None,
+) -> DualAnswer:
+    """Minimise 1/2 u' H u + cost' u subject to A' u + offset in K*, capped' u <= 1 and pinned' u = 1.
+
+    hessian : upper triangle of H. offset : shape (3 m,). capped, pinned : shape (6 n,).
+    """
     clarabel: Any = importlib.import_module("clarabel")
     rows, cones, scale = _dual_cones(program)
-    constraint = -(sparse.diags_array(scale) @ program.matrix.T.tocsr()[rows])
-    bound = np.zeros(len(rows)) if offset is None else scale * offset[rows]
-    if capped is not None:
-        constraint = sparse.vstack([constraint, capped[None, :]])
-        bound = np.append(bound, 1.0)
-        cones = [*cones, clarabel.NonnegativeConeT(1)]
+    blocks = [-(sparse.diags_array(scale) @ program.matrix.T.tocsr()[rows])]
+    bound = [np.zeros(len(rows)) if offset is None else scale * offset[rows]]
+    for vector, cone in ((capped, clarabel.NonnegativeConeT(1)), (pinned, clarabel.ZeroConeT(1))):
+        if vector is not None:
+            blocks.append(sparse.csr_array(vector[None, :]))
+            bound.append(np.ones(1))
+            cones = [*cones, cone]
+    if hessian is None:
+        hessian = sparse.csc_array((len(cost), len(cost)))
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.direct_solve_method = "qdldl"  # five times faster here than the multithreaded default
     settings.max_iter = MAX_ITERATIONS
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = TOLERANCE
-    answer = clarabel.DefaultSolver(hessian, cost, sparse.csc_array(constraint), bound, cones, settings).solve()
+    constraint = sparse.csc_array(sparse.vstack(blocks))
+    answer = clarabel.DefaultSolver(hessian, cost, constraint, np.concatenate(bound), cones, settings).solve()
 
+    multipliers = np.array(answer.z)
     force = np.zeros(3 * len(program.friction))
-    force[rows] = scale * np.array(answer.z)[: len(rows)]
-    return np.array(answer.x), force.reshape(-1, 3), str(answer.status), int(answer.iterations)
+    force[rows] = scale * multipliers[: len(rows)]
+    return DualAnswer(
+        twist=np.array(answer.x),
+        force=force.reshape(-1, 3),
+        multiplier=0.0 if pinned is None else -float(multipliers[-1]),
+        status=str(answer.status),
+        iterations=int(answer.iterations),
+    )
 
 
 def _dual_cones(program: PenaltyProgram) -> tuple[np.ndarray, list, Floats]:

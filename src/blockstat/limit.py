@@ -1,0 +1,180 @@
+"""Limit analysis: how much of a load an assembly carries, with a proven bracket.
+
+The kinematic program min -w' u subject to l' u = 1, A' u in K* (Livesley 1978, with the exact cone) gives the
+mechanism and, as multipliers, the forces. Neither is believed: the lower bound comes from a force field and the
+upper bound from a mechanism that our own code has checked.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from blockstat.bounds import lower_bound, upper_bound
+from blockstat.contact import GAP, Interfaces
+from blockstat.load import as_load
+from blockstat.polyhedron import Floats
+from blockstat.problem import Problem, pose, timed
+from blockstat.proof import decide
+from blockstat.result import Outcome, unit_motion
+from blockstat.solve import certificate, clarabel_dual
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: A load carried this many times over is called unbounded.
+UNBOUNDED = 1e6
+
+
+class LoadOutcome(Enum):
+    """The answers of a limit analysis; each value is the sentence a user reads."""
+
+    LIMIT = "Limit: the assembly carries the load up to the lower bound, and not beyond the upper one."
+    UNBOUNDED = "Unbounded: the assembly carries any multiple of the load."
+    DEAD_LOAD_UNSTABLE = "Infeasible under dead load: the assembly does not stand without the load."
+    UNDECIDED = "Undecided: the bounds could not be proven."
+
+    @property
+    def word(self) -> str:
+        return self.name.lower()
+
+
+@dataclass(frozen=True, eq=False)
+class LimitLoad:
+    """A bracket on the limit load multiplier and the evidence for it."""
+
+    outcome: LoadOutcome
+    lower: float  #: multiplier that `forces` carry
+    upper: float  #: multiplier at which `mechanism` moves
+    forces: Floats  #: shape (n_points, 3) [N], admissible and in equilibrium with dead load + lower x load
+    mechanism: Floats  #: shape (n_blocks, 6), scaled so that the fastest corner moves by 1 m
+    interfaces: Interfaces
+    assembly: Assembly
+    warnings: tuple[str, ...]
+    timings: dict[str, float]
+
+    @property
+    def gap(self) -> float:
+        """Width of the bracket relative to its larger end."""
+        if np.isinf(self.lower) or np.isinf(self.upper):
+            return 0.0 if self.lower == self.upper else np.inf
+        return (self.upper - self.lower) / max(abs(self.upper), abs(self.lower), 1e-300)
+
+    def joints(self, *, tolerance: float = 1e-4) -> dict[str, list[tuple[str, str]]]:
+        """Joints that move in the mechanism, by kind: "hinges", "sliding" and "opening" pairs of block names.
+
+        A hinge opens at one side and not at the other; a sliding joint shifts along itself (and opens at the rate
+        friction asks for); an opening one loses contact everywhere. tolerance : relative to the fastest corner.
+        """
+        found: dict[str, list[tuple[str, str]]] = {"hinges": [], "sliding": [], "opening": []}
+        rate = relative_motion(self.assembly, self.interfaces, self.mechanism)
+        for k, pair in enumerate(self.interfaces.pair):
+            own = rate[self.interfaces.start[k] : self.interfaces.start[k + 1]]
+            slide = np.hypot(own[:, 1], own[:, 2])
+            contact = own[:, 0] - min(self.assembly.friction, 1e3) * slide <= tolerance
+            if np.abs(own).max(initial=0.0) <= tolerance:
+                continue
+            kind = "sliding" if contact.all() else "hinges" if contact.any() else "opening"
+            found[kind].append((self.assembly.names[pair[0]], self.assembly.names[pair[1]]))
+        return found
+
+    def explain(self) -> str:
+        """The answer in words."""
+        lines = [self.outcome.value]
+        if self.outcome is LoadOutcome.LIMIT:
+            lines.append(f"{self.lower:.9g} <= multiplier <= {self.upper:.9g}")
+            counts = ", ".join(f"{len(pairs)} {kind}" for kind, pairs in self.joints().items())
+            lines.append(f"Joints of the mechanism: {counts}.")
+        return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
+
+    def summary(self) -> dict[str, Any]:
+        """Plain values for JSON; infinite bounds are None."""
+        return {
+            "status": self.outcome.word,
+            "sentence": self.outcome.value,
+            "lower": self.lower if np.isfinite(self.lower) else None,
+            "upper": self.upper if np.isfinite(self.upper) else None,
+            "joints": self.joints(),
+            "blocks": self.assembly.n_blocks,
+            "interfaces": self.interfaces.n_interfaces,
+            "warnings": list(self.warnings),
+            "timings": self.timings,
+        }
+
+
+def relative_motion(assembly: Assembly, interfaces: Interfaces, mechanism: Floats) -> Floats:
+    """Velocity of block b against block a at each contact point in the frame (n, t1, t2), shape (n_points, 3)."""
+    k = interfaces.point_interface
+    velocity = []
+    for side in interfaces.pair[k].T:
+        arm = interfaces.point - assembly.centroid[side]
+        velocity.append(mechanism[side, :3] + np.cross(mechanism[side, 3:], arm))
+    return np.einsum("nij,nj->ni", interfaces.frame[k], velocity[1] - velocity[0])
+
+
+def limit_load(
+    assembly: Assembly,
+    load: Any,
+    *,
+    friction: float | None = None,
+    gravity: Any = None,
+    gap: float = GAP,
+    interfaces: Interfaces | None = None,
+) -> LimitLoad:
+    """Largest multiplier of a load that the assembly carries on top of its weight.
+
+    load : three numbers, an acceleration direction (the multiplier is then in units of gravity), or a wrench on
+    each block, shape (n_blocks, 6) [N, N m], as `blockstat.load` makes them. Other options as in `assess`.
+
+    The friction is associated: sliding joints dilate, so for real stone the multiplier is an upper bound.
+    """
+    problem = pose(assembly, friction=friction, gravity=gravity, loads=None, gap=gap, interfaces=interfaces)
+    direction = as_load(problem.assembly, load)
+    timings = dict(problem.timings)
+    with timed(timings, "solve"):
+        solved = _bracket(problem, direction)
+    timings["total"] = sum(timings.values())
+    outcome, lower, upper, force, twist = solved
+    return LimitLoad(
+        outcome=outcome,
+        lower=lower,
+        upper=upper,
+        forces=problem.to_points(force),
+        mechanism=unit_motion(problem.assembly, problem.to_blocks(twist)),
+        interfaces=problem.interfaces,
+        assembly=problem.assembly,
+        warnings=problem.warnings,
+        timings=timings,
+    )
+
+
+def _bracket(problem: Problem, direction: Floats) -> tuple[LoadOutcome, float, float, Floats, Floats]:
+    """Outcome, bounds, scaled force field and twist."""
+    program, eq = problem.program, problem.eq
+    if program is None or len(problem.floating):
+        return LoadOutcome.DEAD_LOAD_UNSTABLE, -np.inf, -np.inf, np.zeros((eq.n_points, 3)), np.zeros(6 * eq.n_blocks)
+    dead = decide(eq, program, clarabel_dual.solve(program))
+    if dead.outcome is not Outcome.STABLE:
+        word = LoadOutcome.DEAD_LOAD_UNSTABLE if dead.outcome is Outcome.UNSTABLE else LoadOutcome.UNDECIDED
+        return word, -np.inf, -np.inf if dead.outcome is Outcome.UNSTABLE else np.inf, dead.force, dead.twist
+
+    load = problem.scaled(direction)
+    unit = float(np.linalg.norm(load.reshape(-1, 6)[:, :3], axis=1).sum() or np.abs(load).sum()) / program.total_load
+    load = load / unit  # as strong as the weight, so that multipliers are near one
+    answer = clarabel_dual.solve_dual(program, -program.load, pinned=load)
+    if "PrimalInfeasible" in answer.status:
+        ray = answer.force / answer.multiplier if answer.multiplier > 0 else answer.force
+        at = replace(program, load=program.load + UNBOUNDED * unit * load)
+        field = certificate.balance(at, dead.force + UNBOUNDED * unit * ray)
+        carried = certificate.check(eq, at, field, np.zeros_like(load)).proves_stable
+        word = LoadOutcome.UNBOUNDED if carried else LoadOutcome.UNDECIDED
+        return word, np.inf if carried else 0.0, np.inf, dead.force, np.zeros_like(load)
+    low = lower_bound(eq, program, load, answer.force, answer.multiplier, dead.force)
+    high = upper_bound(program, load, answer.twist)
+    lower, field = (low.value, low.evidence) if low else (0.0, dead.force)
+    upper, twist = (high.value, high.evidence) if high else (np.inf, answer.twist)
+    close = upper - lower <= 1e-3 * max(abs(upper), 1e-9)
+    return LoadOutcome.LIMIT if close else LoadOutcome.UNDECIDED, lower / unit, upper / unit, field, twist

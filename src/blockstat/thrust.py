@@ -1,0 +1,162 @@
+"""Least and greatest thrust on supports, moving supports, and domains of two loads: linear programs over forces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from blockstat.bounds import SHARES
+from blockstat.contact import GAP, find_interfaces
+from blockstat.errors import InputError
+from blockstat.limit import LoadOutcome, limit_load, relative_motion
+from blockstat.load import as_load
+from blockstat.polyhedron import Floats, Ints
+from blockstat.problem import Problem, pose
+from blockstat.proof import decide
+from blockstat.result import Outcome
+from blockstat.solve import certificate, clarabel_dual
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+
+@dataclass(frozen=True, eq=False)
+class ThrustRange:
+    """Least and greatest force on some supports in one direction [N], each carried by a proven force field."""
+
+    least: float
+    greatest: float  #: inf when self-stress can raise it without end
+    least_forces: Floats  #: shape (n_points, 3) [N]
+    greatest_forces: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Settlement:
+    """What happens when a support begins to move."""
+
+    mechanism: Floats  #: shape (n_blocks, 6), for unit movement of the supports [m/m, rad/m]
+    forces: Floats  #: shape (n_points, 3) [N], the one state of the settling assembly
+    reaction: float  #: force of the assembly on the moving supports along the movement [N]
+
+
+@dataclass(frozen=True, eq=False)
+class LoadDomain:
+    """Pairs of multipliers (x, y) of two loads that are carried: between two polygons."""
+
+    inner: Floats  #: shape (n, 2), proven by force fields, counter-clockwise
+    outer: Floats  #: shape (n, 3), rows (a, b, c) of half-planes a x + b y <= c, proven by mechanisms
+
+
+def thrust_range(
+    assembly: Assembly, supports: Sequence[int | str], direction: Sequence[float], *, gap: float = GAP, **options: Any
+) -> ThrustRange:
+    """Least and greatest force that the assembly can exert on some supports along a direction.
+
+    supports : names or indices of support blocks; direction : of the thrust, for an arch horizontal and outwards.
+    Other options as in `assess`. Raises InputError when the assembly does not stand.
+    """
+    problem, inside = _standing(assembly, gap, options)
+    thrust = _functional(problem, _support_indices(problem.assembly, supports), direction)
+    least, least_forces = _extreme(problem, -thrust, inside)
+    greatest, greatest_forces = _extreme(problem, thrust, inside)
+    return ThrustRange(-least, greatest, least_forces, greatest_forces)
+
+
+def settlement(
+    assembly: Assembly, supports: Sequence[int | str], direction: Sequence[float], *, gap: float = GAP, **options: Any
+) -> Settlement:
+    """Mechanism, forces and reaction when supports begin to move along a direction.
+
+    Minimises -w' u over motions with the supports' velocity given (the state of least potential energy): the forces
+    are those of the thrust that resists the movement least.
+    """
+    problem, _ = _standing(assembly, gap, options)
+    program = problem.program
+    assert program is not None
+    moving = _support_indices(problem.assembly, supports)
+    imposed = np.zeros((problem.assembly.n_blocks, 6))
+    unit = np.asarray(direction, dtype=float)
+    imposed[moving, :3] = unit / np.linalg.norm(unit)
+    rate = relative_motion(problem.assembly, problem.interfaces, imposed)[problem.eq.points]
+    answer = clarabel_dual.solve_dual(program, -program.load, offset=rate.reshape(-1))
+    force = certificate.balance(program, answer.force)
+    thrust = _functional(problem, moving, direction)
+    reaction = float(thrust @ force.reshape(-1)) * program.force_unit
+    return Settlement(problem.to_blocks(answer.twist) + imposed, problem.to_points(force), reaction)
+
+
+def load_domain(assembly: Assembly, one: Any, two: Any, *, directions: int = 32, **options: Any) -> LoadDomain:
+    """The pairs of multipliers of two loads that the assembly carries, probed along rays from the dead load.
+
+    one, two : loads as in `limit_load`. Raises InputError when the assembly does not stand or carries a combination
+    without end.
+    """
+    first, second = as_load(assembly, one), as_load(assembly, two)
+    shared = {"interfaces": find_interfaces(assembly, gap=options.pop("gap", GAP)), **options}
+    inner, outer = [], []
+    for angle in np.linspace(0, 2 * np.pi, directions, endpoint=False):
+        x, y = np.cos(angle), np.sin(angle)
+        limit = limit_load(assembly, x * first + y * second, **shared)
+        if limit.outcome is not LoadOutcome.LIMIT:
+            raise InputError(f"along ({x:.3g}, {y:.3g}): {limit.outcome.value}")
+        inner.append((limit.lower * x, limit.lower * y))
+        a, b = (float((load * limit.mechanism).sum()) for load in (first, second))
+        outer.append((a, b, limit.upper * (a * x + b * y)))
+    return LoadDomain(np.array(inner), np.array(outer))
+
+
+def _standing(assembly: Assembly, gap: float, options: dict[str, Any]) -> tuple[Problem, Floats]:
+    """The problem and a force field with room in its cones."""
+    defaults = {"friction": None, "gravity": None, "loads": None, "interfaces": None}
+    problem = pose(assembly, gap=gap, **(defaults | options))
+    if problem.program is not None and not len(problem.floating):
+        proof = decide(problem.eq, problem.program, clarabel_dual.solve(problem.program))
+        if proof.outcome is Outcome.STABLE:
+            return problem, proof.force
+    raise InputError(f'"{assembly.name}" does not stand; it has no thrust to speak of')
+
+
+def _support_indices(assembly: Assembly, supports: Sequence[int | str]) -> Ints:
+    indices = []
+    for support in supports:
+        index = assembly.names.index(support) if support in assembly.names else support
+        if (
+            not isinstance(index, (int, np.integer))
+            or not 0 <= index < assembly.n_blocks
+            or not assembly.support[index]
+        ):
+            names = ", ".join(assembly.names[i] for i in np.flatnonzero(assembly.support)[:8])
+            raise InputError(f"{support!r} is no support; supports are: {names}")
+        indices.append(int(index))
+    return np.array(indices, dtype=np.int64)
+
+
+def _functional(problem: Problem, supports: Ints, direction: Sequence[float]) -> Floats:
+    """Row c with c' f the force on the supports along the direction, in scaled units, shape (3 m,)."""
+    unit = np.asarray(direction, dtype=float)
+    if unit.shape != (3,) or not np.isfinite(unit).all() or not unit.any():
+        raise InputError(f"direction is {direction!r}; it must be three numbers, not all zero")
+    unit = unit / np.linalg.norm(unit)
+    k = problem.interfaces.point_interface[problem.eq.points]
+    along = problem.interfaces.frame[k] @ unit
+    sign = np.isin(problem.interfaces.pair[k, 1], supports).astype(float)
+    sign -= np.isin(problem.interfaces.pair[k, 0], supports)
+    return (sign[:, None] * along).reshape(-1)
+
+
+def _extreme(problem: Problem, functional: Floats, inside: Floats) -> tuple[float, Floats]:
+    """Largest value of a functional over admissible force fields [N], proven by the field returned."""
+    program = problem.program
+    assert program is not None
+    answer = clarabel_dual.solve_dual(program, -program.load, offset=-functional)
+    if "Infeasible" in answer.status:
+        return np.inf, problem.to_points(answer.force)
+    balanced = certificate.balance(program, answer.force)
+    for share in SHARES:
+        mixed = (1 - share) * balanced + share * inside
+        if certificate.check(problem.eq, program, mixed, np.zeros_like(program.load)).proves_stable:
+            return float(functional @ mixed.reshape(-1)) * program.force_unit, problem.to_points(mixed)
+    raise RuntimeError("no force field near the extreme thrust could be proven")
