@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from blockstat.contact import GAP, Interfaces
+from blockstat.coulomb import coulomb_state
 from blockstat.errors import InputError
 from blockstat.polyhedron import Floats
 from blockstat.problem import Problem, gap_warnings, pose, timed
@@ -19,6 +21,7 @@ from blockstat.solve.raw import RawSolution
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
+FLOWS = ("associated", "coulomb")
 SOLVERS = {"clarabel": clarabel_dual.solve, "cvxpy": cvxpy_primal.solve}
 
 
@@ -31,6 +34,7 @@ def assess(
     gap: float = GAP,
     interfaces: Interfaces | None = None,
     solver: str = "clarabel",
+    flow: str = "associated",
 ) -> Verdict:
     """Static verdict on an assembly of rigid blocks with dry Coulomb joints.
 
@@ -41,21 +45,35 @@ def assess(
     loads : further wrench on each block about its centroid, shape (n_blocks, 6) [N, N m].
     gap : tolerance of the joint search, relative to block size. interfaces : use these instead of searching.
     solver : "clarabel" (the dual, fast) or "cvxpy" (the literal primal, the reference).
+    flow : "associated" asks whether an admissible force field exists; "coulomb" asks in addition whether one exists
+    without dilatancy and self-stress (see `blockstat.coulomb`), and answers STABLE_ONLY_BY_SELF_STRESS if not.
 
     Raises InputError when nothing supports the assembly, when blocks overlap, or for a bad option.
     """
     if solver not in SOLVERS:
         raise InputError(f"no solver {solver!r}; solvers are: {', '.join(SOLVERS)}")
+    if flow not in FLOWS:
+        raise InputError(f"no flow {flow!r}; flows are: {', '.join(FLOWS)}")
     problem = pose(assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
     timings = dict(problem.timings)
-    raw = proof = None
+    raw = proof = state = None
     if problem.program is not None:
         with timed(timings, "solve"):
             raw = SOLVERS[solver](problem.program)
         with timed(timings, "certificate"):
             proof = decide(problem.eq, problem.program, raw)
+        slips = 0 < problem.assembly.friction < np.inf
+        if flow == "coulomb" and slips and proof.outcome is Outcome.STABLE:
+            with timed(timings, "coulomb"):
+                state = coulomb_state(problem.program)
     timings["total"] = sum(timings.values())
-    return _verdict(problem, raw, proof, solver, timings)
+    verdict = _verdict(problem, raw, proof, solver, timings)
+    if flow == "associated":
+        return verdict
+    outcome = verdict.outcome
+    if state is not None and outcome is Outcome.STABLE and state.settles is not True:
+        outcome = Outcome.STABLE_ONLY_BY_SELF_STRESS if state.settles is False else Outcome.UNDECIDED
+    return replace(verdict, outcome=outcome, flow=flow, coulomb=state)
 
 
 def _verdict(

@@ -17,9 +17,13 @@ from blockstat.solve import certificate, clarabel_dual
 
 #: Shares of the field with room that are tried, smallest first.
 SHARES = (0.0, *(10.0**-k for k in range(11, 1, -1)))
-#: A mechanism that cannot be mended (jammed blocks) bounds the load for equilibria with at most this many total
-#: weights of normal force.
-ASSUMED_FORCE = 1e3
+#: A mechanism that cannot be mended (jammed blocks, joints that cannot slide) bounds the load for equilibria whose
+#: contact forces add up to at most this many times those of the solver's own field.
+ASSUMED_FORCE = 10.0
+
+
+#: Each mending leaves a hundred-millionth of the violation; joints that cannot slide at all need more than one.
+MENDINGS = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,16 +53,25 @@ def lower_bound(
     return None
 
 
-def upper_bound(program: PenaltyProgram, load: Floats, twist: Floats) -> Bound | None:
+def upper_bound(program: PenaltyProgram, load: Floats, twist: Floats, force: Floats) -> Bound | None:
     """What a mechanism proves: no equilibrium at a larger multiplier. None when the load does no work on it.
+
+    force : the solver's field at the limit, shape (m, 3), the measure of forces if some joint still closes.
 
     For twists u with A' u in K* and l' u > 0, equilibrium at lambda asks for w' u + lambda l' u <= 0.
     """
-    mended = clarabel_dual.open_joints(program, twist)
-    gap_rate = (program.matrix.T @ mended).reshape(-1, 3)
-    closing = float(np.maximum(-certificate.opening_room(gap_rate, program.friction), 0.0).max(initial=0.0))
+    mended, closing = twist, np.inf
+    for _ in range(MENDINGS):
+        candidate = clarabel_dual.open_joints(program, mended)
+        gap_rate = (program.matrix.T @ candidate).reshape(-1, 3)
+        left = float(np.maximum(-certificate.opening_room(gap_rate, program.friction), 0.0).max(initial=0.0))
+        if not left < closing:
+            break
+        mended, closing = candidate, left
+        if closing == 0.0:
+            break
     work = float(load @ mended)
     if work <= 0:
         return None
-    slack = closing * ASSUMED_FORCE * program.total_load
+    slack = closing * ASSUMED_FORCE * float(np.linalg.norm(force, axis=1).sum())
     return Bound((slack - float(program.load @ mended)) / work, mended / work)

@@ -43,6 +43,7 @@ def check(
     supports: Supports = None,
     gap: Annotated[float | None, typer.Option(help="Largest gap of a joint, relative to block size.")] = None,
     solver: Annotated[str, typer.Option(help="clarabel (fast) or cvxpy (the literal program).")] = "clarabel",
+    flow: Annotated[str, typer.Option(help="associated, or coulomb: no dilatancy and no self-stress.")] = "associated",
     as_json: AsJson = False,
 ) -> None:
     """Does it stand? A static verdict with its certificate."""
@@ -50,7 +51,7 @@ def check(
     from blockstat.contact import GAP
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports)
-    verdict = assess(assembly, gap=GAP if gap is None else gap, solver=solver)
+    verdict = assess(assembly, gap=GAP if gap is None else gap, solver=solver, flow=flow)
     if as_json:
         summary = verdict.summary()
         print_json({"file": str(file), "verdict": summary.pop("outcome"), **summary})

@@ -173,7 +173,7 @@ def _bracket(problem: Problem, direction: Floats) -> tuple[LoadOutcome, float, f
         word = LoadOutcome.UNBOUNDED if carried else LoadOutcome.UNDECIDED
         return word, np.inf if carried else 0.0, np.inf, dead.force, np.zeros_like(load)
     low = lower_bound(eq, program, load, answer.force, answer.multiplier, dead.force)
-    high = upper_bound(program, load, answer.twist)
+    high = upper_bound(program, load, answer.twist, answer.force)
     lower, field = (low.value, low.evidence) if low else (0.0, dead.force)
     upper, twist = (high.value, high.evidence) if high else (np.inf, answer.twist)
     close = upper - lower <= 1e-3 * max(abs(upper), 1e-9)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.contact import Interfaces
+from blockstat.coulomb import CoulombState
 from blockstat.polyhedron import Floats, Ints
 from blockstat.solve.certificate import Certificate
 
@@ -17,9 +18,12 @@ if TYPE_CHECKING:
 
 
 class Outcome(Enum):
-    """The three static answers; each value is the sentence a user reads."""
+    """The static answers; each value is the sentence a user reads."""
 
     STABLE = "Stable: a force field within every friction cone balances every block."
+    STABLE_ONLY_BY_SELF_STRESS = (
+        "Stable only by self-stress: a force field exists, but Coulomb friction without dilatancy does not find it."
+    )
     UNSTABLE = "Unstable: no admissible force field exists; the blocks move as the mechanism shows."
     UNDECIDED = "Undecided: too close to the limit to prove either way at the accuracy of the numbers."
 
@@ -48,6 +52,8 @@ class Verdict:
     timings: dict[str, float] = field(default_factory=dict)  #: process seconds of each step
     floating: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))  #: blocks that nothing holds
     warnings: tuple[str, ...] = ()
+    flow: str = "associated"  #: the flow rule asked for, "associated" or "coulomb"
+    coulomb: CoulombState | None = None  #: the fixed point behind a "coulomb" verdict, if one was needed
 
     @property
     def motion(self) -> Floats:
@@ -83,7 +89,7 @@ class Verdict:
         """The verdict in words: the outcome, the evidence, and the blocks that move first."""
         lines = [self.outcome.value]
         proof = self.certificate
-        if self.outcome is Outcome.STABLE:
+        if self.outcome in (Outcome.STABLE, Outcome.STABLE_ONLY_BY_SELF_STRESS):
             lines.append(
                 f"Largest residual {proof.residual:.1e} of a block's load, "
                 f"cones violated by {proof.cone_violation:.1e}."
@@ -125,6 +131,7 @@ class Verdict:
             "interfaces": self.interfaces.n_interfaces,
             "contact_points": self.interfaces.n_points,
             "solver": self.solver,
+            "flow": self.flow,
             "warnings": list(self.warnings),
             "timings": self.timings,
         }

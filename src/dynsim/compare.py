@@ -70,9 +70,10 @@ def likely_reason(static: Verdict, dynamic: DynamicVerdict) -> str:
         return "statics exclude rest: the motion is slower than the threshold in the simulated time"
     if dynamic.run.initial_overlap > 0.1 * dynamic.brick_threshold:
         return "the shapes Bullet sees overlap, so it does not simulate quite this geometry"
-    return (
-        "an admissible force field exists, but sliding joints need not find it (self-stress, non-associated friction)"
-    )
+    found = assess(static.assembly, interfaces=static.interfaces, flow="coulomb").outcome
+    if found is Outcome.STABLE_ONLY_BY_SELF_STRESS:
+        return "it stands only by self-stress or dilatancy: Coulomb friction without them finds no equilibrium"
+    return "statics allow rest, with Coulomb friction too: marginal, or a motion that rest would have stopped"
 
 
 def write_csv(rows: Sequence[Comparison], path: Path) -> None:
