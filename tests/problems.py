@@ -104,3 +104,27 @@ HUT = {
     "wall": {"thickness": {"value": 0.8, "min": 0.2, "max": 0.8, "step": 0.2}, "height": 1.5},
     "vault": {"thickness": {"value": 0.3, "min": 0.2, "max": 0.3, "step": 0.1}, "voussoirs": 7},
 }  # fmt: skip
+
+
+def ferris_wall(rows, block=0.4, height=0.175, depth=1.0):
+    """Courses from the bottom: 1 a whole block, .5 a half one, -1 an opening one block long."""
+    blocks = [box((0, 0, -height), (block * sum(map(abs, rows[0])), depth, 0), name="base")]
+    for course, row in enumerate(rows):
+        x = 0.0
+        for item in row:
+            if item > 0:
+                blocks.append(box((x, 0, course * height), (x + item * block, depth, (course + 1) * height)))
+            x += abs(item) * block
+    return assembly(blocks, friction=0.65)
+
+
+A, B = [0.5, 1, 1, 1, 1, 0.5], [1] * 5
+FE3, FU3, WE3, WU3 = [1] * 4, [0.5, 1, 1, 1, 0.5], [1, 0.5, -1, 0.5, 1], [0.5, 1, -1, 1, 0.5]
+FE4, FU4 = [0.5, 1, 1, 1, 1, 0.5], [1] * 5
+WU4, WE4 = [1, -1, 1, -1, 1], [0.5, 0.5, -1, 0.5, 0.5, -1, 0.5, 0.5]
+#: Walls of Ferris & Tin-Loi (2001): rows, blocks, joints, associated factor as published and as derived.
+FERRIS = {
+    "W1": ([A, B] * 3, 33, 83, 0.643, 0.642859),
+    "W3": ([FE3, FU3, FE3, WU3, WE3, WU3, WE3, WU3, FE3, FU3, FE3], 46, 102, 0.404, 0.403694),
+    "W4": ([FE4, FU4, FE4, WU4, WE4, WU4, WE4, WU4, FE4, FU4, FE4], 55, 116, 0.332, 0.331948),
+}

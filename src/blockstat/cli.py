@@ -10,6 +10,8 @@ import typer
 from blockstat.cli_options import AsJson, FileArgument, Friction, Gravity, Supports, Tilt, numbers, print_json, run_app
 from blockstat.cli_options import load as load_assembly
 
+Flow = Annotated[str, typer.Option(help="associated, or coulomb: no dilatancy and no self-stress.")]
+
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 
 
@@ -43,7 +45,7 @@ def check(
     supports: Supports = None,
     gap: Annotated[float | None, typer.Option(help="Largest gap of a joint, relative to block size.")] = None,
     solver: Annotated[str, typer.Option(help="clarabel (fast) or cvxpy (the literal program).")] = "clarabel",
-    flow: Annotated[str, typer.Option(help="associated, or coulomb: no dilatancy and no self-stress.")] = "associated",
+    flow: Flow = "associated",
     as_json: AsJson = False,
 ) -> None:
     """Does it stand? A static verdict with its certificate."""
@@ -72,13 +74,14 @@ def limit(
     gravity: Gravity = None,
     tilt: Tilt = None,
     supports: Supports = None,
+    flow: Flow = "associated",
     as_json: AsJson = False,
 ) -> None:
     """How much of a horizontal (or any) acceleration does it carry? A bracket proven from both sides."""
     from blockstat.limit import limit_load
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports)
-    result = limit_load(assembly, numbers(load, 3, "--load", "AX,AY,AZ"))
+    result = limit_load(assembly, numbers(load, 3, "--load", "AX,AY,AZ"), flow=flow)
     if as_json:
         print_json({"file": str(file), **result.summary()})
         return

@@ -9,10 +9,10 @@ De Saxce's bipotential turns Coulomb's law into a fixed point (De Saxce & Feng 1
 
     minimise (1 + s)' f_n + c/2 |f|^2   subject to   A f + w = 0,   f in K.
 
-Its cone multipliers are z = g + (1 + s) n + c f with g the relative motion, so a loaded point has g_n = mu |z_t| - s - 1.
-At s = mu |z_t| every loaded point closes by one unit whatever it slides: no dilatancy, and no thrust between blocks
-that do not approach each other. Where such a state exists the slips settle; where the assembly stands on self-stress
-alone they grow without bound. c is a trifle that makes the forces unique.
+Its cone multipliers are z = g + (1 + s) n + c f with g the relative motion, so a loaded point has
+g_n = mu |z_t| - s - 1. At s = mu |z_t| every loaded point closes by one unit whatever it slides: no dilatancy, and
+no thrust between blocks that do not approach each other. Where such a state exists the slips settle; where the
+assembly stands on self-stress alone they grow without bound. c is a trifle that makes the forces unique.
 """
 
 from __future__ import annotations

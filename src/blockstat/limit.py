@@ -13,8 +13,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from blockstat.analysis import FLOWS
 from blockstat.bounds import lower_bound, upper_bound
 from blockstat.contact import GAP, Interfaces
+from blockstat.coulomb import coulomb_state
+from blockstat.errors import InputError
 from blockstat.load import as_load
 from blockstat.polyhedron import Floats
 from blockstat.problem import Problem, pose, timed
@@ -25,6 +28,8 @@ from blockstat.solve import certificate, clarabel_dual
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
+#: Bisection of the zero-dilatancy multiplier stops at this fraction of the associated one.
+COULOMB_WIDTH = 5e-4
 #: A load carried this many times over is called unbounded.
 UNBOUNDED = 1e6
 
@@ -55,6 +60,10 @@ class LimitLoad:
     assembly: Assembly
     warnings: tuple[str, ...]
     timings: dict[str, float]
+    #: With flow="coulomb": the multiplier up to which a state without dilatancy and self-stress was found, and the one
+    #: at which there was none. Not a theorem: zero-dilatancy limits are not unique; this is the branch that is reached
+    #: from rest, with no thrust but what the blocks' approach makes.
+    coulomb: tuple[float, float] | None = None
 
     @property
     def gap(self) -> float:
@@ -86,6 +95,8 @@ class LimitLoad:
         lines = [self.outcome.value]
         if self.outcome is LoadOutcome.LIMIT:
             lines.append(f"{self.lower:.9g} <= multiplier <= {self.upper:.9g}")
+            if self.coulomb is not None:
+                lines.append(f"Zero dilatancy, reached from rest: {self.coulomb[0]:.5g} to {self.coulomb[1]:.5g}")
             counts = ", ".join(f"{len(pairs)} {kind}" for kind, pairs in self.joints().items())
             lines.append(f"Joints of the mechanism: {counts}.")
         return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
@@ -97,6 +108,9 @@ class LimitLoad:
             "sentence": self.outcome.value,
             "lower": self.lower if np.isfinite(self.lower) else None,
             "upper": self.upper if np.isfinite(self.upper) else None,
+            "coulomb_lower": None if self.coulomb is None else self.coulomb[0],
+            "coulomb_upper": None if self.coulomb is None else self.coulomb[1],
+            "branch": None if self.coulomb is None else "from rest, without self-stress",
             "joints": self.joints(),
             "blocks": self.assembly.n_blocks,
             "interfaces": self.interfaces.n_interfaces,
@@ -123,21 +137,29 @@ def limit_load(
     gravity: Any = None,
     gap: float = GAP,
     interfaces: Interfaces | None = None,
+    flow: str = "associated",
 ) -> LimitLoad:
     """Largest multiplier of a load that the assembly carries on top of its weight.
 
     load : three numbers, an acceleration direction (the multiplier is then in units of gravity), or a wrench on
     each block, shape (n_blocks, 6) [N, N m], as `blockstat.load` makes them. Other options as in `assess`.
 
-    The friction is associated: sliding joints dilate, so for real stone the multiplier is an upper bound.
+    The friction is associated: sliding joints dilate, so for real stone the multiplier is an upper bound. With
+    flow="coulomb" the zero-dilatancy multiplier is looked for below it, by bisection on `blockstat.coulomb`.
     """
+    if flow not in FLOWS:
+        raise InputError(f"no flow {flow!r}; flows are: {', '.join(FLOWS)}")
     problem = pose(assembly, friction=friction, gravity=gravity, loads=None, gap=gap, interfaces=interfaces)
     direction = as_load(problem.assembly, load)
     timings = dict(problem.timings)
     with timed(timings, "solve"):
         solved = _bracket(problem, direction)
-    timings["total"] = sum(timings.values())
     outcome, lower, upper, force, twist = solved
+    coulomb = None
+    if flow == "coulomb" and outcome is LoadOutcome.LIMIT and lower > 0:
+        with timed(timings, "coulomb"):
+            coulomb = _coulomb_bracket(problem, direction, lower)
+    timings["total"] = sum(timings.values())
     return LimitLoad(
         outcome=outcome,
         lower=lower,
@@ -148,7 +170,29 @@ def limit_load(
         assembly=problem.assembly,
         warnings=problem.warnings,
         timings=timings,
+        coulomb=coulomb,
     )
+
+
+def _coulomb_bracket(problem: Problem, direction: Floats, associated: float) -> tuple[float, float]:
+    """Multipliers with and without a state free of dilatancy and self-stress, by bisection below the associated one."""
+    program = problem.program
+    assert program is not None
+    if not 0 < problem.assembly.friction < np.inf:
+        return associated, associated
+    load = problem.scaled(direction)
+
+    def settles(multiplier: float) -> bool:
+        return coulomb_state(replace(program, load=program.load + multiplier * load)).settles is True
+
+    if not settles(0.0):
+        return 0.0, 0.0
+    low, high = 0.0, associated
+    while high - low > COULOMB_WIDTH * associated:
+        # Most structures lose little to zero dilatancy, so the first trial is near the top.
+        middle = high - COULOMB_WIDTH * associated if low == 0.0 and high == associated else (low + high) / 2
+        low, high = (middle, high) if settles(middle) else (low, middle)
+    return low, high
 
 
 def _bracket(problem: Problem, direction: Floats) -> tuple[LoadOutcome, float, float, Floats, Floats]:

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blockstat import Outcome, assess, build, load_scene, read, tilt_limit, with_values
+from blockstat import Outcome, assess, build, limit_load, load_scene, read, tilt_limit, with_values
 from blockstat.coulomb import MOST_SOLVES, coulomb_state
 from blockstat.problem import pose
-from problems import arch, running_bond, stack
+from problems import FERRIS, arch, assembly, box, ferris_wall, running_bond, stack
 
 #: case, axis, mu, closed form [deg], force-only statics with the exact cone [deg, derived]
 WEDGES = [
@@ -69,7 +69,6 @@ def test_units_order_and_compliance_do_not_matter(cases, case, degrees):
 
 def test_a_flat_arch_slips_out_between_rigid_abutments():
     # Force-only statics hold it by any thrust; real abutments push only as hard as the arch makes them.
-    from problems import assembly, box
 
     blocks = [box((-1, 0, 0), (0, 1, 1), name="left"), box((2, 0, 0), (3, 1, 1), name="right")]
     blocks += [box((0.25 * k, 0, 0), (0.25 * (k + 1), 1, 1)) for k in range(8)]
@@ -99,3 +98,35 @@ def test_friction_without_slip_law_needs_no_fixed_point():
         verdict = assess(stack(2), friction=mu, flow="coulomb")
         assert verdict.outcome is Outcome.STABLE
         assert verdict.coulomb is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "published"), [("W1", 0.640), ("W3", 0.356), ("W4", 0.264)])
+def test_zero_dilatancy_of_ferris_and_tin_loi(name, published):
+    # Ferris & Tin-Loi (2001), complementarity program; the factor is not unique and the published ones are minima.
+    found = limit_load(ferris_wall(FERRIS[name][0]), (1, 0, 0), flow="coulomb")
+    assert found.lower == pytest.approx(FERRIS[name][4], abs=1e-6)
+    low, high = found.coulomb
+    assert low == pytest.approx(published, rel=5e-3)
+    assert high == pytest.approx(published, rel=5e-3)
+
+
+def test_least_coulomb_pull_on_a_slab():
+    # Associated P = mu (W_A + 2 W_B / (1 - mu^2)); least Coulomb P = mu (W_A + 2 W_B / (1 + mu^2)) = 1.3 at mu = .5.
+    blocks = [
+        box((-3, 0, -1), (8, 1, 0), name="ground"),
+        box((2, 0, 1), (3, 1, 2), name="wall"),
+        box((-2, 0, 0), (2, 1, 1), name="A", density=0.25),
+        box((-2, 0, 1), (2, 1, 2), name="B", density=0.25),
+    ]
+    asm = assembly(blocks, supports=["ground", "wall"], friction=0.5)
+    pull = np.zeros((4, 6))
+    pull[2, [0, 4]] = 1.0, -0.5  # at the height of the lower joint
+    found = limit_load(asm, pull, flow="coulomb")
+    assert found.lower == pytest.approx(11 / 6, rel=1e-8)
+    assert found.coulomb[0] <= 1.3 <= found.coulomb[1] * (1 + 1e-6)
+
+
+def test_hinging_has_no_dilatancy_to_lose():
+    found = limit_load(arch(20, 0.2), (1, 0, 0), flow="coulomb")
+    assert found.coulomb[0] == pytest.approx(found.lower, rel=6e-4)
