@@ -1,0 +1,106 @@
+"""Derivatives of the limit load and of the score by the parameters of a design, without solving again.
+
+Envelope theorem: at the optimum the unknowns do not matter to first order, so the derivative is that of the
+equilibrium residual, with the forces in their joints' frames and the mechanism held fixed:
+
+    d lambda / d theta = -u' d(A f + w + lambda l) / d theta    with l' u = 1,
+    d (1/2 |s|^2) / d theta = u' d(A (f - E s) + w) / d theta.
+
+The derivative of the residual is taken by central differences on the rebuilt geometry, which costs two interface
+searches a parameter and no solve.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blockstat.analysis import assess
+from blockstat.contact import Interfaces, find_interfaces
+from blockstat.equilibrium import equilibrium, weight
+from blockstat.errors import InputError
+from blockstat.limit import LimitLoad, LoadOutcome, limit_load
+from blockstat.polyhedron import Floats
+from blockstat.result import Outcome, Verdict
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+Make = Callable[[Mapping[str, float]], "Assembly"]
+LoadOf = Callable[["Assembly"], Floats]
+
+#: Half width of the differences, relative to the parameter: the residual is smooth, so rounding sets it.
+STEP = 1e-5
+
+
+def limit_load_gradient(make: Make, values: Mapping[str, float], load: LoadOf) -> tuple[LimitLoad, dict[str, float]]:
+    """Limit load of a design and its derivative by each of its parameters.
+
+    make : builds the assembly of some parameter values; load : gives the load on an assembly, shape (n_blocks, 6).
+    Raises InputError when there is no limit, or when a small step changes which blocks touch.
+    """
+    assembly = make(values)
+    limit = limit_load(assembly, load(assembly))
+    if limit.outcome is not LoadOutcome.LIMIT:
+        raise InputError(f"no limit load to differentiate: {limit.outcome.value}")
+    multiplier = (limit.lower + limit.upper) / 2
+    twist = limit.mechanism / float((limit.mechanism * load(assembly)).sum())
+
+    def residual(changed: Assembly, interfaces: Interfaces) -> Floats:
+        total = weight(changed) + multiplier * load(changed)
+        return _residual(changed, interfaces, limit.forces, total)
+
+    return limit, _differences(make, values, limit.interfaces, lambda a, i: -float((twist * residual(a, i)).sum()))
+
+
+def score_gradient(make: Make, values: Mapping[str, float]) -> tuple[Verdict, dict[str, float]]:
+    """Score of an unstable design and its derivative by each of its parameters; zero where it is stable."""
+    assembly = make(values)
+    verdict = assess(assembly)
+    if verdict.outcome is Outcome.STABLE:
+        return verdict, dict.fromkeys(values, 0.0)
+    if not np.isfinite(verdict.score):
+        raise InputError("the score is infinite: no adhesion at the joints could hold this design")
+    tension = float(np.linalg.norm(verdict.adhesion))
+    net = verdict.forces - verdict.adhesion[:, None] * np.array([1.0, 0.0, 0.0])
+    # At the optimum |s|^2 = w' u, which gives the mechanism its size.
+    twist = verdict.mechanism * tension**2 / float((verdict.mechanism * weight(assembly)).sum())
+
+    def score_change(changed: Assembly, interfaces: Interfaces) -> float:
+        energy = float((twist * _residual(changed, interfaces, net, weight(changed))).sum())
+        return energy / tension / assembly.free_weight - verdict.score * changed.free_weight / assembly.free_weight
+
+    return verdict, _differences(make, values, verdict.interfaces, score_change)
+
+
+def _differences(
+    make: Make, values: Mapping[str, float], interfaces: Interfaces, measure: Callable[[Assembly, Interfaces], float]
+) -> dict[str, float]:
+    """Central differences of a measure that holds forces and twists fixed."""
+    gradient = {}
+    for name, value in values.items():
+        step = STEP * max(abs(value), 1e-3)
+        ends = []
+        for sign in (1.0, -1.0):
+            changed = make({**values, name: value + sign * step})
+            ends.append(measure(changed, _matched(interfaces, find_interfaces(changed), name)))
+        gradient[name] = (ends[0] - ends[1]) / (2 * step)
+    return gradient
+
+
+def _matched(old: Interfaces, new: Interfaces, name: str) -> Interfaces:
+    """The new interfaces, if they are the old ones moved a little."""
+    same = old.pair.shape == new.pair.shape and (old.pair == new.pair).all() and (old.start == new.start).all()
+    if not same or np.abs(old.frame - new.frame).max(initial=0.0) > 0.1:
+        raise InputError(f'"{name}": a small step changes which blocks touch, or how; there is no derivative here')
+    return new
+
+
+def _residual(assembly: Assembly, interfaces: Interfaces, forces: Floats, load: Floats) -> Floats:
+    """Unbalanced wrench on each block under forces fixed in their joints' frames, shape (n_blocks, 6) [N, N m]."""
+    eq = equilibrium(assembly, interfaces, load, assembly.free, np.arange(interfaces.n_points))
+    total = np.zeros((assembly.n_blocks, 6))
+    total[eq.blocks] = (eq.matrix @ forces.reshape(-1)).reshape(-1, 6) + load[eq.blocks]
+    return total

@@ -1,0 +1,94 @@
+"""Gradients from the duals against finite differences of whole solves, and Taylor remainders of second order."""
+
+import numpy as np
+import pytest
+
+from blockstat import InputError, acceleration, assess, build, limit_load, with_values
+from blockstat.sensitivity import limit_load_gradient, score_gradient
+from blockstat.spec import building_from
+from problems import HUT, arch, running_bond
+
+
+def sideways(assembly):
+    return acceleration(assembly, (1, 0, 0))
+
+
+def an_arch(values):
+    return arch(12, values["t"], radius=values["r"], depth=values["d"])
+
+
+def a_wall(values):
+    return running_bond(6, 4, length=values["length"], height=values["height"], depth=0.3)
+
+
+def a_hut(values):
+    scene = {**HUT, "wall": {"thickness": {"value": 0.6, "min": 0.1, "max": 2.0, "step": 0.1}, "height": 1.5}}
+    scene["vault"] = {"thickness": {"value": 0.3, "min": 0.1, "max": 1.0, "step": 0.1}, "voussoirs": 7}
+    return build(with_values(building_from(scene), dict(values)))
+
+
+def across(assembly):
+    return acceleration(assembly, (0, 1, 0))
+
+
+CASES = [
+    (an_arch, {"t": 0.2, "r": 1.0, "d": 0.5}, sideways),
+    (a_wall, {"length": 0.4, "height": 0.175}, sideways),
+    (a_hut, {"wall.thickness": 0.73, "vault.thickness": 0.27}, across),
+]
+
+
+@pytest.mark.parametrize(("make", "values", "load"), CASES, ids=["arch", "wall", "vault"])
+def test_limit_load_gradient(make, values, load):
+    limit, gradient = limit_load_gradient(make, values, load)
+    for name, value in values.items():
+        step = 1e-3 * value
+        ends = []
+        for sign in (1, -1):
+            changed = make({**values, name: value + sign * step})
+            ends.append(limit_load(changed, load(changed)).lower)
+        slope = (ends[0] - ends[1]) / (2 * step)
+        assert gradient[name] == pytest.approx(slope, rel=2e-4, abs=1e-5)
+    assert limit.gap < 1e-5
+
+
+def test_taylor_remainder_of_the_limit_load_is_of_second_order():
+    values = {"t": 0.2, "r": 1.0, "d": 0.5}
+    limit, gradient = limit_load_gradient(an_arch, values, sideways)
+    steps = np.array([4e-3, 2e-3, 1e-3])
+    rest = []
+    for step in steps:
+        changed = an_arch({**values, "t": 0.2 + step})
+        rest.append(abs(limit_load(changed, sideways(changed)).lower - limit.lower - gradient["t"] * step))
+    slopes = np.diff(np.log(rest)) / np.diff(np.log(steps))
+    np.testing.assert_allclose(slopes, 2.0, atol=0.1)
+
+
+def test_a_size_without_influence_has_no_derivative():
+    # Dry masonry is scale-free: all lengths together, and the depth of a planar arch alone, change nothing.
+    values = {"t": 0.2, "r": 1.0, "d": 0.5}
+    _, gradient = limit_load_gradient(an_arch, values, sideways)
+    assert gradient["d"] == pytest.approx(0.0, abs=1e-6)
+    assert gradient["t"] * 0.2 + gradient["r"] * 1.0 == pytest.approx(0.0, abs=1e-6)
+
+
+def test_score_gradient():
+    values = {"t": 0.09, "r": 1.0}
+
+    def make(v):
+        return arch(12, v["t"], radius=v["r"])
+
+    verdict, gradient = score_gradient(make, values)
+    assert verdict.score > 0
+    for name, value in values.items():
+        step = 1e-4 * value
+        ends = [assess(make({**values, name: value + sign * step})).score for sign in (1, -1)]
+        assert gradient[name] == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=1e-3, abs=1e-5)
+    assert gradient["t"] < 0  # a thicker arch lacks less
+
+
+def test_stable_designs_have_no_score_to_change_and_unstable_ones_no_limit():
+    _, gradient = score_gradient(an_arch, {"t": 0.2, "r": 1.0, "d": 0.5})
+    assert gradient == {"t": 0.0, "r": 0.0, "d": 0.0}
+    with pytest.raises(InputError, match="no limit load to differentiate"):
+        limit_load_gradient(an_arch, {"t": 0.05, "r": 1.0, "d": 0.5}, sideways)
