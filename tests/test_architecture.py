@@ -8,7 +8,7 @@ import pytest
 SOURCE = Path(__file__).parents[1] / "src"
 LAYERS = [
     {"errors", "polyhedron", "separation", "clip", "broad"},
-    {"geometry_check", "spec", "assembly"},
+    {"geometry_check", "spec", "joint", "assembly"},
     {"faces", "concave", "merge", "contact", "overlap", "model", "io"},
     {"equilibrium"},
     {"program"},

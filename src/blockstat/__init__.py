@@ -9,6 +9,7 @@ from blockstat.contact import Interfaces, find_interfaces
 from blockstat.errors import InputError, InputWarning
 from blockstat.io import read, write
 from blockstat.io.scene import load_scene
+from blockstat.joint import JointLaw
 from blockstat.limit import LimitLoad, LoadOutcome, limit_load
 from blockstat.load import acceleration, point_load
 from blockstat.model import build
@@ -26,6 +27,7 @@ __all__ = [
     "InputError",
     "InputWarning",
     "Interfaces",
+    "JointLaw",
     "LimitLoad",
     "LoadOutcome",
     "Outcome",

@@ -62,8 +62,7 @@ def assess(
             raw = SOLVERS[solver](problem.program)
         with timed(timings, "certificate"):
             proof = decide(problem.eq, problem.program, raw)
-        slips = 0 < problem.assembly.friction < np.inf
-        if flow == "coulomb" and slips and proof.outcome is Outcome.STABLE:
+        if flow == "coulomb" and problem.slips and proof.outcome is Outcome.STABLE:
             with timed(timings, "coulomb"):
                 state = coulomb_state(problem.program)
     timings["total"] = sum(timings.values())
@@ -102,7 +101,7 @@ def _verdict(
         outcome=outcome,
         score=score,
         forces=problem.to_points(force),
-        adhesion=problem.to_points(adhesion),
+        adhesion=problem.adhesion_at_points(adhesion),
         mechanism=unit_motion(problem.assembly, mechanism),
         certificate=checked,
         interfaces=problem.interfaces,

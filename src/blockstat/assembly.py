@@ -15,6 +15,7 @@ import numpy as np
 
 from blockstat.errors import InputError, InputWarning
 from blockstat.geometry_check import check_geometry
+from blockstat.joint import JointLaw, check_laws
 from blockstat.polyhedron import FacePlanes, Floats, Integrals, Ints, face_planes, integrals
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
@@ -54,6 +55,7 @@ class Assembly:
     friction: float = FRICTION  #: coefficient of Coulomb friction on every joint, may be inf
     gravity: Floats = field(default_factory=lambda: np.array(STANDARD_GRAVITY))  #: shape (3,) [m/s2]
     metadata: dict[str, Any] = field(default_factory=dict)
+    joints: tuple[JointLaw, ...] = ()  #: laws of particular joints, none for dry joints of one friction
 
     @classmethod
     def from_blocks(
@@ -66,6 +68,7 @@ class Assembly:
         friction: float = FRICTION,
         gravity: Sequence[float] = STANDARD_GRAVITY,
         metadata: dict[str, Any] | None = None,
+        joints: Sequence[JointLaw] = (),
     ) -> Assembly:
         """Stack blocks into arrays and check them.
 
@@ -108,8 +111,10 @@ class Assembly:
             friction=check_friction(friction),
             gravity=check_gravity(gravity),
             metadata=dict(metadata or {}),
+            joints=tuple(joints),
         )
         check_geometry(assembly)
+        check_laws(assembly.joints, assembly.groups)
         return assembly
 
     @property
@@ -188,11 +193,14 @@ class Assembly:
         return np.array(found, dtype=np.int64)
 
     def with_(self, **changes: Any) -> Assembly:
-        """A copy with some fields replaced; friction and gravity are checked."""
+        """A copy with some fields replaced; friction, gravity and joint laws are checked."""
         if "friction" in changes:
             changes["friction"] = check_friction(changes["friction"])
         if "gravity" in changes:
             changes["gravity"] = check_gravity(changes["gravity"])
+        if "joints" in changes:
+            changes["joints"] = tuple(changes["joints"])
+            check_laws(changes["joints"], self.groups)
         return replace(self, **changes)
 
 

@@ -18,6 +18,7 @@ from blockstat.bounds import lower_bound, upper_bound
 from blockstat.contact import GAP, Interfaces
 from blockstat.coulomb import coulomb_state
 from blockstat.errors import InputError
+from blockstat.joint import joint_friction
 from blockstat.load import as_load
 from blockstat.polyhedron import Floats
 from blockstat.problem import Problem, pose, timed
@@ -80,10 +81,11 @@ class LimitLoad:
         """
         found: dict[str, list[tuple[str, str]]] = {"hinges": [], "sliding": [], "opening": []}
         rate = relative_motion(self.assembly, self.interfaces, self.mechanism)
+        friction = np.minimum(joint_friction(self.assembly, self.interfaces), 1e3)
         for k, pair in enumerate(self.interfaces.pair):
             own = rate[self.interfaces.start[k] : self.interfaces.start[k + 1]]
             slide = np.hypot(own[:, 1], own[:, 2])
-            contact = own[:, 0] - min(self.assembly.friction, 1e3) * slide <= tolerance
+            contact = own[:, 0] - friction[k] * slide <= tolerance
             if np.abs(own).max(initial=0.0) <= tolerance:
                 continue
             kind = "sliding" if contact.all() else "hinges" if contact.any() else "opening"
@@ -178,7 +180,7 @@ def _coulomb_bracket(problem: Problem, direction: Floats, associated: float) -> 
     """Multipliers with and without a state free of dilatancy and self-stress, by bisection below the associated one."""
     program = problem.program
     assert program is not None
-    if not 0 < problem.assembly.friction < np.inf:
+    if not problem.slips:
         return associated, associated
     load = problem.scaled(direction)
 

@@ -13,6 +13,7 @@ import numpy as np
 from blockstat.contact import Interfaces, find_interfaces
 from blockstat.equilibrium import Equilibrium, equilibrium, split_floating, weight
 from blockstat.errors import InputError
+from blockstat.joint import joint_friction, point_tension
 from blockstat.overlap import check_overlaps
 from blockstat.polyhedron import Floats, Ints
 from blockstat.program import PenaltyProgram, penalty_program
@@ -47,11 +48,25 @@ class Problem:
         return mechanism
 
     def to_points(self, force: Floats) -> Floats:
-        """Scaled forces of the program at all contact points [N], shape (n_points, ...)."""
-        forces = np.zeros((self.interfaces.n_points, *force.shape[1:]))
+        """Scaled forces of the program as contact forces at all points [N], shape (n_points, 3)."""
+        forces = np.zeros((self.interfaces.n_points, 3))
         if self.program is not None:
             forces[self.eq.points] = force * self.program.force_unit
+            forces[self.eq.points, 0] -= self.program.tension * self.program.force_unit
         return forces
+
+    def adhesion_at_points(self, adhesion: Floats) -> Floats:
+        """Scaled missing adhesion at all contact points [N], shape (n_points,)."""
+        values = np.zeros(self.interfaces.n_points)
+        if self.program is not None:
+            values[self.eq.points] = adhesion * self.program.force_unit
+        return values
+
+    @property
+    def slips(self) -> bool:
+        """Whether every joint follows Coulomb's law: friction neither nothing nor infinite."""
+        friction = self.program.friction if self.program is not None else np.empty(0)
+        return bool(len(friction) and (friction > 0).all() and np.isfinite(friction).all())
 
     def scaled(self, load: Floats) -> Floats:
         """A wrench on each block, shape (n_blocks, 6) [N, N m], as a load vector of the program, shape (6 n,)."""
@@ -86,7 +101,9 @@ def pose(
         touched = np.isin(interfaces.pair, held)
         points = np.flatnonzero((touched[:, 0] | touched[:, 1])[interfaces.point_interface])
         eq = equilibrium(assembly, interfaces, load, held, points)
-        program = penalty_program(eq, np.full(len(points), assembly.friction)) if len(held) else None
+        mu = joint_friction(assembly, interfaces)[interfaces.point_interface[points]]
+        tension = point_tension(assembly, interfaces)[points] if assembly.joints else None
+        program = penalty_program(eq, mu, tension) if len(held) else None
     warnings += _floating_warnings(assembly, floating, interfaces)
     return Problem(assembly, interfaces, load, eq, program, floating, gap, tuple(warnings), timings)
 

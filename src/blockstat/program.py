@@ -32,15 +32,12 @@ class PenaltyProgram:
     """The scaled penalty program of one equilibrium."""
 
     matrix: sparse.csr_array  #: A, shape (6 n, 3 m), moments in units of force x length
-    load: Floats  #: w, shape (6 n,)
+    load: Floats  #: w, shape (6 n,); with bonds w - A E t, and the forces of the program are f + t n
     friction: Floats  #: mu of each point, shape (m,), inf allowed
     force_unit: float  #: [N]
     length_unit: float  #: [m]
-
-    @property
-    def total_load(self) -> float:
-        """Sum of the magnitudes of the forces on the blocks."""
-        return float(np.linalg.norm(self.load.reshape(-1, 6)[:, :3], axis=1).sum()) or 1.0
+    total_load: float  #: sum of the magnitudes of the forces on the blocks
+    tension: Floats  #: t, tension capacity of each point, shape (m,)
 
     @cached_property
     def opening(self) -> sparse.csc_array:
@@ -48,11 +45,19 @@ class PenaltyProgram:
         return self.matrix.tocsc()[:, ::3]
 
 
-def penalty_program(eq: Equilibrium, friction: Floats) -> PenaltyProgram:
-    """Scale an equilibrium. friction : mu of each of its points, shape (n_points,)."""
+def penalty_program(eq: Equilibrium, friction: Floats, tension: Floats | None = None) -> PenaltyProgram:
+    """Scale an equilibrium.
+
+    friction : mu of each of its points; tension : capacity of each point [N], shape (n_points,). A capacity t moves
+    the apex of the cone to -t n: with f' = f + t n in K, equilibrium reads A f' + (w - A E t) = 0.
+    """
     length_unit = float(eq.length.mean())
     force_unit = float(np.linalg.norm(eq.load[:, :3], axis=1).mean()) or 1.0
     scale = np.tile([1, 1, 1, 1 / length_unit, 1 / length_unit, 1 / length_unit], eq.n_blocks)
     matrix = sparse.csr_array(sparse.diags_array(scale) @ eq.matrix)
     load = scale * eq.load.reshape(-1) / force_unit
-    return PenaltyProgram(matrix, load, friction, force_unit, length_unit)
+    total = float(np.linalg.norm(load.reshape(-1, 6)[:, :3], axis=1).sum()) or 1.0
+    held = np.zeros(len(friction)) if tension is None else tension / force_unit
+    if held.any():
+        load = load - matrix.tocsc()[:, ::3] @ held
+    return PenaltyProgram(matrix, load, friction, force_unit, length_unit, total, held)

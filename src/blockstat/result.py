@@ -10,6 +10,7 @@ import numpy as np
 
 from blockstat.contact import Interfaces
 from blockstat.coulomb import CoulombState
+from blockstat.joint import joint_friction, point_tension
 from blockstat.polyhedron import Floats, Ints
 from blockstat.solve.certificate import Certificate
 
@@ -72,13 +73,15 @@ class Verdict:
 
         The largest |f_t| / (mu f_n) over points that carry at least 1 % of the block's largest force.
         """
-        force, mu = self.forces, self.assembly.friction
+        points = self.interfaces.point_interface
+        mu = joint_friction(self.assembly, self.interfaces)[points]
+        force = self.forces + point_tension(self.assembly, self.interfaces)[:, None] * np.array([1.0, 0.0, 0.0])
         tangent = np.hypot(force[:, 1], force[:, 2])
         with np.errstate(divide="ignore", invalid="ignore"):
             used = np.where(force[:, 0] > 0, np.minimum(tangent / (mu * force[:, 0]), 1.0), 1.0)
         size = np.linalg.norm(force, axis=1)
         result = np.zeros(self.assembly.n_blocks)
-        for side in self.interfaces.pair[self.interfaces.point_interface].T:
+        for side in self.interfaces.pair[points].T:
             largest = np.zeros(self.assembly.n_blocks)
             np.maximum.at(largest, side, size)
             real = size > 0.01 * largest[side]

@@ -6,6 +6,7 @@ are in metres. Unknown keys are refused with their path.
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Any, Literal
 
 import msgspec
@@ -92,6 +93,15 @@ class Material(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     rotational_stiffness: Annotated[float, msgspec.Meta(ge=0)] = 7000.0  #: [N m/rad]
 
 
+class Joint(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """What is different about the joints between two groups (see `blockstat.joint.JointLaw`)."""
+
+    between: tuple[str, str]
+    friction: Annotated[float, msgspec.Meta(ge=0)] | None = None
+    tension: Annotated[float, msgspec.Meta(ge=0)] = 0.0  #: [Pa]
+    bond: Annotated[float, msgspec.Meta(ge=0)] = 0.0  #: [N]
+
+
 class Building(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     """A rectangular building on a fixed ground slab.
 
@@ -109,6 +119,7 @@ class Building(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     buttresses: dict[WallName, Buttress] = {}
     vault: Vault | None = None
     material: Material = Material()
+    joints: tuple[Joint, ...] = ()
 
 
 def value_of(parameter: float | Range) -> float:
@@ -171,5 +182,6 @@ def _fields_at(path: str) -> tuple[str, ...]:
     kinds: dict[str, type[msgspec.Struct]] = {
         "": Building, "brick": Brick, "wall": Wall, "doors[...]": Opening, "windows[...]": Opening,
         "buttresses[...]": Buttress, "vault": Vault, "material": Material,
+        "joints[...]": Joint,
     }  # fmt: skip
-    return kinds.get(path, Range).__struct_fields__
+    return kinds.get(re.sub(r"\[\d+\]", "[...]", path), Range).__struct_fields__

@@ -84,7 +84,7 @@ def settlement(
     answer = clarabel_dual.solve_dual(program, -program.load, offset=rate.reshape(-1))
     force = certificate.balance(program, answer.force)
     thrust = _functional(problem, moving, direction)
-    reaction = float(thrust @ force.reshape(-1)) * program.force_unit
+    reaction = _value(problem, thrust, force)
     return Settlement(problem.to_blocks(answer.twist) + imposed, problem.to_points(force), reaction)
 
 
@@ -147,6 +147,14 @@ def _functional(problem: Problem, supports: Ints, direction: Sequence[float]) ->
     return (sign[:, None] * along).reshape(-1)
 
 
+def _value(problem: Problem, functional: Floats, force: Floats) -> float:
+    """A functional of contact forces [N], the bonds' shift of the program's forces taken off."""
+    program = problem.program
+    assert program is not None
+    held = float(functional[::3] @ program.tension)
+    return (float(functional @ force.reshape(-1)) - held) * program.force_unit
+
+
 def _extreme(problem: Problem, functional: Floats, inside: Floats) -> tuple[float, Floats]:
     """Largest value of a functional over admissible force fields [N], proven by the field returned."""
     program = problem.program
@@ -158,5 +166,5 @@ def _extreme(problem: Problem, functional: Floats, inside: Floats) -> tuple[floa
     for share in SHARES:
         mixed = (1 - share) * balanced + share * inside
         if certificate.check(problem.eq, program, mixed, np.zeros_like(program.load)).proves_stable:
-            return float(functional @ mixed.reshape(-1)) * program.force_unit, problem.to_points(mixed)
+            return _value(problem, functional, mixed), problem.to_points(mixed)
     raise RuntimeError("no force field near the extreme thrust could be proven")

@@ -36,6 +36,8 @@ class World:
         free = ~assembly.support
         if not free.any():
             raise InputError(f'"{assembly.name}": all blocks are supports; there is nothing to simulate')
+        if assembly.joints:
+            raise InputError(f'"{assembly.name}" has joint laws; Bullet simulates dry joints of one friction only')
         self.assembly = assembly
         self.settings = settings
         self.length = BLOCK_SIZE / float(np.median(assembly.size[free]))  #: simulation metres a scene metre

@@ -1,6 +1,7 @@
 """The native JSON format: one object, exact on the way there and back.
 
     {name, units: "m", density, friction, gravity: [gx, gy, gz], supports: [index or name],
+     joints?: [{between: [group, group], friction?, tension?, bond?}],
      blocks: [{name, group?, density?, vertices: [[x, y, z]], faces: [[i, j, k, ...]]}]}
 
 Other keys are kept as metadata.
@@ -10,6 +11,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +21,7 @@ import numpy as np
 from blockstat.assembly import DENSITY, FRICTION, STANDARD_GRAVITY, Assembly, Block
 from blockstat.errors import InputError
 from blockstat.io.names import distinct_names
+from blockstat.joint import JointLaw
 
 
 class _BlockRecord(msgspec.Struct):
@@ -29,6 +32,13 @@ class _BlockRecord(msgspec.Struct):
     density: float | None = None
 
 
+class _JointRecord(msgspec.Struct, forbid_unknown_fields=True):
+    between: tuple[str, str]
+    friction: float | None = None
+    tension: float = 0.0
+    bond: float = 0.0
+
+
 class _Record(msgspec.Struct):
     blocks: list[_BlockRecord]
     name: str = ""
@@ -37,6 +47,7 @@ class _Record(msgspec.Struct):
     friction: float = FRICTION
     gravity: tuple[float, float, float] = STANDARD_GRAVITY
     supports: list[int | str] = []
+    joints: list[_JointRecord] = []
 
 
 def read_json(path: Path, *, supports: Iterable[int | str] | None = None) -> Assembly:
@@ -66,6 +77,7 @@ def read_json(path: Path, *, supports: Iterable[int | str] | None = None) -> Ass
         friction=record.friction,
         gravity=record.gravity,
         metadata={key: value for key, value in data.items() if key not in known},
+        joints=[JointLaw(j.between, j.friction, j.tension, j.bond) for j in record.joints],
     )
 
 
@@ -99,6 +111,7 @@ def write_json(assembly: Assembly, path: Path) -> None:
         "friction": assembly.friction,
         "gravity": assembly.gravity.tolist(),
         "supports": np.flatnonzero(assembly.support).tolist(),
+        **({"joints": [asdict(law) for law in assembly.joints]} if assembly.joints else {}),
         **assembly.metadata,
         "blocks": blocks,
     }

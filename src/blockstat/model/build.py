@@ -5,6 +5,7 @@ from __future__ import annotations
 import msgspec
 
 from blockstat.assembly import Assembly, Block
+from blockstat.joint import JointLaw
 from blockstat.model.buttress import build_buttresses
 from blockstat.model.solids import box
 from blockstat.model.vault import build_barrel
@@ -52,6 +53,7 @@ def build(building: Building) -> Assembly:
         name=building.name,
         density=material.density,
         friction=material.friction,
+        joints=[JointLaw(j.between, j.friction, j.tension, j.bond) for j in building.joints],
         metadata={"parameters": values, "material": msgspec.to_builtins(material)},
     )
 

@@ -1,0 +1,105 @@
+import json
+
+import numpy as np
+import pytest
+
+from blockstat import InputError, JointLaw, LoadOutcome, Outcome, assess, build, limit_load, read, write
+from blockstat.spec import building_from
+from problems import assembly, box, running_bond, stack
+
+NEAR = 1e-6
+
+
+def hanging(law):
+    ceiling = box((0, 0, 1), (1, 1, 2), name="ceiling", group="rock")
+    return assembly([ceiling, box((0, 0, 0), (1, 1, 1), name="block", group="bell")], joints=[law])
+
+
+@pytest.mark.parametrize("kind", ["bond", "tension"])
+def test_a_hanging_block_needs_its_weight_in_tension(kind):
+    # Weight 1 under an area of 1.
+    for capacity, outcome in ((1 + NEAR, Outcome.STABLE), (1 - NEAR, Outcome.UNSTABLE)):
+        verdict = assess(hanging(JointLaw(("rock", "bell"), **{kind: capacity})))
+        assert verdict.outcome is outcome
+        if outcome is Outcome.STABLE:
+            assert verdict.forces[:, 0].sum() == pytest.approx(-1.0)
+
+
+@pytest.mark.parametrize("length", [1.0, 3.0])
+def test_a_bonded_cantilever(length):
+    # The block turns about the lower edge of its joint, against the two upper corners: W L / 2 = F / 2 x a.
+    a, force = 0.5, 4.0
+    wall = box((-1, 0, -1), (0, a, 1), name="wall", group="wall")
+    beam = box((0, 0, -a / 2), (length, a, a / 2), name="beam", group="beam", density=1.0)
+    asm = assembly([wall, beam], joints=[JointLaw(("wall", "beam"), bond=force)], gravity=(0, 0, -1e-3), friction=5.0)
+    found = limit_load(asm, (0, 0, -1))
+    weight = asm.mass[1] * 1e-3
+    assert found.outcome is LoadOutcome.LIMIT
+    assert (1 + found.lower) * weight == pytest.approx(force * a / length, rel=1e-6)
+
+
+def test_friction_of_one_pair_of_groups():
+    blocks = [
+        box((-5, -5, -1), (5, 5, 0), name="ground", group="ground"),
+        box((-1, -1, 0), (1, 1, 0.2), group="slab.lower"),
+        box((-1, -1, 0.2), (1, 1, 0.4), group="slab.upper"),
+    ]
+    asm = assembly(blocks, friction=0.7)
+    for law, limit in (
+        (JointLaw(("slab", "ground"), friction=0.3), 0.3),
+        (JointLaw(("slab.upper", "slab.lower"), friction=0.2), 0.2),
+        (JointLaw(("*", "*"), friction=0.5), 0.5),
+    ):
+        assert limit_load(asm.with_(joints=[law]), (1, 1, 0)).lower == pytest.approx(limit, rel=1e-7)
+    both = [JointLaw(("*", "*"), friction=0.2), JointLaw(("ground", "slab"), friction=0.4)]
+    assert limit_load(asm.with_(joints=both), (0, 1, 0)).lower == pytest.approx(0.2, rel=1e-7)
+
+
+def test_a_bond_only_adds_strength_and_a_law_of_nothing_changes_nothing():
+    wall = running_bond(4, 3)
+    dry = limit_load(wall, (0, 1, 0)).lower
+    assert limit_load(wall.with_(joints=[JointLaw(("*", "*"))]), (0, 1, 0)).lower == pytest.approx(dry, rel=1e-9)
+    held = [limit_load(wall.with_(joints=[JointLaw(("*", "*"), bond=b)]), (0, 1, 0)).lower for b in (1e-3, 1e-2)]
+    assert dry < held[0] < held[1]
+
+
+def test_forces_with_bonds_balance_by_hand():
+    asm = stack(2, 0.5, 1.0).with_(joints=[JointLaw(("*", "*"), bond=5.0)])
+    verdict = assess(asm, gravity=(0.4, 0, -1))
+    assert verdict.outcome is Outcome.STABLE
+    k = verdict.interfaces.point_interface
+    push = np.einsum("nij,ni->nj", verdict.interfaces.frame[k], verdict.forces)
+    base = (verdict.interfaces.pair[k] == [0, 1]).all(axis=1)
+    np.testing.assert_allclose(push[base].sum(axis=0), -asm.mass[1:].sum() * np.array([0.4, 0, -1]), atol=1e-9)
+
+
+def test_laws_in_files(tmp_path):
+    asm = hanging(JointLaw(("rock", "bell"), friction=0.5, bond=2.0))
+    path = write(asm, tmp_path / "bell.json")
+    assert read(path).joints == asm.joints
+    data = json.loads(path.read_text())
+    data["joints"][0]["between"] = ["rock", "belt"]
+    path.write_text(json.dumps(data))
+    with pytest.raises(InputError, match='joint law: no group "belt"; groups are: bell, rock'):
+        read(path)
+    data["joints"][0] = {"between": ["rock", "bell"], "glue": 3}
+    path.write_text(json.dumps(data))
+    with pytest.raises(InputError, match="glue"):
+        read(path)
+    scene = {"name": "s", "length": 2.0, "span": 1.5, "joints": [{"between": ["wall", "ground"], "friction": 0.4}]}
+    assert build(building_from(scene)).joints == (JointLaw(("wall", "ground"), friction=0.4),)
+    with pytest.raises(InputError, match=r"joints\[0\]\.frictoin: unknown key"):
+        building_from({**scene, "joints": [{"between": ["wall", "ground"], "frictoin": 0.4}]})
+
+
+@pytest.mark.parametrize("bad", [{"friction": -0.1}, {"tension": -1.0}, {"bond": float("inf")}, {"bond": float("nan")}])
+def test_bad_laws(bad):
+    with pytest.raises(InputError, match="joint law between a and b"):
+        JointLaw(("a", "b"), **bad)
+
+
+def test_bullet_says_that_it_does_not_know_laws():
+    from dynsim import verify
+
+    with pytest.raises(InputError, match="has joint laws; Bullet simulates dry joints"):
+        verify(hanging(JointLaw(("rock", "bell"), bond=2.0)))
