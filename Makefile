@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-all lint benchmark pictures clean
+.PHONY: demo test test-all lint benchmark validation pictures clean
 
 demo: $(STAMP)
 	$(BIN)/dynsim optimise examples/chapel.toml -o out/chapel
@@ -23,6 +23,9 @@ lint: $(STAMP)
 benchmark: $(STAMP)
 	$(BIN)/python benchmarks/assess.py
 	$(BIN)/python benchmarks/bullet.py
+
+validation: $(STAMP)
+	$(BIN)/python docs/make_validation.py
 
 pictures: $(STAMP)
 	$(BIN)/python docs/make_pictures.py
