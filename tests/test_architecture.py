@@ -7,15 +7,16 @@ import pytest
 
 SOURCE = Path(__file__).parents[1] / "src"
 LAYERS = [
-    {"errors", "polyhedron", "separation", "clip", "broad"},
+    {"errors", "polyhedron", "checks", "separation", "clip", "broad"},
     {"geometry_check", "spec", "joint", "assembly"},
     {"faces", "concave", "merge", "contact", "overlap", "model", "io"},
     {"equilibrium"},
+    {"planar"},
     {"program"},
     {"solve"},
     {"coulomb"},
     {"result", "load"},
-    {"problem", "proof"},
+    {"problem", "proof", "edges"},
     {"analysis"},
     {"bounds", "limit"},
     {"reserve", "thrust"},

@@ -9,9 +9,10 @@ import numpy as np
 
 from blockstat.contact import GAP, Interfaces
 from blockstat.coulomb import coulomb_state
+from blockstat.edges import edge_warnings
 from blockstat.errors import InputError
 from blockstat.polyhedron import Floats
-from blockstat.problem import Problem, gap_warnings, pose, timed
+from blockstat.problem import Problem, free_fall, gap_warnings, pose, timed
 from blockstat.proof import Proof, decide
 from blockstat.result import Outcome, Verdict, unit_motion
 from blockstat.solve import clarabel_dual, cvxpy_primal
@@ -90,13 +91,18 @@ def _verdict(
             score = float(np.linalg.norm(adhesion)) / problem.program.total_load if raw.bounded else np.inf
     mechanism = problem.to_blocks(twist)
     if len(problem.floating):
-        # The whole group moves along its load as one: no joint closes, so this is a proof without any error.
-        outcome, score = Outcome.UNSTABLE, np.inf
-        pull = problem.load[problem.floating, :3].sum(axis=0)
-        mechanism = np.zeros_like(mechanism)
-        mechanism[problem.floating, :3] = pull / (np.linalg.norm(pull) or 1.0)
-        work = float((mechanism * problem.load).sum() / np.abs(problem.load).sum())
-        checked = Certificate(checked.residual, checked.cone_violation, work, 0.0, np.inf)
+        # Each group moves along its load as one: no joint closes, so this is a proof without any error.
+        falling = free_fall(problem)
+        work = float((falling * problem.load).sum() / (np.abs(problem.load).sum() or 1.0))
+        if work > 0:
+            outcome, score, mechanism = Outcome.UNSTABLE, np.inf, falling
+            checked = Certificate(checked.residual, checked.cone_violation, work, 0.0, np.inf)
+        elif outcome is Outcome.STABLE:
+            outcome = Outcome.UNDECIDED  # loads that happen to balance on nothing
+    blocked: list[str] = []
+    if outcome is Outcome.UNSTABLE:
+        blocked = edge_warnings(problem, unit_motion(problem.assembly, mechanism))
+        outcome = Outcome.UNDECIDED if blocked else outcome
     return Verdict(
         outcome=outcome,
         score=score,
@@ -109,5 +115,5 @@ def _verdict(
         solver=solver,
         timings=timings,
         floating=problem.floating,
-        warnings=(*problem.warnings, *gap_warnings(problem, outcome)),
+        warnings=(*problem.warnings, *blocked, *gap_warnings(problem, outcome)),
     )

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from blockstat.checks import HUGE, check_density, check_friction, check_gravity
 from blockstat.errors import InputError, InputWarning
 from blockstat.geometry_check import check_geometry
 from blockstat.joint import JointLaw, check_laws
@@ -93,10 +94,8 @@ class Assembly:
             text = f'{len(doubled)} blocks list faces twice (the first is "{doubled[0]}"); each counts once'
             warnings.warn(InputWarning(text), stacklevel=3)
         face_start = np.concatenate([[0], np.cumsum([len(f) for f in faces])])
-        densities = np.array([density if b.density is None else b.density for b in blocks], dtype=float)
-        for label, value in zip(names, densities, strict=True):
-            if not (np.isfinite(value) and value > 0):
-                raise InputError(f'block "{label}": density is {value:g}; it must be a positive number of kg/m3')
+        given = [density if b.density is None else b.density for b in blocks]
+        densities = np.array([check_density(label, value) for label, value in zip(names, given, strict=True)])
         assembly = cls(
             name=name,
             vertices=np.concatenate(vertices),
@@ -204,30 +203,21 @@ class Assembly:
         return replace(self, **changes)
 
 
-def check_friction(value: Any) -> float:
-    if not isinstance(value, (int, float, np.number)) or isinstance(value, bool) or not value >= 0:
-        raise InputError(f"friction is {value!r}; it must be a number of at least 0 (inf for no sliding)")
-    return float(value)
-
-
-def check_gravity(value: Any) -> Floats:
-    try:
-        gravity = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        gravity = np.array([np.nan])
-    if gravity.shape != (3,) or not np.isfinite(gravity).all() or not gravity.any():
-        raise InputError(f"gravity is {value!r}; it must be three numbers gx, gy, gz in m/s2, not all zero")
-    return gravity
-
-
 def _unique_names(blocks: Sequence[Block]) -> list[str]:
-    names = [block.name or f"block{i}" for i, block in enumerate(blocks)]
+    given = {block.name for block in blocks}
+    names = [block.name or _free_name(f"block{i}", given) for i, block in enumerate(blocks)]
     seen: set[str] = set()
     for label in names:
         if label in seen:
             raise InputError(f'two blocks are named "{label}"; names must be unique')
         seen.add(label)
     return names
+
+
+def _free_name(name: str, taken: set[str]) -> str:
+    while name in taken:
+        name += "_"
+    return name
 
 
 def _vertex_array(block: Block, label: str) -> Floats:
@@ -239,9 +229,10 @@ def _vertex_array(block: Block, label: str) -> Floats:
         raise InputError(
             f'block "{label}": vertices have shape {vertices.shape}; at least 4 points [x, y, z] are needed'
         )
-    bad = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
+    bad = np.flatnonzero(~(np.abs(vertices) < HUGE).all(axis=1))
     if len(bad):
-        raise InputError(f'block "{label}": vertex {bad[0]} is {vertices[bad[0]].tolist()}; coordinates must be finite')
+        where = vertices[bad[0]].tolist()
+        raise InputError(f'block "{label}": vertex {bad[0]} is {where}; coordinates must be finite and below {HUGE:g}')
     return vertices
 
 
@@ -271,8 +262,10 @@ def _face_lists(block: Block, label: str, n_vertices: int) -> list[list[int]]:
 def _support_mask(supports: Iterable[int | str], names: Sequence[str]) -> np.ndarray:
     mask = np.zeros(len(names), dtype=bool)
     index = {label: i for i, label in enumerate(names)}
-    for support in supports:
+    for support in [supports] if isinstance(supports, (str, int)) else supports:
         if isinstance(support, str):
+            if support not in index and support.isdecimal() and support.isascii() and int(support) < len(names):
+                support = names[int(support)]
             if support not in index:
                 raise InputError(f'supports: no block "{support}"; blocks are: {_some(names)}')
             mask[index[support]] = True

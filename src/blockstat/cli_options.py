@@ -41,7 +41,7 @@ def load(
     """Read a file and apply the options."""
     from blockstat.io import read
 
-    chosen = [int(part) if part.isdigit() else part for part in supports.split(",")] if supports else None
+    chosen = supports.split(",") if supports else None
     assembly = read(path, supports=chosen)
     changes: dict[str, Any] = {}
     if friction is not None:
@@ -101,6 +101,9 @@ def _status(call: Callable[[], Any], prog: str) -> int:
     except OSError as error:
         print(f"{prog}: {error.filename or ''}: {error.strerror or error}", file=sys.stderr)
         return 2
+    except MemoryError:
+        print(f"{prog}: not enough memory for a scene of this size", file=sys.stderr)
+        return 1
     except Exception as error:
         print(f"{prog}: internal error ({type(error).__name__}: {error}); please report it", file=sys.stderr)
         return 1

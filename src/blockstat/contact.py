@@ -78,7 +78,7 @@ def find_interfaces(assembly: Assembly, *, gap: float = GAP) -> Interfaces:
 
     gap : largest gap or overlap of a joint, relative to the size (cube root of volume) of the smaller block.
     """
-    if not (np.isfinite(gap) and 0 < gap < 0.2):
+    if not (isinstance(gap, (int, float)) and 0 < gap < 0.2):
         raise InputError(f"gap is {gap!r}; it must be between 0 and 0.2 of the block size")
     lower, upper = assembly.bounds
     pairs = near_pairs(lower, upper, NEAR_MISS * gap * assembly.size)

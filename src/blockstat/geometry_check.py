@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from blockstat.errors import InputError
+from blockstat.errors import InputError, InputWarning
 from blockstat.polyhedron import next_in_face
 
 if TYPE_CHECKING:
@@ -22,7 +23,9 @@ def check_geometry(assembly: Assembly) -> None:
 
     Vertices with exactly equal coordinates count as one.
     """
-    _check_surface(assembly)
+    merged = _merged_vertices(assembly)
+    _check_surface(assembly, merged)
+    _warn_of_several_solids(assembly, merged)
     lower, upper = assembly.bounds
     diagonal = np.linalg.norm(upper - lower, axis=1)
     flat = np.flatnonzero(np.abs(assembly.volume) <= FLAT * diagonal**3)
@@ -37,9 +40,9 @@ def check_geometry(assembly: Assembly) -> None:
         )
 
 
-def _check_surface(assembly: Assembly) -> None:
+def _check_surface(assembly: Assembly, merged: np.ndarray) -> None:
     """Each edge must be walked once in each direction: twice one way is an inverted face, once alone a hole."""
-    start = _merged_vertices(assembly)[assembly.face_vertices]
+    start = merged[assembly.face_vertices]
     end = start[next_in_face(assembly.face_start)]
     n = len(assembly.vertices)
     forward, backward = start * n + end, end * n + start
@@ -66,6 +69,30 @@ def _check_surface(assembly: Assembly) -> None:
         f'block "{label}": its surface is open ({len(mine)} edges without a neighbour, '
         f"the first at face {corner_face[mine[0]] - face_offset}); blocks must be closed solids"
     )
+
+
+def _warn_of_several_solids(assembly: Assembly, merged: np.ndarray) -> None:
+    """A block of separate solids moves as one rigid body, which is seldom what a mesh file means."""
+    from scipy import sparse
+    from scipy.sparse.csgraph import connected_components
+
+    # Solids that touch share corners, so corners are told apart by their index where that closes the surface.
+    tail = assembly.face_vertices
+    head = tail[next_in_face(assembly.face_start)]
+    n = len(assembly.vertices)
+    block = np.repeat(assembly.face_block, np.diff(assembly.face_start))
+    loose = np.zeros(assembly.n_blocks, dtype=bool)
+    loose[block[~np.isin(head * n + tail, tail * n + head)]] = True
+    tail, head = np.where(loose[block], merged[tail], tail), np.where(loose[block], merged[head], head)
+    graph = sparse.coo_array((np.ones(len(tail)), (tail, head)), shape=(n, n))
+    _, label = connected_components(graph, directed=False)
+    parts = np.unique(np.column_stack([block, label[tail]]), axis=0)
+    several = np.flatnonzero(np.bincount(parts[:, 0], minlength=assembly.n_blocks) > 1)
+    if len(several):
+        text = (
+            f'{len(several)} blocks hold separate solids that move as one (the first is "{assembly.names[several[0]]}")'
+        )
+        warnings.warn(InputWarning(text), stacklevel=4)
 
 
 def _merged_vertices(assembly: Assembly) -> np.ndarray:

@@ -49,7 +49,7 @@ def overlaps(assembly: Assembly, *, gap: float) -> tuple[Ints, Floats]:
     limit = gap * assembly.size[pairs].min(axis=1)
     deep = np.minimum(upper[pairs[:, 0]], upper[pairs[:, 1]]) - np.maximum(lower[pairs[:, 0]], lower[pairs[:, 1]])
     pairs = pairs[(deep > limit[:, None]).all(axis=1)]
-    pairs = pairs[convex_blocks(assembly)[pairs].all(axis=1)]
+    pairs = pairs[convex_blocks(assembly, tolerance=gap)[pairs].all(axis=1)]
     limit = gap * assembly.size[pairs].min(axis=1)
     apart = np.maximum(_separation(assembly, pairs), _separation(assembly, pairs[:, ::-1])) >= -limit
     pairs, limit = pairs[~apart], limit[~apart]

@@ -54,6 +54,8 @@ def picture(
     path = Path(path)
     if not path.parent.is_dir():
         raise InputError(f"{path}: no such directory: {path.parent}")
+    if not path.suffix:
+        raise InputError(f"{path}: a picture needs a suffix, such as .png, .svg or .pdf")
     view = _view(azimuth, elevation)
     colour = np.where(assembly.support[:, None], SUPPORT, STONE).astype(float)
     bar = None

@@ -15,6 +15,7 @@ from blockstat.equilibrium import Equilibrium, equilibrium, split_floating, weig
 from blockstat.errors import InputError
 from blockstat.joint import joint_friction, point_tension
 from blockstat.overlap import check_overlaps
+from blockstat.planar import find_plane
 from blockstat.polyhedron import Floats, Ints
 from blockstat.program import PenaltyProgram, penalty_program
 from blockstat.result import Outcome
@@ -103,16 +104,47 @@ def pose(
         eq = equilibrium(assembly, interfaces, load, held, points)
         mu = joint_friction(assembly, interfaces)[interfaces.point_interface[points]]
         tension = point_tension(assembly, interfaces)[points] if assembly.joints else None
-        program = penalty_program(eq, mu, tension) if len(held) else None
+        plane = find_plane(assembly, interfaces, eq)
+        program = penalty_program(eq, mu, tension, plane) if len(held) else None
     warnings += _floating_warnings(assembly, floating, interfaces)
+    if assembly.support.all():
+        warnings.append("all blocks are supports; there was nothing to check")
     return Problem(assembly, interfaces, load, eq, program, floating, gap, tuple(warnings), timings)
+
+
+def free_fall(problem: Problem) -> Floats:
+    """Motion of the groups that nothing holds, each as one body along its load, shape (n_blocks, 6)."""
+    from scipy import sparse
+    from scipy.sparse.csgraph import connected_components
+
+    assembly, pair = problem.assembly, problem.interfaces.pair
+    n = assembly.n_blocks
+    graph = sparse.coo_array((np.ones(len(pair)), (pair[:, 0], pair[:, 1])), shape=(n, n))
+    _, label = connected_components(graph, directed=False)
+    motion = np.zeros((n, 6))
+    for group in np.unique(label[problem.floating]):
+        blocks = np.flatnonzero(label == group)
+        pull = problem.load[blocks, :3].sum(axis=0)
+        rounding = 1e-12 * np.abs(problem.load[blocks]).sum()
+        if np.linalg.norm(pull) > rounding:
+            motion[blocks, :3] = pull / np.linalg.norm(pull)
+            continue
+        arm = assembly.centroid[blocks] - assembly.centroid[blocks].mean(axis=0)
+        moment = (problem.load[blocks, 3:] + np.cross(arm, problem.load[blocks, :3])).sum(axis=0)
+        if np.linalg.norm(moment) > rounding * float(assembly.size[blocks].mean()):
+            turn = moment / np.linalg.norm(moment)
+            motion[blocks, :3], motion[blocks, 3:] = np.cross(turn, arm), turn
+    return motion
 
 
 def checked_loads(assembly: Assembly, loads: Floats | None) -> Floats:
     """A wrench on each block, shape (n_blocks, 6) [N, N m]; zeros for None."""
     if loads is None:
         return np.zeros((assembly.n_blocks, 6))
-    loads = np.asarray(loads, dtype=float)
+    try:
+        loads = np.asarray(loads, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"loads must be numbers of shape ({assembly.n_blocks}, 6)") from None
     if loads.shape != (assembly.n_blocks, 6) or not np.isfinite(loads).all():
         raise InputError(f"loads have shape {loads.shape}; finite values of shape ({assembly.n_blocks}, 6) are needed")
     return loads

@@ -24,6 +24,7 @@ import numpy as np
 from scipy import sparse
 
 from blockstat.equilibrium import Equilibrium
+from blockstat.planar import Plane
 from blockstat.polyhedron import Floats
 
 
@@ -38,6 +39,7 @@ class PenaltyProgram:
     length_unit: float  #: [m]
     total_load: float  #: sum of the magnitudes of the forces on the blocks
     tension: Floats  #: t, tension capacity of each point, shape (m,)
+    plane: Plane | None = None  #: the reduction of a prismatic scene
 
     @cached_property
     def opening(self) -> sparse.csc_array:
@@ -45,7 +47,9 @@ class PenaltyProgram:
         return self.matrix.tocsc()[:, ::3]
 
 
-def penalty_program(eq: Equilibrium, friction: Floats, tension: Floats | None = None) -> PenaltyProgram:
+def penalty_program(
+    eq: Equilibrium, friction: Floats, tension: Floats | None = None, plane: Plane | None = None
+) -> PenaltyProgram:
     """Scale an equilibrium.
 
     friction : mu of each of its points; tension : capacity of each point [N], shape (n_points,). A capacity t moves
@@ -60,4 +64,4 @@ def penalty_program(eq: Equilibrium, friction: Floats, tension: Floats | None = 
     held = np.zeros(len(friction)) if tension is None else tension / force_unit
     if held.any():
         load = load - matrix.tocsc()[:, ::3] @ held
-    return PenaltyProgram(matrix, load, friction, force_unit, length_unit, total, held)
+    return PenaltyProgram(matrix, load, friction, force_unit, length_unit, total, held, plane)

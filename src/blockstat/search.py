@@ -95,12 +95,7 @@ def search(
     a scene without ranges, or a history file of another search.
     """
     ranges = parameters(building)
-    chosen = list(names) if names is not None else list(ranges)
-    for name in chosen:
-        if name not in ranges:
-            raise InputError(f'no parameter "{name}" to search; ranges are: {", ".join(ranges) or "none"}')
-    if not chosen:
-        raise InputError(f'"{building.name}" has no parameter to search; write one as {{value, min, max, step}}')
+    chosen = check_names(building, [names] if isinstance(names, str) else names)
     start = {name: ranges[name].max for name in chosen}
     building = with_values(building, start)
     log = _Log(Path(history), chosen, _digest(building)) if history is not None else None
@@ -129,6 +124,18 @@ def search(
         confirmation=state.dynamics.get(_key(best)) if stood else None,
         finished=finished,
     )
+
+
+def check_names(building: Building, names: Sequence[str] | None) -> list[str]:
+    """The parameters to move, in order. Raises InputError for an unknown one, or when there is none."""
+    ranges = parameters(building)
+    chosen = list(names) if names is not None else list(ranges)
+    for name in chosen:
+        if name not in ranges:
+            raise InputError(f'no parameter "{name}" to search; ranges are: {", ".join(ranges) or "none"}')
+    if not chosen:
+        raise InputError(f'"{building.name}" has no parameter to search; write one as {{value, min, max, step}}')
+    return chosen
 
 
 def _digest(building: Building) -> str:
@@ -203,7 +210,7 @@ class _Log:
             with self.path.open("w", newline="") as file:
                 csv.writer(file).writerow(self.columns)
             return {}
-        text = self.path.read_text()
+        text = self.path.read_text(errors="replace")
         if not text.endswith("\n"):
             text = text[: text.rfind("\n") + 1]
             replacement = self.path.with_suffix(".tmp")
@@ -215,7 +222,10 @@ class _Log:
             raise InputError(
                 f"{self.path}: this history is of another search; move it away or choose another directory"
             )
-        return {_key(c.parameters): c for c in map(self._candidate, rows)}
+        try:
+            return {_key(c.parameters): c for c in map(self._candidate, rows)}
+        except (ValueError, TypeError):
+            raise InputError(f"{self.path}: a row is damaged; mend it or move the file away") from None
 
     def _candidate(self, row: dict[str, str]) -> Candidate:
         def number(name: str) -> float | None:

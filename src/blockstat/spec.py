@@ -18,6 +18,10 @@ WALLS = ("south", "north", "west", "east")
 WallName = Literal["south", "north", "west", "east"]
 
 
+#: A range with more values than this is a slip of the pen.
+MOST_STEPS = 10_000
+
+
 class Range(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     """A parameter that may move: its present value, its bounds (both included) and its step."""
 
@@ -27,6 +31,10 @@ class Range(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     step: Annotated[float, msgspec.Meta(gt=0)]
 
     def __post_init__(self) -> None:
+        if not np.isfinite([self.value, self.min, self.max, self.step]).all():
+            raise ValueError("value, min, max and step must be finite")
+        if (self.max - self.min) / self.step > MOST_STEPS:
+            raise ValueError(f"a step of {self.step:g} makes more than {MOST_STEPS} values")
         if not self.min <= self.value <= self.max:
             raise ValueError(f"value {self.value:g} must lie between min {self.min:g} and max {self.max:g}")
 
@@ -121,6 +129,10 @@ class Building(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     material: Material = Material()
     joints: tuple[Joint, ...] = ()
 
+    def __post_init__(self) -> None:
+        if not self.name.strip() or set(self.name) & set("/\\") or self.name in (".", ".."):
+            raise ValueError(f"name {self.name!r} must not be empty or hold a slash; it names the report's directory")
+
 
 def value_of(parameter: float | Range) -> float:
     """The number a parameter stands for now."""
@@ -164,8 +176,20 @@ def with_values(building: Building, values: dict[str, float]) -> Building:
 
 def building_from(data: Any) -> Building:
     """A building from plain dicts. Raises InputError naming the path of a bad or unknown key."""
+    _finite(data, "")
     try:
-        return msgspec.convert(data, Building)
+        building = msgspec.convert(data, Building)
+        for path, found in parameters(building).items():
+            # The ends of a range must be values that the parameter could have by itself.
+            for end in (found.min, found.max, found.max - found.step if found.max > found.min else found.max):
+                plain = msgspec.to_builtins(building)
+                node = plain
+                *parents, last = path.split(".")
+                for key in parents:
+                    node = node[key]
+                node[last] = int(end) if float(end).is_integer() else end
+                msgspec.convert(plain, Building)
+        return building
     except msgspec.ValidationError as error:
         message, _, where = str(error).partition(" - at `$")
         path = where.rstrip("`").lstrip(".")
@@ -175,6 +199,15 @@ def building_from(data: Any) -> Building:
             message = f"unknown key; keys here are: {', '.join(_fields_at(path))}"
             path = f"{path}.{field}" if path else field
         raise InputError(f"{path}: {message}" if path else message) from None
+
+
+def _finite(node: Any, path: str) -> None:
+    """Raise InputError for a number that is not finite."""
+    if isinstance(node, float) and not np.isfinite(node):
+        raise InputError(f"{path}: {node} is not a finite number")
+    items = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
+    for key, child in items:
+        _finite(child, f"{path}.{key}" if path else str(key))
 
 
 def _fields_at(path: str) -> tuple[str, ...]:

@@ -63,6 +63,7 @@ def compare(
     friction: Friction = None,
     gravity: Gravity = None,
     tilt: Tilt = None,
+    supports: Supports = None,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Also write the rows as CSV.")] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -77,7 +78,7 @@ def compare(
         for number, file in enumerate(files):
             status.update(f"{number + 1}/{len(files)} {file.name}")
             try:
-                rows.append(both(load(file, friction=friction, gravity=gravity, tilt=tilt)))
+                rows.append(both(load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports)))
             except InputError as error:
                 rows.append(Comparison(name=file.stem, note=str(error)))
             if output is not None:
@@ -142,13 +143,15 @@ def optimise(
 ) -> None:
     """Thin a building down: statics prune, Bullet verifies, a report tells."""
     from blockstat.io.scene import load_scene
+    from blockstat.search import check_names
     from dynsim.optimise import optimise as run
     from dynsim.settings import Settings
 
     building = load_scene(scene)
     directory = output or Path("out") / building.name
-    directory.mkdir(parents=True, exist_ok=True)
     names = only.split(",") if only else None
+    check_names(building, names)
+    directory.mkdir(parents=True, exist_ok=True)
     settings = Settings(group=group, roof_threshold=threshold, brick_threshold=threshold)
     result, report = run(building, directory, names=names, settings=settings)
     if as_json:

@@ -23,6 +23,8 @@ def read(path: str | Path, *, supports: Iterable[int | str] | None = None) -> As
     Raises InputError naming the file and the block or key at fault.
     """
     path = Path(path)
+    if path.is_dir():
+        raise InputError(f"{path}: is a directory")
     suffix = path.suffix.lower()
     if suffix not in READABLE:
         raise InputError(f'{path}: cannot read "{suffix}"; formats are: {", ".join(READABLE)}')
@@ -37,6 +39,8 @@ def read(path: str | Path, *, supports: Iterable[int | str] | None = None) -> As
             from blockstat.io.scene import load_scene
             from blockstat.model import build
 
+            if supports is not None:
+                raise InputError("a scene stands on its ground; supports cannot be chosen for it")
             return build(load_scene(path))
         from blockstat.io.mesh import read_mesh
 

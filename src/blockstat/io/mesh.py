@@ -17,7 +17,7 @@ import numpy as np
 from blockstat.assembly import DENSITY, Assembly, Block
 from blockstat.errors import InputError
 from blockstat.io.names import distinct_names
-from blockstat.io.obj import read_obj, write_obj
+from blockstat.io.obj import read_obj, split_solids, write_obj
 from blockstat.io.triangles import triangulate
 
 if TYPE_CHECKING:
@@ -62,7 +62,10 @@ def _solids(path: Path) -> tuple[list[_Solid], dict[str, Any]]:
 
     suffix = path.suffix.lower()
     if suffix == ".obj":
-        return [_Solid(*solid, extras={}) for solid in read_obj(path)], {}
+        solids = read_obj(path)
+        if len(solids) == 1 and not solids[0][0]:
+            solids = split_solids(*solids[0])
+        return [_Solid(*solid, extras={}) for solid in solids], {}
     try:
         scene = trimesh.load_scene(path, process=False)
     except Exception as error:

@@ -26,8 +26,13 @@ def distinct_names(names: Sequence[str], supports: Sequence[int | str]) -> list[
         stacklevel=3,
     )
     seen: Counter[str] = Counter()
+    taken = {name for name in count if name not in repeated}
     result = []
     for name in names:
-        result.append(f"{name}.{seen[name]}" if name in repeated else name)
-        seen[name] += 1
+        label = name
+        while name in repeated and (label == name or label in taken):
+            label = f"{name}.{seen[name]}"
+            seen[name] += 1
+        taken.add(label)
+        result.append(label)
     return result

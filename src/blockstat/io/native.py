@@ -56,6 +56,8 @@ def read_json(path: Path, *, supports: Iterable[int | str] | None = None) -> Ass
         data = json.loads(path.read_text(encoding="utf-8"))
     except json.JSONDecodeError as error:
         raise InputError(f"line {error.lineno}, column {error.colno}: not valid JSON ({error.msg})") from None
+    except RecursionError:
+        raise InputError("the JSON is nested too deeply") from None
     except UnicodeDecodeError:
         raise InputError("not a text file in UTF-8") from None
     if not isinstance(data, dict):
@@ -105,6 +107,7 @@ def write_json(assembly: Assembly, path: Path) -> None:
         block["faces"] = [face.tolist() for face in assembly.faces_of(i)]
         blocks.append(block)
     data = {
+        **assembly.metadata,
         "name": assembly.name,
         "units": "m",
         "density": float(assembly.density[0]),
@@ -112,7 +115,10 @@ def write_json(assembly: Assembly, path: Path) -> None:
         "gravity": assembly.gravity.tolist(),
         "supports": np.flatnonzero(assembly.support).tolist(),
         **({"joints": [asdict(law) for law in assembly.joints]} if assembly.joints else {}),
-        **assembly.metadata,
         "blocks": blocks,
     }
-    path.write_text(json.dumps(data), encoding="utf-8")
+    try:
+        text = json.dumps(data)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{path}: the metadata cannot be written as JSON ({error})") from None
+    path.write_text(text, encoding="utf-8")

@@ -25,7 +25,7 @@ def read_obj(path: Path) -> list[Solid]:
     labels: dict[str, list[str]] = {"o": [], "g": []}
     faces: list[tuple[int, int, list[int]]] = []
     for number, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), 1):
-        word, *rest = line.split() or [""]
+        word, *rest = line.split("#")[0].split() or [""]
         try:
             if word == "v":
                 x, y, z = map(float, rest[:3])
@@ -46,6 +46,21 @@ def read_obj(path: Path) -> list[Solid]:
     for face in faces:
         named_faces.setdefault(face[0] if kind == 0 else face[1], []).append(face[2])
     return [_solid(names[i - 1] if i else "", vertices, own) for i, own in named_faces.items()]
+
+
+def split_solids(name: str, vertices: list[tuple[float, float, float]], faces: list[list[int]]) -> list[Solid]:
+    """The parts of a file without objects that share no vertices, each a block."""
+    from scipy import sparse
+    from scipy.sparse.csgraph import connected_components
+
+    edges = [(face[0], corner) for face in faces for corner in face[1:]]
+    rows, cols = zip(*edges, strict=True)
+    n = len(vertices)
+    _, label = connected_components(sparse.coo_array(([1.0] * len(edges), (rows, cols)), shape=(n, n)), directed=False)
+    parts: dict[int, list[list[int]]] = {}
+    for face in faces:
+        parts.setdefault(int(label[face[0]]), []).append(face)
+    return [_solid(name, vertices, own) for own in parts.values()]
 
 
 def _solid(name: str, vertices: list[tuple[float, float, float]], faces: list[list[int]]) -> Solid:

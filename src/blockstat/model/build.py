@@ -5,6 +5,7 @@ from __future__ import annotations
 import msgspec
 
 from blockstat.assembly import Assembly, Block
+from blockstat.errors import InputError
 from blockstat.joint import JointLaw
 from blockstat.model.buttress import build_buttresses
 from blockstat.model.solids import box
@@ -14,6 +15,7 @@ from blockstat.spec import WALLS, Building, parameters, value_of
 
 GROUND_MARGIN = 1.0  #: [m] around everything
 GROUND_DEPTH = 0.5  #: [m]
+MOST_BLOCKS = 300_000
 
 
 def build(building: Building) -> Assembly:
@@ -22,6 +24,7 @@ def build(building: Building) -> Assembly:
     Raises InputError naming the key when the parts do not fit together.
     """
     brick = (value_of(building.brick.length), value_of(building.brick.height))
+    _check_size(building)
     frames = wall_frames(building)
     height = value_of(building.wall.height)
     course_height = Courses.filling(height, brick[1]).height
@@ -56,6 +59,17 @@ def build(building: Building) -> Assembly:
         joints=[JointLaw(j.between, j.friction, j.tension, j.bond) for j in building.joints],
         metadata={"parameters": values, "material": msgspec.to_builtins(material)},
     )
+
+
+def _check_size(building: Building) -> None:
+    """Raise InputError before a slip of the pen makes millions of blocks."""
+    brick = value_of(building.brick.length) * value_of(building.brick.height)
+    length, height = value_of(building.length), value_of(building.wall.height)
+    about = 2 * (length + value_of(building.span)) * height / brick
+    if building.vault is not None:
+        about += value_of(building.vault.voussoirs) * length / value_of(building.brick.length)
+    if about > MOST_BLOCKS:
+        raise InputError(f"brick, wall and vault make about {about:.2g} blocks; at most {MOST_BLOCKS} are built")
 
 
 def wall_frames(building: Building) -> dict[str, WallFrame]:

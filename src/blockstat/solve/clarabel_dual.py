@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
+from blockstat.planar import Plane
 from blockstat.polyhedron import Floats
 from blockstat.program import PenaltyProgram
 from blockstat.solve.certificate import opening_room
@@ -97,26 +98,16 @@ def solve_dual(
 
     hessian : upper triangle of H. offset : shape (3 m,). capped, pinned : shape (6 n,).
     """
-    clarabel: Any = importlib.import_module("clarabel")
-    rows, cones, scale = _dual_cones(program)
-    blocks = [-(sparse.diags_array(scale) @ program.matrix.T.tocsr()[rows])]
-    bound = [np.zeros(len(rows)) if offset is None else scale * offset[rows]]
-    for vector, cone in ((capped, clarabel.NonnegativeConeT(1)), (pinned, clarabel.ZeroConeT(1))):
-        if vector is not None:
-            blocks.append(sparse.csr_array(vector[None, :]))
-            bound.append(np.ones(1))
-            cones = [*cones, cone]
     if hessian is None:
         hessian = sparse.csc_array((len(cost), len(cost)))
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    settings.direct_solve_method = "qdldl"  # five times faster here than the multithreaded default
-    settings.max_iter = MAX_ITERATIONS
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = TOLERANCE
-    constraint = sparse.csc_array(sparse.vstack(blocks))
-    answer = clarabel.DefaultSolver(hessian, cost, constraint, np.concatenate(bound), cones, settings).solve()
-
-    multipliers = np.array(answer.z)
+    plane = program.plane
+    slips = bool(np.isfinite(program.friction).all())
+    if plane is not None and slips and offset is None and plane.holds(cost, capped, pinned):
+        return _solve_in_plane(program, plane, cost, hessian, capped, pinned)
+    rows, cones, scale = _dual_cones(program)
+    constraint = -(sparse.diags_array(scale) @ program.matrix.T.tocsr()[rows])
+    bound = np.zeros(len(rows)) if offset is None else scale * offset[rows]
+    answer, multipliers = _clarabel(hessian, cost, constraint, bound, cones, capped, pinned)
     force = np.zeros(3 * len(program.friction))
     force[rows] = scale * multipliers[: len(rows)]
     return DualAnswer(
@@ -126,6 +117,73 @@ def solve_dual(
         status=str(answer.status),
         iterations=int(answer.iterations),
     )
+
+
+def _solve_in_plane(
+    program: PenaltyProgram,
+    plane: Plane,
+    cost: Floats,
+    hessian: sparse.csc_array,
+    capped: Floats | None,
+    pinned: Floats | None,
+) -> DualAnswer:
+    """The same program with planar twists; each cone is two half-planes, g_n + mu g_t >= 0 and g_n - mu g_t >= 0."""
+    clarabel: Any = importlib.import_module("clarabel")
+    fold = plane.unfold.T
+    normal, along = plane.rates(program.matrix)
+    mu = program.friction[plane.first]
+    scale = 1.0 / np.maximum(mu, 1.0)
+    one = sparse.diags_array(scale) @ (normal + sparse.diags_array(mu) @ along)
+    two = sparse.diags_array(scale) @ (normal - sparse.diags_array(mu) @ along)
+    cones = [clarabel.NonnegativeConeT(2 * len(mu))]
+    constraint: Any = sparse.csr_array(sparse.vstack([-one, -two]))
+    full = hessian + hessian.T - sparse.diags_array(hessian.diagonal())
+    small = sparse.csc_array(sparse.triu(fold @ full @ plane.unfold))
+    answer, multipliers = _clarabel(
+        small,
+        fold @ cost,
+        constraint,
+        np.zeros(constraint.shape[0]),
+        cones,
+        None if capped is None else fold @ capped,
+        None if pinned is None else fold @ pinned,
+    )
+    p = len(mu)
+    plus, minus = scale * multipliers[:p], scale * multipliers[p : 2 * p]
+    return DualAnswer(
+        twist=plane.unfold @ np.array(answer.x),
+        force=plane.unfold_forces(plus + minus, mu * (plus - minus), len(program.friction)),
+        multiplier=0.0 if pinned is None else -float(multipliers[-1]),
+        status=str(answer.status),
+        iterations=int(answer.iterations),
+    )
+
+
+def _clarabel(
+    hessian: sparse.csc_array,
+    cost: Floats,
+    constraint: sparse.csr_array,
+    bound: Floats,
+    cones: list,
+    capped: Floats | None,
+    pinned: Floats | None,
+) -> tuple[Any, Floats]:
+    """Run Clarabel with the rows capped' u <= 1 and pinned' u = 1 below the cones: its answer and all multipliers."""
+    clarabel: Any = importlib.import_module("clarabel")
+    blocks, bounds = [constraint], [bound]
+    for vector, cone in ((capped, clarabel.NonnegativeConeT(1)), (pinned, clarabel.ZeroConeT(1))):
+        if vector is not None:
+            blocks.append(sparse.csr_array(vector[None, :]))
+            bounds.append(np.ones(1))
+            cones = [*cones, cone]
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.direct_solve_method = "qdldl"  # five times faster here than the multithreaded default
+    settings.max_iter = MAX_ITERATIONS
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = TOLERANCE
+    matrix = sparse.csc_array(sparse.vstack(blocks))
+    answer = clarabel.DefaultSolver(hessian, cost, matrix, np.concatenate(bounds), cones, settings).solve()
+    return answer, np.array(answer.z)
 
 
 def _dual_cones(program: PenaltyProgram) -> tuple[np.ndarray, list, Floats]:

@@ -1,0 +1,192 @@
+"""Input that real files and slips of the pen bring."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from blockstat import Assembly, Block, InputError, InputWarning, Outcome, assess, load_scene, read, search, write
+from blockstat.spec import building_from
+from problems import HUT, arch, assembly, box, hexahedron, stack
+
+
+def leaning_plank():
+    """A plank with a foot cut flat, resting on the top corner of a wall: a contact of an edge with a face."""
+    slope, thick, length = np.deg2rad(60), 0.1, 3.0
+    along, across = np.array([np.cos(slope), np.sin(slope)]), np.array([-np.sin(slope), np.cos(slope)])
+    heel = np.array([thick / np.sin(slope), 0.0])
+    plan = [(0, 0), tuple(heel), tuple(heel + length * along), tuple(heel + length * along + thick * across)]
+    x, z = heel + along / along[0]
+    return assembly(
+        [
+            box((-5, -5, -1), (9, 9, 0), name="ground"),
+            box((x, -0.5, 0), (x + 0.5, 1.5, z), name="wall"),
+            hexahedron([(u, 1, w) for u, w in plan], [(u, 0, w) for u, w in plan], name="plank"),
+        ],
+        supports=[0, 1],
+        friction=0.8,
+    )
+
+
+def test_a_contact_that_is_not_modelled_is_never_a_proof_of_falling():
+    verdict = assess(leaning_plank())
+    assert verdict.outcome is Outcome.UNDECIDED
+    assert '"wall" and "plank" touch only at an edge or a corner' in verdict.warnings[0]
+
+
+@pytest.mark.parametrize("digits", [3, 6, 9])
+def test_overlaps_are_found_in_rounded_coordinates(digits):
+    turn = Rotation.from_rotvec([0.3, 0.2, 0.9]).as_matrix()
+    blocks = [box((0, 0, 0), (0.3, 0.3, 0.3), name="a"), box((0.15, 0, 0), (0.45, 0.3, 0.3), name="b")]
+    rough = [Block(np.round(b.vertices @ turn.T + 7, digits), b.faces, b.name) for b in blocks]
+    with pytest.raises(InputError, match=r'blocks "a" and "b" overlap by 0.15'):
+        assess(assembly(rough))
+
+
+def test_a_name_wins_over_a_number():
+    blocks = [box((0, 0, 1), (1, 1, 2), name="1"), box((-1, -1, 0), (2, 2, 1), name="0")]
+    assert Assembly.from_blocks(blocks, supports=["0"]).support.tolist() == [False, True]
+    assert Assembly.from_blocks(blocks, supports=[0]).support.tolist() == [True, False]
+    named = [Block(b.vertices, b.faces, name) for b, name in zip(blocks, "xy", strict=True)]
+    assert Assembly.from_blocks(named, supports=["1"]).support.tolist() == [False, True]
+    assert Assembly.from_blocks(named, supports="y").support.tolist() == [False, True]
+
+
+def test_a_scene_has_its_own_support(root):
+    with pytest.raises(InputError, match="supports cannot be chosen"):
+        read(root / "examples" / "chapel.toml", supports=["ground"])
+
+
+@pytest.mark.parametrize(
+    ("change", "path"),
+    [
+        ({"wall": {"thickness": {"value": 0.5, "min": -0.1, "max": 0.5, "step": 0.3}}}, "wall.thickness"),
+        ({"vault": {"thickness": 0.3, "voussoirs": {"value": 3, "min": -3, "max": 3, "step": 1}}}, "vault.voussoirs"),
+        ({"vault": {"thickness": 0.3, "voussoirs": {"value": 4, "min": 3, "max": 5, "step": 0.5}}}, "vault.voussoirs"),
+        ({"span": float("inf")}, "span"),
+        ({"wall": {"thickness": {"value": 0.5, "min": 0.1, "max": float("inf"), "step": 0.3}}}, "wall.thickness.max"),
+        ({"wall": {"thickness": {"value": 0.5, "min": 0.1, "max": 0.6, "step": 1e-9}}}, "wall.thickness"),
+        ({"name": "../../elsewhere"}, "name"),
+        ({"name": ""}, "name"),
+    ],
+)
+def test_slips_in_a_scene_name_their_key(change, path):
+    with pytest.raises(InputError, match=path.replace(".", r"\.")):
+        building_from(HUT | change)
+
+
+def test_a_scene_of_millions_of_bricks_is_refused_before_it_is_built():
+    from blockstat import build
+
+    with pytest.raises(InputError, match=r"about .* blocks; at most"):
+        build(building_from(HUT | {"brick": {"length": 1e-3, "height": 1e-3}}))
+
+
+def test_separate_solids_in_one_object_are_mentioned_and_nameless_ones_are_blocks(tmp_path):
+    path = write(stack(2), tmp_path / "stack.obj")
+    lines = path.read_text().splitlines()
+    nameless = tmp_path / "nameless.obj"
+    nameless.write_text("\n".join(line for line in lines if not line.startswith("o ")))
+    assert read(nameless, supports=[0]).n_blocks == 3
+    joined = tmp_path / "joined.obj"
+    joined.write_text("\n".join(line for line in lines if line != "o stone1") + "  # a comment\n")
+    with pytest.warns(InputWarning, match=r'1 blocks hold separate solids that move as one \(the first is "stone0"\)'):
+        assert read(joined, supports=["ground"]).n_blocks == 2
+
+
+def test_names_that_collide_with_the_numbering(tmp_path):
+    blocks = [box((0, 0, k), (1, 1, k + 1), name=name) for k, name in enumerate(("a", "b", "c"))]
+    path = write(assembly(blocks), tmp_path / "x.obj")
+    path.write_text(path.read_text().replace("o a", "o m").replace("o b", "o m").replace("o c", "o m.0"))
+    with pytest.warns(InputWarning, match="share a name"):
+        names = read(path, supports=[0]).names
+    assert len(set(names)) == 3
+    assert "m.0" in names
+
+
+def test_loads_that_balance_a_floating_block_are_no_proof_of_falling():
+    asm = assembly([box((0, 0, 0), (1, 1, 1)), box((0, 0, 3), (1, 1, 4)), box((5, 0, 3), (6, 1, 4))])
+    loads = np.zeros((3, 6))
+    loads[1:, 2] = 1.0
+    assert assess(asm, loads=loads).outcome is Outcome.UNDECIDED
+    loads[1:, 2] = 0.0, 2.0
+    apart = assess(asm, loads=loads)
+    assert apart.outcome is Outcome.UNSTABLE
+    assert np.sign(apart.mechanism[:, 2]).tolist() == [0, -1, 1]
+    loads[1:, 2] = 1.0
+    loads[2, 4] = 0.5
+    spun = assess(asm, loads=loads)
+    assert spun.outcome is Outcome.UNSTABLE
+    assert spun.mechanism[2, 4] > 0
+
+
+def test_metadata_does_not_override_physics(tmp_path):
+    asm = stack(2).with_(metadata={"friction": 0.1, "supports": [2], "author": "me"})
+    back = read(write(asm, tmp_path / "x.json"))
+    assert back.friction == asm.friction
+    assert back.support.tolist() == asm.support.tolist()
+    assert back.metadata["author"] == "me"
+    with pytest.raises(InputError, match="metadata cannot be written"):
+        write(stack(2).with_(metadata={"a": np.zeros(3)}), tmp_path / "y.json")
+
+
+def test_a_damaged_history_is_refused(tmp_path):
+    path = tmp_path / "history.csv"
+    building = building_from(HUT)
+
+    def judge(assembly):
+        raise KeyboardInterrupt
+
+    search(building, static=assess, verify=judge, history=path, names="wall.thickness")
+    line = path.read_text().splitlines()[0]
+    scene = search(building, static=assess, verify=judge, names="wall.thickness")
+    assert scene.history == ()
+    from blockstat.search import _digest
+
+    row = ["x"] * (len(line.split(",")) - 1) + [_digest(scene.building)]
+    path.write_text(line + "\n" + ",".join(row) + "\n")
+    with pytest.raises(InputError, match="a row is damaged"):
+        search(building, static=assess, verify=judge, history=path, names="wall.thickness")
+
+
+@pytest.mark.parametrize("text", ["[" * 100_000, '{"blocks": ' + "[" * 100_000])
+def test_deep_json(tmp_path, text):
+    path = tmp_path / "deep.json"
+    path.write_text(text)
+    with pytest.raises(InputError, match=r"nested too deeply|not valid JSON"):
+        read(path)
+
+
+def test_wild_numbers_and_types(tmp_path):
+    cube = box((0, 0, 0), (1, 1, 1))
+    for bad in ({"density": "heavy"}, {"density": float("inf")}):
+        with pytest.raises(InputError, match="density is"):
+            Assembly.from_blocks([Block(cube.vertices, cube.faces, **bad)])
+    with pytest.raises(InputError, match="coordinates must be finite and below"):
+        Assembly.from_blocks([Block(1e308 * cube.vertices, cube.faces)])
+    with pytest.raises(InputError, match="gravity is"):
+        stack(1).with_(gravity=(0, 0, -1e-300))
+    with pytest.raises(InputError, match="loads must be numbers"):
+        assess(stack(1), loads=[["a"] * 6] * 2)
+    with pytest.raises(InputError, match="gap is 'x'"):
+        assess(stack(1), gap="x")
+    with pytest.raises(InputError, match="is a directory"):
+        read(tmp_path)
+    assert assess(arch(3, 0.2).with_(support=np.ones(5, dtype=bool))).warnings == (
+        "all blocks are supports; there was nothing to check",
+    )
+
+
+def test_a_picture_needs_a_suffix(tmp_path):
+    from blockstat.plot import picture
+
+    with pytest.raises(InputError, match="needs a suffix"):
+        picture(stack(1), tmp_path / "picture")
+
+
+def test_scene_without_json_but_with_a_name_from_its_file(tmp_path):
+    path = tmp_path / "barn.toml"
+    path.write_text("length = 3.0\nspan = 2.0\n")
+    assert load_scene(path).name == "barn"
+    assert json.loads(write(read(path), tmp_path / "barn.json").read_text())["name"] == "barn"
