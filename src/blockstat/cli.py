@@ -128,18 +128,20 @@ def plot(
     tilt: Tilt = None,
     supports: Supports = None,
     plain: Annotated[bool, typer.Option("--plain", help="Only the blocks, no verdict.")] = False,
+    forces: Annotated[bool, typer.Option("--forces", help="The forces of the joints instead.")] = False,
     view: Annotated[str, typer.Option(metavar="AZIMUTH,ELEVATION", help="Where to look from, in degrees.")] = "-55,25",
 ) -> None:
     """Draw the blocks, coloured by the static verdict."""
     from blockstat.analysis import assess
-    from blockstat.plot import picture, picture_of_verdict
+    from blockstat.plot import picture, picture_of_forces, picture_of_verdict
 
     azimuth, elevation = numbers(view, 2, "--view", "AZIMUTH,ELEVATION")
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports)
     if plain:
         picture(assembly, output, title=assembly.name, azimuth=azimuth, elevation=elevation)
     else:
-        picture_of_verdict(assess(assembly), output, azimuth=azimuth, elevation=elevation)
+        draw = picture_of_forces if forces else picture_of_verdict
+        draw(assess(assembly), output, azimuth=azimuth, elevation=elevation)
     typer.echo(str(output))
 
 

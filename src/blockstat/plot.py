@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,8 @@ from blockstat.polyhedron import FacePlanes, Floats, Ints, face_planes
 from blockstat.separation import face_separation
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from blockstat.assembly import Assembly
     from blockstat.result import Verdict
 
@@ -37,13 +40,16 @@ def picture(
     title: str = "",
     azimuth: float = -55.0,
     elevation: float = 25.0,
+    opacity: float = 1.0,
+    overlay: Callable[[Figure], None] | None = None,
 ) -> Path:
     """Draw the blocks in parallel projection and save a PNG (or any format matplotlib writes); returns the path.
 
     values : one number a block to colour by, shape (n_blocks,), with `label` and its unit on the colour bar;
     top : the end of the bar, by default the largest value.
     displacement, rotation : poses to draw the blocks in, shapes (n_blocks, 3) [m] and (n_blocks, 3, 3).
-    azimuth, elevation : from where one looks, in degrees.
+    azimuth, elevation : from where one looks, in degrees. opacity : of the blocks. overlay : draws on the figure
+    before it is saved.
     """
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
@@ -68,7 +74,9 @@ def picture(
     polygons, paint = _visible(assembly, _posed(assembly, displacement, rotation), view, colour)
     figure = Figure(figsize=(8, 6), dpi=150, layout="constrained")
     axes = figure.add_subplot()
-    axes.add_collection(PolyCollection(polygons, facecolors=paint, edgecolors=0.45 * paint, linewidths=0.35))
+    axes.add_collection(
+        PolyCollection(polygons, facecolors=paint, edgecolors=0.45 * paint, linewidths=0.35, alpha=opacity)
+    )
     axes.autoscale_view()
     axes.set_aspect("equal")
     axes.axis("off")
@@ -76,6 +84,8 @@ def picture(
         axes.set_title(title, fontsize=11)
     if bar is not None:
         figure.colorbar(bar, ax=axes, label=label, shrink=0.6)
+    if overlay is not None:
+        overlay(figure)
     try:
         figure.savefig(path)
     except ValueError as error:
@@ -200,3 +210,49 @@ def _topological(n: int, behind: Ints, before: Ints, depth: Floats) -> list[int]
             if waits[follower] == 0 and not done[follower]:
                 heapq.heappush(ready, (depth[follower], follower))
     return order
+
+
+def picture_of_forces(verdict: Verdict, path: str | Path, **options: Any) -> Path:
+    """The resultant of each joint as a line through its centre of pressure, over pale blocks; returns the path.
+
+    The lines' lengths go with the forces; in an arch they join up to its thrust line. Joints in tension, in an
+    assembly that does not stand, are dashed.
+    """
+
+    azimuth, elevation = options.pop("azimuth", -55.0), options.pop("elevation", 25.0)
+    view = _view(azimuth, elevation)
+    point, force, tension = resultants(verdict)
+    size = np.linalg.norm(force, axis=1)
+    lower, upper = verdict.assembly.bounds
+    free = ~verdict.assembly.support
+    reach = 0.06 * float((upper[free].max(axis=0) - lower[free].min(axis=0)).max()) / max(float(size.max()), 1e-300)
+
+    def draw(figure: Figure) -> None:
+        axes = figure.axes[0]
+        for middle, pull, torn in zip(point, force, tension, strict=True):
+            ends = np.array([middle - reach * pull, middle + reach * pull]) @ view[:2].T
+            axes.plot(*ends.T, color="#b2182b", linewidth=1.2, linestyle=":" if torn else "-")
+
+    name = verdict.assembly.name
+    title = f"{name}: joint forces, longest {size.max():.3g} N"
+    return picture(
+        verdict.assembly, path, title=title, azimuth=azimuth, elevation=elevation, opacity=0.35, overlay=draw, **options
+    )
+
+
+def resultants(verdict: Verdict) -> tuple[Floats, Floats, np.ndarray]:
+    """Centre of pressure [m], force on block b [N] and whether it is a tension, of each joint that carries any."""
+    faces = verdict.interfaces
+    net = verdict.forces - verdict.adhesion[:, None] * np.array([1.0, 0.0, 0.0])
+    k = faces.point_interface
+    world = np.einsum("nij,ni->nj", faces.frame[k], net)
+    first = faces.start[:-1]
+    if not faces.n_interfaces:
+        return np.empty((0, 3)), np.empty((0, 3)), np.empty(0, dtype=bool)
+    force = np.add.reduceat(world, first)
+    normal = np.add.reduceat(net[:, 0], first)
+    share = np.abs(net[:, 0])
+    total = np.add.reduceat(share, first)
+    point = np.add.reduceat(share[:, None] * faces.point, first) / np.where(total > 0, total, 1.0)[:, None]
+    carries = np.linalg.norm(force, axis=1) > 1e-6 * max(float(np.linalg.norm(force, axis=1).max()), 1e-300)
+    return point[carries], force[carries], normal[carries] < 0

@@ -133,6 +133,7 @@ class Verdict:
             "blocks": self.assembly.n_blocks,
             "interfaces": self.interfaces.n_interfaces,
             "contact_points": self.interfaces.n_points,
+            "dropped": len(self.interfaces.dropped),
             "solver": self.solver,
             "flow": self.flow,
             "warnings": list(self.warnings),

@@ -82,6 +82,7 @@ def search(
     names: Sequence[str] | None = None,
     history: str | Path | None = None,
     progress: Callable[[int, int, Candidate], None] | None = None,
+    remark: Callable[[Verdict, Any], str] | None = None,
 ) -> SearchResult:
     """Take parameters down from their largest values, one after the other, keeping what stands.
 
@@ -89,7 +90,7 @@ def search(
     for designs that statics allow. names : the parameters to move, in order; by default all ranges of the scene.
     history : CSV file that gets each row as soon as it is known; rows found there are not computed again, so an
     interrupted search goes on where it stopped. progress : called with the number of candidates judged, the
-    number expected, and the last one.
+    number expected, and the last one. remark : gives the note of a candidate from its two verdicts.
 
     A KeyboardInterrupt ends the search and returns what is known. Raises InputError for an unknown parameter,
     a scene without ranges, or a history file of another search.
@@ -99,7 +100,7 @@ def search(
     start = {name: ranges[name].max for name in chosen}
     building = with_values(building, start)
     log = _Log(Path(history), chosen, _digest(building)) if history is not None else None
-    state = _State(building, chosen, static, verify, log)
+    state = _State(building, chosen, static, verify, log, remark)
     expected = 1 + sum(len(ranges[name].steps()) - 1 for name in chosen)
 
     best = dict(start)
@@ -150,9 +151,16 @@ class _State:
     """Candidates judged so far."""
 
     def __init__(
-        self, building: Building, names: list[str], static: Callable, verify: Callable, log: _Log | None
+        self,
+        building: Building,
+        names: list[str],
+        static: Callable,
+        verify: Callable,
+        log: _Log | None,
+        remark: Callable[[Verdict, Any], str] | None,
     ) -> None:
         self.building, self.names, self.static, self.verify, self.log = building, names, static, verify, log
+        self.remark = remark
         self.rows: dict[tuple[float, ...], Candidate] = {}
         self.known = log.read() if log else {}
         self.verdicts: dict[tuple[float, ...], Verdict] = {}
@@ -194,6 +202,7 @@ class _State:
             blocks=assembly.n_blocks,
             static_seconds=middle - begin,
             dynamic_seconds=process_time() - middle,
+            note=self.remark(verdict, self.dynamics[key]) if self.remark and key in self.dynamics else "",
         )
 
 

@@ -11,6 +11,7 @@ from blockstat.plot import picture
 from blockstat.report import Figure, write_designs, write_report
 from blockstat.search import Candidate, SearchResult, search
 from blockstat.spec import Building, with_values
+from dynsim.compare import likely_reason
 from dynsim.settings import Settings
 from dynsim.verify import DynamicVerdict, verify
 
@@ -49,6 +50,7 @@ def optimise(
             names=names,
             history=directory / "history.csv",
             progress=progress,
+            remark=likely_reason,
         )
     figures = write_designs(result, directory)
     figures += _moved(result, directory, settings)

@@ -2,7 +2,15 @@ import numpy as np
 import pytest
 
 from blockstat import InputError, assess
-from blockstat.plot import _view, mechanism_pose, paint_order, picture, picture_of_verdict
+from blockstat.plot import (
+    _view,
+    mechanism_pose,
+    paint_order,
+    picture,
+    picture_of_forces,
+    picture_of_verdict,
+    resultants,
+)
 from problems import arch, assembly, box, running_bond
 
 
@@ -61,3 +69,27 @@ def test_the_mechanism_is_drawn_at_the_amplitude_asked_for():
     arm = asm.vertices - asm.centroid[block]
     moved = shift[block] + np.einsum("nij,nj->ni", turn[block], arm) - arm
     assert np.linalg.norm(moved, axis=1).max() == pytest.approx(1e-3, rel=1e-3)
+
+
+def test_the_thrust_line_stays_inside_the_arch_and_carries_its_weight():
+    verdict = assess(arch(20, 0.15))
+    asm = verdict.assembly
+    point, force, tension = resultants(verdict)
+    assert len(point) == verdict.interfaces.n_interfaces
+    assert not tension.any()
+    radius = np.linalg.norm(point[:, [0, 2]], axis=1)
+    assert (np.abs(radius - 1.0) <= 0.075 + 1e-9).all()
+    # Between two joints only the weight of one voussoir is added.
+    order = np.argsort(point[:, 0])
+    pair = verdict.interfaces.pair[order]
+    assert len(pair) == 21
+    springing = [k for k in range(21) if asm.support[verdict.interfaces.pair[k]].any()]
+    signs = [1.0 if asm.support[verdict.interfaces.pair[k, 0]] else -1.0 for k in springing]
+    lifted = sum(sign * force[k] for k, sign in zip(springing, signs, strict=True))
+    np.testing.assert_allclose(lifted, [0, 0, asm.mass[asm.free].sum()], atol=1e-9)
+
+
+def test_pictures_of_forces(tmp_path):
+    for name, asm in (("stands", arch(12, 0.2)), ("falls", arch(12, 0.08))):
+        path = picture_of_forces(assess(asm), tmp_path / f"{name}.png")
+        assert path.read_bytes()[:4] == b"\x89PNG"
