@@ -128,3 +128,28 @@ FERRIS = {
     "W3": ([FE3, FU3, FE3, WU3, WE3, WU3, WE3, WU3, FE3, FU3, FE3], 46, 102, 0.404, 0.403694),
     "W4": ([FE4, FU4, FE4, WU4, WE4, WU4, WE4, WU4, FE4, FU4, FE4], 55, 116, 0.332, 0.331948),
 }
+
+
+def pointed_arch(n: int, eccentricity: float, thickness: float, *, depth: float = 0.5) -> Assembly:
+    """Two arcs of radius 1, centres at +-eccentricity on the springing line, n voussoirs each, meeting at the crown."""
+    top = np.arccos(eccentricity)  # the left arc has its centre on the right
+
+    def ring(angle):
+        c, s = np.cos(angle), np.sin(angle)
+        return [(eccentricity - r * c, r * s) for r in (1 - thickness / 2, 1 + thickness / 2)]
+
+    rings = [ring(a) for a in np.linspace(0, top, n + 1)]
+    # The joint at the crown is vertical: both ends of the last radial joint are moved along the arcs onto x = 0.
+    rings[-1] = [(0.0, np.sqrt(r**2 - eccentricity**2)) for r in (1 - thickness / 2, 1 + thickness / 2)]
+    left = [[*a[::-1], *b] for a, b in zip(rings[:-1], rings[1:], strict=True)]
+    plans = left + [[(-x, z) for x, z in plan[::-1]] for plan in left]
+    blocks = [
+        hexahedron([(x, depth, z) for x, z in plan], [(x, 0, z) for x, z in plan], name=f"voussoir{i}")
+        for i, plan in enumerate(plans)
+    ]
+    reach = 1 + thickness - eccentricity
+    ground = [
+        box((-2 * reach, 0, -0.2), (-0.2, depth, 0), name="left"),
+        box((0.2, 0, -0.2), (2 * reach, depth, 0), name="right"),
+    ]
+    return assembly([*ground, *blocks], supports=[0, 1])

@@ -32,10 +32,11 @@ def optimise(
 
     An interrupted search goes on from its history.csv when called again. Returns the result and the report's path.
     """
+    from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns) as bar:
+    with Progress(*columns, console=Console(stderr=True)) as bar:
         task = bar.add_task("searching", total=None)
 
         def progress(done: int, expected: int, last: Candidate) -> None:

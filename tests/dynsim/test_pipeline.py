@@ -84,7 +84,7 @@ def test_killed_and_started_again_the_command_ends_the_same(tmp_path, optimised)
     assert 2 <= kept < len(whole.history)
     answer = run("optimise", scene, "-o", tmp_path / "out", "--json")
     assert answer.returncode == 0, answer.stderr
-    again = json.loads(answer.stdout[answer.stdout.index('{"best"') :])
+    again = json.loads(answer.stdout)
     assert again["best"] == whole.best_parameters
     assert [(r["parameters"], r["static"], r["dynamic"]) for r in again["history"]] == [
         (c.parameters, c.static, c.dynamic) for c in whole.history

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from blockstat import Block, Outcome, assess
+from blockstat import Block, Outcome, assess, limit_load
 from problems import SCENES, arch, assembly, running_bond, stack
 
 SCENE = st.sampled_from(SCENES)
@@ -127,3 +127,31 @@ def test_far_from_the_origin():
     for shift in (1e3, 1e6):
         assert assess(rebuilt(asm, asm.vertices + shift)).outcome is Outcome.STABLE
         assert assess(rebuilt(arch(12, 0.1), arch(12, 0.1).vertices + shift)).outcome is Outcome.UNSTABLE
+
+
+LIMITS = [
+    (lambda: arch(20, 0.2), (1, 0, 0)),
+    (lambda: running_bond(5, 4), (1, 0, 0)),
+    (lambda: running_bond(4, 3), (0.3, 1, 0)),
+]
+
+
+@pytest.mark.parametrize(("make", "direction"), LIMITS, ids=["arch", "wall", "wall across"])
+def test_limit_loads_do_not_depend_on_the_point_of_view(make, direction):
+    asm = make()
+    exact = limit_load(asm, direction)
+    turn = Rotation.from_rotvec([0.7, -0.2, 1.1]).as_matrix()
+    order = np.random.default_rng(3).permutation(asm.n_blocks)
+    rotated = rebuilt(asm, asm.vertices @ turn.T + [5, -3, 2]).with_(gravity=turn @ asm.gravity)
+    others = [
+        limit_load(rebuilt(asm, 1e-3 * asm.vertices), direction),
+        limit_load(rebuilt(asm, 1e3 * asm.vertices), direction),
+        limit_load(asm.with_(density=1e4 * asm.density), direction),
+        limit_load(asm.with_(gravity=9.81 * asm.gravity), direction),
+        limit_load(rebuilt(asm, asm.vertices, order), direction),
+        limit_load(rotated, (turn @ np.array(direction)).tolist()),
+    ]
+    for other in others:
+        assert other.outcome is exact.outcome
+        assert other.lower == pytest.approx(exact.lower, rel=1e-6)
+        assert other.upper == pytest.approx(exact.upper, rel=1e-6)

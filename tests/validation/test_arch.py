@@ -10,7 +10,7 @@ import math
 import pytest
 
 from blockstat import Outcome, assess
-from problems import arch
+from problems import arch, pointed_arch
 
 
 def least_thickness(n, friction, low, high, accuracy):
@@ -62,3 +62,17 @@ def test_tilting_arch(t, degrees):
 
     assert tilted(degrees - 1e-3) is Outcome.STABLE
     assert tilted(degrees + 1e-3) is Outcome.UNSTABLE
+
+
+@pytest.mark.parametrize(
+    ("n", "e", "exact"),
+    [(10, 0.1, 0.085991), (50, 0.1, 0.086797), (10, 0.2, 0.069925), (50, 0.2, 0.070727), (10, 0.5, 0.039687),
+     (50, 0.5, 0.039970)],
+)  # fmt: skip
+def test_least_thickness_of_a_pointed_arch(n, e, exact):
+    # Two arcs with centres at +-e on the springing, n voussoirs each half; derived from first principles.
+    def outcome(t):
+        return assess(pointed_arch(n, e, t), friction=2.0).outcome
+
+    assert outcome(exact + 1e-6) is Outcome.STABLE
+    assert outcome(exact - 1e-6) is Outcome.UNSTABLE
