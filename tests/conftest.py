@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 ROOT = Path(__file__).parents[1]
 CASES = Path(os.environ.get("BLOCKSTAT_CASES", ROOT.parent / "shared" / "cases"))
@@ -20,3 +21,9 @@ def cases() -> Path:
     if not CASES.is_dir():
         pytest.skip("no directory of cases")
     return CASES
+
+
+# The same examples on every run of CI, new ones everywhere else.
+settings.register_profile("ci", derandomize=True)
+if os.environ.get("CI"):
+    settings.load_profile("ci")
