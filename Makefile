@@ -23,6 +23,7 @@ lint: $(STAMP)
 benchmark: $(STAMP)
 	$(BIN)/python benchmarks/assess.py
 	$(BIN)/python benchmarks/bullet.py
+	$(BIN)/python benchmarks/compare_verdicts.py
 
 validation: $(STAMP)
 	$(BIN)/python docs/make_validation.py
