@@ -42,7 +42,11 @@ def load(
     from blockstat.io import read
 
     chosen = supports.split(",") if supports else None
-    assembly = read(path, supports=chosen)
+    return modified(read(path, supports=chosen), friction=friction, gravity=gravity, tilt=tilt)
+
+
+def modified(assembly: Assembly, *, friction: float | None, gravity: str | None, tilt: str | None) -> Assembly:
+    """The assembly under the friction and gravity that the options ask for."""
     changes: dict[str, Any] = {}
     if friction is not None:
         changes["friction"] = friction

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 
 from blockstat.analysis import assess
+from blockstat.assembly import Assembly
 from blockstat.io import write
 from blockstat.model import build
 from blockstat.plot import DEMAND, picture, picture_of_verdict
@@ -24,10 +25,12 @@ class Figure:
     caption: str
 
 
-def write_designs(result: SearchResult, directory: Path) -> list[Figure]:
+def write_designs(
+    result: SearchResult, directory: Path, *, under: Callable[[Assembly], Assembly] = lambda assembly: assembly
+) -> list[Figure]:
     """best.json and best.glb, and pictures of what statics say: the best design and the thinnest pruned one."""
     figures = []
-    shown = build(result.best if result.best is not None else result.building)
+    shown = under(build(result.best if result.best is not None else result.building))
     word = "The best design" if result.best is not None else "The design the search started from; none stood"
     figures.append(Figure(picture(shown, directory / "building.png", title=shown.name), f"{word}."))
     if result.best is not None:
@@ -42,7 +45,7 @@ def write_designs(result: SearchResult, directory: Path) -> list[Figure]:
     pruned = [c for c in result.history if c.dynamic == PRUNED]
     if pruned:
         thinnest = min(pruned, key=lambda c: c.volume or 0.0)
-        verdict = assess(build(with_values(result.building, thinnest.parameters)))
+        verdict = assess(under(build(with_values(result.building, thinnest.parameters))))
         path = picture_of_verdict(verdict, directory / "mechanism.png")
         figures.append(Figure(path, f"How the thinnest pruned design ({_values(thinnest)}) would move first."))
     return figures

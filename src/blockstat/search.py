@@ -83,6 +83,7 @@ def search(
     history: str | Path | None = None,
     progress: Callable[[int, int, Candidate], None] | None = None,
     remark: Callable[[Verdict, Any], str] | None = None,
+    conditions: str = "",
 ) -> SearchResult:
     """Take parameters down from their largest values, one after the other, keeping what stands.
 
@@ -91,6 +92,7 @@ def search(
     history : CSV file that gets each row as soon as it is known; rows found there are not computed again, so an
     interrupted search goes on where it stopped. progress : called with the number of candidates judged, the
     number expected, and the last one. remark : gives the note of a candidate from its two verdicts.
+    conditions : what else the verdicts depend on (friction, thresholds); a history under others is not taken up.
 
     A KeyboardInterrupt ends the search and returns what is known. Raises InputError for an unknown parameter,
     a scene without ranges, or a history file of another search.
@@ -99,7 +101,7 @@ def search(
     chosen = check_names(building, [names] if isinstance(names, str) else names)
     start = {name: ranges[name].max for name in chosen}
     building = with_values(building, start)
-    log = _Log(Path(history), chosen, _digest(building)) if history is not None else None
+    log = _Log(Path(history), chosen, _digest(building, conditions)) if history is not None else None
     state = _State(building, chosen, static, verify, log, remark)
     expected = 1 + sum(len(ranges[name].steps()) - 1 for name in chosen)
 
@@ -139,8 +141,8 @@ def check_names(building: Building, names: Sequence[str] | None) -> list[str]:
     return chosen
 
 
-def _digest(building: Building) -> str:
-    return hashlib.sha256(msgspec.json.encode(building, order="sorted")).hexdigest()[:12]
+def _digest(building: Building, conditions: str) -> str:
+    return hashlib.sha256(msgspec.json.encode(building, order="sorted") + conditions.encode()).hexdigest()[:12]
 
 
 def _key(values: dict[str, float]) -> tuple[float, ...]:

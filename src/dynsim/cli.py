@@ -16,6 +16,7 @@ from blockstat.cli_options import (
     Supports,
     Tilt,
     load,
+    modified,
     print_json,
     run_app,
 )
@@ -137,6 +138,9 @@ def optimise(
         str | None,
         typer.Option("--parameters", metavar="PATH,...", help="Parameters to move, in order; all ranges by default."),
     ] = None,
+    friction: Friction = None,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
     group: Group = None,
     threshold: Threshold = None,
     as_json: AsJson = False,
@@ -153,7 +157,15 @@ def optimise(
     check_names(building, names)
     directory.mkdir(parents=True, exist_ok=True)
     settings = Settings(group=group, roof_threshold=threshold, brick_threshold=threshold)
-    result, report = run(building, directory, names=names, settings=settings)
+    given = {"friction": friction, "gravity": gravity, "tilt": tilt}
+    result, report = run(
+        building,
+        directory,
+        names=names,
+        settings=settings,
+        under=lambda assembly: modified(assembly, friction=friction, gravity=gravity, tilt=tilt),
+        conditions=", ".join(f"{name} {value}" for name, value in given.items() if value is not None),
+    )
     if as_json:
         print_json(
             {

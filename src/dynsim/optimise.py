@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from blockstat.analysis import assess
+from blockstat.assembly import Assembly
 from blockstat.model import build
 from blockstat.plot import picture
 from blockstat.report import Figure, write_designs, write_report
@@ -27,10 +28,13 @@ def optimise(
     *,
     names: Sequence[str] | None = None,
     settings: Settings | None = None,
+    under: Callable[[Assembly], Assembly] = lambda assembly: assembly,
+    conditions: str = "",
 ) -> tuple[SearchResult, Path]:
     """Search, confirm, and write history.csv, best.json, best.glb, pictures and report.html into a directory.
 
-    An interrupted search goes on from its history.csv when called again. Returns the result and the report's path.
+    An interrupted search goes on from its history.csv when called again. under : puts each design under another
+    friction or gravity, and conditions says which. Returns the result and the report's path.
     """
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
@@ -46,25 +50,29 @@ def optimise(
 
         result = search(
             building,
-            static=assess,
-            verify=lambda assembly: verify(assembly, settings=settings),
+            static=lambda assembly: assess(under(assembly)),
+            verify=lambda assembly: verify(under(assembly), settings=settings),
             names=names,
             history=directory / "history.csv",
             progress=progress,
             remark=likely_reason,
+            conditions=f"{settings} {conditions}" if settings or conditions else "",
         )
-    figures = write_designs(result, directory)
-    figures += _moved(result, directory, settings)
-    return result, write_report(result, directory, figures, notes=[NOTE])
+    figures = write_designs(result, directory, under=under)
+    figures += _moved(result, directory, settings, under)
+    notes = [f"Judged with {conditions}.", NOTE] if conditions else [NOTE]
+    return result, write_report(result, directory, figures, notes=notes)
 
 
-def _moved(result: SearchResult, directory: Path, settings: Settings | None) -> list[Figure]:
+def _moved(
+    result: SearchResult, directory: Path, settings: Settings | None, under: Callable[[Assembly], Assembly]
+) -> list[Figure]:
     """The blocks that Bullet saw move: of the thinnest design that fell, else of the best one."""
     fallen = [c for c in result.history if c.dynamic == "falls"]
     chosen = min(fallen, key=lambda c: c.volume or 0.0).parameters if fallen else result.best_parameters
     if chosen is None:
         return []
-    verdict = verify(build(with_values(result.building, chosen)), settings=settings)
+    verdict = verify(under(build(with_values(result.building, chosen))), settings=settings)
     values = ", ".join(f"{name} {value:g}" for name, value in chosen.items())
     word = "fell in Bullet though statics allow it" if fallen else "stands in Bullet"
     return [Figure(picture_of_run(verdict, directory / "moved.png"), f"The design with {values} {word}.")]

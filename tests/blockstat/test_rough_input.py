@@ -144,7 +144,7 @@ def test_a_damaged_history_is_refused(tmp_path):
     assert scene.history == ()
     from blockstat.search import _digest
 
-    row = ["x"] * (len(line.split(",")) - 1) + [_digest(scene.building)]
+    row = ["x"] * (len(line.split(",")) - 1) + [_digest(scene.building, "")]
     path.write_text(line + "\n" + ",".join(row) + "\n")
     with pytest.raises(InputError, match="a row is damaged"):
         search(building, static=assess, verify=judge, history=path, names="wall.thickness")

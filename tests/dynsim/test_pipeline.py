@@ -126,3 +126,18 @@ def test_a_difference_comes_with_a_likely_reason(cases, tmp_path):
     assert "only by self-stress" in row.note
     write_csv([row], tmp_path / "h.csv")
     assert "only by self-stress" in (tmp_path / "h.csv").read_text()
+
+
+def test_optimise_under_another_friction(tmp_path):
+    scene = tmp_path / "hut.toml"
+    scene.write_text(SCENE_TOML)
+    out = tmp_path / "out"
+    answer = run("optimise", scene, "-o", out, "--friction", "0.2", "--parameters", "wall.thickness", "--json")
+    assert answer.returncode == 0, answer.stderr
+    history = json.loads(answer.stdout)["history"]
+    # Without enough friction no thickness helps: the vault slides off its springing.
+    assert {row["dynamic"] for row in history} == {"pruned"}
+    assert "Judged with friction 0.2." in (out / "report.html").read_text()
+    again = run("optimise", scene, "-o", out, "--parameters", "wall.thickness")
+    assert again.returncode == 2
+    assert "this history is of another search" in again.stderr
