@@ -85,7 +85,7 @@ def _verdict(
     if raw is not None and proof is not None and problem.program is not None:
         outcome, checked = proof.outcome, proof.certificate
         if outcome is Outcome.STABLE:
-            force, adhesion, twist = proof.force, np.zeros(len(proof.force)), np.zeros_like(proof.twist)
+            force, adhesion, twist = proof.force, np.zeros(problem.eq.n_points), np.zeros_like(proof.twist)
         else:
             force, adhesion, twist = raw.force, raw.adhesion, proof.twist
             score = float(np.linalg.norm(adhesion)) / problem.program.total_load if raw.bounded else np.inf
@@ -116,4 +116,5 @@ def _verdict(
         timings=timings,
         floating=problem.floating,
         warnings=(*problem.warnings, *blocked, *gap_warnings(problem, outcome)),
+        bonds=problem.to_bonds(force),
     )

@@ -63,8 +63,7 @@ def upper_bound(program: PenaltyProgram, load: Floats, twist: Floats, force: Flo
     mended, closing = twist, np.inf
     for _ in range(MENDINGS):
         candidate = clarabel_dual.open_joints(program, mended)
-        gap_rate = (program.matrix.T @ candidate).reshape(-1, 3)
-        left = float(np.maximum(-certificate.opening_room(gap_rate, program.friction), 0.0).max(initial=0.0))
+        _, left = certificate.power(program, candidate)
         if not left < closing:
             break
         mended, closing = candidate, left
@@ -74,4 +73,4 @@ def upper_bound(program: PenaltyProgram, load: Floats, twist: Floats, force: Flo
     if work <= 0:
         return None
     slack = closing * ASSUMED_FORCE * float(np.linalg.norm(force, axis=1).sum())
-    return Bound((slack - float(program.load @ mended)) / work, mended / work)
+    return Bound((slack - certificate.power(program, mended)[0]) / work, mended / work)

@@ -58,6 +58,7 @@ class Interfaces:
     point: Floats  #: shape (n_points, 3) [m]
     start: Ints  #: shape (n_interfaces + 1,), points of interface k are start[k]:start[k+1]
     dropped: tuple[Dropped, ...] = ()
+    share: Floats | None = None  #: part of the interface's area that each point stands for; None: equal parts
 
     @property
     def n_interfaces(self) -> int:
@@ -71,6 +72,13 @@ class Interfaces:
     def point_interface(self) -> Ints:
         """Interface of each point, shape (n_points,)."""
         return np.repeat(np.arange(self.n_interfaces), np.diff(self.start))
+
+    @property
+    def point_share(self) -> Floats:
+        """Part of its interface's area that each point stands for, shape (n_points,)."""
+        if self.share is not None:
+            return self.share
+        return (1.0 / np.maximum(np.diff(self.start), 1))[self.point_interface]
 
 
 def find_interfaces(assembly: Assembly, *, gap: float = GAP) -> Interfaces:

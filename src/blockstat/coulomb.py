@@ -65,17 +65,18 @@ def coulomb_state(program: PenaltyProgram, *, compliance: float = COMPLIANCE) ->
     are not allowed here.
     """
     slip = np.zeros(len(program.friction))
+    touching = np.arange(len(slip)) < program.n_points  # bonds neither close nor slip
     changes: list[float] = []
     factors: list[float] = []
     sizes: list[float] = []
     force = np.zeros((len(slip), 3))
     settles: bool | None = None
     while len(changes) < MOST_SOLVES and settles is None:
-        force, multiplier, status = solve_pressure(program, 1.0 + slip, compliance)
+        force, multiplier, status = solve_pressure(program, touching * (1.0 + slip), compliance)
         if "Infeasible" in status:
             settles = False if changes and slip.max() > 1.0 / SETTLED else None
             break
-        new = program.friction * np.hypot(multiplier[:, 1], multiplier[:, 2])
+        new = touching * program.friction * np.hypot(multiplier[:, 1], multiplier[:, 2])
         changes.append(float(np.abs(new - slip).max(initial=0.0)))
         if len(changes) > 1:
             factors.append(changes[-1] / max(changes[-2], 1e-300))

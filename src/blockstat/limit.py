@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis import FLOWS
+from blockstat.bonds import Bonds
 from blockstat.bounds import lower_bound, upper_bound
 from blockstat.contact import GAP, Interfaces
 from blockstat.coulomb import coulomb_state
@@ -65,6 +66,7 @@ class LimitLoad:
     #: at which there was none. Not a theorem: zero-dilatancy limits are not unique; this is the branch that is reached
     #: from rest, with no thrust but what the blocks' approach makes.
     coulomb: tuple[float, float] | None = None
+    bonds: Bonds | None = None  #: what the bonds at the centres of joints carry with `forces`
 
     @property
     def gap(self) -> float:
@@ -173,6 +175,7 @@ def limit_load(
         warnings=problem.warnings,
         timings=timings,
         coulomb=coulomb,
+        bonds=problem.to_bonds(force),
     )
 
 
@@ -201,7 +204,7 @@ def _bracket(problem: Problem, direction: Floats) -> tuple[LoadOutcome, float, f
     """Outcome, bounds, scaled force field and twist."""
     program, eq = problem.program, problem.eq
     if program is None or len(problem.floating):
-        return LoadOutcome.DEAD_LOAD_UNSTABLE, -np.inf, -np.inf, np.zeros((eq.n_points, 3)), np.zeros(6 * eq.n_blocks)
+        return LoadOutcome.DEAD_LOAD_UNSTABLE, -np.inf, -np.inf, np.zeros((eq.n_columns, 3)), np.zeros(6 * eq.n_blocks)
     dead = decide(eq, program, clarabel_dual.solve(program))
     if dead.outcome is not Outcome.STABLE:
         word = LoadOutcome.DEAD_LOAD_UNSTABLE if dead.outcome is Outcome.UNSTABLE else LoadOutcome.UNDECIDED
@@ -222,5 +225,6 @@ def _bracket(problem: Problem, direction: Floats) -> tuple[LoadOutcome, float, f
     high = upper_bound(program, load, answer.twist, answer.force)
     lower, field = (low.value, low.evidence) if low else (0.0, dead.force)
     upper, twist = (high.value, high.evidence) if high else (np.inf, answer.twist)
+    lower = min(lower, upper)  # both are proven to a tolerance, within which they may cross
     close = upper - lower <= 1e-3 * max(abs(upper), 1e-9)
     return LoadOutcome.LIMIT if close else LoadOutcome.UNDECIDED, lower / unit, upper / unit, field, twist

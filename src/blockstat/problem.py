@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from blockstat.bonds import KINDS, Bonds, bond_columns, bond_forces, bonded
+from blockstat.cells import refine
 from blockstat.contact import Interfaces, find_interfaces
 from blockstat.equilibrium import Equilibrium, equilibrium, split_floating, weight
 from blockstat.errors import InputError
-from blockstat.joint import joint_friction, point_tension
+from blockstat.joint import joint_friction, last_law, point_law
 from blockstat.overlap import check_overlaps
 from blockstat.planar import find_plane
 from blockstat.polyhedron import Floats, Ints
@@ -40,6 +42,7 @@ class Problem:
     gap: float
     warnings: tuple[str, ...]
     timings: dict[str, float]
+    bonds: Ints  #: interfaces with a bond at their centre, whose columns follow the contact points
 
     def to_blocks(self, twist: Floats) -> Floats:
         """A scaled twist of the program as velocities and rotations of all blocks, shape (n_blocks, 6)."""
@@ -52,9 +55,16 @@ class Problem:
         """Scaled forces of the program as contact forces at all points [N], shape (n_points, 3)."""
         forces = np.zeros((self.interfaces.n_points, 3))
         if self.program is not None:
-            forces[self.eq.points] = force * self.program.force_unit
-            forces[self.eq.points, 0] -= self.program.tension * self.program.force_unit
+            n = self.program.n_points
+            forces[self.eq.points] = force[:n] * self.program.force_unit
+            forces[self.eq.points, 0] -= self.program.shift[:n] * self.program.force_unit
         return forces
+
+    def to_bonds(self, force: Floats) -> Bonds | None:
+        """What the bonds carry under scaled forces of the program; None without bonds."""
+        if self.program is None or not len(self.bonds):
+            return None
+        return bond_forces(self.interfaces, self.bonds, force[self.program.n_points :] * self.program.force_unit)
 
     def adhesion_at_points(self, adhesion: Floats) -> Floats:
         """Scaled missing adhesion at all contact points [N], shape (n_points,)."""
@@ -97,19 +107,49 @@ def pose(
         if interfaces is None:
             interfaces = find_interfaces(assembly, gap=gap)
             warnings += check_overlaps(assembly, gap=gap)
+        if assembly.joints and interfaces.share is None:
+            interfaces = _divided(assembly, interfaces)
     with timed(timings, "equilibrium"):
         held, floating = split_floating(assembly, interfaces)
-        touched = np.isin(interfaces.pair, held)
-        points = np.flatnonzero((touched[:, 0] | touched[:, 1])[interfaces.point_interface])
-        eq = equilibrium(assembly, interfaces, load, held, points)
-        mu = joint_friction(assembly, interfaces)[interfaces.point_interface[points]]
-        tension = point_tension(assembly, interfaces)[points] if assembly.joints else None
-        plane = find_plane(assembly, interfaces, eq)
-        program = penalty_program(eq, mu, tension, plane) if len(held) else None
+        touched = np.any(np.isin(interfaces.pair, held), axis=1)
+        points = np.flatnonzero(touched[interfaces.point_interface])
+        eq, program, bonds = _program(assembly, interfaces, load, held, points, touched)
     warnings += _floating_warnings(assembly, floating, interfaces)
     if assembly.support.all():
         warnings.append("all blocks are supports; there was nothing to check")
-    return Problem(assembly, interfaces, load, eq, program, floating, gap, tuple(warnings), timings)
+    return Problem(assembly, interfaces, load, eq, program, floating, gap, tuple(warnings), timings, bonds)
+
+
+def _divided(assembly: Assembly, interfaces: Interfaces) -> Interfaces:
+    """The interfaces with cells where a joint law asks for them."""
+    divisions = np.array([law.divisions if law else 0 for law in last_law(assembly, interfaces)], dtype=np.int64)
+    return refine(interfaces, divisions) if divisions.any() else interfaces
+
+
+def _program(
+    assembly: Assembly, interfaces: Interfaces, load: Floats, held: Ints, points: Ints, touched: np.ndarray
+) -> tuple[Equilibrium, PenaltyProgram | None, Ints]:
+    """Equilibrium and program of the held blocks, and the interfaces with bonds."""
+    friction = joint_friction(assembly, interfaces)[interfaces.point_interface[points]]
+    if not assembly.joints:
+        eq = equilibrium(assembly, interfaces, load, held, points)
+        plane = find_plane(assembly, interfaces, eq)
+        return eq, penalty_program(eq, friction, plane=plane) if len(held) else None, points[:0]
+    law = point_law(assembly, interfaces)
+    bonds, capacity = bonded(assembly, interfaces)
+    live = touched[bonds]
+    bonds, capacity = bonds[live], capacity[np.repeat(live, KINDS)]
+    eq = equilibrium(assembly, interfaces, load, held, points, bond_columns(interfaces, bonds) if len(bonds) else None)
+    none = np.zeros(len(capacity))
+    limits = {
+        "shift": np.concatenate([law.shift[points], none]),
+        "floor": np.concatenate([law.floor[points], none]),
+        "cap": np.concatenate([law.cap[points], capacity]),
+    }
+    plain = not limits["floor"].any() and np.isinf(limits["cap"]).all()
+    plane = find_plane(assembly, interfaces, eq) if plain else None
+    mu = np.concatenate([friction, np.ones(len(capacity))])
+    return eq, penalty_program(eq, mu, plane=plane, **limits) if len(held) else None, bonds
 
 
 def free_fall(problem: Problem) -> Floats:

@@ -12,6 +12,14 @@ six unknowns a block, a twist u = (velocity, angular velocity):
 u is the collapse mechanism, g_i the relative velocity at point i, s_i = g_n at the optimum, and the
 multipliers of the cones are the contact forces.
 
+Joint laws add three numbers a point (see `blockstat.joint`): the apex of the cone lies `shift` below zero force, and
+the force from there, which is the unknown f of a program with laws, is cut at a floor and a cap:
+
+    floor_i <= f_n,   f_n - s_i <= cap_i
+
+In the dual each cap and floor is an unknown y or z >= 0, g + (y - z) n in K*, at the price of cap' y - floor' z, and
+the penalty is on g_n + y. Bonds are further columns of three after the contact points; they know no adhesion.
+
 Everything here is dimensionless: forces in units of the mean weight, lengths in units of the mean block size.
 """
 
@@ -25,7 +33,7 @@ from scipy import sparse
 
 from blockstat.equilibrium import Equilibrium
 from blockstat.planar import Plane
-from blockstat.polyhedron import Floats
+from blockstat.polyhedron import Floats, Ints
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,27 +41,46 @@ class PenaltyProgram:
     """The scaled penalty program of one equilibrium."""
 
     matrix: sparse.csr_array  #: A, shape (6 n, 3 m), moments in units of force x length
-    load: Floats  #: w, shape (6 n,); with bonds w - A E t, and the forces of the program are f + t n
+    load: Floats  #: w, shape (6 n,); with joint laws w - A E a, and the forces of the program are f + a n
     friction: Floats  #: mu of each point, shape (m,), inf allowed
     force_unit: float  #: [N]
     length_unit: float  #: [m]
     total_load: float  #: sum of the magnitudes of the forces on the blocks
-    tension: Floats  #: t, tension capacity of each point, shape (m,)
+    shift: Floats  #: a, shape (m,)
+    floor: Floats  #: least f_n, shape (m,)
+    cap: Floats  #: greatest f_n, inf for none, shape (m,)
+    n_points: int  #: how many of the m columns are contact points; the others are bonds
     plane: Plane | None = None  #: the reduction of a prismatic scene
 
     @cached_property
     def opening(self) -> sparse.csc_array:
-        """A E, the columns of the normal forces, shape (6 n, m)."""
-        return self.matrix.tocsc()[:, ::3]
+        """A E, the columns of the normal forces of the contact points, shape (6 n, n_points)."""
+        return self.matrix.tocsc()[:, : 3 * self.n_points : 3]
+
+    @cached_property
+    def capped(self) -> Ints:
+        """Points whose force has an upper bound."""
+        return np.flatnonzero(np.isfinite(self.cap))
+
+    @cached_property
+    def floored(self) -> Ints:
+        """Points whose force has a lower bound above the apex of the cone."""
+        return np.flatnonzero(self.floor > 0)
 
 
 def penalty_program(
-    eq: Equilibrium, friction: Floats, tension: Floats | None = None, plane: Plane | None = None
+    eq: Equilibrium,
+    friction: Floats,
+    *,
+    shift: Floats | None = None,
+    floor: Floats | None = None,
+    cap: Floats | None = None,
+    plane: Plane | None = None,
 ) -> PenaltyProgram:
     """Scale an equilibrium.
 
-    friction : mu of each of its points; tension : capacity of each point [N], shape (n_points,). A capacity t moves
-    the apex of the cone to -t n: with f' = f + t n in K, equilibrium reads A f' + (w - A E t) = 0.
+    friction : mu of each column of three; shift, floor, cap : of the joint laws [N], shape (n_columns,), None for dry
+    joints. With f' = f + a n, equilibrium reads A f' + (w - A E a) = 0.
     """
     length_unit = float(eq.length.mean())
     force_unit = float(np.linalg.norm(eq.load[:, :3], axis=1).mean()) or 1.0
@@ -61,7 +88,20 @@ def penalty_program(
     matrix = sparse.csr_array(sparse.diags_array(scale) @ eq.matrix)
     load = scale * eq.load.reshape(-1) / force_unit
     total = float(np.linalg.norm(load.reshape(-1, 6)[:, :3], axis=1).sum()) or 1.0
-    held = np.zeros(len(friction)) if tension is None else tension / force_unit
-    if held.any():
-        load = load - matrix.tocsc()[:, ::3] @ held
-    return PenaltyProgram(matrix, load, friction, force_unit, length_unit, total, held, plane)
+    zero = np.zeros(len(friction))
+    apex = zero if shift is None else shift / force_unit
+    if apex.any():
+        load = load - matrix.tocsc()[:, ::3] @ apex
+    return PenaltyProgram(
+        matrix=matrix,
+        load=load,
+        friction=friction,
+        force_unit=force_unit,
+        length_unit=length_unit,
+        total_load=total,
+        shift=apex,
+        floor=zero if floor is None else floor / force_unit,
+        cap=np.full(len(friction), np.inf) if cap is None else cap / force_unit,
+        n_points=eq.n_points,
+        plane=plane,
+    )

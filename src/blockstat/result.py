@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from blockstat.bonds import Bonds
 from blockstat.contact import Interfaces
 from blockstat.coulomb import CoulombState
-from blockstat.joint import joint_friction, point_tension
+from blockstat.joint import point_law
 from blockstat.polyhedron import Floats, Ints
 from blockstat.solve.certificate import Certificate
 
@@ -55,6 +56,7 @@ class Verdict:
     warnings: tuple[str, ...] = ()
     flow: str = "associated"  #: the flow rule asked for, "associated" or "coulomb"
     coulomb: CoulombState | None = None  #: the fixed point behind a "coulomb" verdict, if one was needed
+    bonds: Bonds | None = None  #: what the bonds at the centres of joints carry with `forces`
 
     @property
     def motion(self) -> Floats:
@@ -69,16 +71,19 @@ class Verdict:
         return order[speed[order] > 0.01]
 
     def demand(self) -> Floats:
-        """How hard friction and pressure are used at each block, shape (n_blocks,), 0 to 1 (1: at the limit).
+        """How hard friction and strength are used at each block, shape (n_blocks,), 0 to 1 (1: at the limit).
 
-        The largest |f_t| / (mu f_n) over points that carry at least 1 % of the block's largest force.
+        The largest |f_t| / (mu f_n + c), or pressure over strength, over points that carry at least 1 % of the block's
+        largest force.
         """
         points = self.interfaces.point_interface
-        mu = joint_friction(self.assembly, self.interfaces)[points]
-        force = self.forces + point_tension(self.assembly, self.interfaces)[:, None] * np.array([1.0, 0.0, 0.0])
+        law = point_law(self.assembly, self.interfaces)
+        force = self.forces + law.shift[:, None] * np.array([1.0, 0.0, 0.0])
         tangent = np.hypot(force[:, 1], force[:, 2])
         with np.errstate(divide="ignore", invalid="ignore"):
-            used = np.where(force[:, 0] > 0, np.minimum(tangent / (mu * force[:, 0]), 1.0), 1.0)
+            used = np.where(force[:, 0] > 0, np.minimum(tangent / (law.friction * force[:, 0]), 1.0), 1.0)
+            crushed = np.where(np.isinf(law.cap), 0.0, self.forces[:, 0] / (law.cap - law.shift))
+        used = np.clip(np.maximum(used, crushed), 0.0, 1.0)
         size = np.linalg.norm(force, axis=1)
         result = np.zeros(self.assembly.n_blocks)
         for side in self.interfaces.pair[points].T:

@@ -41,7 +41,7 @@ def limit_load_gradient(make: Make, values: Mapping[str, float], load: LoadOf) -
     make : builds the assembly of some parameter values; load : gives the load on an assembly, shape (n_blocks, 6).
     Raises InputError when there is no limit, or when a small step changes which blocks touch.
     """
-    assembly = make(values)
+    assembly = _dry(make(values))
     limit = limit_load(assembly, load(assembly))
     if limit.outcome is not LoadOutcome.LIMIT:
         raise InputError(f"no limit load to differentiate: {limit.outcome.value}")
@@ -57,7 +57,7 @@ def limit_load_gradient(make: Make, values: Mapping[str, float], load: LoadOf) -
 
 def score_gradient(make: Make, values: Mapping[str, float]) -> tuple[Verdict, dict[str, float]]:
     """Score of an unstable design and its derivative by each of its parameters; zero where it is stable."""
-    assembly = make(values)
+    assembly = _dry(make(values))
     verdict = assess(assembly)
     if verdict.outcome is Outcome.STABLE:
         return verdict, dict.fromkeys(values, 0.0)
@@ -73,6 +73,15 @@ def score_gradient(make: Make, values: Mapping[str, float]) -> tuple[Verdict, di
         return energy / tension / assembly.free_weight - verdict.score * changed.free_weight / assembly.free_weight
 
     return verdict, _differences(make, values, verdict.interfaces, score_change)
+
+
+def _dry(assembly: Assembly) -> Assembly:
+    """The assembly, if its joints have no strength that would change with their area."""
+    strong = [law for law in assembly.joints if set(law.as_dict()) - {"between", "friction"}]
+    if strong:
+        label = " and ".join(strong[0].between)
+        raise InputError(f"joint law between {label}: derivatives know friction only, not strengths or bonds")
+    return assembly
 
 
 def _differences(

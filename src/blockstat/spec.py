@@ -108,6 +108,10 @@ class Joint(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     friction: Annotated[float, msgspec.Meta(ge=0)] | None = None
     tension: Annotated[float, msgspec.Meta(ge=0)] = 0.0  #: [Pa]
     bond: Annotated[float, msgspec.Meta(ge=0)] = 0.0  #: [N]
+    cohesion: Annotated[float, msgspec.Meta(ge=0)] | None = None  #: [Pa]
+    bond_moment: Annotated[float, msgspec.Meta(ge=0)] | None = None  #: [N m]
+    compression: Annotated[float, msgspec.Meta(gt=0)] | None = None  #: [Pa]
+    cells: Annotated[int, msgspec.Meta(ge=0, le=64)] = 0
 
 
 class Building(msgspec.Struct, forbid_unknown_fields=True, frozen=True):

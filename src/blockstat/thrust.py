@@ -10,8 +10,9 @@ import numpy as np
 
 from blockstat.bounds import SHARES
 from blockstat.contact import GAP, find_interfaces
+from blockstat.equilibrium import column_rates
 from blockstat.errors import InputError
-from blockstat.limit import LoadOutcome, limit_load, relative_motion
+from blockstat.limit import LoadOutcome, limit_load
 from blockstat.load import as_load
 from blockstat.polyhedron import Floats, Ints
 from blockstat.problem import Problem, pose
@@ -80,7 +81,7 @@ def settlement(
     imposed = np.zeros((problem.assembly.n_blocks, 6))
     unit = np.asarray(direction, dtype=float)
     imposed[moving, :3] = unit / np.linalg.norm(unit)
-    rate = relative_motion(problem.assembly, problem.interfaces, imposed)[problem.eq.points]
+    rate = column_rates(problem.assembly, problem.eq, imposed)
     answer = clarabel_dual.solve_dual(program, -program.load, offset=rate.reshape(-1))
     force = certificate.balance(program, answer.force)
     thrust = _functional(problem, moving, direction)
@@ -140,18 +141,18 @@ def _functional(problem: Problem, supports: Ints, direction: Sequence[float]) ->
     if unit.shape != (3,) or not np.isfinite(unit).all() or not unit.any():
         raise InputError(f"direction is {direction!r}; it must be three numbers, not all zero")
     unit = unit / np.linalg.norm(unit)
-    k = problem.interfaces.point_interface[problem.eq.points]
-    along = problem.interfaces.frame[k] @ unit
-    sign = np.isin(problem.interfaces.pair[k, 1], supports).astype(float)
-    sign -= np.isin(problem.interfaces.pair[k, 0], supports)
-    return (sign[:, None] * along).reshape(-1)
+    rows = []
+    for columns in problem.eq.columns:
+        sign = np.isin(columns.pair[:, 1], supports).astype(float) - np.isin(columns.pair[:, 0], supports)
+        rows.append((sign[:, None] * (columns.force @ unit)).reshape(-1))
+    return np.concatenate(rows)
 
 
 def _value(problem: Problem, functional: Floats, force: Floats) -> float:
-    """A functional of contact forces [N], the bonds' shift of the program's forces taken off."""
+    """A functional of contact forces [N], the joint laws' shift of the program's forces taken off."""
     program = problem.program
     assert program is not None
-    held = float(functional[::3] @ program.tension)
+    held = float(functional[::3] @ program.shift)
     return (float(functional @ force.reshape(-1)) - held) * program.force_unit
 
 

@@ -1,9 +1,24 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from blockstat import InputError, JointLaw, LoadOutcome, Outcome, assess, build, limit_load, read, write
+from blockstat import (
+    InputError,
+    JointLaw,
+    LoadOutcome,
+    Outcome,
+    acceleration,
+    assess,
+    build,
+    find_interfaces,
+    limit_load,
+    read,
+    write,
+)
+from blockstat.cells import refine
+from blockstat.sensitivity import limit_load_gradient
 from blockstat.spec import building_from
 from problems import assembly, box, running_bond, stack
 
@@ -74,7 +89,8 @@ def test_forces_with_bonds_balance_by_hand():
 
 
 def test_laws_in_files(tmp_path):
-    asm = hanging(JointLaw(("rock", "bell"), friction=0.5, bond=2.0))
+    law = JointLaw(("rock", "bell"), friction=0.5, bond=2.0, cohesion=3.0, bond_moment=1.0, compression=1e4, cells=4)
+    asm = hanging(law)
     path = write(asm, tmp_path / "bell.json")
     assert read(path).joints == asm.joints
     data = json.loads(path.read_text())
@@ -92,10 +108,57 @@ def test_laws_in_files(tmp_path):
         building_from({**scene, "joints": [{"between": ["wall", "ground"], "frictoin": 0.4}]})
 
 
-@pytest.mark.parametrize("bad", [{"friction": -0.1}, {"tension": -1.0}, {"bond": float("inf")}, {"bond": float("nan")}])
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"friction": -0.1},
+        {"tension": -1.0},
+        {"bond": float("inf")},
+        {"bond": float("nan")},
+        {"cohesion": -1.0},
+        {"bond_moment": float("nan")},
+        {"compression": 0.0},
+        {"cells": -1},
+        {"cells": 65},
+        {"cells": 2.5},
+    ],
+)
 def test_bad_laws(bad):
     with pytest.raises(InputError, match="joint law between a and b"):
         JointLaw(("a", "b"), **bad)
+
+
+def test_cohesion_needs_friction():
+    asm = hanging(JointLaw(("rock", "bell"), friction=0.0, cohesion=2.0))
+    with pytest.raises(InputError, match="joint law between rock and bell: cohesion needs friction above 0"):
+        assess(asm)
+
+
+def test_cells_cover_their_joint():
+    # Area, centroid and second moments of any convex patch, from the cells that divide it.
+    asm = stack(1, 1.5, 0.5)
+    corners = find_interfaces(asm)
+    for cells in (1, 3, 10):
+        fine = refine(corners, np.array([cells]))
+        assert len(fine.point) == cells**2
+        assert fine.point_share.sum() == pytest.approx(1.0)
+        np.testing.assert_allclose(fine.point_share @ fine.point, corners.point.mean(axis=0), atol=1e-12)
+    spread = fine.point - corners.point.mean(axis=0)
+    second = fine.point_share @ spread[:, :2] ** 2
+    np.testing.assert_allclose(second, np.array([1.5, 1.0]) ** 2 / 12, rtol=0.03)
+    hexagon = np.column_stack(
+        [np.cos(np.arange(6) * np.pi / 3 + 0.2), np.sin(np.arange(6) * np.pi / 3 + 0.2), np.zeros(6)]
+    )
+    part = refine(replace(corners, point=hexagon, start=np.array([0, 6])), np.array([5]))
+    np.testing.assert_allclose(part.point_share @ part.point, 0, atol=1e-12)
+
+
+def test_derivatives_refuse_strengths():
+    def make(values):
+        return stack(1, values["b"], 1.0).with_(joints=[JointLaw(("*", "*"), tension=1.0)])
+
+    with pytest.raises(InputError, match=r"joint law between \* and \*: derivatives know friction only"):
+        limit_load_gradient(make, {"b": 0.5}, lambda a: acceleration(a, (1, 0, 0)))
 
 
 def test_bullet_says_that_it_does_not_know_laws():

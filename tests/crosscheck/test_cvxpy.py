@@ -3,12 +3,41 @@
 import numpy as np
 import pytest
 
-from blockstat import assess
+from blockstat import JointLaw, Outcome, assess
 from blockstat.contact import find_interfaces
 from blockstat.equilibrium import equilibrium, split_floating, weight
 from blockstat.program import penalty_program
 from blockstat.solve import clarabel_dual, cvxpy_primal
-from problems import SCENES
+from problems import SCENES, arch, running_bond, stack
+
+EVERY = ("*", "*")
+#: Joint laws of every kind on both sides of the limit: (name, maker, law, options of `assess`).
+LAWS = [
+    (
+        "cohesive wall",
+        lambda: running_bond(4, 3),
+        JointLaw(EVERY, cohesion=0.2, tension=0.05),
+        {"gravity": (0.9, 0, -1)},
+    ),
+    ("weakly cohesive wall", lambda: running_bond(4, 3), JointLaw(EVERY, cohesion=0.01), {"gravity": (1.2, 0, -1)}),
+    ("thin bonded arch", lambda: arch(12, 0.08), JointLaw(EVERY, bond=0.003, bond_moment=0.001), {}),
+    ("thin weakly bonded arch", lambda: arch(12, 0.08), JointLaw(EVERY, bond=1e-4, bond_moment=1e-5), {}),
+    ("soft arch", lambda: arch(8, 0.2), JointLaw(EVERY, compression=40.0, cells=3), {}),
+    ("crushed arch", lambda: arch(8, 0.2), JointLaw(EVERY, compression=3.0, cells=3), {}),
+    ("glued stack", lambda: stack(3), JointLaw(EVERY, tension=0.2, cohesion=0.1), {"gravity": (0.4, 0.1, -1)}),
+]
+
+
+@pytest.mark.parametrize("scene", LAWS, ids=lambda s: s[0])
+def test_same_verdict_and_score_with_joint_laws(scene):
+    _, make, law, options = scene
+    asm = make().with_(joints=[law])
+    direct, literal = assess(asm, **options), assess(asm, solver="cvxpy", **options)
+    assert direct.outcome is literal.outcome is not Outcome.UNDECIDED
+    assert direct.score == pytest.approx(literal.score, abs=1e-6)
+    # A law that only adds strength never makes it worse.
+    if law.compression is None and assess(make(), **options).outcome is Outcome.STABLE:
+        assert direct.outcome is Outcome.STABLE
 
 
 @pytest.mark.parametrize("scene", SCENES, ids=lambda s: s[0])

@@ -1,7 +1,7 @@
 """The native JSON format: one object, exact on the way there and back.
 
     {name, units: "m", density, friction, gravity: [gx, gy, gz], supports: [index or name],
-     joints?: [{between: [group, group], friction?, tension?, bond?}],
+     joints?: [{between: [group, group], friction?, tension?, bond?, cohesion?, bond_moment?, compression?, cells?}],
      blocks: [{name, group?, density?, vertices: [[x, y, z]], faces: [[i, j, k, ...]]}]}
 
 Other keys are kept as metadata.
@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +36,10 @@ class _JointRecord(msgspec.Struct, forbid_unknown_fields=True):
     friction: float | None = None
     tension: float = 0.0
     bond: float = 0.0
+    cohesion: float | None = None
+    bond_moment: float | None = None
+    compression: float | None = None
+    cells: int = 0
 
 
 class _Record(msgspec.Struct):
@@ -79,7 +82,7 @@ def read_json(path: Path, *, supports: Iterable[int | str] | None = None) -> Ass
         friction=record.friction,
         gravity=record.gravity,
         metadata={key: value for key, value in data.items() if key not in known},
-        joints=[JointLaw(j.between, j.friction, j.tension, j.bond) for j in record.joints],
+        joints=[JointLaw(**msgspec.structs.asdict(j)) for j in record.joints],
     )
 
 
@@ -114,7 +117,7 @@ def write_json(assembly: Assembly, path: Path) -> None:
         "friction": assembly.friction,
         "gravity": assembly.gravity.tolist(),
         "supports": np.flatnonzero(assembly.support).tolist(),
-        **({"joints": [asdict(law) for law in assembly.joints]} if assembly.joints else {}),
+        **({"joints": [law.as_dict() for law in assembly.joints]} if assembly.joints else {}),
         "blocks": blocks,
     }
     try:

@@ -56,7 +56,7 @@ def build(building: Building) -> Assembly:
         name=building.name,
         density=material.density,
         friction=material.friction,
-        joints=[JointLaw(j.between, j.friction, j.tension, j.bond) for j in building.joints],
+        joints=[JointLaw(**msgspec.structs.asdict(j)) for j in building.joints],
         metadata={"parameters": values, "material": msgspec.to_builtins(material)},
     )
 

@@ -57,7 +57,7 @@ def balance(program: PenaltyProgram, force: Floats, *, passes: int = 4) -> Float
     """
     from scipy.sparse.linalg import splu
 
-    room = np.maximum(cone_room(force, program.friction), 0.0)
+    room = np.maximum(room_of(program, force), 0.0)
     room += 1e-9 * room.max(initial=1.0)
     slip = np.minimum(program.friction, 1.0)  # the cone is that much narrower across than along
     weights = (room[:, None] * np.column_stack([np.ones_like(slip), slip, slip])).reshape(-1)
@@ -101,6 +101,38 @@ def opening_room(gap_rate: Floats, friction: Floats) -> Floats:
     return np.where(sticky, np.minimum(gap_rate[:, 0], 0.0) - slide, coulomb)
 
 
+def room_of(program: PenaltyProgram, force: Floats) -> Floats:
+    """Normal force to spare at each point within its cone, above its floor and below its cap, shape (m,)."""
+    room = cone_room(force, program.friction)
+    if len(program.capped) or len(program.floored):
+        normal = force[:, 0]
+        floor = np.where(program.floor > 0, normal - program.floor, np.inf)
+        room = np.minimum(room, np.minimum(floor, program.cap - normal))
+    return room
+
+
+def power(program: PenaltyProgram, twist: Floats) -> tuple[float, float]:
+    """Work of the loads on a twist less what crushing, cohesion and bonds take up, and the largest closing.
+
+    At a point with a cap any deficit of opening r = g_n - mu |g_t| may be bought at cap x deficit, and at one with a
+    floor any surplus is paid floor x surplus: the best multipliers y and z of the dual for this twist. Points without
+    a cap that close are the violation, to be judged by the caller.
+    """
+    gap_rate = (program.matrix.T @ twist).reshape(-1, 3)
+    room = opening_room(gap_rate, program.friction)
+    violation = np.maximum(-room, 0.0)
+    work = float(program.load @ twist)
+    if len(program.capped):
+        sticky = np.isinf(program.friction[program.capped])
+        rate = gap_rate[program.capped]
+        opening = np.where(sticky, rate[:, 0], room[program.capped])
+        work -= float(program.cap[program.capped] @ np.maximum(-opening, 0.0))
+        violation[program.capped] = np.where(sticky, np.hypot(rate[:, 1], rate[:, 2]), 0.0)
+    if len(program.floored):
+        work += float(program.floor[program.floored] @ np.maximum(room[program.floored], 0.0))
+    return work, float(violation.max(initial=0.0))
+
+
 def check(eq: Equilibrium, program: PenaltyProgram, force: Floats, twist: Floats) -> Certificate:
     """Compute the certificate of scaled forces (m, 3) and a scaled twist (6 n,)."""
     n, a_b = eq.n_blocks, eq.point_blocks
@@ -111,13 +143,11 @@ def check(eq: Equilibrium, program: PenaltyProgram, force: Floats, twist: Floats
     excess = np.maximum(residual - ROUNDING * met, 0.0)
 
     lighter = np.where(a_b >= 0, np.append(own, np.inf)[a_b], np.inf).min(axis=1)
-    missing = np.maximum(-cone_room(force, program.friction), 0.0)
+    missing = np.maximum(-room_of(program, force), 0.0)
 
     size = np.abs(twist).max(initial=0.0)
     unit = twist / size if size > 0 else twist
-    work = float(program.load @ unit)
-    gap_rate = (program.matrix.T @ unit).reshape(-1, 3)
-    closing = float(np.maximum(-opening_room(gap_rate, program.friction), 0.0).max(initial=0.0))
+    work, closing = power(program, unit)
     total = float(np.linalg.norm(program.load.reshape(n, 6)[:, :3], axis=1).sum())
     required = 0.0
     if work > 0:

@@ -12,7 +12,7 @@ from scipy import sparse
 from blockstat.planar import Plane
 from blockstat.polyhedron import Floats
 from blockstat.program import PenaltyProgram
-from blockstat.solve.certificate import opening_room
+from blockstat.solve.certificate import opening_room, power
 from blockstat.solve.raw import RawSolution
 
 #: Looser settings have given energies 8 % wrong under the status "Solved".
@@ -20,6 +20,8 @@ TOLERANCE = 1e-10
 MAX_ITERATIONS = 200
 #: Joints open by more than this many violations need no watching when a mechanism is mended.
 WIDE_OPEN = 1e3
+#: A point with a cap that closes faster than this fraction of the fastest joint crushes or yields.
+YIELDS = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,16 +33,17 @@ class DualAnswer:
     multiplier: float  #: lambda of A f + w + lambda l = 0 when a load was pinned, else 0
     status: str
     iterations: int
+    crushing: Floats  #: y, the closing that caps allow, shape (m,)
 
 
 def solve(program: PenaltyProgram) -> RawSolution:
-    """Minimise 1/2 ||E' A' u||^2 - w' u over twists with A' u in K*."""
+    """Minimise 1/2 ||E' A' u||^2 - w' u over twists with A' u in K*; at points with a cap, 1/2 |g_n + y|^2."""
     opening = program.opening
     hessian = sparse.csc_array(sparse.triu(opening @ opening.T))
-    answer = solve_dual(program, -program.load, hessian=hessian)
+    answer = solve_dual(program, -program.load, hessian=hessian, penalty=True)
     return RawSolution(
         force=answer.force,
-        adhesion=np.maximum(opening.T @ answer.twist, 0.0),
+        adhesion=np.maximum(opening.T @ answer.twist + answer.crushing[: program.n_points], 0.0),
         twist=answer.twist,
         bounded="DualInfeasible" not in answer.status,
         status=answer.status,
@@ -56,11 +59,12 @@ def solve_margin(program: PenaltyProgram) -> RawSolution:
     good to the square root of the tolerance; this one is linear and good to the tolerance itself. It costs a
     second solve, so it is asked only where the first could not prove either side.
     """
-    total = program.opening.sum(axis=1)
+    total = np.asarray(program.opening.sum(axis=1)).reshape(-1)
     answer = solve_dual(program, -program.load - total, capped=total)
-    tau = float(program.load @ answer.twist + total @ answer.twist - 1.0)
-    force = answer.force - tau * np.array([1.0, 0.0, 0.0])
-    adhesion = np.full(len(force), max(tau, 0.0))
+    tau = float(power(program, answer.twist)[0] + total @ answer.twist - 1.0)
+    force = answer.force.copy()
+    force[: program.n_points, 0] -= tau
+    adhesion = np.full(program.n_points, max(tau, 0.0))
     return RawSolution(force, adhesion, answer.twist, bounded=True, status=answer.status, iterations=answer.iterations)
 
 
@@ -73,12 +77,14 @@ def open_joints(program: PenaltyProgram, twist: Floats) -> Floats:
     """
     gap_rate = (program.matrix.T @ twist).reshape(-1, 3)
     room = opening_room(gap_rate, program.friction)
+    # Points that crush or bonds that yield may go on closing; those that close by an error are mended.
+    room[program.capped[room[program.capped] < -YIELDS * np.abs(gap_rate).max(initial=0.0)]] = np.inf
     worst = -float(room.min(initial=0.0))
     if worst <= 0:
         return twist
     offset = np.zeros_like(gap_rate)
     sticky = np.isinf(program.friction)
-    offset[:, 0] = np.minimum(np.where(sticky, gap_rate[:, 0], room) / worst, WIDE_OPEN) - 1.0
+    offset[:, 0] = np.minimum(np.where(sticky & np.isfinite(room), gap_rate[:, 0], room) / worst, WIDE_OPEN) - 1.0
     offset[sticky, 1:] = gap_rate[sticky, 1:] / worst
     identity = sparse.csc_array(sparse.eye_array(len(twist)))
     answer = solve_dual(program, np.zeros(len(twist)), hessian=identity, offset=offset.reshape(-1))
@@ -93,10 +99,12 @@ def solve_dual(
     offset: Floats | None = None,
     capped: Floats | None = None,
     pinned: Floats | None = None,
+    penalty: bool = False,
 ) -> DualAnswer:
     """Minimise 1/2 u' H u + cost' u subject to A' u + offset in K*, capped' u <= 1 and pinned' u = 1.
 
-    hessian : upper triangle of H. offset : shape (3 m,). capped, pinned : shape (6 n,).
+    hessian : upper triangle of H. offset : shape (3 m,). capped, pinned : shape (6 n,). penalty : whether H is that of
+    the penalty program, for which the closing y at a cap counts as well.
     """
     if hessian is None:
         hessian = sparse.csc_array((len(cost), len(cost)))
@@ -107,16 +115,51 @@ def solve_dual(
     rows, cones, scale = _dual_cones(program)
     constraint = -(sparse.diags_array(scale) @ program.matrix.T.tocsr()[rows])
     bound = np.zeros(len(rows)) if offset is None else scale * offset[rows]
+    price = np.concatenate([program.cap[program.capped], -program.floor[program.floored]])
+    if len(price):
+        constraint, bound, cones = _with_limits(program, constraint, bound, cones, rows, scale)
+        cost = np.concatenate([cost, price])
+        capped, pinned = (None if row is None else np.concatenate([row, 0 * price]) for row in (capped, pinned))
+        hessian = _with_crushing(program, hessian, len(price), penalty)
     answer, multipliers = _clarabel(hessian, cost, constraint, bound, cones, capped, pinned)
     force = np.zeros(3 * len(program.friction))
     force[rows] = scale * multipliers[: len(rows)]
+    crushing = np.zeros(len(program.friction))
+    size = len(program.load)
+    crushing[program.capped] = np.array(answer.x)[size : size + len(program.capped)]
     return DualAnswer(
-        twist=np.array(answer.x),
+        twist=np.array(answer.x)[:size],
         force=force.reshape(-1, 3),
         multiplier=0.0 if pinned is None else -float(multipliers[-1]),
         status=str(answer.status),
         iterations=int(answer.iterations),
+        crushing=crushing,
     )
+
+
+def _with_crushing(program: PenaltyProgram, hessian: Any, extra: int, penalty: bool) -> sparse.csc_array:
+    """The Hessian over (u, y, z): of 1/2 |E'(A' u + y)|^2 for the penalty program, else nothing for y and z."""
+    own = program.capped[program.capped < program.n_points] if penalty else program.capped[:0]
+    shape = (program.n_points, extra)
+    heads = sparse.csr_array((np.ones(len(own)), (own, np.arange(len(own)))), shape=shape)
+    corner = sparse.csc_array(heads.T @ heads)
+    return sparse.csc_array(sparse.block_array([[hessian, program.opening @ heads], [None, corner]]))
+
+
+def _with_limits(
+    program: PenaltyProgram, constraint: Any, bound: Floats, cones: list, rows: np.ndarray, scale: Floats
+) -> tuple[Any, Floats, list]:
+    """Add the unknowns y, z >= 0 of the caps and floors, g + (y - z) n in K*, to the constraint."""
+    clarabel: Any = importlib.import_module("clarabel")
+    place = np.empty(3 * len(program.friction), dtype=np.int64)
+    place[rows] = np.arange(len(rows))
+    points = np.concatenate([program.capped, program.floored])
+    sign = np.repeat([-1.0, 1.0], [len(program.capped), len(program.floored)])
+    head = place[3 * points]
+    extra = sparse.csr_array((sign * scale[head], (head, np.arange(len(points)))), shape=(len(rows), len(points)))
+    lower = sparse.hstack([sparse.csr_array((len(points), constraint.shape[1])), -sparse.eye_array(len(points))])
+    full = sparse.csr_array(sparse.vstack([sparse.hstack([constraint, extra]), lower]))
+    return full, np.concatenate([bound, np.zeros(len(points))]), [*cones, clarabel.NonnegativeConeT(len(points))]
 
 
 def _solve_in_plane(
@@ -156,6 +199,7 @@ def _solve_in_plane(
         multiplier=0.0 if pinned is None else -float(multipliers[-1]),
         status=str(answer.status),
         iterations=int(answer.iterations),
+        crushing=np.zeros(len(program.friction)),
     )
 
 

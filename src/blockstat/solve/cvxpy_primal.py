@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 
 import numpy as np
+from scipy import sparse
 
 from blockstat.program import PenaltyProgram
 from blockstat.solve.raw import RawSolution
@@ -19,11 +20,12 @@ def solve(program: PenaltyProgram) -> RawSolution:
     import cvxpy as cp
 
     mu = program.friction
-    m = len(mu)
-    normal, tangent, adhesion = cp.Variable(m), cp.Variable((m, 2)), cp.Variable(m)
+    m, n = len(mu), program.n_points
+    normal, tangent, adhesion = cp.Variable(m), cp.Variable((m, 2)), cp.Variable(n)
     columns = program.matrix.tocsc()
     balance = (
-        columns[:, ::3] @ (normal - adhesion)
+        columns[:, ::3] @ normal
+        - program.opening @ adhesion
         + columns[:, 1::3] @ tangent[:, 0]
         + columns[:, 2::3] @ tangent[:, 1]
         + program.load
@@ -34,6 +36,12 @@ def solve(program: PenaltyProgram) -> RawSolution:
     if finite.any():
         index = np.flatnonzero(finite)
         cone.append(cp.norm(tangent[index], axis=1) <= cp.multiply(mu[index], normal[index]))
+    if len(program.capped):
+        held = np.flatnonzero(program.capped < n)
+        relief = sparse.csr_array((np.ones(len(held)), (held, program.capped[held])), shape=(len(program.capped), n))
+        cone.append(normal[program.capped] - relief @ adhesion <= program.cap[program.capped])
+    if len(program.floored):
+        cone.append(normal[program.floored] >= program.floor[program.floored])
     problem = cp.Problem(cp.Minimize(cp.norm(adhesion)), [balance, *cone])
     with warnings.catch_warnings():
         # The tolerance is out of reach on purpose: the solver goes as far as it can, our own checks judge.
@@ -42,7 +50,7 @@ def solve(program: PenaltyProgram) -> RawSolution:
 
     bounded = normal.value is not None
     dual = np.asarray(balance.dual_value) if bounded else np.zeros(len(program.load))
-    s = np.asarray(adhesion.value) if bounded else np.full(m, np.inf)
+    s = np.asarray(adhesion.value) if bounded else np.full(n, np.inf)
     force = np.zeros((m, 3))
     if bounded:
         force[:, 0], force[:, 1:] = normal.value, tangent.value
