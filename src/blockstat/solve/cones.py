@@ -1,0 +1,149 @@
+"""Products of second-order cones of dimension 3 and half-lines, all at once in numpy.
+
+A vector of the product holds the heads, the second and the third components of n_soc triples, head >= |second, third|,
+and then n_half numbers >= 0: component by component, so that every operation runs over contiguous memory.
+
+The Nesterov-Todd scaling W of a pair (s, z) inside takes both to the same point, lambda = W z = W^-1 s (Vandenberghe:
+The CVXOPT linear and quadratic cone program solvers, 2010, section 5).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from blockstat.polyhedron import Floats
+
+
+@dataclass(frozen=True)
+class Cones:
+    """The product of n_soc second-order cones of dimension 3 and n_half half-lines."""
+
+    n_soc: int
+    n_half: int
+
+    @property
+    def size(self) -> int:
+        return 3 * self.n_soc + self.n_half
+
+    @property
+    def degree(self) -> int:
+        """Of the barrier: one for each cone in the complementarity measure s'z / degree."""
+        return self.n_soc + self.n_half
+
+    def parts(self, vector: Floats) -> tuple[Floats, Floats]:
+        """The triples, shape (3, n_soc), and the numbers, shape (n_half,)."""
+        return vector[: 3 * self.n_soc].reshape(3, -1), vector[3 * self.n_soc :]
+
+    def join(self, triples: Floats, numbers: Floats) -> Floats:
+        return np.concatenate([triples.reshape(-1), numbers])
+
+    @cached_property
+    def unit(self) -> Floats:
+        """The unit element: (1, 0, 0) and 1."""
+        return np.concatenate([np.ones(self.n_soc), np.zeros(2 * self.n_soc), np.ones(self.n_half)])
+
+    def depth(self, vector: Floats) -> float:
+        """How far inside the product a vector is (its least eigenvalue), negative outside."""
+        triples, numbers = self.parts(vector)
+        inside = (triples[0] - np.hypot(triples[1], triples[2])).min(initial=np.inf)
+        return float(min(inside, numbers.min(initial=np.inf)))
+
+    def product(self, a: Floats, b: Floats) -> Floats:
+        """Jordan product a o b."""
+        (a3, a1), (b3, b1) = self.parts(a), self.parts(b)
+        triples = a3[0] * b3 + b3[0] * a3
+        triples[0] = (a3 * b3).sum(axis=0)
+        return self.join(triples, a1 * b1)
+
+    def quotient(self, divisor: Floats, vector: Floats) -> Floats:
+        """The x with divisor o x = vector."""
+        (l3, l1), (d3, d1) = self.parts(divisor), self.parts(vector)
+        triples = np.empty_like(d3)
+        triples[0] = _minkowski(l3, d3) / determinant(l3)
+        triples[1:] = (d3[1:] - triples[0] * l3[1:]) / l3[0]
+        return self.join(triples, d1 / l1)
+
+    def longest_step(self, start: Floats, step: Floats) -> float:
+        """The largest alpha with start + alpha step in the product, inf if there is none."""
+        (s3, s1), (d3, d1) = self.parts(start), self.parts(step)
+        a, b, c = determinant(d3), _minkowski(s3, d3), determinant(s3)
+        root = b * b - a * c
+        # The smallest positive root of a t^2 + 2 b t + c, in the form that does not cancel.
+        below = np.sqrt(np.maximum(root, 0.0)) - b
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            soc = np.where((root >= 0) & (below > 0), c / below, np.inf)
+            half = np.where(d1 < 0, -s1 / d1, np.inf)
+        return float(min(soc.min(initial=np.inf), half.min(initial=np.inf)))
+
+    def scaling(self, s: Floats, z: Floats) -> Scaling:
+        """The Nesterov-Todd scaling of two vectors inside the product."""
+        (s3, s1), (z3, z1) = self.parts(s), self.parts(z)
+        root_s, root_z = np.sqrt(determinant(s3)), np.sqrt(determinant(z3))
+        unit_s, unit_z = s3 / root_s, z3 / root_z
+        gamma = np.sqrt((1.0 + (unit_s * unit_z).sum(axis=0)) / 2.0)
+        unit_z[1:] *= -1.0
+        point = (unit_s + unit_z) / (2.0 * gamma)
+        point[0] = np.sqrt(1.0 + point[1] ** 2 + point[2] ** 2)  # on the hyperboloid, whatever rounding did
+        return Scaling(self, point, np.sqrt(root_s / root_z), np.sqrt(s1 / z1))
+
+
+@dataclass(frozen=True, eq=False)
+class Scaling:
+    """W of one pair: for a triple eta (2 w w' - J)^(1/2) with w'J w = 1, for a number `half`."""
+
+    cones: Cones
+    point: Floats  #: w, shape (3, n_soc)
+    eta: Floats  #: shape (n_soc,)
+    half: Floats  #: shape (n_half,)
+
+    def apply(self, vector: Floats) -> Floats:
+        """W x."""
+        triples, numbers = self.cones.parts(vector)
+        return self.cones.join(self.eta * _rotated(self.point, triples, 1.0), self.half * numbers)
+
+    def inverse(self, vector: Floats) -> Floats:
+        """W^-1 x."""
+        triples, numbers = self.cones.parts(vector)
+        return self.cones.join(_rotated(self.point, triples, -1.0) / self.eta, numbers / self.half)
+
+    def squared(self, vector: Floats) -> Floats:
+        """W^2 x."""
+        triples, numbers = self.cones.parts(vector)
+        twice = _rotated(self.point, _rotated(self.point, triples, 1.0), 1.0)
+        return self.cones.join(self.eta**2 * twice, self.half**2 * numbers)
+
+    def inverse_squared(self, vector: Floats) -> Floats:
+        """W^-2 x."""
+        triples, numbers = self.cones.parts(vector)
+        twice = _rotated(self.point, _rotated(self.point, triples, -1.0), -1.0)
+        return self.cones.join(twice / self.eta**2, numbers / self.half**2)
+
+    def inverse_rows(self, rows: Floats) -> Floats:
+        """W^-1 of each triple of rows, shape (3, n_soc, k)."""
+        return _rotated(self.point[..., None], rows, -1.0) / self.eta[:, None]
+
+
+def determinant(triples: Floats) -> Floats:
+    """x0^2 - |x1, x2|^2 of each triple."""
+    tail = np.hypot(triples[1], triples[2])
+    return (triples[0] - tail) * (triples[0] + tail)
+
+
+def _minkowski(a: Floats, b: Floats) -> Floats:
+    return a[0] * b[0] - a[1] * b[1] - a[2] * b[2]
+
+
+def _rotated(w: Floats, x: Floats, sign: float) -> Floats:
+    """The hyperbolic rotation of w, or for sign -1 its inverse, applied to triples or to triples of rows."""
+    along = w[1] * x[1] + w[2] * x[2]
+    turned = np.empty_like(x)
+    np.multiply(w[0], x[0], out=turned[0])
+    turned[0] += sign * along
+    along /= 1.0 + w[0]
+    along += sign * x[0]
+    np.multiply(w[1:], along, out=turned[1:])
+    turned[1:] += x[1:]
+    return turned
