@@ -135,6 +135,7 @@ def plot(
     supports: Supports = None,
     plain: Annotated[bool, typer.Option("--plain", help="Only the blocks, no verdict.")] = False,
     forces: Annotated[bool, typer.Option("--forces", help="The forces of the joints instead.")] = False,
+    joints: Annotated[bool, typer.Option("--joints", help="How much of each joint's capacity is used.")] = False,
     mechanism: Annotated[
         bool, typer.Option("--mechanism", help="The mechanism and a ghost; -o FILE.glb for an animation.")
     ] = False,
@@ -147,10 +148,12 @@ def plot(
     """Draw the blocks, coloured by the static verdict or by what is asked for."""
     from blockstat.analysis import assess
     from blockstat.plot import picture, picture_of_forces, picture_of_verdict
+    from blockstat.utilisation import picture_of_utilisation
 
     azimuth, elevation = numbers(view, 2, "--view", "AZIMUTH,ELEVATION")
     look: dict[str, Any] = {"azimuth": azimuth, "elevation": elevation}
-    asked = [f"--{name}" for name, on in (("plain", plain), ("forces", forces), ("mechanism", mechanism)) if on]
+    choices = {"--plain": plain, "--forces": forces, "--joints": joints, "--mechanism": mechanism}
+    asked = [name for name, on in choices.items() if on]
     if len(asked) > 1:
         raise InputError(f"{' and '.join(asked)} are different pictures; ask for one of them")
     if load is not None and not mechanism:
@@ -161,7 +164,7 @@ def plot(
     elif mechanism:
         _plot_mechanism(assembly, load, output, look)
     else:
-        draw = picture_of_forces if forces else picture_of_verdict
+        draw = picture_of_forces if forces else picture_of_utilisation if joints else picture_of_verdict
         draw(assess(assembly), output, **look)
     typer.echo(str(output))
 

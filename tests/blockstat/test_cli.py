@@ -101,6 +101,13 @@ def test_plots_of_a_mechanism(stones, tmp_path):
             assert out.read_bytes()[:4] == magic
 
 
+def test_a_plot_of_the_joints(stones, tmp_path):
+    out = tmp_path / "joints.png"
+    answer = run("plot", stones, "--joints", "-o", out)
+    assert answer.returncode == 0, answer.stderr
+    assert out.read_bytes()[:4] == b"\x89PNG"
+
+
 def test_our_own_failure_is_status_one(stones, monkeypatch, capsys):
     from blockstat import cli_options
 
