@@ -139,44 +139,51 @@ def plot(
     mechanism: Annotated[
         bool, typer.Option("--mechanism", help="The mechanism and a ghost; -o FILE.glb for an animation.")
     ] = False,
+    stone: Annotated[bool, typer.Option("--stone", help="Where a stone more helps most; needs --load.")] = False,
     load: Annotated[
         str | None,
-        typer.Option(metavar="AX,AY,AZ", help="With --mechanism: of the limit load in this direction."),
+        typer.Option(metavar="AX,AY,AZ", help="With --mechanism or --stone: of the limit load in this direction."),
     ] = None,
     view: Annotated[str, typer.Option(metavar="AZIMUTH,ELEVATION", help="Where to look from, in degrees.")] = "-55,25",
 ) -> None:
     """Draw the blocks, coloured by the static verdict or by what is asked for."""
     from blockstat.analysis import assess
-    from blockstat.plot import picture, picture_of_forces, picture_of_verdict
+    from blockstat.limit import limit_load
+    from blockstat.plot import picture, picture_of_forces, picture_of_help, picture_of_verdict
     from blockstat.utilisation import picture_of_utilisation
 
     azimuth, elevation = numbers(view, 2, "--view", "AZIMUTH,ELEVATION")
     look: dict[str, Any] = {"azimuth": azimuth, "elevation": elevation}
-    choices = {"--plain": plain, "--forces": forces, "--joints": joints, "--mechanism": mechanism}
+    choices = {"--plain": plain, "--forces": forces, "--joints": joints, "--mechanism": mechanism, "--stone": stone}
     asked = [name for name, on in choices.items() if on]
     if len(asked) > 1:
         raise InputError(f"{' and '.join(asked)} are different pictures; ask for one of them")
-    if load is not None and not mechanism:
-        raise InputError("--load goes with --mechanism")
+    if load is not None and not (mechanism or stone):
+        raise InputError("--load goes with --mechanism or --stone")
+    if stone and load is None:
+        raise InputError("--stone asks what raises a limit load; give its direction by --load AX,AY,AZ")
+    direction = None if load is None else numbers(load, 3, "--load", "AX,AY,AZ")
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports)
     if plain:
         picture(assembly, output, title=assembly.name, **look)
+    elif stone and direction is not None:
+        picture_of_help(limit_load(assembly, direction), direction, output, **look)
     elif mechanism:
-        _plot_mechanism(assembly, load, output, look)
+        _plot_mechanism(assembly, direction, output, look)
     else:
         draw = picture_of_forces if forces else picture_of_utilisation if joints else picture_of_verdict
         draw(assess(assembly), output, **look)
     typer.echo(str(output))
 
 
-def _plot_mechanism(assembly: Assembly, load: str | None, output: Path, look: dict[str, Any]) -> None:
+def _plot_mechanism(assembly: Assembly, direction: list[float] | None, output: Path, look: dict[str, Any]) -> None:
     """The mechanism of the verdict, or with a load that of its limit, as a picture or as an animation."""
     from blockstat.analysis import assess
     from blockstat.animate import write_mechanism
     from blockstat.limit import limit_load
     from blockstat.plot import picture_of_mechanism
 
-    if load is None:
+    if direction is None:
         result = assess(assembly)
         if not result.mechanism.any():
             raise InputError(
@@ -184,7 +191,7 @@ def _plot_mechanism(assembly: Assembly, load: str | None, output: Path, look: di
                 "give --load AX,AY,AZ for that of its limit load"
             )
     else:
-        result = limit_load(assembly, numbers(load, 3, "--load", "AX,AY,AZ"))
+        result = limit_load(assembly, direction)
     if output.suffix.lower() == ".glb":
         write_mechanism(result, output)
     else:

@@ -12,7 +12,7 @@ searches a parameter and no solve.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,6 +22,7 @@ from blockstat.contact import Interfaces, find_interfaces
 from blockstat.equilibrium import equilibrium, weight
 from blockstat.errors import InputError
 from blockstat.limit import LimitLoad, LoadOutcome, limit_load
+from blockstat.load import acceleration
 from blockstat.polyhedron import Floats
 from blockstat.result import Outcome, Verdict
 
@@ -33,6 +34,8 @@ LoadOf = Callable[["Assembly"], Floats]
 
 #: Half width of the differences, relative to the parameter: the residual is smooth, so rounding sets it.
 STEP = 1e-5
+#: Forces that balance a load do so to this fraction of the largest one on a block.
+BALANCE = 1e-5
 
 
 def limit_load_gradient(make: Make, values: Mapping[str, float], load: LoadOf) -> tuple[LimitLoad, dict[str, float]]:
@@ -43,16 +46,49 @@ def limit_load_gradient(make: Make, values: Mapping[str, float], load: LoadOf) -
     """
     assembly = make(values)
     limit = limit_load(assembly, load(assembly))
-    if limit.outcome is not LoadOutcome.LIMIT:
-        raise InputError(f"no limit load to differentiate: {limit.outcome.value}")
-    multiplier = (limit.lower + limit.upper) / 2
-    twist = limit.mechanism / float((limit.mechanism * load(assembly)).sum())
+    multiplier, twist = pinned(limit, load(assembly))
 
     def residual(changed: Assembly, interfaces: Interfaces) -> Floats:
         total = weight(changed) + multiplier * load(changed)
         return _residual(changed, interfaces, limit.forces, total)
 
     return limit, _differences(make, values, limit.interfaces, lambda a, i: -float((twist * residual(a, i)).sum()))
+
+
+def pinned(limit: LimitLoad, load: Floats) -> tuple[float, Floats]:
+    """Multiplier and the mechanism on which the load, shape (n_blocks, 6) [N, N m], does work 1, shape (n_blocks, 6).
+
+    Raises InputError when there is no limit, or when the forces of the limit do not carry this load.
+    """
+    if limit.outcome is not LoadOutcome.LIMIT:
+        raise InputError(f"no limit load to differentiate: {limit.outcome.value}")
+    assembly = limit.assembly
+    total = weight(assembly) + limit.lower * load
+    rest = _residual(assembly, limit.interfaces, limit.forces, total)[:, :3]
+    if np.abs(rest).max() > BALANCE * np.abs(total).max():
+        raise InputError("the limit is not that of this load: its forces do not balance the weight and the load")
+    return (limit.lower + limit.upper) / 2, limit.mechanism / float((limit.mechanism * load).sum())
+
+
+def stone_sensitivity(limit: LimitLoad, direction: Sequence[float], *, pushed: bool = True) -> Floats:
+    """Change of the limit load multiplier by mass added at each block's centroid, shape (n_blocks,) [1/kg].
+
+    The added mass m weighs on the block, and where `pushed` the load, being an acceleration, pushes it as well:
+
+        d lambda / d m = -v' (g + lambda |g| e)    with l' u = 1,
+
+    v the velocity of the centroid, e the unit vector of the load; without `pushed` the second term is left out (the
+    load stays what it was). Zero on supports.
+
+    direction : three numbers, the acceleration of which `limit` is the limit.
+    """
+    assembly = limit.assembly
+    load = acceleration(assembly, direction)
+    multiplier, twist = pinned(limit, load)
+    field = assembly.gravity + (multiplier * load[:, :3] / assembly.mass[:, None] if pushed else 0.0)
+    return np.where(
+        assembly.support, 0.0, -np.einsum("ij,ij->i", twist[:, :3], np.broadcast_to(field, load[:, :3].shape))
+    )
 
 
 def score_gradient(make: Make, values: Mapping[str, float]) -> tuple[Verdict, dict[str, float]]:

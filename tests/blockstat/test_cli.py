@@ -68,7 +68,8 @@ def test_an_unstable_answer_names_what_moves_and_exits_with_zero(tmp_path):
         (["build", "gone.toml", "-o", "x.json"], "gone.toml: no such file"),
         (["plot", "{stones}", "-o", "/nowhere/x.png"], "no such directory"),
         (["plot", "{stones}", "--mechanism", "-o", "x.png"], "is stable and has no mechanism; give --load AX,AY,AZ"),
-        (["plot", "{stones}", "--load", "1,0,0", "-o", "x.png"], "--load goes with --mechanism"),
+        (["plot", "{stones}", "--load", "1,0,0", "-o", "x.png"], "--load goes with --mechanism or --stone"),
+        (["plot", "{stones}", "--stone", "-o", "x.png"], "give its direction by --load AX,AY,AZ"),
         (["plot", "{stones}", "--plain", "--forces", "-o", "x.png"], "ask for one of them"),
         (["check"], "Missing argument"),
     ],
@@ -101,9 +102,10 @@ def test_plots_of_a_mechanism(stones, tmp_path):
             assert out.read_bytes()[:4] == magic
 
 
-def test_a_plot_of_the_joints(stones, tmp_path):
-    out = tmp_path / "joints.png"
-    answer = run("plot", stones, "--joints", "-o", out)
+@pytest.mark.parametrize("question", [["--joints"], ["--stone", "--load", "1,0,0"]])
+def test_plots_of_joints_and_of_stones(stones, question, tmp_path):
+    out = tmp_path / "picture.png"
+    answer = run("plot", stones, *question, "-o", out)
     assert answer.returncode == 0, answer.stderr
     assert out.read_bytes()[:4] == b"\x89PNG"
 

@@ -7,6 +7,7 @@ from blockstat.plot import (
     mechanism_pose,
     picture,
     picture_of_forces,
+    picture_of_help,
     picture_of_mechanism,
     picture_of_verdict,
     resultants,
@@ -143,3 +144,17 @@ def test_what_does_not_move_has_no_picture_of_a_mechanism(tmp_path):
         picture_of_mechanism(limit_load(arch(12, 0.2), (0, 0, -1)), tmp_path / "x.png")
     with pytest.raises(InputError, match="amplitude is -1"):
         picture_of_mechanism(assess(arch(12, 0.08)), tmp_path / "x.png", amplitude=-1.0)
+
+
+def test_the_picture_of_help_is_blue_where_a_stone_helps(tmp_path):
+    # A tower tips about its foot at width over height: mass helps below the centroid and hinders above it.
+    tower = assembly([box((-3, -3, -1), (3, 3, 0)), *(box((0, 0, k), (1, 1, k + 1)) for k in range(4))], friction=2.0)
+    limit = limit_load(tower, (1, 0, 0))
+    assert limit.lower == pytest.approx(0.25, rel=1e-5)
+    pixels = pixels_of(picture_of_help(limit, (1, 0, 0), tmp_path / "help.png", azimuth=-90.0, elevation=0.0))
+    pixels = pixels[:, : int(0.8 * pixels.shape[1])]  # without the colour bar
+    blue = np.argwhere(pixels[..., 2] - pixels[..., 0] > 0.2)[:, 0]
+    red = np.argwhere(pixels[..., 0] - pixels[..., 2] > 0.2)[:, 0]
+    assert len(blue) > 1000
+    assert len(red) > 1000
+    assert red.max() <= blue.min()
