@@ -21,6 +21,7 @@ from blockstat.analysis import assess
 from blockstat.contact import Interfaces, find_interfaces
 from blockstat.equilibrium import equilibrium, weight
 from blockstat.errors import InputError
+from blockstat.joint import point_tension
 from blockstat.limit import LimitLoad, LoadOutcome, limit_load
 from blockstat.load import acceleration
 from blockstat.polyhedron import Floats
@@ -50,7 +51,7 @@ def limit_load_gradient(make: Make, values: Mapping[str, float], load: LoadOf) -
 
     def residual(changed: Assembly, interfaces: Interfaces) -> Floats:
         total = weight(changed) + multiplier * load(changed)
-        return _residual(changed, interfaces, limit.forces, total)
+        return _residual(changed, interfaces, _shifted(changed, interfaces, limit, limit.forces), total)
 
     return limit, _differences(make, values, limit.interfaces, lambda a, i: -float((twist * residual(a, i)).sum()))
 
@@ -68,6 +69,21 @@ def pinned(limit: LimitLoad, load: Floats) -> tuple[float, Floats]:
     if np.abs(rest).max() > BALANCE * np.abs(total).max():
         raise InputError("the limit is not that of this load: its forces do not balance the weight and the load")
     return (limit.lower + limit.upper) / 2, limit.mechanism / float((limit.mechanism * load).sum())
+
+
+def lacking(verdict: Verdict) -> tuple[Floats, Floats]:
+    """Mechanism and net contact forces f - E s of the penalty program's optimum, shapes (n_blocks, 6), (n_points, 3).
+
+    At the optimum |s|^2 = w' u, which gives the mechanism its size; what joints hold in tension counts with the load w.
+    Raises InputError for an infinite score.
+    """
+    if not np.isfinite(verdict.score):
+        raise InputError("the score is infinite: no adhesion at the joints could hold this design")
+    assembly, faces, normal = verdict.assembly, verdict.interfaces, np.array([1.0, 0.0, 0.0])
+    held = -point_tension(assembly, faces)[:, None] * normal
+    load = _residual(assembly, faces, held, weight(assembly))
+    twist = verdict.mechanism * float(verdict.adhesion @ verdict.adhesion) / float((verdict.mechanism * load).sum())
+    return twist, verdict.forces - verdict.adhesion[:, None] * normal
 
 
 def stone_sensitivity(limit: LimitLoad, direction: Sequence[float], *, pushed: bool = True) -> Floats:
@@ -97,15 +113,12 @@ def score_gradient(make: Make, values: Mapping[str, float]) -> tuple[Verdict, di
     verdict = assess(assembly)
     if verdict.outcome is Outcome.STABLE:
         return verdict, dict.fromkeys(values, 0.0)
-    if not np.isfinite(verdict.score):
-        raise InputError("the score is infinite: no adhesion at the joints could hold this design")
+    twist, net = lacking(verdict)
     tension = float(np.linalg.norm(verdict.adhesion))
-    net = verdict.forces - verdict.adhesion[:, None] * np.array([1.0, 0.0, 0.0])
-    # At the optimum |s|^2 = w' u, which gives the mechanism its size.
-    twist = verdict.mechanism * tension**2 / float((verdict.mechanism * weight(assembly)).sum())
 
     def score_change(changed: Assembly, interfaces: Interfaces) -> float:
-        energy = float((twist * _residual(changed, interfaces, net, weight(changed))).sum())
+        forces = _shifted(changed, interfaces, verdict, net)
+        energy = float((twist * _residual(changed, interfaces, forces, weight(changed))).sum())
         return energy / tension / assembly.free_weight - verdict.score * changed.free_weight / assembly.free_weight
 
     return verdict, _differences(make, values, verdict.interfaces, score_change)
@@ -132,6 +145,12 @@ def _matched(old: Interfaces, new: Interfaces, name: str) -> Interfaces:
     if not same or np.abs(old.frame - new.frame).max(initial=0.0) > 0.1:
         raise InputError(f'"{name}": a small step changes which blocks touch, or how; there is no derivative here')
     return new
+
+
+def _shifted(changed: Assembly, interfaces: Interfaces, result: LimitLoad | Verdict, forces: Floats) -> Floats:
+    """Forces where tension capacities go with the joints' areas: what is held fixed is their place in the cones."""
+    more = point_tension(changed, interfaces) - point_tension(result.assembly, result.interfaces)
+    return forces - more[:, None] * np.array([1.0, 0.0, 0.0])
 
 
 def _residual(assembly: Assembly, interfaces: Interfaces, forces: Floats, load: Floats) -> Floats:

@@ -94,7 +94,7 @@ def picture_of_utilisation(verdict: Verdict, path: str | Path, **options: Any) -
         axes = figure.axes[0]
         patches = [flat[k] for k in order]
         axes.add_collection(
-            PolyCollection(patches, facecolors=bar.to_rgba(used[order]), edgecolors="black", linewidths=0.3, alpha=0.9)
+            PolyCollection(patches, facecolors=bar.to_rgba(used[order]), edgecolors="black", linewidths=0.3)
         )
         figure.colorbar(bar, ax=axes, shrink=0.6, label="capacity of the joint used (1 = sliding or hinging)")
 

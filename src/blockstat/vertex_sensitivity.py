@@ -25,13 +25,12 @@ import numpy as np
 
 from blockstat.assembly import Assembly
 from blockstat.contact import ANGLE, Interfaces
-from blockstat.equilibrium import weight
 from blockstat.errors import InputError
 from blockstat.limit import LimitLoad, relative_motion
 from blockstat.load import acceleration
 from blockstat.polyhedron import Floats, Ints, integrals, next_in_face
 from blockstat.result import Outcome, Verdict
-from blockstat.sensitivity import pinned
+from blockstat.sensitivity import lacking, pinned
 
 #: Corners of different blocks this close, relative to the smallest block, are one point.
 SHARED = 1e-6
@@ -95,11 +94,8 @@ def score_by_point(verdict: Verdict, *, tolerance: float = SHARED) -> PointGradi
     assembly = verdict.assembly
     if verdict.outcome is Outcome.STABLE:
         return _gathered(assembly, 0.0, np.zeros_like(assembly.vertices), tolerance)
-    if not np.isfinite(verdict.score):
-        raise InputError("the score is infinite: no adhesion at the joints could hold this design")
+    twist, net = lacking(verdict)
     tension = float(np.linalg.norm(verdict.adhesion))
-    net = verdict.forces - verdict.adhesion[:, None] * np.array([1.0, 0.0, 0.0])
-    twist = verdict.mechanism * tension**2 / float((verdict.mechanism * weight(assembly)).sum())
     field = np.broadcast_to(assembly.gravity, (assembly.n_blocks, 3))
     energy, mass = _by_vertex(assembly, verdict.interfaces, twist, net, field)
     heavier = mass * float(np.linalg.norm(assembly.gravity))
