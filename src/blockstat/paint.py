@@ -30,7 +30,7 @@ def posed(assembly: Assembly, displacement: Floats | None, rotation: Floats | No
     """Vertices of blocks displaced and turned about their centroids, shape (n_vertices, 3) [m]."""
     if displacement is None and rotation is None:
         return assembly.vertices
-    block = vertex_block(assembly)
+    block = assembly.vertex_block
     arm = assembly.vertices - assembly.centroid[block]
     if rotation is not None:
         arm = np.einsum("nij,nj->ni", rotation[block], arm)
@@ -42,7 +42,7 @@ def with_copies(assembly: Assembly, blocks: Ints) -> Assembly:
     """The assembly with copies of some of its blocks after the others, to be painted elsewhere."""
     face = np.flatnonzero(np.isin(assembly.face_block, blocks))
     corner = np.isin(np.repeat(assembly.face_block, np.diff(assembly.face_start)), blocks)
-    vertex = np.flatnonzero(np.isin(vertex_block(assembly), blocks))
+    vertex = np.flatnonzero(np.isin(assembly.vertex_block, blocks))
     moved = np.zeros(len(assembly.vertices), dtype=np.int64)
     moved[vertex] = len(assembly.vertices) + np.arange(len(vertex))
     count = np.diff(assembly.vertex_start)[blocks]
@@ -60,11 +60,6 @@ def with_copies(assembly: Assembly, blocks: Ints) -> Assembly:
         density=np.concatenate([assembly.density, assembly.density[blocks]]),
         support=np.concatenate([assembly.support, assembly.support[blocks]]),
     )
-
-
-def vertex_block(assembly: Assembly) -> Ints:
-    """Block of each vertex, shape (n_vertices,)."""
-    return np.repeat(np.arange(assembly.n_blocks), np.diff(assembly.vertex_start))
 
 
 def visible(

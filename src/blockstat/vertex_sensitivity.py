@@ -8,8 +8,9 @@ Envelope theorem, as in `blockstat.sensitivity`: with forces f in their joints' 
 Here x is a *shared point*: all corners of blocks that lie at one place move together, so that blocks that touch go on
 touching. Its motion changes volumes, centroids and so weights and loads; turns the joints' frames with the Newell
 normals of their faces, half by each side; and takes contact points along. A contact point at a corner of a block goes
-where the corner goes. One at the crossing of two edges stays at their crossing. Faces may go warped to first order:
-volumes are then those of the faces split about their mean corner, as everywhere in this package.
+where the corner goes. One at the crossing of two edges stays at their crossing; where the edges of a rough mesh run
+together, it goes with their mean. Faces may go warped to first order: volumes are then those of the faces split about
+their mean corner, as everywhere in this package.
 
 Where a corner lies on another block's edge, moving it one way drags the contact point along and moving it the other
 way may not: the derivative is that of motions after which it still lies there. For a motion of all points that
@@ -24,11 +25,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from blockstat.assembly import Assembly
-from blockstat.contact import ANGLE, Interfaces
+from blockstat.contact import ANGLE, GAP, Interfaces
 from blockstat.errors import InputError
 from blockstat.limit import LimitLoad, relative_motion
 from blockstat.load import acceleration
-from blockstat.polyhedron import Floats, Ints, integrals, next_in_face
+from blockstat.polyhedron import Floats, Ints, next_in_face
 from blockstat.result import Outcome, Verdict
 from blockstat.sensitivity import lacking, pinned
 
@@ -36,8 +37,8 @@ from blockstat.sensitivity import lacking, pinned
 SHARED = 1e-6
 #: A contact point this close to a corner or an edge, seen along the normal and relative to the blocks, lies on it.
 ON = 1e-5
-#: Half width of the differences of volumes and centroids, relative to the block: they are smooth, and cubic at most.
-STEP = 1e-4
+#: Edges at a smaller angle (sine) than this do not cross but run together.
+ALONG = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,34 +135,41 @@ def _by_vertex(
     by_centroid = -np.cross(on_block, twist[:, 3:])
     by_mass = np.einsum("ij,ij->i", twist[:, :3], field)
 
-    result, mass = np.zeros_like(assembly.vertices), np.zeros_like(assembly.vertices)
-    for block in assembly.free:
-        own = slice(assembly.vertex_start[block], assembly.vertex_start[block + 1])
-        volume, centroid = _integrals_by_vertex(assembly, int(block))
-        mass[own] = assembly.density[block] * volume
-        result[own] = by_mass[block] * mass[own] + centroid @ by_centroid[block]
+    block = assembly.vertex_block
+    volume, centroid = _integrals_by_vertex(assembly)
+    mass = np.where(assembly.support, 0.0, assembly.density)[block, None] * volume
+    result = by_mass[block, None] * mass + np.einsum("nij,nj->ni", centroid, by_centroid[block])
     for number in range(interfaces.n_interfaces):
         _add_joint(result, assembly, interfaces, number, by_contact, by_normal[number])
     return result, mass
 
 
-def _integrals_by_vertex(assembly: Assembly, block: int) -> tuple[Floats, Floats]:
-    """Derivatives of a block's volume, shape (n, 3) [m2], and centroid, shape (n, 3, 3), last axis the centroid's."""
-    corners = assembly.block_vertices(block)
-    faces, n = assembly.faces_of(block), len(corners)
-    step = STEP * float(assembly.size[block])
-    moves = np.concatenate([step * np.eye(3 * n), -step * np.eye(3 * n)]).reshape(6 * n, n, 3)
-    moved = corners - assembly.centroid[block] + moves
-    count = np.tile([len(face) for face in faces], 6 * n)
-    found = integrals(
-        moved[:, np.concatenate(faces)].reshape(-1, 3),
-        np.concatenate([[0], np.cumsum(count)]),
-        np.repeat(np.arange(6 * n), len(faces)),
-        6 * n,
-    )
-    volume = (found.volume[: 3 * n] - found.volume[3 * n :]) / (2 * step)
-    centroid = (found.centroid[: 3 * n] - found.centroid[3 * n :]) / (2 * step)
-    return volume.reshape(n, 3), centroid.reshape(n, 3, 3)
+def _integrals_by_vertex(assembly: Assembly) -> tuple[Floats, Floats]:
+    """Derivatives of each vertex's block's volume, shape (n_vertices, 3) [m2], and centroid, (n_vertices, 3, 3).
+
+    The last axis is the centroid's. The volume is that of the tetrahedra of `blockstat.polyhedron.integrals`, with
+    the centroid as apex, so that first moments vanish and change by their own derivative alone.
+    """
+    vertex, start = assembly.face_vertices, assembly.face_start
+    count = np.diff(start)
+    block = np.repeat(assembly.face_block, count)
+    following = next_in_face(start)
+    a = assembly.vertices[vertex] - assembly.centroid[block]
+    b = a[following]
+    m = np.repeat(np.add.reduceat(a, start[:-1]) / count[:, None], count, axis=0)
+    six, total = np.einsum("ij,ij->i", m, np.cross(a, b)), m + a + b
+
+    def both(change: Floats) -> Floats:
+        """Derivatives of volume (first on the last axis) and first moments, given that of six volumes."""
+        moment = change[:, :, None] * total[:, None] + six[:, None, None] * np.eye(3)
+        return np.concatenate([change[:, :, None] / 6, moment / 24], axis=2)
+
+    corner = both(np.cross(b, m))
+    np.add.at(corner, following, both(np.cross(m, a)))
+    corner += np.repeat(np.add.reduceat(both(np.cross(a, b)), start[:-1]) / count[:, None, None], count, axis=0)
+    result = np.zeros((len(assembly.vertices), 3, 4))
+    np.add.at(result, vertex, corner)
+    return result[:, :, 0], result[:, :, 1:] / assembly.volume[assembly.vertex_block][:, None, None]
 
 
 def _add_joint(
@@ -182,7 +190,7 @@ def _add_joint(
         vertices, weights = _carriers(assembly.vertices, tails, heads, interfaces.point[i], frame, ON * size)
         if not len(vertices):
             one, two = (assembly.names[block] for block in interfaces.pair[number])
-            raise InputError(f'"{one}" and "{two}": a contact point is neither at a corner nor at a crossing of edges')
+            raise InputError(f'"{one}" and "{two}": a contact point lies on no corner and on no edge')
         np.add.at(result, vertices, np.einsum("nij,i->nj", weights, by_contact[i]))
 
 
@@ -191,14 +199,16 @@ def _outline(
 ) -> tuple[Ints, Ints, Floats]:
     """Edges round a block's faces on a joint: vertices at their tails and heads, and for each tail the vector from
     the corner before it to the one after."""
-    normal, point = sign * interfaces.frame[number, 0], interfaces.point[interfaces.start[number]]
+    normal = sign * interfaces.frame[number, 0]
+    middle = interfaces.point[interfaces.start[number] : interfaces.start[number + 1]].mean(axis=0)
     first, last = np.searchsorted(assembly.face_block, [block, block + 1])
     planes, size = assembly.planes, float(assembly.size[interfaces.pair[number]].min())
-    off = np.abs((planes.centre[first:last] - point) @ normal)
-    facing = planes.normal[first:last] @ normal > np.cos(ANGLE)
-    near = off <= interfaces.gap[number] + np.where(facing, 1e-3 * size, 0.0)
+    off = np.abs(np.einsum("ij,ij->i", planes.centre[first:last] - middle, planes.normal[first:last]))
+    off = np.where(planes.normal[first:last] @ normal > np.cos(ANGLE), off, np.inf)
+    # Faces of one joint lie as far apart as `find_interfaces` merges them.
+    slack = max(float(interfaces.gap[number]) + GAP * size, float(off.min()))
     tail, head, edge = [], [], []
-    for face in first + np.flatnonzero(facing & near):
+    for face in first + np.flatnonzero(off <= slack):
         own = assembly.face_vertices[assembly.face_start[face] : assembly.face_start[face + 1]]
         after = own[next_in_face(np.array([0, len(own)]))]
         tail.append(own)
@@ -225,8 +235,10 @@ def _carriers(
     on = np.flatnonzero((off <= tolerance) & (share > 0) & (share < 1))
     side = along[on] / length[on, None]
     turn = np.abs(side[:, None, 0] * side[None, :, 1] - side[:, None, 1] * side[None, :, 0])
-    if not turn.size or turn.max() < 1e-3:
-        return np.empty(0, dtype=np.int64), np.empty((0, 3, 3))
+    if turn.max(initial=0.0) < ALONG:
+        # Edges that run together carry the point with them; their crossing runs away with any rounding.
+        part = np.concatenate([1 - share[on], share[on]]) / max(len(on), 1)
+        return np.concatenate([tail[on], head[on]]), part[:, None, None] * np.eye(3)
     pair = on[list(np.unravel_index(turn.argmax(), turn.shape))]
     # Across each edge the point keeps up with the edge, along the normal with the mean of both.
     across = np.column_stack([-along[pair, 1], along[pair, 0]]) @ plane

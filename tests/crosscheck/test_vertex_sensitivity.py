@@ -9,7 +9,7 @@ from test_sensitivity import a_hut, a_wall, an_arch
 from blockstat import InputError, JointLaw, acceleration, assess, limit_load
 from blockstat.sensitivity import stone_sensitivity
 from blockstat.vertex_sensitivity import limit_load_by_point, score_by_point, shared_points
-from problems import arch, assembly, box, running_bond, stack
+from problems import arch, assembly, box, hexahedron, running_bond, stack
 
 CASES = {
     "arch": (an_arch, {"t": 0.2, "r": 1.0, "d": 0.5}, (1, 0, 0)),
@@ -118,6 +118,22 @@ def test_a_cube_that_overhangs_tips_about_the_edge_below_it():
     assert found.along(edge) == pytest.approx(2.0, abs=1e-5)
     lid = np.where(np.isclose(found.points[:, 2:], 1.0), [0, 0, 1.0], 0.0)
     assert found.along(lid) == pytest.approx(-0.4, abs=1e-5)
+
+
+def test_edges_that_nearly_coincide_carry_points_together():
+    # As two cubes of one plan from a scanner: their edges cross at tiny angles. Half width over half height is 1, and
+    # moving every corner on the right by dx moves the edge by dx and the centroid by dx / 2: d lambda = 1.
+    plan = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
+    noisy = plan + 2e-4 * np.random.default_rng(1).normal(size=(4, 2))
+    asm = assembly(
+        [box((0, 0, -1), (1, 1, 0)), hexahedron([(*p, 0) for p in noisy], [(*p, 1) for p in noisy])], friction=2.0
+    )
+    limit = limit_load(asm, (1, 0, 0))
+    assert middle(limit) == pytest.approx(1.0, abs=2e-3)
+    found = limit_load_by_point(limit, (1, 0, 0))
+    right = np.where(found.points[:, :1] > 0.5, [1.0, 0, 0], 0.0)
+    assert found.along(right) == pytest.approx(1.0, abs=5e-3)
+    assert np.abs(found.gradient).max() < 2.0
 
 
 @pytest.mark.parametrize("pushed", [True, False])
