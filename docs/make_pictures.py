@@ -2,18 +2,27 @@
 
 from pathlib import Path
 
-from blockstat import assess, build, load_scene, with_values
-from blockstat.plot import picture_of_verdict
+from blockstat import assess, build, limit_load, load_scene, with_values
+from blockstat.plot import picture_of_help, picture_of_mechanism, picture_of_verdict
+from blockstat.utilisation import picture_of_utilisation
 
 HERE = Path(__file__).parent
+ACROSS = (0, 1, 0)
 
 
 def main() -> None:
     chapel = load_scene(HERE.parent / "examples" / "chapel.toml")
+    pictures = []
     for name, thickness in (("chapel", 0.6), ("chapel-thin", 0.3)):
         assembly = build(with_values(chapel, {"wall.thickness": thickness}))
         assembly = assembly.with_(name=f"walls of {thickness:g} m")
-        print(picture_of_verdict(assess(assembly), HERE / f"{name}.png"))
+        pictures.append(picture_of_verdict(assess(assembly), HERE / f"{name}.png"))
+    assembly = build(chapel)
+    pictures.append(picture_of_utilisation(assess(assembly), HERE / "chapel-joints.png"))
+    limit = limit_load(assembly, ACROSS)
+    pictures.append(picture_of_mechanism(limit, HERE / "chapel-pushed.png"))
+    pictures.append(picture_of_help(limit, ACROSS, HERE / "chapel-stone.png"))
+    print(*pictures, sep="\n")
 
 
 if __name__ == "__main__":

@@ -161,6 +161,11 @@ class Assembly:
         return np.minimum.reduceat(self.vertices, first), np.maximum.reduceat(self.vertices, first)
 
     @property
+    def vertex_block(self) -> Ints:
+        """Block of each vertex, shape (n_vertices,)."""
+        return np.repeat(np.arange(self.n_blocks), np.diff(self.vertex_start))
+
+    @property
     def free(self) -> Ints:
         """Indices of the blocks that can move, ascending."""
         return np.flatnonzero(~self.support)

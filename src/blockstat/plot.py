@@ -1,30 +1,32 @@
-"""Pictures of assemblies by the painter's algorithm: what is behind is painted first, with matplotlib, no OpenGL."""
+"""Pictures of assemblies and of what the statics say about them, with matplotlib, no OpenGL."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.broad import near_pairs
 from blockstat.errors import InputError
-from blockstat.polyhedron import FacePlanes, Floats, Ints, face_planes
-from blockstat.separation import face_separation
+from blockstat.limit import LimitLoad, LoadOutcome
+from blockstat.paint import posed, view_of, visible, with_copies
+from blockstat.polyhedron import Floats, Ints
+from blockstat.result import Verdict, corner_speed
+from blockstat.sensitivity import stone_sensitivity
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from blockstat.assembly import Assembly
-    from blockstat.result import Verdict
 
 STONE = (0.87, 0.83, 0.75)
 SUPPORT = (0.72, 0.74, 0.76)
 MOVED = "plasma"  #: colour maps that keep their order in grey and for colour-blind readers
 DEMAND = "viridis"
-#: Faces within this (sine) of being seen edge-on hide nothing.
-EDGE_ON = 1e-6
+SIGNED = "RdBu"  #: blue above zero, red below
+GHOST = (0.95, 0.95, 0.95, 0.55)
+STILL = 1e-3  #: blocks slower than this, relative to the fastest, leave no ghost
 
 
 def picture(
@@ -35,8 +37,10 @@ def picture(
     label: str = "",
     colours: str = MOVED,
     top: float | None = None,
+    bottom: float = 0.0,
     displacement: Floats | None = None,
     rotation: Floats | None = None,
+    ghosts: Ints | None = None,
     title: str = "",
     azimuth: float = -55.0,
     elevation: float = 25.0,
@@ -46,8 +50,9 @@ def picture(
     """Draw the blocks in parallel projection and save a PNG (or any format matplotlib writes); returns the path.
 
     values : one number a block to colour by, shape (n_blocks,), with `label` and its unit on the colour bar;
-    top : the end of the bar, by default the largest value.
+    bottom, top : the ends of the bar, the top by default the largest value.
     displacement, rotation : poses to draw the blocks in, shapes (n_blocks, 3) [m] and (n_blocks, 3, 3).
+    ghosts : indices of blocks, ascending, that are drawn a second time where they were, pale and behind the others.
     azimuth, elevation : from where one looks, in degrees. opacity : of the blocks. overlay : draws on the figure
     before it is saved.
     """
@@ -56,26 +61,29 @@ def picture(
     from matplotlib.collections import PolyCollection
     from matplotlib.colors import Normalize
     from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     path = Path(path)
     if not path.parent.is_dir():
         raise InputError(f"{path}: no such directory: {path.parent}")
     if not path.suffix:
         raise InputError(f"{path}: a picture needs a suffix, such as .png, .svg or .pdf")
-    view = _view(azimuth, elevation)
+    view = view_of(azimuth, elevation)
     colour = np.where(assembly.support[:, None], SUPPORT, STONE).astype(float)
     bar = None
     if values is not None:
-        scale = Normalize(0.0, top or max(float(np.max(values)), 1e-12))
+        scale = Normalize(bottom, top or max(float(np.max(values)), 1e-12))
         bar = ScalarMappable(scale, colormaps[colours])
         painted = bar.to_rgba(np.asarray(values, dtype=float))[:, :3]
         colour = np.where(assembly.support[:, None], SUPPORT, painted)
 
-    polygons, paint = _visible(assembly, _posed(assembly, displacement, rotation), view, colour)
-    figure = Figure(figsize=(8, 6), dpi=150, layout="constrained")
+    colour = np.column_stack([colour, np.full(assembly.n_blocks, opacity)])
+    ghosts = np.empty(0, dtype=np.int64) if ghosts is None else ghosts
+    polygons, paint = _haunted(assembly, posed(assembly, displacement, rotation), view, colour, ghosts)
+    figure = Figure(figsize=(8, 6), dpi=150, layout=ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.1))
     axes = figure.add_subplot()
     axes.add_collection(
-        PolyCollection(polygons, facecolors=paint, edgecolors=0.45 * paint, linewidths=0.35, alpha=opacity)
+        PolyCollection(polygons, facecolors=paint, edgecolors=paint * (0.45, 0.45, 0.45, 1.0), linewidths=0.35)
     )
     axes.autoscale_view()
     axes.set_aspect("equal")
@@ -93,6 +101,18 @@ def picture(
     return path
 
 
+def _haunted(
+    assembly: Assembly, vertices: Floats, view: Floats, colour: Floats, ghosts: Ints
+) -> tuple[list[Floats], Floats]:
+    """Polygons and colours of blocks moved to `vertices`, with ghosts of some of them where they were."""
+    layer = np.zeros(assembly.n_blocks + len(ghosts), dtype=np.int64)
+    layer[ghosts], layer[assembly.n_blocks :] = 1, -1
+    both = with_copies(assembly, ghosts)
+    vertices = np.concatenate([vertices, both.vertices[len(vertices) :]])
+    colour = np.concatenate([colour, np.broadcast_to(GHOST, (len(ghosts), 4))])
+    return visible(both, vertices, view, colour, layer)
+
+
 def picture_of_verdict(verdict: Verdict, path: str | Path, **options: Any) -> Path:
     """The mechanism of an assembly that moves, else the demand on the joints of one that stands."""
     assembly = verdict.assembly
@@ -101,115 +121,82 @@ def picture_of_verdict(verdict: Verdict, path: str | Path, **options: Any) -> Pa
             assembly, path, values=verdict.demand(), colours=DEMAND, top=1.0,
             label="friction used at the block's joints (1 = sliding)", title=f"{assembly.name}: stable", **options,
         )  # fmt: skip
-    shown, turned = mechanism_pose(verdict)
-    word = verdict.outcome.word
-    return picture(
-        assembly, path, values=verdict.motion, label="speed of the fastest corner, relative",
-        displacement=shown, rotation=turned, title=f"{assembly.name}: {word}, first motion exaggerated", **options,
-    )  # fmt: skip
+    return picture_of_mechanism(verdict, path, **options)
 
 
-def mechanism_pose(verdict: Verdict, *, amplitude: float | None = None) -> tuple[Floats, Floats]:
+def picture_of_mechanism(
+    result: Verdict | LimitLoad, path: str | Path, *, amplitude: float | None = None, **options: Any
+) -> Path:
+    """The mechanism of an assembly that moves, or of a limit load, in front of a pale ghost of the assembly at rest.
+
+    amplitude : how far the fastest corner goes [m]; see `mechanism_pose`. options : those of `picture`.
+    Raises InputError when nothing moves: for a stable verdict, and where a load has no limit.
+    """
+    assembly = result.assembly
+    shown, turned = mechanism_pose(result, amplitude=amplitude)
+    speed = corner_speed(assembly, result.mechanism)
+    if isinstance(result, Verdict):
+        title = f"{assembly.name}: {result.outcome.word}, first motion exaggerated"
+    else:
+        title = f"{assembly.name}: mechanism of the limit load, multiplier {result.upper:.4g}"
+    drawn = {
+        "values": speed, "label": "speed of the fastest corner, relative", "title": title, "displacement": shown,
+        "rotation": turned, "ghosts": np.flatnonzero(speed > STILL),
+    }  # fmt: skip
+    return picture(assembly, path, **drawn | options)
+
+
+def picture_of_help(limit: LimitLoad, direction: Sequence[float], path: str | Path, **options: Any) -> Path:
+    """Where a stone more helps most: blocks coloured by what added mass there does to the limit load.
+
+    Blue raises the limit, red lowers it; the numbers are for a hundredth of the masonry's mass at the block's
+    centroid, pushed like the rest (see `blockstat.sensitivity.stone_sensitivity`).
+
+    direction : three numbers, the acceleration of which `limit` is the limit. options : those of `picture`.
+    """
+    assembly = limit.assembly
+    change = stone_sensitivity(limit, direction) * 0.01 * assembly.mass[assembly.free].sum()
+    reach = max(float(np.abs(change).max()), 1e-12)
+    drawn = {
+        "values": change, "colours": SIGNED, "bottom": -reach, "top": reach,
+        "label": "change of the limit by 1 % more mass, put here",
+        "title": f"{assembly.name}: where a stone more helps (limit {limit.lower:.4g})",
+    }  # fmt: skip
+    return picture(assembly, path, **drawn | options)
+
+
+def mechanism_pose(result: Verdict | LimitLoad, *, amplitude: float | None = None) -> tuple[Floats, Floats]:
     """Blocks moved along the mechanism: displacements (n, 3) [m] and finite rotations (n, 3, 3).
 
     amplitude : how far the fastest corner goes [m]; by default a twelfth of the assembly's extent.
+    Raises InputError when the result has no mechanism.
     """
     from scipy.spatial.transform import Rotation
 
-    lower, upper = verdict.assembly.bounds
-    free = ~verdict.assembly.support
-    if amplitude is None:
-        amplitude = float((upper[free].max(axis=0) - lower[free].min(axis=0)).max()) / 12
-    twist = amplitude * verdict.mechanism
+    twist = moving_twist(result, amplitude)
     return twist[:, :3], Rotation.from_rotvec(twist[:, 3:]).as_matrix()
 
 
-def _view(azimuth: float, elevation: float) -> Floats:
-    """Rows: right, up, towards the eye."""
-    a, e = np.deg2rad([azimuth, elevation])
-    eye = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
-    right = np.array([-np.sin(a), np.cos(a), 0.0])
-    return np.stack([right, np.cross(eye, right), eye])
+def moving_twist(result: Verdict | LimitLoad, amplitude: float | None = None) -> Floats:
+    """Displacement [m] and rotation vector [rad] of each block at the end of the motion shown, shape (n_blocks, 6)."""
+    name, outcome = result.assembly.name, result.outcome
+    if not result.mechanism.any():
+        kind = "limit load" if isinstance(outcome, LoadOutcome) else "verdict"
+        raise InputError(
+            f"{name}: no mechanism to show, the {kind} is {outcome.word}; an unstable verdict or a limit load has one"
+        )
+    if amplitude is None:
+        amplitude = _extent(result.assembly) / 12
+    if not (np.isfinite(amplitude) and amplitude > 0):
+        raise InputError(f"amplitude is {amplitude!r}; it must be a length above 0 [m]")
+    return amplitude * result.mechanism
 
 
-def _posed(assembly: Assembly, displacement: Floats | None, rotation: Floats | None) -> Floats:
-    if displacement is None and rotation is None:
-        return assembly.vertices
-    block = np.repeat(np.arange(assembly.n_blocks), np.diff(assembly.vertex_start))
-    arm = assembly.vertices - assembly.centroid[block]
-    if rotation is not None:
-        arm = np.einsum("nij,nj->ni", rotation[block], arm)
-    moved = 0.0 if displacement is None else displacement[block]
-    return assembly.centroid[block] + arm + moved
-
-
-def _visible(assembly: Assembly, vertices: Floats, view: Floats, colour: Floats) -> tuple[list[Floats], Floats]:
-    """Faces towards the eye, hidden ones first: polygons on the picture plane and their shaded colours."""
-    corners = vertices[assembly.face_vertices]
-    planes = face_planes(corners, assembly.face_start)
-    rank = np.empty(assembly.n_blocks, dtype=np.int64)
-    rank[paint_order(assembly, vertices, planes, view)] = np.arange(assembly.n_blocks)
-    front = np.flatnonzero(planes.normal @ view[2] > 1e-9)
-    order = front[np.lexsort((planes.centre[front] @ view[2], rank[assembly.face_block[front]]))]
-    light = np.array([0.35, -0.5, 0.8]) / np.linalg.norm([0.35, -0.5, 0.8])
-    shade = 0.62 + 0.38 * np.clip(planes.normal[order] @ light, 0, 1)
-    flat = corners @ view[:2].T
-    polygons = [flat[assembly.face_start[f] : assembly.face_start[f + 1]] for f in order]
-    return polygons, np.clip(colour[assembly.face_block[order]] * shade[:, None], 0, 1)
-
-
-def paint_order(assembly: Assembly, vertices: Floats, planes: FacePlanes, view: Floats) -> list[int]:
-    """Blocks from back to front: exact for convex blocks that do not hide one another in a circle.
-
-    Of two blocks that overlap in the picture, one lies beyond a face of the other; if that face looks towards
-    the eye, what lies beyond it is painted later. Where faces of both kinds separate them, no ray meets both and
-    the order is free. Circles are cut at the block that is furthest away.
-    """
-    n = assembly.n_blocks
-    flat = vertices @ view.T
-    first = assembly.vertex_start[:-1]
-    lower, upper = np.minimum.reduceat(flat, first), np.maximum.reduceat(flat, first)
-    depth = (lower[:, 2] + upper[:, 2]) / 2
-    lower[:, 2] = upper[:, 2] = 0.0
-    pairs = near_pairs(lower, upper, np.zeros(n))
-    slope = planes.normal @ view[2]
-
-    def beyond(which: Ints, faces: np.ndarray) -> Floats:
-        return face_separation(vertices, assembly.vertex_start, planes, assembly.face_block, which, faces)
-
-    swapped, towards, away = pairs[:, ::-1], slope > -EDGE_ON, slope < EDGE_ON
-    second_later = np.maximum(beyond(pairs, towards), beyond(swapped, away))
-    first_later = np.maximum(beyond(pairs, away), beyond(swapped, towards))
-    touching = -1e-6 * assembly.size[pairs].min(axis=1)
-    tied = np.minimum(second_later, first_later) < touching
-    a, b = pairs[tied].T
-    second = (second_later > first_later)[tied]
-    return _topological(n, np.where(second, a, b), np.where(second, b, a), depth)
-
-
-def _topological(n: int, behind: Ints, before: Ints, depth: Floats) -> list[int]:
-    """Order in which every `behind` comes ahead of its `before`; the deepest first where that leaves a choice."""
-    import heapq
-
-    waits = np.bincount(before, minlength=n)
-    by_block = np.argsort(behind, kind="stable")
-    start = np.searchsorted(behind[by_block], np.arange(n + 1))
-    ready = [(depth[i], i) for i in np.flatnonzero(waits == 0)]
-    heapq.heapify(ready)
-    circle = iter(np.argsort(depth))
-    done = np.zeros(n, dtype=bool)
-    order: list[int] = []
-    while len(order) < n:
-        block = heapq.heappop(ready)[1] if ready else next(int(i) for i in circle if not done[i])
-        if done[block]:
-            continue
-        done[block] = True
-        order.append(int(block))
-        for follower in before[by_block[start[block] : start[block + 1]]]:
-            waits[follower] -= 1
-            if waits[follower] == 0 and not done[follower]:
-                heapq.heappush(ready, (depth[follower], follower))
-    return order
+def _extent(assembly: Assembly) -> float:
+    """Longest side of the box round the free blocks [m]."""
+    lower, upper = assembly.bounds
+    free = ~assembly.support
+    return float((upper[free].max(axis=0) - lower[free].min(axis=0)).max())
 
 
 def picture_of_forces(verdict: Verdict, path: str | Path, **options: Any) -> Path:
@@ -220,12 +207,10 @@ def picture_of_forces(verdict: Verdict, path: str | Path, **options: Any) -> Pat
     """
 
     azimuth, elevation = options.pop("azimuth", -55.0), options.pop("elevation", 25.0)
-    view = _view(azimuth, elevation)
+    view = view_of(azimuth, elevation)
     point, force, tension = resultants(verdict)
     size = np.linalg.norm(force, axis=1)
-    lower, upper = verdict.assembly.bounds
-    free = ~verdict.assembly.support
-    reach = 0.06 * float((upper[free].max(axis=0) - lower[free].min(axis=0)).max()) / max(float(size.max()), 1e-300)
+    reach = 0.06 * _extent(verdict.assembly) / max(float(size.max()), 1e-300)
 
     def draw(figure: Figure) -> None:
         axes = figure.axes[0]

@@ -152,7 +152,7 @@ def _finite(value: float) -> float | None:
 
 def corner_speed(assembly: Assembly, twist: Floats) -> Floats:
     """Largest corner velocity of each block under twists, shape (n_blocks,)."""
-    block = np.repeat(np.arange(assembly.n_blocks), np.diff(assembly.vertex_start))
+    block = assembly.vertex_block
     arm = assembly.vertices - assembly.centroid[block]
     velocity = twist[block, :3] + np.cross(twist[block, 3:], arm)
     return np.maximum.reduceat(np.linalg.norm(velocity, axis=1), assembly.vertex_start[:-1])

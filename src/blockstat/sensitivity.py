@@ -12,7 +12,7 @@ searches a parameter and no solve.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,7 +21,9 @@ from blockstat.analysis import assess
 from blockstat.contact import Interfaces, find_interfaces
 from blockstat.equilibrium import equilibrium, weight
 from blockstat.errors import InputError
+from blockstat.joint import point_tension
 from blockstat.limit import LimitLoad, LoadOutcome, limit_load
+from blockstat.load import acceleration
 from blockstat.polyhedron import Floats
 from blockstat.result import Outcome, Verdict
 
@@ -33,6 +35,8 @@ LoadOf = Callable[["Assembly"], Floats]
 
 #: Half width of the differences, relative to the parameter: the residual is smooth, so rounding sets it.
 STEP = 1e-5
+#: Forces that balance a load do so to this fraction of the largest one on a block.
+BALANCE = 1e-5
 
 
 def limit_load_gradient(make: Make, values: Mapping[str, float], load: LoadOf) -> tuple[LimitLoad, dict[str, float]]:
@@ -43,16 +47,64 @@ def limit_load_gradient(make: Make, values: Mapping[str, float], load: LoadOf) -
     """
     assembly = _dry(make(values))
     limit = limit_load(assembly, load(assembly))
-    if limit.outcome is not LoadOutcome.LIMIT:
-        raise InputError(f"no limit load to differentiate: {limit.outcome.value}")
-    multiplier = (limit.lower + limit.upper) / 2
-    twist = limit.mechanism / float((limit.mechanism * load(assembly)).sum())
+    multiplier, twist = pinned(limit, load(assembly))
 
     def residual(changed: Assembly, interfaces: Interfaces) -> Floats:
         total = weight(changed) + multiplier * load(changed)
-        return _residual(changed, interfaces, limit.forces, total)
+        return _residual(changed, interfaces, _shifted(changed, interfaces, limit, limit.forces), total)
 
     return limit, _differences(make, values, limit.interfaces, lambda a, i: -float((twist * residual(a, i)).sum()))
+
+
+def pinned(limit: LimitLoad, load: Floats) -> tuple[float, Floats]:
+    """Multiplier and the mechanism on which the load, shape (n_blocks, 6) [N, N m], does work 1, shape (n_blocks, 6).
+
+    Raises InputError when there is no limit, or when the forces of the limit do not carry this load.
+    """
+    if limit.outcome is not LoadOutcome.LIMIT:
+        raise InputError(f"no limit load to differentiate: {limit.outcome.value}")
+    assembly = limit.assembly
+    total = weight(assembly) + limit.lower * load
+    rest = _residual(assembly, limit.interfaces, limit.forces, total)[:, :3]
+    if np.abs(rest).max() > BALANCE * np.abs(total).max():
+        raise InputError("the limit is not that of this load: its forces do not balance the weight and the load")
+    return (limit.lower + limit.upper) / 2, limit.mechanism / float((limit.mechanism * load).sum())
+
+
+def lacking(verdict: Verdict) -> tuple[Floats, Floats]:
+    """Mechanism and net contact forces f - E s of the penalty program's optimum, shapes (n_blocks, 6), (n_points, 3).
+
+    At the optimum |s|^2 = w' u, which gives the mechanism its size; what joints hold in tension counts with the load w.
+    Raises InputError for an infinite score.
+    """
+    if not np.isfinite(verdict.score):
+        raise InputError("the score is infinite: no adhesion at the joints could hold this design")
+    assembly, faces, normal = verdict.assembly, verdict.interfaces, np.array([1.0, 0.0, 0.0])
+    held = -point_tension(assembly, faces)[:, None] * normal
+    load = _residual(assembly, faces, held, weight(assembly))
+    twist = verdict.mechanism * float(verdict.adhesion @ verdict.adhesion) / float((verdict.mechanism * load).sum())
+    return twist, verdict.forces - verdict.adhesion[:, None] * normal
+
+
+def stone_sensitivity(limit: LimitLoad, direction: Sequence[float], *, pushed: bool = True) -> Floats:
+    """Change of the limit load multiplier by mass added at each block's centroid, shape (n_blocks,) [1/kg].
+
+    The added mass m weighs on the block, and where `pushed` the load, being an acceleration, pushes it as well:
+
+        d lambda / d m = -v' (g + lambda |g| e)    with l' u = 1,
+
+    v the velocity of the centroid, e the unit vector of the load; without `pushed` the second term is left out (the
+    load stays what it was). Zero on supports.
+
+    direction : three numbers, the acceleration of which `limit` is the limit.
+    """
+    assembly = limit.assembly
+    load = acceleration(assembly, direction)
+    multiplier, twist = pinned(limit, load)
+    field = assembly.gravity + (multiplier * load[:, :3] / assembly.mass[:, None] if pushed else 0.0)
+    return np.where(
+        assembly.support, 0.0, -np.einsum("ij,ij->i", twist[:, :3], np.broadcast_to(field, load[:, :3].shape))
+    )
 
 
 def score_gradient(make: Make, values: Mapping[str, float]) -> tuple[Verdict, dict[str, float]]:
@@ -61,15 +113,12 @@ def score_gradient(make: Make, values: Mapping[str, float]) -> tuple[Verdict, di
     verdict = assess(assembly)
     if verdict.outcome is Outcome.STABLE:
         return verdict, dict.fromkeys(values, 0.0)
-    if not np.isfinite(verdict.score):
-        raise InputError("the score is infinite: no adhesion at the joints could hold this design")
+    twist, net = lacking(verdict)
     tension = float(np.linalg.norm(verdict.adhesion))
-    net = verdict.forces - verdict.adhesion[:, None] * np.array([1.0, 0.0, 0.0])
-    # At the optimum |s|^2 = w' u, which gives the mechanism its size.
-    twist = verdict.mechanism * tension**2 / float((verdict.mechanism * weight(assembly)).sum())
 
     def score_change(changed: Assembly, interfaces: Interfaces) -> float:
-        energy = float((twist * _residual(changed, interfaces, net, weight(changed))).sum())
+        forces = _shifted(changed, interfaces, verdict, net)
+        energy = float((twist * _residual(changed, interfaces, forces, weight(changed))).sum())
         return energy / tension / assembly.free_weight - verdict.score * changed.free_weight / assembly.free_weight
 
     return verdict, _differences(make, values, verdict.interfaces, score_change)
@@ -105,6 +154,12 @@ def _matched(old: Interfaces, new: Interfaces, name: str) -> Interfaces:
     if not same or np.abs(old.frame - new.frame).max(initial=0.0) > 0.1:
         raise InputError(f'"{name}": a small step changes which blocks touch, or how; there is no derivative here')
     return new
+
+
+def _shifted(changed: Assembly, interfaces: Interfaces, result: LimitLoad | Verdict, forces: Floats) -> Floats:
+    """Forces where tension capacities go with the joints' areas: what is held fixed is their place in the cones."""
+    more = point_tension(changed, interfaces) - point_tension(result.assembly, result.interfaces)
+    return forces - more[:, None] * np.array([1.0, 0.0, 0.0])
 
 
 def _residual(assembly: Assembly, interfaces: Interfaces, forces: Floats, load: Floats) -> Floats:

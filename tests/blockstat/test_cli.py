@@ -67,6 +67,10 @@ def test_an_unstable_answer_names_what_moves_and_exits_with_zero(tmp_path):
         (["check", "{stones}", "--gap", "7"], "gap is 7.0"),
         (["build", "gone.toml", "-o", "x.json"], "gone.toml: no such file"),
         (["plot", "{stones}", "-o", "/nowhere/x.png"], "no such directory"),
+        (["plot", "{stones}", "--mechanism", "-o", "x.png"], "is stable and has no mechanism; give --load AX,AY,AZ"),
+        (["plot", "{stones}", "--load", "1,0,0", "-o", "x.png"], "--load goes with --mechanism or --stone"),
+        (["plot", "{stones}", "--stone", "-o", "x.png"], "give its direction by --load AX,AY,AZ"),
+        (["plot", "{stones}", "--plain", "--forces", "-o", "x.png"], "ask for one of them"),
         (["check"], "Missing argument"),
     ],
 )
@@ -86,6 +90,24 @@ def test_build_and_plot(tmp_path, root):
     picture = tmp_path / "chapel.png"
     assert run("plot", out, "-o", picture).returncode == 0
     assert picture.read_bytes()[:4] == b"\x89PNG"
+
+
+def test_plots_of_a_mechanism(stones, tmp_path):
+    for name, magic in (("mech.png", b"\x89PNG"), ("mech.glb", b"glTF")):
+        for question in (["--load", "1,0,0"], ["--gravity", "0.4,0,-1"]):
+            out = tmp_path / name
+            out.unlink(missing_ok=True)
+            answer = run("plot", stones, "--mechanism", *question, "-o", out)
+            assert answer.returncode == 0, answer.stderr
+            assert out.read_bytes()[:4] == magic
+
+
+@pytest.mark.parametrize("question", [["--joints"], ["--stone", "--load", "1,0,0"]])
+def test_plots_of_joints_and_of_stones(stones, question, tmp_path):
+    out = tmp_path / "picture.png"
+    answer = run("plot", stones, *question, "-o", out)
+    assert answer.returncode == 0, answer.stderr
+    assert out.read_bytes()[:4] == b"\x89PNG"
 
 
 def test_our_own_failure_is_status_one(stones, monkeypatch, capsys):

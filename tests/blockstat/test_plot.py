@@ -1,13 +1,14 @@
 import numpy as np
 import pytest
 
-from blockstat import InputError, assess
+from blockstat import InputError, assess, limit_load
+from blockstat.paint import paint_order, view_of, with_copies
 from blockstat.plot import (
-    _view,
     mechanism_pose,
-    paint_order,
     picture,
     picture_of_forces,
+    picture_of_help,
+    picture_of_mechanism,
     picture_of_verdict,
     resultants,
 )
@@ -16,7 +17,7 @@ from problems import arch, assembly, box, running_bond
 
 def test_nearer_blocks_are_painted_later():
     # Seen from the front right above: along each axis the block nearer to the eye hides the other.
-    view = _view(-45.0, 30.0)
+    view = view_of(-45.0, 30.0)
     for step in np.eye(3):
         blocks = [box(2.0 * step * k, 2.0 * step * k + 1) for k in range(4)]
         asm = assembly(blocks)
@@ -28,7 +29,7 @@ def test_nearer_blocks_are_painted_later():
 @pytest.mark.parametrize("azimuth", [-55, 20, 130, 250])
 def test_no_brick_is_painted_over_one_that_hides_it(azimuth):
     asm = running_bond(6, 4)
-    view = _view(azimuth, 25.0)
+    view = view_of(azimuth, 25.0)
     rank = np.empty(asm.n_blocks, dtype=int)
     rank[paint_order(asm, asm.vertices, asm.planes, view)] = np.arange(asm.n_blocks)
     # Walk from points inside each block towards the eye: every block met on the way must be painted later.
@@ -93,3 +94,67 @@ def test_pictures_of_forces(tmp_path):
     for name, asm in (("stands", arch(12, 0.2)), ("falls", arch(12, 0.08))):
         path = picture_of_forces(assess(asm), tmp_path / f"{name}.png")
         assert path.read_bytes()[:4] == b"\x89PNG"
+
+
+def test_copies_of_blocks_are_the_same_solids():
+    asm = running_bond(3, 3)
+    chosen = np.array([2, 5, 6])
+    double = with_copies(asm, chosen)
+    np.testing.assert_allclose(double.volume, np.concatenate([asm.volume, asm.volume[chosen]]))
+    np.testing.assert_allclose(double.centroid[-3:], asm.centroid[chosen])
+    assert (np.diff(double.face_block) >= 0).all()
+
+
+def test_ghosts_are_painted_before_what_moves_and_after_what_they_hide():
+    # In a row towards the eye: a fixed cube, a moving one, its ghost, another fixed one.
+    view = view_of(-90.0, 0.0)
+    asm = assembly([box((0, -k, 0), (1, 1 - k, 1)) for k in (0, 2, 4, 6)])
+    assert list(paint_order(asm, asm.vertices, asm.planes, view)) == [0, 1, 2, 3]
+    assert list(paint_order(asm, asm.vertices, asm.planes, view, np.array([0, 1, -1, 0]))) == [0, 2, 1, 3]
+
+
+def pixels_of(path):
+    from matplotlib.image import imread
+
+    return imread(path)[..., :3]
+
+
+def test_the_ghost_shows_where_the_blocks_were(tmp_path):
+    # A tall block tips to the right by its own length: at rest it was left of every place it now covers.
+    limit = limit_load(assembly([box((-3, -3, -1), (3, 3, 0)), box((0, 0, 0), (1, 1, 4))]), (1, 0, 0))
+    assert limit.upper == pytest.approx(0.25, rel=1e-6)
+    look = {"azimuth": -90.0, "elevation": 0.0, "amplitude": 2.0}
+    with_ghost = pixels_of(picture_of_mechanism(limit, tmp_path / "ghost.png", **look))
+    alone = pixels_of(picture_of_mechanism(limit, tmp_path / "alone.png", ghosts=None, **look))
+    blank = (alone > 0.99).all(axis=2)
+    grey = blank & (with_ghost < 0.99).any(axis=2)
+    # Against the white paper the ghost fills its share of the picture, and it is pale and grey.
+    assert grey.mean() > 0.02
+    assert np.ptp(with_ghost[grey], axis=1).max() < 0.03
+    assert np.median(with_ghost[grey]) > 0.7
+    # It is behind: what moved is painted over it as if it were not there.
+    coloured = np.ptp(alone, axis=2) > 0.3
+    np.testing.assert_allclose(with_ghost[coloured], alone[coloured], atol=0.1)
+
+
+def test_what_does_not_move_has_no_picture_of_a_mechanism(tmp_path):
+    with pytest.raises(InputError, match="no mechanism to show, the verdict is stable"):
+        picture_of_mechanism(assess(arch(12, 0.2)), tmp_path / "x.png")
+    with pytest.raises(InputError, match="the limit load is unbounded"):
+        picture_of_mechanism(limit_load(arch(12, 0.2), (0, 0, -1)), tmp_path / "x.png")
+    with pytest.raises(InputError, match="amplitude is -1"):
+        picture_of_mechanism(assess(arch(12, 0.08)), tmp_path / "x.png", amplitude=-1.0)
+
+
+def test_the_picture_of_help_is_blue_where_a_stone_helps(tmp_path):
+    # A tower tips about its foot at width over height: mass helps below the centroid and hinders above it.
+    tower = assembly([box((-3, -3, -1), (3, 3, 0)), *(box((0, 0, k), (1, 1, k + 1)) for k in range(4))], friction=2.0)
+    limit = limit_load(tower, (1, 0, 0))
+    assert limit.lower == pytest.approx(0.25, rel=1e-5)
+    pixels = pixels_of(picture_of_help(limit, (1, 0, 0), tmp_path / "help.png", azimuth=-90.0, elevation=0.0))
+    pixels = pixels[:, : int(0.8 * pixels.shape[1])]  # without the colour bar
+    blue = np.argwhere(pixels[..., 2] - pixels[..., 0] > 0.2)[:, 0]
+    red = np.argwhere(pixels[..., 0] - pixels[..., 2] > 0.2)[:, 0]
+    assert len(blue) > 1000
+    assert len(red) > 1000
+    assert red.max() <= blue.min()

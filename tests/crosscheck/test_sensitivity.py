@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from blockstat import InputError, acceleration, assess, build, limit_load, with_values
+from blockstat import InputError, JointLaw, acceleration, assess, build, limit_load, with_values
 from blockstat.sensitivity import limit_load_gradient, score_gradient
 from blockstat.spec import building_from
 from problems import HUT, arch, running_bond
@@ -85,6 +85,25 @@ def test_score_gradient():
         ends = [assess(make({**values, name: value + sign * step})).score for sign in (1, -1)]
         assert gradient[name] == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=1e-3, abs=1e-5)
     assert gradient["t"] < 0  # a thicker arch lacks less
+
+
+def test_joints_whose_tension_goes_with_their_area():
+    law = JointLaw(("*", "*"), tension=0.02)
+
+    def make(v):
+        return arch(12, v["t"]).with_(joints=[law], gravity=(v["tilt"], 0, -1))
+
+    def slope(measure, values):
+        ends = [measure(make({**values, "t": values["t"] + sign * 1e-4})) for sign in (1, -1)]
+        return (ends[0] - ends[1]) / 2e-4
+
+    values = {"t": 0.2, "tilt": 0.0}
+    _, gradient = limit_load_gradient(make, values, sideways)
+    assert gradient["t"] == pytest.approx(slope(lambda a: limit_load(a, (1, 0, 0)).lower, values), rel=1e-4)
+    values = {"t": 0.15, "tilt": 0.45}
+    verdict, gradient = score_gradient(make, values)
+    assert verdict.score > 0.01
+    assert gradient["t"] == pytest.approx(slope(lambda a: assess(a).score, values), rel=1e-4)
 
 
 def test_stable_designs_have_no_score_to_change_and_unstable_ones_no_limit():
