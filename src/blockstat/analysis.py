@@ -15,7 +15,7 @@ from blockstat.polyhedron import Floats
 from blockstat.problem import Problem, free_fall, gap_warnings, pose, timed
 from blockstat.proof import Proof, decide
 from blockstat.result import Outcome, Verdict, unit_motion
-from blockstat.solve import clarabel_dual, cvxpy_primal
+from blockstat.solve import cvxpy_primal, dual
 from blockstat.solve.certificate import Certificate
 from blockstat.solve.raw import RawSolution
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
 FLOWS = ("associated", "coulomb")
-SOLVERS = {"clarabel": clarabel_dual.solve, "cvxpy": cvxpy_primal.solve}
+SOLVERS = (*dual.CHOICES, "cvxpy")
 
 
 def assess(
@@ -34,7 +34,7 @@ def assess(
     loads: Floats | None = None,
     gap: float = GAP,
     interfaces: Interfaces | None = None,
-    solver: str = "clarabel",
+    solver: str = "auto",
     flow: str = "associated",
 ) -> Verdict:
     """Static verdict on an assembly of rigid blocks with dry Coulomb joints.
@@ -45,7 +45,8 @@ def assess(
     friction : replaces the assembly's coefficient. gravity : replaces its vector [m/s2], shape (3,).
     loads : further wrench on each block about its centroid, shape (n_blocks, 6) [N, N m].
     gap : tolerance of the joint search, relative to block size. interfaces : use these instead of searching.
-    solver : "clarabel" (the dual, fast) or "cvxpy" (the literal primal, the reference).
+    solver : "auto", "interior-point" or "clarabel" for the dual (see `blockstat.solve.dual`), "cvxpy" for the literal
+    primal, the reference. The verdict says which one answered.
     flow : "associated" asks whether an admissible force field exists; "coulomb" asks in addition whether one exists
     without dilatancy and self-stress (see `blockstat.coulomb`), and answers STABLE_ONLY_BY_SELF_STRESS if not.
 
@@ -55,19 +56,21 @@ def assess(
         raise InputError(f"no solver {solver!r}; solvers are: {', '.join(SOLVERS)}")
     if flow not in FLOWS:
         raise InputError(f"no flow {flow!r}; flows are: {', '.join(FLOWS)}")
-    problem = pose(assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
+    problem = pose(
+        assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces, solver=solver
+    )
     timings = dict(problem.timings)
     raw = proof = state = None
     if problem.program is not None:
         with timed(timings, "solve"):
-            raw = SOLVERS[solver](problem.program)
+            raw = cvxpy_primal.solve(problem.program) if solver == "cvxpy" else dual.solve(problem.program)
         with timed(timings, "certificate"):
             proof = decide(problem.eq, problem.program, raw)
         if flow == "coulomb" and problem.slips and proof.outcome is Outcome.STABLE:
             with timed(timings, "coulomb"):
                 state = coulomb_state(problem.program)
     timings["total"] = sum(timings.values())
-    verdict = _verdict(problem, raw, proof, solver, timings)
+    verdict = _verdict(problem, raw, proof, timings)
     if flow == "associated":
         return verdict
     outcome = verdict.outcome
@@ -76,9 +79,7 @@ def assess(
     return replace(verdict, outcome=outcome, flow=flow, coulomb=state)
 
 
-def _verdict(
-    problem: Problem, raw: RawSolution | None, proof: Proof | None, solver: str, timings: dict[str, float]
-) -> Verdict:
+def _verdict(problem: Problem, raw: RawSolution | None, proof: Proof | None, timings: dict[str, float]) -> Verdict:
     """Back to SI units and to all blocks and points; blocks that nothing holds fall freely."""
     outcome, checked, score = Outcome.STABLE, Certificate(0.0, 0.0, 0.0, 0.0, 0.0), 0.0
     force, adhesion, twist = np.empty((0, 3)), np.empty(0), np.empty(0)
@@ -112,7 +113,7 @@ def _verdict(
         certificate=checked,
         interfaces=problem.interfaces,
         assembly=problem.assembly,
-        solver=solver,
+        solver=raw.solver if raw is not None else "none",
         timings=timings,
         floating=problem.floating,
         warnings=(*problem.warnings, *blocked, *gap_warnings(problem, outcome)),

@@ -13,7 +13,7 @@ import numpy as np
 from blockstat.equilibrium import Equilibrium
 from blockstat.polyhedron import Floats
 from blockstat.program import PenaltyProgram
-from blockstat.solve import certificate, clarabel_dual
+from blockstat.solve import certificate, dual
 
 #: Shares of the field with room that are tried, smallest first.
 SHARES = (0.0, *(10.0**-k for k in range(11, 1, -1)))
@@ -62,7 +62,7 @@ def upper_bound(program: PenaltyProgram, load: Floats, twist: Floats, force: Flo
     """
     mended, closing = twist, np.inf
     for _ in range(MENDINGS):
-        candidate = clarabel_dual.open_joints(program, mended)
+        candidate = dual.open_joints(program, mended)
         _, left = certificate.power(program, candidate)
         if not left < closing:
             break

@@ -48,7 +48,7 @@ def check(
     tilt: Tilt = None,
     supports: Supports = None,
     gap: Annotated[float | None, typer.Option(help="Largest gap of a joint, relative to block size.")] = None,
-    solver: Annotated[str, typer.Option(help="clarabel (fast) or cvxpy (the literal program).")] = "clarabel",
+    solver: Annotated[str, typer.Option(help="auto, interior-point, clarabel or cvxpy (the primal).")] = "auto",
     flow: Flow = "associated",
     as_json: AsJson = False,
 ) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 
 from blockstat import clip
 from blockstat.broad import near_pairs
-from blockstat.concave import concave_patches
+from blockstat.concave import concave_patches, outline_hull
 from blockstat.errors import InputError
 from blockstat.faces import convex_faces, frames, planar
 from blockstat.merge import Patch, merge_coplanar
@@ -79,6 +79,14 @@ class Interfaces:
         if self.share is not None:
             return self.share
         return (1.0 / np.maximum(np.diff(self.start), 1))[self.point_interface]
+
+    def outline(self, interface: int) -> Floats:
+        """Corners of a patch in order, shape (n, 3) [m]; of cells, those of the hull of their centroids."""
+        own = self.point[self.start[interface] : self.start[interface + 1]]
+        if self.share is None:
+            return own
+        plane, centre = self.frame[interface, 1:], own.mean(axis=0)
+        return centre + outline_hull((own - centre) @ plane.T) @ plane
 
 
 def find_interfaces(assembly: Assembly, *, gap: float = GAP) -> Interfaces:

@@ -25,7 +25,8 @@ from blockstat.polyhedron import Floats
 from blockstat.problem import Problem, pose, timed
 from blockstat.proof import decide
 from blockstat.result import Outcome, unit_motion
-from blockstat.solve import certificate, clarabel_dual
+from blockstat.solve import certificate, dual
+from blockstat.solve.raw import DualProgram
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -142,6 +143,7 @@ def limit_load(
     gap: float = GAP,
     interfaces: Interfaces | None = None,
     flow: str = "associated",
+    solver: str = "auto",
 ) -> LimitLoad:
     """Largest multiplier of a load that the assembly carries on top of its weight.
 
@@ -151,9 +153,13 @@ def limit_load(
     The friction is associated: sliding joints dilate, so for real stone the multiplier is an upper bound. With
     flow="coulomb" the zero-dilatancy multiplier is looked for below it, by bisection on `blockstat.coulomb`.
     """
+    if solver not in dual.CHOICES:
+        raise InputError(f"no solver {solver!r}; solvers are: {', '.join(dual.CHOICES)}")
     if flow not in FLOWS:
         raise InputError(f"no flow {flow!r}; flows are: {', '.join(FLOWS)}")
-    problem = pose(assembly, friction=friction, gravity=gravity, loads=None, gap=gap, interfaces=interfaces)
+    problem = pose(
+        assembly, friction=friction, gravity=gravity, loads=None, gap=gap, interfaces=interfaces, solver=solver
+    )
     direction = as_load(problem.assembly, load)
     timings = dict(problem.timings)
     with timed(timings, "solve"):
@@ -205,7 +211,7 @@ def _bracket(problem: Problem, direction: Floats) -> tuple[LoadOutcome, float, f
     program, eq = problem.program, problem.eq
     if program is None or len(problem.floating):
         return LoadOutcome.DEAD_LOAD_UNSTABLE, -np.inf, -np.inf, np.zeros((eq.n_columns, 3)), np.zeros(6 * eq.n_blocks)
-    dead = decide(eq, program, clarabel_dual.solve(program))
+    dead = decide(eq, program, dual.solve(program))
     if dead.outcome is not Outcome.STABLE:
         word = LoadOutcome.DEAD_LOAD_UNSTABLE if dead.outcome is Outcome.UNSTABLE else LoadOutcome.UNDECIDED
         return word, -np.inf, -np.inf if dead.outcome is Outcome.UNSTABLE else np.inf, dead.force, dead.twist
@@ -213,7 +219,7 @@ def _bracket(problem: Problem, direction: Floats) -> tuple[LoadOutcome, float, f
     load = problem.scaled(direction)
     unit = float(np.linalg.norm(load.reshape(-1, 6)[:, :3], axis=1).sum() or np.abs(load).sum()) / program.total_load
     load = load / unit  # as strong as the weight, so that multipliers are near one
-    answer = clarabel_dual.solve_dual(program, -program.load, pinned=load)
+    answer = dual.solve_dual(DualProgram(program, -program.load, pinned=load))
     if "PrimalInfeasible" in answer.status:
         ray = answer.force / answer.multiplier if answer.multiplier > 0 else answer.force
         at = replace(program, load=program.load + UNBOUNDED * unit * load)

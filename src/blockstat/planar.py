@@ -46,6 +46,19 @@ class Plane:
                 return False
         return True
 
+    def offsets(self, offset: Floats) -> tuple[Floats, Floats]:
+        """Normal and in-plane parts of rates at all points, shape (3 m,), at the first of each pair."""
+        first = offset.reshape(-1, 3)[self.first]
+        return first[:, 0], (first[:, 1:] * self.tangent).sum(axis=1)
+
+    def mirrors(self, offset: Floats) -> bool:
+        """Whether rates at all points, shape (3 m,), are planar: the same at both points of each pair."""
+        rate = offset.reshape(-1, 3)
+        normal, along = self.offsets(offset)
+        expected = np.column_stack([normal, along[:, None] * self.tangent])
+        error = max(np.abs(rate[points] - expected).max(initial=0.0) for points in (self.first, self.second))
+        return bool(error <= OUT_OF_PLANE * np.abs(rate).max(initial=0.0))
+
     def rates(self, matrix: sparse.csr_array) -> tuple[sparse.csr_array, sparse.csr_array]:
         """Rows that take planar twists to (g_n, g_t) of each pair, from A of the whole scene."""
         rows = matrix.T.tocsr()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import process_time
 from typing import TYPE_CHECKING, Any
 
@@ -94,6 +94,7 @@ def pose(
     loads: Floats | None,
     gap: float,
     interfaces: Interfaces | None,
+    solver: str = "auto",
 ) -> Problem:
     """Check the input and set up the program; the options are those of `assess`."""
     changes = {k: v for k, v in (("friction", friction), ("gravity", gravity)) if v is not None}
@@ -114,6 +115,7 @@ def pose(
         touched = np.any(np.isin(interfaces.pair, held), axis=1)
         points = np.flatnonzero(touched[interfaces.point_interface])
         eq, program, bonds = _program(assembly, interfaces, load, held, points, touched)
+        program = program and replace(program, solver=solver)
     warnings += _floating_warnings(assembly, floating, interfaces)
     if assembly.support.all():
         warnings.append("all blocks are supports; there was nothing to check")

@@ -49,8 +49,10 @@ class PenaltyProgram:
     shift: Floats  #: a, shape (m,)
     floor: Floats  #: least f_n, shape (m,)
     cap: Floats  #: greatest f_n, inf for none, shape (m,)
+    point_blocks: Ints  #: row of block a and of block b for each point, -1 for a support, shape (m, 2)
     n_points: int  #: how many of the m columns are contact points; the others are bonds
     plane: Plane | None = None  #: the reduction of a prismatic scene
+    solver: str = "auto"  #: of the dual programs (see `blockstat.solve.dual`)
 
     @cached_property
     def opening(self) -> sparse.csc_array:
@@ -76,6 +78,7 @@ def penalty_program(
     floor: Floats | None = None,
     cap: Floats | None = None,
     plane: Plane | None = None,
+    solver: str = "auto",
 ) -> PenaltyProgram:
     """Scale an equilibrium.
 
@@ -102,6 +105,8 @@ def penalty_program(
         shift=apex,
         floor=zero if floor is None else floor / force_unit,
         cap=np.full(len(friction), np.inf) if cap is None else cap / force_unit,
+        point_blocks=eq.point_blocks,
         n_points=eq.n_points,
         plane=plane,
+        solver=solver,
     )

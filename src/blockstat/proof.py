@@ -10,7 +10,7 @@ from blockstat.equilibrium import Equilibrium
 from blockstat.polyhedron import Floats
 from blockstat.program import PenaltyProgram
 from blockstat.result import Outcome
-from blockstat.solve import certificate, clarabel_dual
+from blockstat.solve import certificate, dual
 from blockstat.solve.certificate import Certificate
 from blockstat.solve.raw import RawSolution
 
@@ -30,7 +30,7 @@ def decide(eq: Equilibrium, program: PenaltyProgram, raw: RawSolution) -> Proof:
     proof = _prove(eq, program, raw)
     if proof.outcome is not Outcome.UNDECIDED:
         return proof
-    closer = _prove(eq, program, clarabel_dual.solve_margin(program), mend=True)
+    closer = _prove(eq, program, dual.solve_margin(program), mend=True)
     better = closer.certificate.required_force > proof.certificate.required_force
     return closer if closer.outcome is not Outcome.UNDECIDED or better else proof
 
@@ -40,7 +40,7 @@ def _prove(eq: Equilibrium, program: PenaltyProgram, raw: RawSolution, *, mend: 
     twist = raw.twist
     proof = certificate.check(eq, program, force, twist)
     if mend and proof.required_force > 0 and not (proof.proves_stable or proof.proves_unstable):
-        twist = clarabel_dual.open_joints(program, twist)
+        twist = dual.open_joints(program, twist)
         proof = certificate.check(eq, program, force, twist)
     outcome = Outcome.STABLE if proof.proves_stable else Outcome.UNSTABLE
     if proof.proves_stable == proof.proves_unstable:

@@ -21,7 +21,7 @@ from blockstat.analysis import assess
 from blockstat.contact import Interfaces, find_interfaces
 from blockstat.equilibrium import equilibrium, weight
 from blockstat.errors import InputError
-from blockstat.joint import point_tension
+from blockstat.joint import point_law
 from blockstat.limit import LimitLoad, LoadOutcome, limit_load
 from blockstat.load import acceleration
 from blockstat.polyhedron import Floats
@@ -45,7 +45,7 @@ def limit_load_gradient(make: Make, values: Mapping[str, float], load: LoadOf) -
     make : builds the assembly of some parameter values; load : gives the load on an assembly, shape (n_blocks, 6).
     Raises InputError when there is no limit, or when a small step changes which blocks touch.
     """
-    assembly = _dry(make(values))
+    assembly = _plain(make(values))
     limit = limit_load(assembly, load(assembly))
     multiplier, twist = pinned(limit, load(assembly))
 
@@ -80,7 +80,7 @@ def lacking(verdict: Verdict) -> tuple[Floats, Floats]:
     if not np.isfinite(verdict.score):
         raise InputError("the score is infinite: no adhesion at the joints could hold this design")
     assembly, faces, normal = verdict.assembly, verdict.interfaces, np.array([1.0, 0.0, 0.0])
-    held = -point_tension(assembly, faces)[:, None] * normal
+    held = -point_law(assembly, faces).shift[:, None] * normal
     load = _residual(assembly, faces, held, weight(assembly))
     twist = verdict.mechanism * float(verdict.adhesion @ verdict.adhesion) / float((verdict.mechanism * load).sum())
     return twist, verdict.forces - verdict.adhesion[:, None] * normal
@@ -109,7 +109,7 @@ def stone_sensitivity(limit: LimitLoad, direction: Sequence[float], *, pushed: b
 
 def score_gradient(make: Make, values: Mapping[str, float]) -> tuple[Verdict, dict[str, float]]:
     """Score of an unstable design and its derivative by each of its parameters; zero where it is stable."""
-    assembly = _dry(make(values))
+    assembly = _plain(make(values))
     verdict = assess(assembly)
     if verdict.outcome is Outcome.STABLE:
         return verdict, dict.fromkeys(values, 0.0)
@@ -124,12 +124,13 @@ def score_gradient(make: Make, values: Mapping[str, float]) -> tuple[Verdict, di
     return verdict, _differences(make, values, verdict.interfaces, score_change)
 
 
-def _dry(assembly: Assembly) -> Assembly:
-    """The assembly, if its joints have no strength that would change with their area."""
-    strong = [law for law in assembly.joints if set(law.as_dict()) - {"between", "friction"}]
-    if strong:
-        label = " and ".join(strong[0].between)
-        raise InputError(f"joint law between {label}: derivatives know friction only, not strengths or bonds")
+def _plain(assembly: Assembly) -> Assembly:
+    """The assembly, if its joints have laws of which the derivative is known."""
+    for law in assembly.joints:
+        unknown = set(law.as_dict()) - {"between", "friction", "tension", "bond"}
+        if unknown:
+            label, names = " and ".join(law.between), ", ".join(sorted(unknown))
+            raise InputError(f"joint law between {label}: derivatives know friction, tension and bond, not {names}")
     return assembly
 
 
@@ -158,7 +159,7 @@ def _matched(old: Interfaces, new: Interfaces, name: str) -> Interfaces:
 
 def _shifted(changed: Assembly, interfaces: Interfaces, result: LimitLoad | Verdict, forces: Floats) -> Floats:
     """Forces where tension capacities go with the joints' areas: what is held fixed is their place in the cones."""
-    more = point_tension(changed, interfaces) - point_tension(result.assembly, result.interfaces)
+    more = point_law(changed, interfaces).shift - point_law(result.assembly, result.interfaces).shift
     return forces - more[:, None] * np.array([1.0, 0.0, 0.0])
 
 

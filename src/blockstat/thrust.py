@@ -18,7 +18,8 @@ from blockstat.polyhedron import Floats, Ints
 from blockstat.problem import Problem, pose
 from blockstat.proof import decide
 from blockstat.result import Outcome
-from blockstat.solve import certificate, clarabel_dual
+from blockstat.solve import certificate, dual
+from blockstat.solve.raw import DualProgram
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -82,7 +83,7 @@ def settlement(
     unit = np.asarray(direction, dtype=float)
     imposed[moving, :3] = unit / np.linalg.norm(unit)
     rate = column_rates(problem.assembly, problem.eq, imposed)
-    answer = clarabel_dual.solve_dual(program, -program.load, offset=rate.reshape(-1))
+    answer = dual.solve_dual(DualProgram(program, -program.load, offset=rate.reshape(-1)))
     force = certificate.balance(program, answer.force)
     thrust = _functional(problem, moving, direction)
     reaction = _value(problem, thrust, force)
@@ -111,10 +112,10 @@ def load_domain(assembly: Assembly, one: Any, two: Any, *, directions: int = 32,
 
 def _standing(assembly: Assembly, gap: float, options: dict[str, Any]) -> tuple[Problem, Floats]:
     """The problem and a force field with room in its cones."""
-    defaults = {"friction": None, "gravity": None, "loads": None, "interfaces": None}
+    defaults = {"friction": None, "gravity": None, "loads": None, "interfaces": None, "solver": "auto"}
     problem = pose(assembly, gap=gap, **(defaults | options))
     if problem.program is not None and not len(problem.floating):
-        proof = decide(problem.eq, problem.program, clarabel_dual.solve(problem.program))
+        proof = decide(problem.eq, problem.program, dual.solve(problem.program))
         if proof.outcome is Outcome.STABLE:
             return problem, proof.force
     raise InputError(f'"{assembly.name}" does not stand; it has no thrust to speak of')
@@ -160,7 +161,7 @@ def _extreme(problem: Problem, functional: Floats, inside: Floats) -> tuple[floa
     """Largest value of a functional over admissible force fields [N], proven by the field returned."""
     program = problem.program
     assert program is not None
-    answer = clarabel_dual.solve_dual(program, -program.load, offset=-functional)
+    answer = dual.solve_dual(DualProgram(program, -program.load, offset=-functional))
     if "Infeasible" in answer.status:
         return np.inf, problem.to_points(answer.force)
     balanced = certificate.balance(program, answer.force)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.joint import joint_friction, point_tension
+from blockstat.joint import joint_friction, point_law
 from blockstat.paint import view_of
 from blockstat.plot import DEMAND, picture
 from blockstat.polyhedron import Floats
@@ -39,7 +39,7 @@ def utilisation(verdict: Verdict) -> Floats:
     if not faces.n_interfaces:
         return np.empty(0)
     force = verdict.forces.copy()
-    force[:, 0] += point_tension(assembly, faces) - verdict.adhesion
+    force[:, 0] += point_law(assembly, faces).shift - verdict.adhesion
     total = np.add.reduceat(force, faces.start[:-1])
     normal, tangent = total[:, 0], np.hypot(total[:, 1], total[:, 2])
     size = np.add.reduceat(np.linalg.norm(force, axis=1), faces.start[:-1])
@@ -60,7 +60,7 @@ def eccentricity(interfaces: Interfaces, point: Floats) -> Floats:
     """
     result = np.zeros(interfaces.n_interfaces)
     for k, frame in enumerate(interfaces.frame):
-        corner = interfaces.point[interfaces.start[k] : interfaces.start[k + 1]]
+        corner = interfaces.outline(k)
         flat = (corner - corner[0]) @ frame[1:].T
         edge = np.roll(flat, -1, axis=0) - flat
         twice = flat[:, 0] * np.roll(flat[:, 1], -1) - flat[:, 1] * np.roll(flat[:, 0], -1)
@@ -86,7 +86,7 @@ def picture_of_utilisation(verdict: Verdict, path: str | Path, **options: Any) -
     faces = verdict.interfaces
     bar = ScalarMappable(Normalize(0.0, 1.0), colormaps[DEMAND])
     used = utilisation(verdict)
-    flat = np.split(faces.point @ view[:2].T, faces.start[1:-1])
+    flat = [faces.outline(k) @ view[:2].T for k in range(faces.n_interfaces)]
     depth = np.add.reduceat(faces.point @ view[2], faces.start[:-1]) / np.diff(faces.start) if len(used) else used
     order = np.argsort(depth, kind="stable")
 

@@ -118,8 +118,8 @@ def _by_vertex(
 
     field : acceleration on each block, shape (n_blocks, 3) [m/s2].
     """
-    if any(law.tension for law in assembly.joints):
-        raise InputError("joints whose tension goes with their area have no derivative here; give them a bond instead")
+    if any(set(law.as_dict()) - {"between", "friction", "bond"} for law in assembly.joints):
+        raise InputError("joints whose strength goes with their area have no derivative here; give them a bond instead")
     k, first = interfaces.point_interface, interfaces.start[:-1]
     a, b = interfaces.pair[k].T
     force = np.einsum("nij,ni->nj", interfaces.frame[k], forces)

@@ -155,9 +155,11 @@ def test_cells_cover_their_joint():
 
 def test_derivatives_refuse_strengths():
     def make(values):
-        return stack(1, values["b"], 1.0).with_(joints=[JointLaw(("*", "*"), tension=1.0)])
+        return stack(1, values["b"], 1.0).with_(joints=[JointLaw(("*", "*"), cohesion=1.0)])
 
-    with pytest.raises(InputError, match=r"joint law between \* and \*: derivatives know friction only"):
+    with pytest.raises(
+        InputError, match=r"joint law between \* and \*: derivatives know friction, tension and bond, not cohesion"
+    ):
         limit_load_gradient(make, {"b": 0.5}, lambda a: acceleration(a, (1, 0, 0)))
 
 

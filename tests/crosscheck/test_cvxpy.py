@@ -7,7 +7,7 @@ from blockstat import JointLaw, Outcome, assess
 from blockstat.contact import find_interfaces
 from blockstat.equilibrium import equilibrium, split_floating, weight
 from blockstat.program import penalty_program
-from blockstat.solve import clarabel_dual, cvxpy_primal
+from blockstat.solve import cvxpy_primal, dual
 from problems import SCENES, arch, running_bond, stack
 
 EVERY = ("*", "*")
@@ -58,6 +58,6 @@ def test_same_energy_before_any_certificate(scene):
         equilibrium(asm, faces, weight(asm), held, np.arange(faces.n_points)),
         np.full(faces.n_points, asm.friction),
     )
-    direct, literal = clarabel_dual.solve(program), cvxpy_primal.solve(program)
+    direct, literal = dual.solve(program), cvxpy_primal.solve(program)
     total = np.abs(program.load).sum()
     assert np.linalg.norm(direct.adhesion) / total == pytest.approx(np.linalg.norm(literal.adhesion) / total, abs=1e-6)

@@ -179,7 +179,7 @@ def test_what_has_no_derivative():
     with pytest.raises(InputError, match="no limit load to differentiate"):
         stone_sensitivity(limit_load(arch(12, 0.05), (1, 0, 0)), (1, 0, 0))
     mortar = arch(12, 0.2).with_(joints=[JointLaw(("*", "*"), tension=0.01)])
-    with pytest.raises(InputError, match="tension goes with their area"):
+    with pytest.raises(InputError, match="strength goes with their area"):
         limit_load_by_point(limit_load(mortar, (1, 0, 0)), (1, 0, 0))
     with pytest.raises(InputError, match="the score is infinite"):
         score_by_point(assess(assembly([box((0, 0, 0), (1, 1, 1)), box((5, 0, 0), (6, 1, 1))])))

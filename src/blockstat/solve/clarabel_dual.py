@@ -1,9 +1,8 @@
-"""The dual programs through Clarabel: the fast path."""
+"""The dual programs through Clarabel: every program that there is, fast when it is small."""
 
 from __future__ import annotations
 
 import importlib
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,106 +11,20 @@ from scipy import sparse
 from blockstat.planar import Plane
 from blockstat.polyhedron import Floats
 from blockstat.program import PenaltyProgram
-from blockstat.solve.certificate import opening_room, power
-from blockstat.solve.raw import RawSolution
+from blockstat.solve.raw import DualAnswer, DualProgram
 
 #: Looser settings have given energies 8 % wrong under the status "Solved".
 TOLERANCE = 1e-10
 MAX_ITERATIONS = 200
-#: Joints open by more than this many violations need no watching when a mechanism is mended.
-WIDE_OPEN = 1e3
-#: A point with a cap that closes faster than this fraction of the fastest joint crushes or yields.
-YIELDS = 1e-6
 
 
-@dataclass(frozen=True, eq=False)
-class DualAnswer:
-    """An answer to one of the dual programs; nothing in it is trusted."""
-
-    twist: Floats  #: u, shape (6 n,)
-    force: Floats  #: multipliers of the cones as forces, shape (m, 3)
-    multiplier: float  #: lambda of A f + w + lambda l = 0 when a load was pinned, else 0
-    status: str
-    iterations: int
-    crushing: Floats  #: y, the closing that caps allow, shape (m,)
-
-
-def solve(program: PenaltyProgram) -> RawSolution:
-    """Minimise 1/2 ||E' A' u||^2 - w' u over twists with A' u in K*; at points with a cap, 1/2 |g_n + y|^2."""
-    opening = program.opening
-    hessian = sparse.csc_array(sparse.triu(opening @ opening.T))
-    answer = solve_dual(program, -program.load, hessian=hessian, penalty=True)
-    return RawSolution(
-        force=answer.force,
-        adhesion=np.maximum(opening.T @ answer.twist + answer.crushing[: program.n_points], 0.0),
-        twist=answer.twist,
-        bounded="DualInfeasible" not in answer.status,
-        status=answer.status,
-        iterations=answer.iterations,
-    )
-
-
-def solve_margin(program: PenaltyProgram) -> RawSolution:
-    """The least adhesion tau, the same at every point, that lets an equilibrium exist; at least -1.
-
-    Primal: min tau subject to A f + w = 0, f_i + tau n in K, tau >= -1. Dual: max w' u + sum g_n - 1
-    subject to A' u in K*, sum g_n <= 1. The penalty program is quadratic, so near the limit its answer is
-    good to the square root of the tolerance; this one is linear and good to the tolerance itself. It costs a
-    second solve, so it is asked only where the first could not prove either side.
-    """
-    total = np.asarray(program.opening.sum(axis=1)).reshape(-1)
-    answer = solve_dual(program, -program.load - total, capped=total)
-    tau = float(power(program, answer.twist)[0] + total @ answer.twist - 1.0)
-    force = answer.force.copy()
-    force[: program.n_points, 0] -= tau
-    adhesion = np.full(program.n_points, max(tau, 0.0))
-    return RawSolution(force, adhesion, answer.twist, bounded=True, status=answer.status, iterations=answer.iterations)
-
-
-def open_joints(program: PenaltyProgram, twist: Floats) -> Floats:
-    """A twist next to the given one under which no joint closes at all.
-
-    With eps the largest violation of A' u in K*, looks for the least d with A' (u / eps + d) in K* + n and
-    returns u + eps d. The solver's error is then relative to eps and not to u. Returns u itself when there is
-    nothing to mend or, in jammed assemblies, no such d.
-    """
-    gap_rate = (program.matrix.T @ twist).reshape(-1, 3)
-    room = opening_room(gap_rate, program.friction)
-    # Points that crush or bonds that yield may go on closing; those that close by an error are mended.
-    room[program.capped[room[program.capped] < -YIELDS * np.abs(gap_rate).max(initial=0.0)]] = np.inf
-    worst = -float(room.min(initial=0.0))
-    if worst <= 0:
-        return twist
-    offset = np.zeros_like(gap_rate)
-    sticky = np.isinf(program.friction)
-    offset[:, 0] = np.minimum(np.where(sticky & np.isfinite(room), gap_rate[:, 0], room) / worst, WIDE_OPEN) - 1.0
-    offset[sticky, 1:] = gap_rate[sticky, 1:] / worst
-    identity = sparse.csc_array(sparse.eye_array(len(twist)))
-    answer = solve_dual(program, np.zeros(len(twist)), hessian=identity, offset=offset.reshape(-1))
-    return twist + worst * answer.twist if "Infeasible" not in answer.status else twist
-
-
-def solve_dual(
-    program: PenaltyProgram,
-    cost: Floats,
-    *,
-    hessian: sparse.csc_array | None = None,
-    offset: Floats | None = None,
-    capped: Floats | None = None,
-    pinned: Floats | None = None,
-    penalty: bool = False,
-) -> DualAnswer:
-    """Minimise 1/2 u' H u + cost' u subject to A' u + offset in K*, capped' u <= 1 and pinned' u = 1.
-
-    hessian : upper triangle of H. offset : shape (3 m,). capped, pinned : shape (6 n,). penalty : whether H is that of
-    the penalty program, for which the closing y at a cap counts as well.
-    """
-    if hessian is None:
-        hessian = sparse.csc_array((len(cost), len(cost)))
-    plane = program.plane
-    slips = bool(np.isfinite(program.friction).all())
-    if plane is not None and slips and offset is None and plane.holds(cost, capped, pinned):
-        return _solve_in_plane(program, plane, cost, hessian, capped, pinned)
+def solve_dual(problem: DualProgram) -> DualAnswer:
+    """Solve a dual program, in the plane when it is planar."""
+    program, cost, offset = problem.program, problem.cost, problem.offset
+    capped, pinned = problem.capped, problem.pinned
+    hessian = _hessian(problem)
+    if problem.plane is not None:
+        return _solve_in_plane(problem, problem.plane, hessian)
     rows, cones, scale = _dual_cones(program)
     constraint = -(sparse.diags_array(scale) @ program.matrix.T.tocsr()[rows])
     bound = np.zeros(len(rows)) if offset is None else scale * offset[rows]
@@ -120,7 +33,7 @@ def solve_dual(
         constraint, bound, cones = _with_limits(program, constraint, bound, cones, rows, scale)
         cost = np.concatenate([cost, price])
         capped, pinned = (None if row is None else np.concatenate([row, 0 * price]) for row in (capped, pinned))
-        hessian = _with_crushing(program, hessian, len(price), penalty)
+        hessian = _with_crushing(program, hessian, len(price), problem.penalty)
     answer, multipliers = _clarabel(hessian, cost, constraint, bound, cones, capped, pinned)
     force = np.zeros(3 * len(program.friction))
     force[rows] = scale * multipliers[: len(rows)]
@@ -134,6 +47,7 @@ def solve_dual(
         status=str(answer.status),
         iterations=int(answer.iterations),
         crushing=crushing,
+        solver="clarabel",
     )
 
 
@@ -162,15 +76,18 @@ def _with_limits(
     return full, np.concatenate([bound, np.zeros(len(points))]), [*cones, clarabel.NonnegativeConeT(len(points))]
 
 
-def _solve_in_plane(
-    program: PenaltyProgram,
-    plane: Plane,
-    cost: Floats,
-    hessian: sparse.csc_array,
-    capped: Floats | None,
-    pinned: Floats | None,
-) -> DualAnswer:
+def _hessian(problem: DualProgram) -> sparse.csc_array:
+    """Upper triangle of P."""
+    size = len(problem.cost)
+    if problem.penalty:
+        opening = problem.program.opening
+        return sparse.csc_array(sparse.triu(opening @ opening.T))
+    return sparse.csc_array(sparse.eye_array(size)) if problem.least_norm else sparse.csc_array((size, size))
+
+
+def _solve_in_plane(problem: DualProgram, plane: Plane, hessian: sparse.csc_array) -> DualAnswer:
     """The same program with planar twists; each cone is two half-planes, g_n + mu g_t >= 0 and g_n - mu g_t >= 0."""
+    program, capped, pinned = problem.program, problem.capped, problem.pinned
     clarabel: Any = importlib.import_module("clarabel")
     fold = plane.unfold.T
     normal, along = plane.rates(program.matrix)
@@ -182,11 +99,15 @@ def _solve_in_plane(
     constraint: Any = sparse.csr_array(sparse.vstack([-one, -two]))
     full = hessian + hessian.T - sparse.diags_array(hessian.diagonal())
     small = sparse.csc_array(sparse.triu(fold @ full @ plane.unfold))
+    bound = np.zeros(constraint.shape[0])
+    if problem.offset is not None:
+        head, tangent = plane.offsets(problem.offset)
+        bound = np.concatenate([scale * (head + mu * tangent), scale * (head - mu * tangent)])
     answer, multipliers = _clarabel(
         small,
-        fold @ cost,
+        fold @ problem.cost,
         constraint,
-        np.zeros(constraint.shape[0]),
+        bound,
         cones,
         None if capped is None else fold @ capped,
         None if pinned is None else fold @ pinned,
@@ -200,6 +121,7 @@ def _solve_in_plane(
         status=str(answer.status),
         iterations=int(answer.iterations),
         crushing=np.zeros(len(program.friction)),
+        solver="clarabel",
     )
 
 

@@ -65,4 +65,5 @@ def solve(program: PenaltyProgram) -> RawSolution:
         bounded=bounded,
         status=str(problem.status),
         iterations=int(problem.solver_stats.num_iters or 0) if problem.solver_stats else 0,
+        solver="cvxpy",
     )

@@ -76,8 +76,8 @@ class Pardiso:
     def update(self, upper: sparse.csr_array) -> None:
         fresh = self._upper is None
         self._upper = upper
-        self._solver.libmkl.MKL_Set_Num_Threads(1 if upper.shape[0] < THREADED else (os.cpu_count() or 1))
-        self._call(12 if fresh else 22, np.zeros(upper.shape[0]))
+        self._solver.libmkl.MKL_Set_Num_Threads(1 if len(upper.indptr) <= THREADED else (os.cpu_count() or 1))
+        self._call(12 if fresh else 22, np.zeros(len(upper.indptr) - 1))
 
     def solve(self, right: Floats) -> Floats:
         return self._call(33, np.asfortranarray(right))
@@ -93,7 +93,7 @@ class Pardiso:
 
     def __del__(self) -> None:
         if self._upper is not None:
-            self._call(-1, np.zeros(self._upper.shape[0]))
+            self._call(-1, np.zeros(len(self._upper.indptr) - 1))
 
 
 @cache

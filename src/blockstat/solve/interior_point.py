@@ -45,7 +45,7 @@ class ConicProgram:
 
     @property
     def curved(self) -> bool:
-        return bool(self.penalty.shape[0]) or self.ridge > 0
+        return len(self.penalty_local) > 0 or self.ridge > 0
 
 
 @dataclass(frozen=True, eq=False)

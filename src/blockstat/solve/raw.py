@@ -1,10 +1,15 @@
-"""What every solver returns, before our own code has checked anything."""
+"""What is asked of a solver and what it returns, before our own code has checked anything."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
+import numpy as np
+
+from blockstat.planar import Plane
 from blockstat.polyhedron import Floats
+from blockstat.program import PenaltyProgram
 
 
 @dataclass(frozen=True)
@@ -12,8 +17,47 @@ class RawSolution:
     """A candidate answer in the units of the program; nothing in it is trusted."""
 
     force: Floats  #: f, shape (m, 3)
-    adhesion: Floats  #: s, shape (m,)
+    adhesion: Floats  #: s, shape (n_points,)
     twist: Floats  #: u, shape (6 n,)
     bounded: bool  #: False when no adhesion is enough; then `twist` is a ray along which the work grows
     status: str  #: the solver's own word, for the record only
     iterations: int
+    solver: str  #: which one answered
+
+
+@dataclass(frozen=True, eq=False)
+class DualProgram:
+    """Minimise 1/2 u' P u + cost' u subject to A' u + offset in K*, capped' u <= 1 and pinned' u = 1.
+
+    P is that of Whiting's penalty, E E' in the rates A' u (at points with a cap on g_n + y), the identity, or zero.
+    """
+
+    program: PenaltyProgram
+    cost: Floats  #: shape (6 n,)
+    penalty: bool = False
+    least_norm: bool = False
+    offset: Floats | None = None  #: shape (3 m,)
+    capped: Floats | None = None  #: shape (6 n,)
+    pinned: Floats | None = None  #: shape (6 n,)
+
+    @cached_property
+    def plane(self) -> Plane | None:
+        """The plane in which the program may be solved, if there is one."""
+        plane = self.program.plane
+        if plane is None or not np.isfinite(self.program.friction).all():
+            return None
+        in_plane = plane.holds(self.cost, self.capped, self.pinned)
+        return plane if in_plane and (self.offset is None or plane.mirrors(self.offset)) else None
+
+
+@dataclass(frozen=True, eq=False)
+class DualAnswer:
+    """An answer to one of the dual programs; nothing in it is trusted."""
+
+    twist: Floats  #: u, shape (6 n,)
+    force: Floats  #: multipliers of the cones as forces, shape (m, 3)
+    multiplier: float  #: lambda of A f + w + lambda l = 0 when a load was pinned, else 0
+    status: str  #: "Solved", "AlmostSolved", "PrimalInfeasible", "DualInfeasible" or the solver's own word
+    iterations: int
+    crushing: Floats  #: y, the closing that caps allow, shape (m,)
+    solver: str

@@ -7,7 +7,6 @@ from scipy import sparse
 
 from blockstat.planar import Plane
 from blockstat.polyhedron import Floats, Ints
-from blockstat.program import PenaltyProgram
 from blockstat.solve.cones import Cones
 from blockstat.solve.interior_point import ConicAnswer, ConicProgram, solve
 from blockstat.solve.raw import DualAnswer, DualProgram
@@ -28,9 +27,9 @@ def solve_dual(problem: DualProgram) -> DualAnswer:
 def local_rows(matrix: sparse.csr_array, pair: Ints, width: int) -> Floats:
     """Entries of rows in the columns of their blocks a and b, shape (n_rows, 2 width)."""
     entries = matrix.tocoo()
-    row, column = entries.coords
+    row, column = entries.coords[0], entries.coords[1]
     second = column // width == pair[row, 1]
-    local = np.zeros((matrix.shape[0], 2 * width))
+    local = np.zeros((len(pair), 2 * width))
     local[row, width * second + column % width] = entries.data
     return local
 
@@ -69,7 +68,9 @@ def _solve_in_plane(problem: DualProgram, plane: Plane) -> DualAnswer:
     mu = program.friction[plane.first]
     scale = 1.0 / np.maximum(mu, 1.0)
     sideways = sparse.diags_array(mu) @ along
-    rates = sparse.csr_array(sparse.diags_array(np.tile(scale, 2)) @ sparse.vstack([normal + sideways, normal - sideways]))
+    rates = sparse.csr_array(
+        sparse.diags_array(np.tile(scale, 2)) @ sparse.vstack([normal + sideways, normal - sideways])
+    )
     offset = np.zeros(2 * len(mu))
     if problem.offset is not None:
         head, tangent = plane.offsets(problem.offset)
@@ -94,7 +95,7 @@ def _solve(
 ) -> ConicAnswer:
     """Solve with rates x + offset in the cones and the bordering rows of the program below them."""
     width = 6 if plane is None else 3
-    size = rates.shape[1]
+    size = width * (len(problem.program.load) // 6)
 
     def folded(vector: Floats) -> Floats:
         return vector if plane is None else plane.unfold.T @ vector
