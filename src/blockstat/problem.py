@@ -143,7 +143,7 @@ def _program(
     bonds, capacity = bonds[live], capacity[np.repeat(live, KINDS)]
     eq = equilibrium(assembly, interfaces, load, held, points, bond_columns(interfaces, bonds) if len(bonds) else None)
     none = np.zeros(len(capacity))
-    limits = {
+    limits: dict[str, Any] = {
         "shift": np.concatenate([law.shift[points], none]),
         "floor": np.concatenate([law.floor[points], none]),
         "cap": np.concatenate([law.cap[points], capacity]),

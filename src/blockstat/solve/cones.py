@@ -1,7 +1,8 @@
-"""Products of second-order cones of dimension 3 and half-lines, all at once in numpy.
+"""Products of second-order cones of dimension 3, zeros and half-lines, all at once in numpy.
 
 A vector of the product holds the heads, the second and the third components of n_soc triples, head >= |second, third|,
-and then n_half numbers >= 0: component by component, so that every operation runs over contiguous memory.
+then n_zero zeros, whose multipliers are free, and n_half numbers >= 0: component by component, so that every operation
+runs over contiguous memory.
 
 The Nesterov-Todd scaling W of a pair (s, z) inside takes both to the same point, lambda = W z = W^-1 s (Vandenberghe:
 The CVXOPT linear and quadratic cone program solvers, 2010, section 5).
@@ -19,14 +20,11 @@ from blockstat.polyhedron import Floats
 
 @dataclass(frozen=True)
 class Cones:
-    """The product of n_soc second-order cones of dimension 3 and n_half half-lines."""
+    """The product of n_soc second-order cones of dimension 3, n_zero zeros and n_half half-lines."""
 
     n_soc: int
+    n_zero: int
     n_half: int
-
-    @property
-    def size(self) -> int:
-        return 3 * self.n_soc + self.n_half
 
     @property
     def degree(self) -> int:
@@ -35,15 +33,19 @@ class Cones:
 
     def parts(self, vector: Floats) -> tuple[Floats, Floats]:
         """The triples, shape (3, n_soc), and the numbers, shape (n_half,)."""
-        return vector[: 3 * self.n_soc].reshape(3, -1), vector[3 * self.n_soc :]
+        return vector[: 3 * self.n_soc].reshape(3, -1), vector[3 * self.n_soc + self.n_zero :]
 
-    def join(self, triples: Floats, numbers: Floats) -> Floats:
-        return np.concatenate([triples.reshape(-1), numbers])
+    def zeros(self, vector: Floats) -> Floats:
+        """The part of a vector that belongs to the zeros, shape (n_zero,)."""
+        return vector[3 * self.n_soc : 3 * self.n_soc + self.n_zero]
+
+    def join(self, triples: Floats, numbers: Floats, zeros: Floats | None = None) -> Floats:
+        return np.concatenate([triples.reshape(-1), np.zeros(self.n_zero) if zeros is None else zeros, numbers])
 
     @cached_property
     def unit(self) -> Floats:
         """The unit element: (1, 0, 0) and 1."""
-        return np.concatenate([np.ones(self.n_soc), np.zeros(2 * self.n_soc), np.ones(self.n_half)])
+        return np.concatenate([np.ones(self.n_soc), np.zeros(2 * self.n_soc + self.n_zero), np.ones(self.n_half)])
 
     def depth(self, vector: Floats) -> float:
         """How far inside the product a vector is (its least eigenvalue), negative outside."""
@@ -109,21 +111,39 @@ class Scaling:
         triples, numbers = self.cones.parts(vector)
         return self.cones.join(_rotated(self.point, triples, -1.0) / self.eta, numbers / self.half)
 
-    def squared(self, vector: Floats) -> Floats:
-        """W^2 x."""
-        triples, numbers = self.cones.parts(vector)
-        twice = _rotated(self.point, _rotated(self.point, triples, 1.0), 1.0)
-        return self.cones.join(self.eta**2 * twice, self.half**2 * numbers)
+    @cached_property
+    def spectrum(self) -> tuple[Floats, Floats]:
+        """Eigenvalues of W^2 on (1, d), (1, -d) and across, shape (3, n_soc), and the unit direction d, (2, n_soc)."""
+        tail = np.hypot(self.point[1], self.point[2])
+        along = np.where(tail > 0, self.point[1:] / np.where(tail > 0, tail, 1.0), np.array([[1.0], [0.0]]))
+        stretch = (self.point[0] + tail) ** 2
+        return self.eta**2 * np.stack([stretch, 1.0 / stretch, np.ones_like(tail)]), along
 
-    def inverse_squared(self, vector: Floats) -> Floats:
-        """W^-2 x."""
+    def squared(self, vector: Floats, shift: float = 0.0) -> Floats:
+        """(W^2 + shift I) x."""
         triples, numbers = self.cones.parts(vector)
-        twice = _rotated(self.point, _rotated(self.point, triples, -1.0), -1.0)
-        return self.cones.join(twice / self.eta**2, numbers / self.half**2)
+        value, along = self.spectrum
+        zeros = shift * self.cones.zeros(vector)
+        return self.cones.join(_spectral(value + shift, along, triples), (self.half**2 + shift) * numbers, zeros)
 
-    def inverse_rows(self, rows: Floats) -> Floats:
-        """W^-1 of each triple of rows, shape (3, n_soc, k)."""
-        return _rotated(self.point[..., None], rows, -1.0) / self.eta[:, None]
+    def inverse_squared(self, vector: Floats, shift: float) -> Floats:
+        """(W^2 + shift I)^-1 x."""
+        triples, numbers = self.cones.parts(vector)
+        value, along = self.spectrum
+        zeros = self.cones.zeros(vector) / shift
+        turned = _spectral(1.0 / (value + shift), along, triples)
+        return self.cones.join(turned, numbers / (self.half**2 + shift), zeros)
+
+    def rows(self, triples: Floats, shift: float) -> Floats:
+        """Rows t with the sum of t t' that of (W^2 + shift I)^-1 over triples of rows, shape (3, n_soc, k)."""
+        value, along = self.spectrum
+        root = np.sqrt(1.0 / (value + shift))
+        ahead = along[0, :, None] * triples[1] + along[1, :, None] * triples[2]
+        found = np.empty_like(triples)
+        half = np.sqrt(0.5) * root[:2, :, None]
+        found[0], found[1] = half[0] * (triples[0] + ahead), half[1] * (triples[0] - ahead)
+        found[2] = root[2, :, None] * (along[0, :, None] * triples[2] - along[1, :, None] * triples[1])
+        return found
 
 
 def determinant(triples: Floats) -> Floats:
@@ -137,13 +157,22 @@ def _minkowski(a: Floats, b: Floats) -> Floats:
 
 
 def _rotated(w: Floats, x: Floats, sign: float) -> Floats:
-    """The hyperbolic rotation of w, or for sign -1 its inverse, applied to triples or to triples of rows."""
+    """The hyperbolic rotation of w, or for sign -1 its inverse, applied to triples."""
     along = w[1] * x[1] + w[2] * x[2]
     turned = np.empty_like(x)
-    np.multiply(w[0], x[0], out=turned[0])
-    turned[0] += sign * along
-    along /= 1.0 + w[0]
-    along += sign * x[0]
-    np.multiply(w[1:], along, out=turned[1:])
-    turned[1:] += x[1:]
+    turned[0] = w[0] * x[0] + sign * along
+    turned[1:] = x[1:] + w[1:] * (sign * x[0] + along / (1.0 + w[0]))
     return turned
+
+
+def _spectral(value: Floats, along: Floats, x: Floats) -> Floats:
+    """The symmetric matrix with the given eigenvalues on (1, d), (1, -d) and across d, applied to triples."""
+    ahead = along[0] * x[1] + along[1] * x[2]
+    across = value[2] * (along[0] * x[2] - along[1] * x[1])
+    plus, minus = 0.5 * value[0] * (x[0] + ahead), 0.5 * value[1] * (x[0] - ahead)
+    found = np.empty_like(x)
+    found[0] = plus + minus
+    ahead = plus - minus
+    found[1] = along[0] * ahead - along[1] * across
+    found[2] = along[1] * ahead + along[0] * across
+    return found

@@ -7,6 +7,7 @@ orders and factors anew each time. `backend()` says which one answers.
 from __future__ import annotations
 
 import os
+import sys
 from copy import copy
 from functools import cache
 from typing import Any, Protocol
@@ -92,7 +93,7 @@ class Pardiso:
             raise ArithmeticError(str(error)) from None
 
     def __del__(self) -> None:
-        if self._upper is not None:
+        if self._upper is not None and not sys.is_finalizing():
             self._call(-1, np.zeros(len(self._upper.indptr) - 1))
 
 

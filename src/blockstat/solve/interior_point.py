@@ -11,41 +11,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
 
-from blockstat.polyhedron import Floats, Ints
-from blockstat.solve.cones import Cones, Scaling
-from blockstat.solve.normal import BlockNormal, borrowed
+from blockstat.polyhedron import Floats
+from blockstat.solve.cones import Scaling
+from blockstat.solve.kkt import ConicProgram, Kkt, Pair, largest
+from blockstat.solve.normal import borrowed
 
 MOST_ITERATIONS = 100
-TOLERANCE = 1e-10
+TOLERANCE = 1e-9
 #: Where the iteration stalls, an answer this good is still handed on; our own certificates judge it.
 ALMOST = 1e-6
+PATIENCE = 8  #: iterations without progress
 STEP = 0.99
-MOST_REFINEMENTS = 3
-#: Refinement stops when the residual is this small relative to the right-hand side, or stops shrinking.
-REFINED = 1e-8
-
-
-@dataclass(frozen=True, eq=False)
-class ConicProgram:
-    """One program. Its rows come in the order of the cones: triples, half-lines of two blocks, then bordering rows."""
-
-    cost: Floats  #: q, shape (n,)
-    matrix: sparse.csr_array  #: M, shape (n_rows, n)
-    bound: Floats  #: b, shape (n_rows,)
-    cones: Cones
-    local: Floats  #: entries of the rows of two blocks in the columns of a and b, shape (n_local, 2 width)
-    pair: Ints  #: blocks of these rows and then of those of `penalty`, -1 for a support
-    n_blocks: int
-    width: int  #: unknowns a block
-    penalty: sparse.csr_array  #: Q with P = Q'Q, shape (n_penalty, n)
-    penalty_local: Floats  #: its entries, shape (n_penalty, 2 width)
-    ridge: float = 0.0  #: P = Q'Q + ridge I
-
-    @property
-    def curved(self) -> bool:
-        return len(self.penalty_local) > 0 or self.ridge > 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,84 +33,6 @@ class ConicAnswer:
     z: Floats  #: multipliers of the rows
     status: str  #: "Solved", "AlmostSolved", "PrimalInfeasible", "DualInfeasible" or "Stalled"
     iterations: int
-
-
-_Pair = tuple[Floats, Floats]
-
-
-class _Kkt:
-    """The system [P M'; M -W'W] of one scaling."""
-
-    def __init__(self, program: ConicProgram, normal: BlockNormal) -> None:
-        self._p, self._normal = program, normal
-        self._transposed = sparse.csr_array(program.matrix.T)
-        self._penalty_t = sparse.csr_array(program.penalty.T)
-        self._border = program.matrix[len(program.local) :].toarray()
-        self._scaling: Scaling | None = None
-
-    def hessian(self, x: Floats) -> Floats:
-        return self._penalty_t @ (self._p.penalty @ x) + self._p.ridge * x
-
-    def transposed(self, z: Floats) -> Floats:
-        return self._transposed @ z
-
-    def update(self, scaling: Scaling) -> None:
-        """Factor for another scaling."""
-        program, cones = self._p, self._p.cones
-        self._scaling = scaling
-        triples = program.local[: 3 * cones.n_soc].reshape(3, -1, program.local.shape[1])
-        halves = program.local[3 * cones.n_soc :]
-        inner = scaling.half[: len(halves)]
-        rows = [scaling.inverse_rows(triples).reshape(-1, program.local.shape[1]), halves / inner[:, None]]
-        self._normal.update(np.concatenate([*rows, program.penalty_local]), program.ridge)
-        self._held = np.empty((0, 0))
-        if len(self._border):
-            scaled = self._border / scaling.half[len(halves) :][:, None]
-            self._border_scaled = scaled
-            self._border_solved = self._normal.factor.solve(np.asfortranarray(scaled.T)).reshape(-1, len(scaled))
-            self._held = np.eye(len(scaled)) + scaled @ self._border_solved
-
-    def _solve_normal(self, right: list[Floats]) -> list[Floats]:
-        """S^-1 of several vectors at once, which costs little more than of one."""
-        x = self._normal.factor.solve(np.column_stack(right)) if len(right) > 1 else self._normal.factor.solve(right[0])
-        x = x.reshape(len(right[0]), -1)
-        if len(self._border):
-            x = x - self._border_solved @ np.linalg.solve(self._held, self._border_scaled @ x)
-        return [np.ascontiguousarray(column) for column in x.T]
-
-    def _once(self, right: list[_Pair]) -> list[_Pair]:
-        scaling = self._scaling
-        assert scaling is not None
-        x = self._solve_normal([top + self.transposed(scaling.inverse_squared(bottom)) for top, bottom in right])
-        return [
-            (own, scaling.inverse_squared(self._p.matrix @ own - bottom))
-            for own, (_, bottom) in zip(x, right, strict=True)
-        ]
-
-    def _residual(self, right: _Pair, found: _Pair) -> _Pair:
-        assert self._scaling is not None
-        (top, bottom), (x, z) = right, found
-        upper = top - self.hessian(x) - self.transposed(z)
-        return upper, bottom - self._p.matrix @ x + self._scaling.squared(z)
-
-    def solve(self, *right: _Pair) -> list[_Pair]:
-        """Solve for right-hand sides (top, bottom), refined on the whole system."""
-        found = self._once(list(right))
-        size = np.inf
-        for _ in range(MOST_REFINEMENTS):
-            rest = [self._residual(given, answer) for given, answer in zip(right, found, strict=True)]
-            now = max(_size(*left) / max(_size(*given), 1e-300) for left, given in zip(rest, right, strict=True))
-            if now <= REFINED or not now < 0.5 * size:
-                break
-            size = now
-            change = self._once(rest)
-            found = [(x + dx, z + dz) for (x, z), (dx, dz) in zip(found, change, strict=True)]
-        return found
-
-
-def _size(*vectors: Floats) -> float:
-    """Largest magnitude in some vectors."""
-    return max(float(np.abs(vector).max(initial=0.0)) for vector in vectors)
 
 
 def _dot(a: Floats, b: Floats) -> float:
@@ -153,25 +52,29 @@ class _State:
 def solve(program: ConicProgram) -> ConicAnswer:
     """Solve a program."""
     with borrowed(program.pair, program.n_blocks, program.width) as normal:
-        return _iterate(program, _Kkt(program, normal))
+        return _iterate(program, Kkt(program, normal))
 
 
-def _iterate(program: ConicProgram, kkt: _Kkt) -> ConicAnswer:
+def _iterate(program: ConicProgram, kkt: Kkt) -> ConicAnswer:
     """Predictor and corrector until the answer is good, or gets no better."""
     try:
         state = _start(program, kkt)
     except ArithmeticError as error:
         return ConicAnswer(0 * program.cost, 0 * program.bound, f"Stalled: {error}", 0)
-    best, best_error, waited = state, np.inf, 0
+    best, best_error, least, waited = state, np.inf, np.inf, 0
     iteration = 0
     for iteration in range(MOST_ITERATIONS):
         status, error = _judge(program, kkt, state)
         if status:
             return _answer(state, status, iteration)
-        waited = 0 if error < 0.9 * best_error else waited + 1
+        mu = _complementarity(program, state)
+        # Far from the end the gap may shrink for long before the errors do; near it they count alone.
+        moves = error < 0.9 * best_error or (mu < 0.5 * least and best_error > ALMOST)
+        waited = 0 if moves else waited + 1
+        least = min(least, mu)
         if error < best_error:
             best, best_error = state, error
-        if waited > 8:
+        if waited > (PATIENCE if best_error > ALMOST else 2):
             break
         try:
             with np.errstate(over="raise", invalid="raise", divide="raise"):
@@ -186,7 +89,7 @@ def _answer(state: _State, status: str, iterations: int) -> ConicAnswer:
     return ConicAnswer(state.x / scale, state.z / scale, status, iterations)
 
 
-def _start(program: ConicProgram, kkt: _Kkt) -> _State:
+def _start(program: ConicProgram, kkt: Kkt) -> _State:
     """The minimisers of the two least-squares problems, moved inside the cones (Vandenberghe 2010, section 5.3)."""
     cones = program.cones
     ones = Scaling(cones, np.tile([[1.0], [0.0], [0.0]], cones.n_soc), np.ones(cones.n_soc), np.ones(cones.n_half))
@@ -200,12 +103,14 @@ def _start(program: ConicProgram, kkt: _Kkt) -> _State:
 
     def inside(vector: Floats) -> Floats:
         depth = cones.depth(vector)
-        return vector if depth > 1e-4 else vector + (1.0 - depth) * cones.unit
+        return vector.copy() if depth > 1e-4 else vector + (1.0 - depth) * cones.unit
 
-    return _State(x, inside(s), inside(z), 1.0, 1.0)
+    s = inside(s)
+    cones.zeros(s)[:] = 0.0
+    return _State(x, s, inside(z), 1.0, 1.0)
 
 
-def _residuals(program: ConicProgram, kkt: _Kkt, v: _State) -> tuple[Floats, Floats, float, Floats]:
+def _residuals(program: ConicProgram, kkt: Kkt, v: _State) -> tuple[Floats, Floats, float, Floats]:
     """Residuals of the embedding, and P x."""
     curved = kkt.hessian(v.x)
     dual = curved + kkt.transposed(v.z) + program.cost * v.tau
@@ -214,42 +119,47 @@ def _residuals(program: ConicProgram, kkt: _Kkt, v: _State) -> tuple[Floats, Flo
     return dual, primal, gap, curved
 
 
-def _judge(program: ConicProgram, kkt: _Kkt, v: _State) -> tuple[str, float]:
+def _complementarity(program: ConicProgram, v: _State) -> float:
+    """mu, what s'z and tau kappa have on average."""
+    return (_dot(v.s, v.z) + v.tau * v.kappa) / (program.cones.degree + 1)
+
+
+def _judge(program: ConicProgram, kkt: Kkt, v: _State) -> tuple[str, float]:
     """The status if it is time to stop, and the largest relative error of the candidate answer."""
 
     dual, primal, _, curved = _residuals(program, kkt, v)
     quadratic, linear, bound = _dot(v.x, curved) / v.tau**2, _dot(program.cost, v.x), _dot(program.bound, v.z)
     value, other = quadratic / 2 + linear / v.tau, -quadratic / 2 - bound / v.tau
     errors = (
-        _size(primal) / v.tau / max(1.0, _size(program.bound) + (_size(v.x) + _size(v.s)) / v.tau),
-        _size(dual) / v.tau / max(1.0, _size(program.cost) + (_size(v.x) + _size(v.z)) / v.tau),
+        largest(primal) / v.tau / max(1.0, largest(program.bound) + (largest(v.x) + largest(v.s)) / v.tau),
+        largest(dual) / v.tau / max(1.0, largest(program.cost) + (largest(v.x) + largest(v.z)) / v.tau),
         abs(value - other) / max(1.0, min(abs(value), abs(other))),
     )
     if max(errors) < TOLERANCE:
         return "Solved", max(errors)
     pulled = kkt.transposed(v.z)
-    if bound < 0 and _size(pulled) < TOLERANCE * max(1.0, _size(v.x) + _size(v.z)) * -bound:
+    if bound < 0 and largest(pulled) < TOLERANCE * max(1.0, largest(v.x) + largest(v.z)) * -bound:
         return "PrimalInfeasible", max(errors)
     if linear < 0:
-        ray = max(_size(curved), _size(program.matrix @ v.x + v.s))
-        if ray < TOLERANCE * max(1.0, _size(v.x) + _size(v.s)) * -linear:
+        ray = max(largest(curved), largest(program.matrix @ v.x + v.s))
+        if ray < TOLERANCE * max(1.0, largest(v.x) + largest(v.s)) * -linear:
             return "DualInfeasible", max(errors)
     return "", max(errors)
 
 
-def _step(program: ConicProgram, kkt: _Kkt, v: _State) -> _State:
+def _step(program: ConicProgram, kkt: Kkt, v: _State) -> _State:
     """One predictor and corrector."""
     cones = program.cones
     dual, primal, gap, curved = _residuals(program, kkt, v)
     scaling = cones.scaling(v.s, v.z)
     kkt.update(scaling)
     mean = scaling.apply(v.z)
-    mu = (_dot(v.s, v.z) + v.tau * v.kappa) / (cones.degree + 1)
+    mu = _complementarity(program, v)
     xi = v.x / v.tau
     slope = 2.0 * curved / v.tau + program.cost
     square = cones.product(mean, mean)
 
-    def right(share: float, bend: Floats) -> tuple[Floats, _Pair]:
+    def right(share: float, bend: Floats) -> tuple[Floats, Pair]:
         """For residuals reduced to `share` and lambda o (W^-1 ds + W dz) = -bend."""
         shift = scaling.apply(cones.quotient(mean, bend))
         return shift, (-share * dual, -share * primal + shift)
@@ -258,7 +168,7 @@ def _step(program: ConicProgram, kkt: _Kkt, v: _State) -> _State:
     (x2, z2), first = kkt.solve((-program.cost, program.bound), affine)
     below = _dot(slope, x2) + _dot(program.bound, z2) - _dot(xi, curved) / v.tau - v.kappa / v.tau
 
-    def direction(share: float, shift: Floats, one: _Pair, turn: float) -> tuple[Floats, Floats, Floats, float, float]:
+    def direction(share: float, shift: Floats, one: Pair, turn: float) -> tuple[Floats, Floats, Floats, float, float]:
         """The step, with tau kappa changed by -turn."""
         x1, z1 = one
         above = -share * gap + turn / v.tau - _dot(slope, x1) - _dot(program.bound, z1)

@@ -23,7 +23,7 @@ from blockstat.polyhedron import Floats, Ints
 from blockstat.solve.factor import Factor, make_factor
 
 #: Added to the diagonal relative to itself: a block that turns freely about two points leaves S singular.
-REGULARISATION = 1e-13
+REGULARISATION = 1e-15
 #: Patterns kept for the next program with the same pairs of blocks, and the most blocks of one worth keeping.
 KEPT, KEPT_BLOCKS = 6, 20_000
 _pool: OrderedDict[tuple, BlockNormal] = OrderedDict()

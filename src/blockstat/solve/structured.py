@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy import sparse
 
 from blockstat.planar import Plane
 from blockstat.polyhedron import Floats, Ints
+from blockstat.program import PenaltyProgram
 from blockstat.solve.cones import Cones
-from blockstat.solve.interior_point import ConicAnswer, ConicProgram, solve
+from blockstat.solve.interior_point import ConicAnswer, solve
+from blockstat.solve.kkt import ConicProgram, Limits
 from blockstat.solve.raw import DualAnswer, DualProgram
 
 
 def fits(problem: DualProgram) -> bool:
-    """Whether the method knows all that is in a program."""
+    """Whether the method knows all that is in a program: caps and floors only where there is Coulomb friction."""
     program = problem.program
-    return bool(np.isfinite(program.friction).all()) and not len(program.capped) and not len(program.floored)
+    limited = program.friction[np.concatenate([program.capped, program.floored])]
+    return bool((limited > 0).all() and np.isfinite(limited).all())
 
 
 def solve_dual(problem: DualProgram) -> DualAnswer:
@@ -35,30 +40,41 @@ def local_rows(matrix: sparse.csr_array, pair: Ints, width: int) -> Floats:
 
 
 def _solve_in_space(problem: DualProgram) -> DualAnswer:
+    """Each point is a cone (g_n / mu, g_1, g_2), or where friction is nothing or endless g_n >= 0 and g_t = 0."""
     program = problem.program
     mu = program.friction
-    m = len(mu)
-    rough, smooth = np.flatnonzero(mu > 0), np.flatnonzero(mu == 0)
+    rough = np.flatnonzero((mu > 0) & np.isfinite(mu))
+    sticky, plain = np.flatnonzero(np.isinf(mu)), np.flatnonzero((mu == 0) | np.isinf(mu))
     slip = np.minimum(mu[rough], 1.0)
-    # Heads, first and second tangents of the cones (g_n / mu, g_1, g_2), then g_n alone where there is no friction.
-    rows = np.concatenate([3 * rough, 3 * rough + 1, 3 * rough + 2, 3 * smooth])
-    scale = np.concatenate([slip / mu[rough], slip, slip, np.ones(len(smooth))])
-    owner = np.concatenate([rough, rough, rough, smooth])
+    rows = np.concatenate([*(3 * rough + k for k in range(3)), 3 * sticky + 1, 3 * sticky + 2, 3 * plain])
+    scale = np.concatenate([slip / mu[rough], slip, slip, np.ones(2 * len(sticky) + len(plain))])
     rates = sparse.csr_array(sparse.diags_array(scale) @ program.matrix.T.tocsr()[rows])
     offset = np.zeros(len(rows)) if problem.offset is None else scale * problem.offset[rows]
-    opening = sparse.csr_array(program.opening.T)
     answer = _solve(
         problem,
         rates,
         offset,
-        Cones(len(rough), len(smooth)),
-        program.point_blocks[owner],
-        (opening, program.point_blocks[: program.n_points]),
+        Cones(len(rough), 2 * len(sticky), len(plain)),
+        program.point_blocks[rows // 3],
+        (sparse.csr_array(program.opening.T), program.point_blocks[: program.n_points]),
         None,
+        _limits(program, rough, slip / mu[rough]),
     )
-    force = np.zeros(3 * m)
+    force = np.zeros(3 * len(mu))
     force[rows] = scale * answer.z[: len(rows)]
-    return _answer(problem, answer, answer.x, force.reshape(-1, 3))
+    return _answer(problem, answer, answer.x[: len(program.load)], force.reshape(-1, 3))
+
+
+def _limits(program: PenaltyProgram, rough: Ints, head: Floats) -> Limits | None:
+    """The caps and floors of points, whose triples are those of the points `rough`."""
+    points = np.union1d(program.capped, program.floored)
+    if not len(points):
+        return None
+    triple = np.searchsorted(rough, points)
+    y, z = (np.full(len(points), -1) for _ in range(2))
+    y[np.searchsorted(points, program.capped)] = np.arange(len(program.capped))
+    z[np.searchsorted(points, program.floored)] = len(program.capped) + np.arange(len(program.floored))
+    return Limits(triple, head[triple], np.where(points < program.n_points, points, -1), y, z)
 
 
 def _solve_in_plane(problem: DualProgram, plane: Plane) -> DualAnswer:
@@ -78,7 +94,7 @@ def _solve_in_plane(problem: DualProgram, plane: Plane) -> DualAnswer:
     blocks = program.point_blocks[plane.first]
     # Two points a pair, so the penalty on a pair counts twice.
     opening = (sparse.csr_array(np.sqrt(2.0) * normal), blocks)
-    answer = _solve(problem, rates, offset, Cones(0, len(offset)), np.tile(blocks, (2, 1)), opening, plane)
+    answer = _solve(problem, rates, offset, Cones(0, 0, len(offset)), np.tile(blocks, (2, 1)), opening, plane)
     plus, minus = scale * answer.z[: len(mu)], scale * answer.z[len(mu) : 2 * len(mu)]
     force = plane.unfold_forces(plus + minus, mu * (plus - minus), len(program.friction))
     return _answer(problem, answer, plane.unfold @ answer.x, force)
@@ -92,10 +108,12 @@ def _solve(
     pair: Ints,
     opening: tuple[sparse.csr_array, Ints],
     plane: Plane | None,
+    limits: Limits | None = None,
 ) -> ConicAnswer:
-    """Solve with rates x + offset in the cones and the bordering rows of the program below them."""
+    """Solve with rates x + offset in the cones, the half-lines of the limits and the bordering rows below them."""
     width = 6 if plane is None else 3
-    size = width * (len(problem.program.load) // 6)
+    n_blocks = len(problem.program.load) // 6
+    size = width * n_blocks
 
     def folded(vector: Floats) -> Floats:
         return vector if plane is None else plane.unfold.T @ vector
@@ -106,34 +124,67 @@ def _solve(
             # A load does as little work as it can, so l'u = 1 may be relaxed to l'u >= 1.
             border.append(sparse.csr_array(sign * folded(vector)[None, :]))
             bounds.append(sign)
-    matrix = sparse.csr_array(sparse.vstack([-rates, *border]))
     penalty, owners = opening
     if not problem.penalty:
         penalty, owners = sparse.csr_array((0, size)), owners[:0]
-    return solve(
-        ConicProgram(
-            cost=folded(problem.cost),
-            matrix=matrix,
-            bound=np.concatenate([offset, bounds]),
-            cones=Cones(cones.n_soc, cones.n_half + len(bounds)),
-            local=local_rows(rates, pair, width),
-            pair=np.concatenate([pair, owners]),
-            n_blocks=size // width,
-            width=width,
-            penalty=penalty,
-            penalty_local=local_rows(penalty, owners, width),
-            ridge=1.0 if problem.least_norm else 0.0,
-        )
+    program = ConicProgram(
+        cost=folded(problem.cost),
+        matrix=sparse.csr_array(sparse.vstack([-rates, *border])),
+        bound=np.concatenate([offset, bounds]),
+        cones=Cones(cones.n_soc, cones.n_zero, cones.n_half + len(bounds)),
+        local=local_rows(rates, pair, width),
+        pair=np.concatenate([pair, owners]),
+        n_blocks=n_blocks,
+        width=width,
+        penalty=penalty,
+        penalty_local=local_rows(penalty, owners, width),
+        ridge=1.0 if problem.least_norm else 0.0,
+    )
+    return solve(program if limits is None else _with_limits(problem, program, limits))
+
+
+def _with_limits(problem: DualProgram, program: ConicProgram, limits: Limits) -> ConicProgram:
+    """Append the unknowns y and z, their columns in the triples and in the penalty, and their half-lines."""
+    price = np.concatenate(
+        [problem.program.cap[problem.program.capped], -problem.program.floor[problem.program.floored]]
+    )
+    n_rows, n_penalty, n_local = len(program.bound), len(program.penalty_local), len(program.local)
+    has_y, has_z = limits.y >= 0, limits.z >= 0
+    values = np.concatenate([-limits.head[has_y], limits.head[has_z]])
+    rows, places = (
+        np.concatenate([limits.triple[has_y], limits.triple[has_z]]),
+        np.append(limits.y[has_y], limits.z[has_z]),
+    )
+    heads = sparse.csr_array((values, (rows, places)), shape=(n_rows, limits.size))
+    bent = has_y & (limits.penalty >= 0) & (n_penalty > 0)
+    ones = (np.ones(bent.sum()), (limits.penalty[bent], limits.y[bent]))
+    matrix = sparse.csr_array(sparse.hstack([program.matrix, heads]))
+    own = sparse.hstack([sparse.csr_array((limits.size, len(program.cost))), -sparse.eye_array(limits.size)])
+    cones = program.cones
+    return replace(
+        program,
+        cost=np.concatenate([program.cost, price]),
+        matrix=sparse.csr_array(sparse.vstack([matrix[:n_local], own, matrix[n_local:]])),
+        bound=np.insert(program.bound, n_local, np.zeros(limits.size)),
+        cones=Cones(cones.n_soc, cones.n_zero, cones.n_half + limits.size),
+        pair=np.concatenate([program.pair, np.repeat(program.pair[limits.triple], 4, axis=0)]),
+        penalty=sparse.csr_array(
+            sparse.hstack([program.penalty, sparse.csr_array(ones, shape=(n_penalty, limits.size))])
+        ),
+        limits=limits,
     )
 
 
 def _answer(problem: DualProgram, answer: ConicAnswer, twist: Floats, force: Floats) -> DualAnswer:
+    program = problem.program
+    crushing = np.zeros(len(program.friction))
+    crushing[program.capped] = answer.x[len(program.load) :][: len(program.capped)]
     return DualAnswer(
         twist=twist,
         force=force,
         multiplier=0.0 if problem.pinned is None else float(answer.z[-1]),
         status=answer.status,
         iterations=answer.iterations,
-        crushing=np.zeros(len(problem.program.friction)),
+        crushing=crushing,
         solver="interior-point",
     )

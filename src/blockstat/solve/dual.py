@@ -1,0 +1,96 @@
+"""The dual programs: which solver takes them, and the three that a verdict asks for."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from blockstat.polyhedron import Floats
+from blockstat.program import PenaltyProgram
+from blockstat.solve import clarabel_dual, structured
+from blockstat.solve.certificate import opening_room, power
+from blockstat.solve.raw import DualAnswer, DualProgram, RawSolution
+
+#: Joints open by more than this many violations need no watching when a mechanism is mended.
+WIDE_OPEN = 1e3
+#: A point with a cap that closes faster than this fraction of the fastest joint crushes or yields.
+YIELDS = 1e-6
+#: Unknowns from which the structured method is the faster one; below, its many small steps in Python cost more.
+STRUCTURED = 1_000
+CHOICES = ("auto", "interior-point", "clarabel")
+
+
+def solve_dual(problem: DualProgram) -> DualAnswer:
+    """Solve a dual program with the structured method where it fits and pays, else with Clarabel.
+
+    The choice is the program's `solver`: "auto", "interior-point" or "clarabel". Where the structured method does not
+    fit (friction without limit) or gets stuck, Clarabel takes over; the answer says who gave it.
+    """
+    program = problem.program
+    unknowns = len(program.load) // (1 if problem.plane is None else 2)
+    wanted = program.solver == "interior-point" or (program.solver == "auto" and unknowns >= STRUCTURED)
+    if wanted and structured.fits(problem):
+        answer = structured.solve_dual(problem)
+        if not answer.status.startswith("Stalled"):
+            return answer
+    return clarabel_dual.solve_dual(problem)
+
+
+def solve(program: PenaltyProgram) -> RawSolution:
+    """Minimise 1/2 ||E' A' u||^2 - w' u over twists with A' u in K*; at points with a cap, 1/2 |g_n + y|^2."""
+    answer = solve_dual(DualProgram(program, -program.load, penalty=True))
+    return RawSolution(
+        force=answer.force,
+        adhesion=np.maximum(program.opening.T @ answer.twist + answer.crushing[: program.n_points], 0.0),
+        twist=answer.twist,
+        bounded="DualInfeasible" not in answer.status,
+        status=answer.status,
+        iterations=answer.iterations,
+        solver=answer.solver,
+    )
+
+
+def solve_margin(program: PenaltyProgram) -> RawSolution:
+    """The least adhesion tau, the same at every point, that lets an equilibrium exist; at least -1.
+
+    Primal: min tau subject to A f + w = 0, f_i + tau n in K, tau >= -1. Dual: max w' u + sum g_n - 1
+    subject to A' u in K*, sum g_n <= 1. The penalty program is quadratic, so near the limit its answer is
+    good to the square root of the tolerance; this one is linear and good to the tolerance itself. It costs a
+    second solve, so it is asked only where the first could not prove either side.
+    """
+    total = np.asarray(program.opening.sum(axis=1)).reshape(-1)
+    answer = solve_dual(DualProgram(program, -program.load - total, capped=total))
+    tau = float(power(program, answer.twist)[0] + total @ answer.twist - 1.0)
+    force = answer.force.copy()
+    force[: program.n_points, 0] -= tau
+    adhesion = np.full(program.n_points, max(tau, 0.0))
+    return RawSolution(
+        force,
+        adhesion,
+        answer.twist,
+        bounded=True,
+        status=answer.status,
+        iterations=answer.iterations,
+        solver=answer.solver,
+    )
+
+
+def open_joints(program: PenaltyProgram, twist: Floats) -> Floats:
+    """A twist next to the given one under which no joint closes at all.
+
+    With eps the largest violation of A' u in K*, looks for the least d with A' (u / eps + d) in K* + n and
+    returns u + eps d. The solver's error is then relative to eps and not to u. Returns u itself when there is
+    nothing to mend or, in jammed assemblies, no such d.
+    """
+    gap_rate = (program.matrix.T @ twist).reshape(-1, 3)
+    room = opening_room(gap_rate, program.friction)
+    # Points that crush or bonds that yield may go on closing; those that close by an error are mended.
+    room[program.capped[room[program.capped] < -YIELDS * np.abs(gap_rate).max(initial=0.0)]] = np.inf
+    worst = -float(room.min(initial=0.0))
+    if worst <= 0:
+        return twist
+    offset = np.zeros_like(gap_rate)
+    sticky = np.isinf(program.friction)
+    offset[:, 0] = np.minimum(np.where(sticky & np.isfinite(room), gap_rate[:, 0], room) / worst, WIDE_OPEN) - 1.0
+    offset[sticky, 1:] = gap_rate[sticky, 1:] / worst
+    answer = solve_dual(DualProgram(program, np.zeros(len(twist)), least_norm=True, offset=offset.reshape(-1)))
+    return twist + worst * answer.twist if "Infeasible" not in answer.status else twist

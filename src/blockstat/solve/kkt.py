@@ -1,0 +1,225 @@
+"""The linear systems of the interior-point method, [P + rho I, M'; M, -(W'W + delta I)].
+
+rho and delta are proximal terms (Friedlander & Orban: A primal-dual regularized interior-point method for convex
+quadratic programs, 2012): they leave the optimum where it is, since the steps that they act on vanish there, and keep
+the normal equations from losing the blocks whose joints are all about to open.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from blockstat.polyhedron import Floats, Ints
+from blockstat.solve.cones import Cones, Scaling
+from blockstat.solve.normal import BlockNormal
+
+#: Proximal terms; lengths, forces and rates of the programs are of the order of one.
+PROXIMAL, DUAL_PROXIMAL = 1e-6, 1e-6
+#: Refinement stops when the residual is this small relative to the right-hand side, or stops shrinking.
+MOST_REFINEMENTS, REFINED, STALLED = 3, 1e-8, 0.5
+
+Pair = tuple[Floats, Floats]
+
+
+@dataclass(frozen=True, eq=False)
+class Limits:
+    """Unknowns y and z >= 0 of single points, which enter the head of the point's triple with +head and -head.
+
+    They follow the twists in x, all y before all z; their half-lines -y <= 0, -z <= 0 follow the local ones.
+    """
+
+    triple: Ints  #: the point's place among the triples, shape (n,)
+    head: Floats  #: shape (n,)
+    penalty: Ints  #: the point's row of the penalty, -1 for none, shape (n,)
+    y: Ints  #: place of y among the unknowns after the twists, -1 for none, shape (n,)
+    z: Ints
+
+    @property
+    def size(self) -> int:
+        return int((self.y >= 0).sum() + (self.z >= 0).sum())
+
+
+@dataclass(frozen=True, eq=False)
+class ConicProgram:
+    """min 1/2 x'P x + q'x, M x + s = b, s in the cones.
+
+    Rows come as triples, zeros, half-lines of two blocks, half-lines of the limits, and bordering half-lines.
+    """
+
+    cost: Floats  #: q, shape (n,)
+    matrix: sparse.csr_array  #: M, shape (n_rows, n)
+    bound: Floats  #: b, shape (n_rows,)
+    cones: Cones
+    local: Floats  #: entries of the rows of two blocks in the columns of a and b, signs aside, (n_local, 2 width)
+    pair: Ints  #: blocks of these rows, then of those of the penalty, then four more for each limited point
+    n_blocks: int
+    width: int  #: unknowns a block
+    penalty: sparse.csr_array  #: Q with P = Q'Q, shape (n_penalty, n)
+    penalty_local: Floats  #: its entries, shape (n_penalty, 2 width)
+    ridge: float = 0.0  #: P = Q'Q + ridge I
+    limits: Limits | None = None
+
+    @property
+    def curved(self) -> bool:
+        return len(self.penalty_local) > 0 or self.ridge > 0
+
+
+class Kkt:
+    """The system of one scaling after another."""
+
+    def __init__(self, program: ConicProgram, normal: BlockNormal) -> None:
+        self._p, self._normal = program, normal
+        self._transposed = sparse.csr_array(program.matrix.T)
+        self._penalty_t = sparse.csr_array(program.penalty.T)
+        self._twists = program.width * program.n_blocks
+        border = len(program.local) + (program.limits.size if program.limits else 0)
+        self._border = program.matrix[border:].toarray()
+        self._scaling: Scaling | None = None
+
+    def hessian(self, x: Floats) -> Floats:
+        """P x."""
+        return self._penalty_t @ (self._p.penalty @ x) + self._p.ridge * x
+
+    def transposed(self, z: Floats) -> Floats:
+        """M' z."""
+        return self._transposed @ z
+
+    def update(self, scaling: Scaling) -> None:
+        """Factor for another scaling."""
+        program, cones = self._p, self._p.cones
+        self._scaling = scaling
+        width = program.local.shape[1]
+        triples = program.local[: 3 * cones.n_soc].reshape(3, -1, width)
+        zeros = program.local[3 * cones.n_soc : 3 * cones.n_soc + cones.n_zero]
+        halves = program.local[3 * cones.n_soc + cones.n_zero :]
+        half = np.sqrt(scaling.half**2 + DUAL_PROXIMAL)
+        turned = scaling.rows(triples, DUAL_PROXIMAL)
+        penalty = program.penalty_local
+        extra = np.empty((0, width))
+        if program.limits is not None:
+            turned, penalty, extra = self._without_limits(program.limits, scaling, turned, penalty, half[len(halves) :])
+        local = [turned.reshape(-1, width), zeros / np.sqrt(DUAL_PROXIMAL), halves / half[: len(halves), None]]
+        self._normal.update(np.concatenate([*local, penalty, extra]), program.ridge + PROXIMAL)
+        self._border_scaled = np.empty((0, 0))
+        if len(self._border):
+            scaled = self._border / half[len(half) - len(self._border) :, None]
+            solved = self._solve_local(list(scaled))
+            self._border_solved = np.column_stack(solved)
+            self._held = np.eye(len(scaled)) + scaled @ self._border_solved
+            self._border_scaled = scaled
+
+    def _without_limits(
+        self, limits: Limits, scaling: Scaling, turned: Floats, penalty: Floats, half: Floats
+    ) -> tuple[Floats, Floats, Floats]:
+        """Rows with y and z eliminated: projected, point by point, off the columns of its y and z."""
+        n, width = len(limits.head), turned.shape[2]
+        has_y, has_z = limits.y >= 0, limits.z >= 0
+        rows, columns = np.zeros((n, 6, width)), np.zeros((n, 6, 2))
+        rows[:, :3] = turned[:, limits.triple].swapaxes(0, 1)
+        unit = np.zeros((3, scaling.cones.n_soc, 1))
+        unit[0] = 1.0
+        heads = scaling.rows(unit, DUAL_PROXIMAL)[:, limits.triple, 0].T * limits.head[:, None]
+        columns[:, :3, 0] = heads * has_y[:, None]
+        columns[:, :3, 1] = -heads * has_z[:, None]
+        bent = (limits.penalty >= 0) & (len(penalty) > 0)
+        rows[bent, 3] = penalty[limits.penalty[bent]]
+        columns[bent & has_y, 3, 0] = 1.0
+        # A missing unknown is one of its own that nothing moves.
+        columns[:, 4, 0] = np.where(has_y, 1.0 / half[np.maximum(limits.y, 0)], 1.0)
+        columns[:, 5, 1] = np.where(has_z, 1.0 / half[np.maximum(limits.z, 0)], 1.0)
+        across = columns.swapaxes(1, 2)
+        square = across @ columns
+        square[:, [0, 1], [0, 1]] += PROXIMAL + self._p.ridge
+        self._inverse = np.linalg.inv(square)
+        coupling = across @ rows
+        self._coupling = self._spread(limits, coupling)
+        # Square root of R'R - C' square^-1 C: the residual of the rows, and what the proximal term leaves of y and z.
+        taken = self._inverse @ coupling
+        rows = rows - columns @ taken
+        left = np.sqrt(PROXIMAL + self._p.ridge) * taken
+        turned, penalty = turned.copy(), penalty.copy()
+        turned[:, limits.triple] = rows[:, :3].swapaxes(0, 1)
+        if len(penalty):
+            penalty[limits.penalty[bent]] = rows[bent, 3]
+        return turned, penalty, np.concatenate([rows[:, 4:], left], axis=1).reshape(-1, width)
+
+    def _spread(self, limits: Limits, coupling: Floats) -> sparse.csr_array:
+        """The coupling of y and z of each point (two rows a point) with the twists as a matrix."""
+        w = self._p.width
+        pair = self._p.pair[limits.triple]
+        column = np.concatenate([w * pair[:, :1] + np.arange(w), w * pair[:, 1:] + np.arange(w)], axis=1)
+        column = np.broadcast_to(column[:, None], coupling.shape).reshape(-1)
+        row = np.repeat(np.arange(2 * len(pair)), 2 * w)
+        live = np.broadcast_to(np.repeat(pair >= 0, w, axis=1)[:, None], coupling.shape).reshape(-1)
+        shape = (2 * len(pair), self._twists)
+        return sparse.csr_array((coupling.reshape(-1)[live], (row[live], column[live])), shape=shape)
+
+    def _solve_local(self, right: list[Floats]) -> list[Floats]:
+        """Solve without the bordering rows, several vectors at once, which costs little more than one."""
+        limits = self._p.limits
+        if limits is None:
+            return self._factored(right)
+        own = []
+        for vector in right:
+            after = np.append(vector[self._twists :], 0.0)
+            both = np.column_stack([after[limits.y], after[limits.z]])  # -1 takes the zero
+            own.append((self._inverse @ both[:, :, None])[:, :, 0])
+        tops = [v[: self._twists] - self._coupling.T @ part.reshape(-1) for v, part in zip(right, own, strict=True)]
+        found = []
+        for twist, part in zip(self._factored(tops), own, strict=True):
+            moved = (self._coupling @ twist).reshape(-1, 2)
+            both = part - (self._inverse @ moved[:, :, None])[:, :, 0]
+            after = np.empty(limits.size)
+            for column, place in enumerate((limits.y, limits.z)):
+                after[place[place >= 0]] = both[place >= 0, column]
+            found.append(np.concatenate([twist, after]))
+        return found
+
+    def _factored(self, right: list[Floats]) -> list[Floats]:
+        solve = self._normal.factor.solve
+        if len(right) == 1:
+            return [solve(right[0])]
+        return [np.ascontiguousarray(column) for column in solve(np.column_stack(right)).T]
+
+    def _solve_normal(self, right: list[Floats]) -> list[Floats]:
+        found = self._solve_local(right)
+        if not len(self._border):
+            return found
+        return [x - self._border_solved @ np.linalg.solve(self._held, self._border_scaled @ x) for x in found]
+
+    def _once(self, right: list[Pair]) -> list[Pair]:
+        scaling = self._scaling
+        assert scaling is not None
+        tops = [top + self.transposed(scaling.inverse_squared(bottom, DUAL_PROXIMAL)) for top, bottom in right]
+        return [
+            (x, scaling.inverse_squared(self._p.matrix @ x - bottom, DUAL_PROXIMAL))
+            for x, (_, bottom) in zip(self._solve_normal(tops), right, strict=True)
+        ]
+
+    def _residual(self, right: Pair, found: Pair) -> Pair:
+        assert self._scaling is not None
+        (top, bottom), (x, z) = right, found
+        upper = top - self.hessian(x) - PROXIMAL * x - self.transposed(z)
+        return upper, bottom - self._p.matrix @ x + self._scaling.squared(z, DUAL_PROXIMAL)
+
+    def solve(self, *right: Pair) -> list[Pair]:
+        """Solve for right-hand sides (top, bottom), refined on the whole system."""
+        found = self._once(list(right))
+        size = np.inf
+        for _ in range(MOST_REFINEMENTS):
+            rest = [self._residual(given, answer) for given, answer in zip(right, found, strict=True)]
+            now = max(largest(*left) / max(largest(*given), 1e-300) for left, given in zip(rest, right, strict=True))
+            if now <= REFINED or not now < STALLED * size:
+                break
+            size = now
+            change = self._once(rest)
+            found = [(x + dx, z + dz) for (x, z), (dx, dz) in zip(found, change, strict=True)]
+        return found
+
+
+def largest(*vectors: Floats) -> float:
+    """Largest magnitude in some vectors."""
+    return max(float(np.abs(vector).max(initial=0.0)) for vector in vectors)

@@ -1,0 +1,61 @@
+"""The structured interior-point method against Clarabel and the literal program: verdicts, scores, limit loads."""
+
+import numpy as np
+import pytest
+from test_cvxpy import LAWS
+
+from blockstat import Outcome, assess, limit_load
+from blockstat.limit import LoadOutcome
+from problems import FERRIS, SCENES, arch, ferris_wall, running_bond, stack
+
+
+@pytest.mark.parametrize("scene", SCENES, ids=lambda s: s[0])
+def test_same_verdict_and_score(scene):
+    _, make, options = scene
+    ours, theirs = (assess(make(), solver=solver, **options) for solver in ("interior-point", "clarabel"))
+    assert ours.outcome is theirs.outcome
+    assert ours.score == pytest.approx(theirs.score, abs=1e-7)
+    assert ours.solver == "interior-point"
+
+
+@pytest.mark.parametrize("scene", LAWS, ids=lambda s: s[0])
+def test_same_verdict_and_score_with_joint_laws(scene):
+    _, make, law, options = scene
+    asm = make().with_(joints=[law])
+    ours, theirs = (assess(asm, solver=solver, **options) for solver in ("interior-point", "clarabel"))
+    assert ours.outcome is theirs.outcome
+    assert ours.score == pytest.approx(theirs.score, abs=1e-7)
+    assert ours.solver == "interior-point"
+
+
+@pytest.mark.parametrize("name", FERRIS)
+def test_limit_loads(name):
+    asm = ferris_wall(FERRIS[name][0])
+    ours, theirs = (limit_load(asm, (1, 0, 0), solver=solver) for solver in ("interior-point", "clarabel"))
+    assert ours.lower == pytest.approx(theirs.lower, rel=1e-8)
+    assert ours.gap < 1e-6
+
+
+@pytest.mark.parametrize("direction", [(1, 0, 0), (0, 1, 0), (1, 0.3, 0.2), (-1, 1, 0)])
+def test_limit_loads_in_space(direction):
+    for asm in (running_bond(5, 4), arch(12, 0.2), stack(4)):
+        ours, theirs = (limit_load(asm, direction, solver=solver) for solver in ("interior-point", "clarabel"))
+        assert ours.lower == pytest.approx(theirs.lower, rel=1e-7)
+        assert ours.gap < 1e-6
+
+
+def test_programs_without_an_answer_end_with_one():
+    asm = running_bond(5, 4)
+    assert limit_load(asm, (0, 0, -1), solver="interior-point").outcome is LoadOutcome.UNBOUNDED
+    falling = limit_load(asm, (1, 0, 0), gravity=(1.2, 0, -1), solver="interior-point")
+    assert falling.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE
+    upside_down = assess(stack(2), gravity=(0, 0, 1), solver="interior-point")
+    assert upside_down.outcome is Outcome.UNSTABLE
+
+
+def test_without_friction_and_with_little():
+    for mu in (0.0, 1e-3, 1e3, np.inf):
+        asm = stack(2).with_(friction=mu)
+        ours, theirs = (assess(asm, gravity=(0.1, 0, -1), solver=solver) for solver in ("interior-point", "clarabel"))
+        assert ours.outcome is theirs.outcome
+        assert ours.score == pytest.approx(theirs.score, rel=1e-6, abs=1e-9)
