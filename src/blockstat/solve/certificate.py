@@ -10,11 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
 
 from blockstat.equilibrium import Equilibrium
 from blockstat.polyhedron import Floats
 from blockstat.program import PenaltyProgram
+from blockstat.solve.normal import BlockNormal, borrowed, local_rows
 
 #: A force field proves stability when no block's residual and no cone violation next to it exceeds this
 #: fraction of the block's own load: far below the weight of the dust on it.
@@ -55,20 +55,23 @@ def balance(program: PenaltyProgram, force: Floats, *, passes: int = 4) -> Float
     Minimises sum |df_i|^2 / d_i subject to A (f + df) + w = 0 with d_i the distance of f_i from its cone's
     boundary, so that points with nothing to spare are left alone. Refined until rounding.
     """
-    from scipy.sparse.linalg import splu
-
     room = np.maximum(room_of(program, force), 0.0)
     room += 1e-9 * room.max(initial=1.0)
     slip = np.minimum(program.friction, 1.0)  # the cone is that much narrower across than along
     weights = (room[:, None] * np.column_stack([np.ones_like(slip), slip, slip])).reshape(-1)
+    pair = np.repeat(program.point_blocks, 3, axis=0)
+    rows = local_rows(program.matrix.T, pair, 6) * np.sqrt(weights)[:, None]
+    with borrowed(pair, len(program.load) // 6, 6) as normal:
+        try:
+            normal.update(rows)
+        except ArithmeticError:
+            return force
+        return _balanced(program, force, weights, normal, passes)
+
+
+def _balanced(program: PenaltyProgram, force: Floats, weights: Floats, normal: BlockNormal, passes: int) -> Floats:
+    """Newton's step for the correction, repeated until rounding."""
     matrix = program.matrix
-    normal = (matrix @ sparse.diags_array(weights) @ matrix.T).tocsc()
-    diagonal = normal.diagonal()
-    normal += sparse.diags_array(1e-14 * diagonal + 1e-30 * diagonal.max())
-    try:
-        factor = splu(normal, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-    except RuntimeError:
-        return force
     flat, best = force.reshape(-1).copy(), np.inf
     result = flat
     for _ in range(passes):
@@ -77,7 +80,7 @@ def balance(program: PenaltyProgram, force: Floats, *, passes: int = 4) -> Float
         if not size < best:
             break
         result, best = flat, size
-        flat = flat - weights * (matrix.T @ factor.solve(residual))
+        flat = flat - weights * (matrix.T @ normal.factor.solve(residual))
     return result.reshape(-1, 3)
 
 

@@ -10,6 +10,7 @@ import os
 import sys
 from copy import copy
 from functools import cache
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -100,10 +101,13 @@ class Pardiso:
 @cache
 def _pardiso() -> Any:
     """A solver of pypardiso to copy (it looks for the library on the disk when it is made), or None."""
+    # Left to itself pypardiso searches the whole environment for the library, which takes a second.
+    library = sorted([*Path(sys.prefix, "lib").glob("libmkl_rt*"), *Path(sys.prefix, "Library", "bin").glob("mkl_rt*")])
+    if library:
+        os.environ.setdefault("PYPARDISO_MKL_RT", str(library[-1]))
     try:
         from pypardiso.pardiso_wrapper import PyPardisoSolver
 
-        solver = PyPardisoSolver(mtype=2)
+        return PyPardisoSolver(mtype=2)
     except (ImportError, OSError):
         return None
-    return solver

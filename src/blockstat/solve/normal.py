@@ -50,17 +50,19 @@ class BlockNormal:
         """pair : blocks a and b of each row, -1 for a support, shape (n_rows, 2)."""
         low, high = np.minimum(pair[:, 0], pair[:, 1]), np.maximum(pair[:, 0], pair[:, 1])
         key = (low + 1) * (n_blocks + 1) + high + 1
-        unique, first, member = np.unique(key, return_index=True, return_inverse=True)
-        self._pairs = pair[first]
+        _, first, member, count = np.unique(key, return_index=True, return_inverse=True, return_counts=True)
+        # Pairs with as many rows stand together, so that each batch is one product of stacked matrices.
+        by_count = np.argsort(count, kind="stable")
+        rank = np.empty_like(by_count)
+        rank[by_count] = np.arange(len(by_count))
+        self._order = np.argsort(rank[member], kind="stable")
+        self._pairs = pair[first[by_count]]
         self._width, self._n = width, n_blocks
-        self._order = np.argsort(member, kind="stable")
-        count = np.bincount(member, minlength=len(unique))
-        start = np.concatenate([[0], np.cumsum(count)[:-1]])
-        self._batches = [
-            (which, (start[which][:, None] + np.arange(rows)).reshape(-1), int(rows))
-            for rows in np.unique(count)
-            for which in [np.flatnonzero(count == rows)]
-        ]
+        sizes, starts = np.unique(count[by_count], return_index=True)
+        self._batches = list(zip(sizes.tolist(), starts.tolist(), [*starts[1:].tolist(), len(count)], strict=True))
+        a, b = self._pairs.T
+        self._both = np.flatnonzero((a >= 0) & (b >= 0))
+        self._swapped = np.flatnonzero((a > b)[self._both])
         self._upper, self._place = self._pattern()
         self._sum = self._diagonal_sum()
         self.factor: Factor = make_factor()
@@ -69,30 +71,27 @@ class BlockNormal:
         """Form and factor S + ridge I from rows of shape (n_rows, 2 width). Raises ArithmeticError if it fails."""
         w = self._width
         products = np.empty((len(self._pairs), 2 * w, 2 * w))
-        ordered = rows[self._order]
-        for which, index, count in self._batches:
-            part = ordered[index].reshape(len(which), count, 2 * w)
-            products[which] = part.swapaxes(1, 2) @ part
+        ordered = np.take(rows, self._order, axis=0)
+        done = 0
+        for count, first, last in self._batches:
+            part = ordered[done : done + count * (last - first)].reshape(last - first, count, 2 * w)
+            np.matmul(part.swapaxes(1, 2), part, out=products[first:last])
+            done += count * (last - first)
         own = np.concatenate([products[:, :w, :w], products[:, w:, w:]]).reshape(-1, w * w)
         diagonal = self._sum @ own
         middle = np.arange(w) * (w + 1)
         scale = float(np.max(diagonal[:, middle], initial=1e-300))
         diagonal[:, middle] += ridge + REGULARISATION * diagonal[:, middle] + REGULARISATION**2 * scale
-        a, b = self._pairs.T
-        both = (a >= 0) & (b >= 0)
-        across = products[both][:, :w, w:]
-        swapped = a[both] > b[both]
-        across[swapped] = products[both][swapped][:, w:, :w]
-        values = np.concatenate([diagonal, across.reshape(-1, w * w)]).reshape(-1)
-        self._upper.data[:] = values[self._place]
+        across = np.take(products[:, :w, w:], self._both, axis=0)
+        across[self._swapped] = across[self._swapped].swapaxes(1, 2)
+        values = np.concatenate([diagonal.reshape(-1), across.reshape(-1)])
+        np.take(values, self._place, out=self._upper.data)
         self.factor.update(self._upper)
 
     def _pattern(self) -> tuple[sparse.csr_array, Ints]:
         """The upper triangle with its entries' places among the values of the diagonal and off-diagonal blocks."""
         n, w = self._n, self._width
-        a, b = self._pairs.T
-        both = (a >= 0) & (b >= 0)
-        low, high = np.minimum(a, b)[both], np.maximum(a, b)[both]
+        low, high = (part[self._both] for part in (self._pairs.min(axis=1), self._pairs.max(axis=1)))
         row = np.concatenate([np.arange(n), low])
         column = np.concatenate([np.arange(n), high])
         order = np.lexsort((column, row))
@@ -109,3 +108,13 @@ class BlockNormal:
         side = np.concatenate(self._pairs.T)
         live = np.flatnonzero(side >= 0)
         return sparse.csr_array((np.ones(len(live)), (side[live], live)), shape=(self._n, len(side)))
+
+
+def local_rows(matrix: sparse.csr_array, pair: Ints, width: int) -> Floats:
+    """Entries of rows in the columns of their blocks a and b, shape (n_rows, 2 width)."""
+    entries = matrix.tocoo()
+    row, column = entries.coords[0], entries.coords[1]
+    second = column // width == pair[row, 1]
+    local = np.zeros((len(pair), 2 * width))
+    local[row, width * second + column % width] = entries.data
+    return local

@@ -13,6 +13,7 @@ from blockstat.program import PenaltyProgram
 from blockstat.solve.cones import Cones
 from blockstat.solve.interior_point import ConicAnswer, solve
 from blockstat.solve.kkt import ConicProgram, Limits
+from blockstat.solve.normal import local_rows
 from blockstat.solve.raw import DualAnswer, DualProgram
 
 
@@ -27,16 +28,6 @@ def solve_dual(problem: DualProgram) -> DualAnswer:
     """Solve a dual program, in the plane when it is planar."""
     plane = problem.plane
     return _solve_in_plane(problem, plane) if plane is not None else _solve_in_space(problem)
-
-
-def local_rows(matrix: sparse.csr_array, pair: Ints, width: int) -> Floats:
-    """Entries of rows in the columns of their blocks a and b, shape (n_rows, 2 width)."""
-    entries = matrix.tocoo()
-    row, column = entries.coords[0], entries.coords[1]
-    second = column // width == pair[row, 1]
-    local = np.zeros((len(pair), 2 * width))
-    local[row, width * second + column % width] = entries.data
-    return local
 
 
 def _solve_in_space(problem: DualProgram) -> DualAnswer:
