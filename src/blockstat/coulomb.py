@@ -23,7 +23,7 @@ import numpy as np
 
 from blockstat.polyhedron import Floats
 from blockstat.program import PenaltyProgram
-from blockstat.solve.clarabel_primal import solve_pressure
+from blockstat.solve.dual import solve_pressure
 
 MOST_SOLVES = 40
 COMPLIANCE = 1e-3

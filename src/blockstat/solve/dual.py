@@ -6,7 +6,7 @@ import numpy as np
 
 from blockstat.polyhedron import Floats
 from blockstat.program import PenaltyProgram
-from blockstat.solve import clarabel_dual, structured
+from blockstat.solve import clarabel_dual, clarabel_primal, structured
 from blockstat.solve.certificate import opening_room, power
 from blockstat.solve.raw import DualAnswer, DualProgram, RawSolution
 
@@ -25,14 +25,40 @@ def solve_dual(problem: DualProgram) -> DualAnswer:
     The choice is the program's `solver`: "auto", "interior-point" or "clarabel". Where the structured method does not
     fit (friction without limit) or gets stuck, Clarabel takes over; the answer says who gave it.
     """
-    program = problem.program
-    unknowns = len(program.load) // (1 if problem.plane is None else 2)
-    wanted = program.solver == "interior-point" or (program.solver == "auto" and unknowns >= STRUCTURED)
-    if wanted and structured.fits(problem):
+    if _structured(problem):
         answer = structured.solve_dual(problem)
         if not answer.status.startswith("Stalled"):
             return answer
     return clarabel_dual.solve_dual(problem)
+
+
+def _structured(problem: DualProgram) -> bool:
+    """Whether the structured method is asked for and fits."""
+    solver = problem.program.solver
+    unknowns = len(problem.program.load) // (1 if problem.plane is None else 2)
+    wanted = solver == "interior-point" or (solver == "auto" and unknowns >= STRUCTURED)
+    return wanted and structured.fits(problem)
+
+
+def solve_pressure(program: PenaltyProgram, cost: Floats, compliance: float) -> tuple[Floats, Floats, str]:
+    """Minimise cost' f_n + compliance/2 |f|^2 subject to A f + w = 0, f in K, for positive finite friction.
+
+    cost : of the normal force at each point, shape (m,). Returns the forces, shape (m, 3), the cone multipliers
+    z in K* (relative velocities with the closing and the dilatancy taken off), shape (m, 3), and the status.
+    """
+    unit = max(float(cost.max()), 1.0)
+    offset = np.zeros((len(cost), 3))
+    offset[:, 0] = cost / unit
+    problem = DualProgram(program, -program.load, offset=offset.reshape(-1), compliance=compliance / unit)
+    if not _structured(problem):
+        return clarabel_primal.solve_pressure(program, cost, compliance)
+    answer = structured.solve_dual(problem)
+    if answer.status.startswith("Stalled"):
+        return clarabel_primal.solve_pressure(program, cost, compliance)
+    slip = np.minimum(program.friction, 1.0)
+    scale = np.column_stack([slip / program.friction, slip, slip])
+    rate = (program.matrix.T @ answer.twist).reshape(-1, 3)
+    return answer.force, unit * (rate + offset + problem.compliance * answer.force / scale**2), answer.status
 
 
 def solve(program: PenaltyProgram) -> RawSolution:

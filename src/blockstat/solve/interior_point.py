@@ -114,8 +114,13 @@ def _residuals(program: ConicProgram, kkt: Kkt, v: _State) -> tuple[Floats, Floa
     """Residuals of the embedding, and P x."""
     curved = kkt.hessian(v.x)
     dual = curved + kkt.transposed(v.z) + program.cost * v.tau
-    primal = program.matrix @ v.x + v.s - program.bound * v.tau
-    gap = _dot(v.x, curved) / v.tau + _dot(program.cost, v.x) + _dot(program.bound, v.z) + v.kappa
+    primal = program.matrix @ v.x + v.s - program.compliance * v.z - program.bound * v.tau
+    gap = (
+        (_dot(v.x, curved) + program.compliance * _dot(v.z, v.z)) / v.tau
+        + _dot(program.cost, v.x)
+        + _dot(program.bound, v.z)
+        + v.kappa
+    )
     return dual, primal, gap, curved
 
 
@@ -128,7 +133,8 @@ def _judge(program: ConicProgram, kkt: Kkt, v: _State) -> tuple[str, float]:
     """The status if it is time to stop, and the largest relative error of the candidate answer."""
 
     dual, primal, _, curved = _residuals(program, kkt, v)
-    quadratic, linear, bound = _dot(v.x, curved) / v.tau**2, _dot(program.cost, v.x), _dot(program.bound, v.z)
+    linear, bound = _dot(program.cost, v.x), _dot(program.bound, v.z)
+    quadratic = (_dot(v.x, curved) + program.compliance * _dot(v.z, v.z)) / v.tau**2
     value, other = quadratic / 2 + linear / v.tau, -quadratic / 2 - bound / v.tau
     errors = (
         largest(primal) / v.tau / max(1.0, largest(program.bound) + (largest(v.x) + largest(v.s)) / v.tau),
@@ -138,7 +144,11 @@ def _judge(program: ConicProgram, kkt: Kkt, v: _State) -> tuple[str, float]:
     if max(errors) < TOLERANCE:
         return "Solved", max(errors)
     pulled = kkt.transposed(v.z)
-    if bound < 0 and largest(pulled) < TOLERANCE * max(1.0, largest(v.x) + largest(v.z)) * -bound:
+    if (
+        bound < 0
+        and not program.compliance
+        and largest(pulled) < TOLERANCE * max(1.0, largest(v.x) + largest(v.z)) * -bound
+    ):
         return "PrimalInfeasible", max(errors)
     if linear < 0:
         ray = max(largest(curved), largest(program.matrix @ v.x + v.s))
@@ -155,8 +165,9 @@ def _step(program: ConicProgram, kkt: Kkt, v: _State) -> _State:
     kkt.update(scaling)
     mean = scaling.apply(v.z)
     mu = _complementarity(program, v)
-    xi = v.x / v.tau
     slope = 2.0 * curved / v.tau + program.cost
+    dual_slope = 2.0 * program.compliance / v.tau * v.z + program.bound
+    bend_of_gap = (_dot(v.x, curved) + program.compliance * _dot(v.z, v.z)) / v.tau**2
     square = cones.product(mean, mean)
 
     def right(share: float, bend: Floats) -> tuple[Floats, Pair]:
@@ -166,12 +177,12 @@ def _step(program: ConicProgram, kkt: Kkt, v: _State) -> _State:
 
     shift, affine = right(1.0, square)
     (x2, z2), first = kkt.solve((-program.cost, program.bound), affine)
-    below = _dot(slope, x2) + _dot(program.bound, z2) - _dot(xi, curved) / v.tau - v.kappa / v.tau
+    below = _dot(slope, x2) + _dot(dual_slope, z2) - bend_of_gap - v.kappa / v.tau
 
     def direction(share: float, shift: Floats, one: Pair, turn: float) -> tuple[Floats, Floats, Floats, float, float]:
         """The step, with tau kappa changed by -turn."""
         x1, z1 = one
-        above = -share * gap + turn / v.tau - _dot(slope, x1) - _dot(program.bound, z1)
+        above = -share * gap + turn / v.tau - _dot(slope, x1) - _dot(dual_slope, z1)
         d_tau = above / below
         dx, dz = x1 + d_tau * x2, z1 + d_tau * z2
         ds = -shift - scaling.squared(dz)

@@ -1,4 +1,4 @@
-"""The linear systems of the interior-point method, [P + rho I, M'; M, -(W'W + delta I)].
+"""The linear systems of the interior-point method, [P + rho I, M'; M, -(W'W + (c + delta) I)], c the compliance.
 
 rho and delta are proximal terms (Friedlander & Orban: A primal-dual regularized interior-point method for convex
 quadratic programs, 2012): they leave the optimum where it is, since the steps that they act on vanish there, and keep
@@ -44,7 +44,7 @@ class Limits:
 
 @dataclass(frozen=True, eq=False)
 class ConicProgram:
-    """min 1/2 x'P x + q'x, M x + s = b, s in the cones.
+    """min 1/2 x'P x + q'x, M x + s = b, s in the cones; with a compliance M x + s - c z = b, z the multipliers.
 
     Rows come as triples, zeros, half-lines of two blocks, half-lines of the limits, and bordering half-lines.
     """
@@ -61,6 +61,7 @@ class ConicProgram:
     penalty_local: Floats  #: its entries, shape (n_penalty, 2 width)
     ridge: float = 0.0  #: P = Q'Q + ridge I
     limits: Limits | None = None
+    compliance: float = 0.0  #: c of M x + s - c z = b: c/2 |z|^2 in the dual objective
 
     @property
     def curved(self) -> bool:
@@ -78,6 +79,7 @@ class Kkt:
         border = len(program.local) + (program.limits.size if program.limits else 0)
         self._border = program.matrix[border:].toarray()
         self._scaling: Scaling | None = None
+        self._shift = program.compliance + DUAL_PROXIMAL
 
     def hessian(self, x: Floats) -> Floats:
         """P x."""
@@ -95,13 +97,13 @@ class Kkt:
         triples = program.local[: 3 * cones.n_soc].reshape(3, -1, width)
         zeros = program.local[3 * cones.n_soc : 3 * cones.n_soc + cones.n_zero]
         halves = program.local[3 * cones.n_soc + cones.n_zero :]
-        half = np.sqrt(scaling.half**2 + DUAL_PROXIMAL)
-        turned = scaling.rows(triples, DUAL_PROXIMAL)
+        half = np.sqrt(scaling.half**2 + self._shift)
+        turned = scaling.rows(triples, self._shift)
         penalty = program.penalty_local
         extra = np.empty((0, width))
         if program.limits is not None:
             turned, penalty, extra = self._without_limits(program.limits, scaling, turned, penalty, half[len(halves) :])
-        local = [turned.reshape(-1, width), zeros / np.sqrt(DUAL_PROXIMAL), halves / half[: len(halves), None]]
+        local = [turned.reshape(-1, width), zeros / np.sqrt(self._shift), halves / half[: len(halves), None]]
         self._normal.update(np.concatenate([*local, penalty, extra]), program.ridge + PROXIMAL)
         self._border_scaled = np.empty((0, 0))
         if len(self._border):
@@ -121,7 +123,7 @@ class Kkt:
         rows[:, :3] = turned[:, limits.triple].swapaxes(0, 1)
         unit = np.zeros((3, scaling.cones.n_soc, 1))
         unit[0] = 1.0
-        heads = scaling.rows(unit, DUAL_PROXIMAL)[:, limits.triple, 0].T * limits.head[:, None]
+        heads = scaling.rows(unit, self._shift)[:, limits.triple, 0].T * limits.head[:, None]
         columns[:, :3, 0] = heads * has_y[:, None]
         columns[:, :3, 1] = -heads * has_z[:, None]
         bent = (limits.penalty >= 0) & (len(penalty) > 0)
@@ -193,9 +195,9 @@ class Kkt:
     def _once(self, right: list[Pair]) -> list[Pair]:
         scaling = self._scaling
         assert scaling is not None
-        tops = [top + self.transposed(scaling.inverse_squared(bottom, DUAL_PROXIMAL)) for top, bottom in right]
+        tops = [top + self.transposed(scaling.inverse_squared(bottom, self._shift)) for top, bottom in right]
         return [
-            (x, scaling.inverse_squared(self._p.matrix @ x - bottom, DUAL_PROXIMAL))
+            (x, scaling.inverse_squared(self._p.matrix @ x - bottom, self._shift))
             for x, (_, bottom) in zip(self._solve_normal(tops), right, strict=True)
         ]
 
@@ -203,7 +205,7 @@ class Kkt:
         assert self._scaling is not None
         (top, bottom), (x, z) = right, found
         upper = top - self.hessian(x) - PROXIMAL * x - self.transposed(z)
-        return upper, bottom - self._p.matrix @ x + self._scaling.squared(z, DUAL_PROXIMAL)
+        return upper, bottom - self._p.matrix @ x + self._scaling.squared(z, self._shift)
 
     def solve(self, *right: Pair) -> list[Pair]:
         """Solve for right-hand sides (top, bottom), refined on the whole system."""

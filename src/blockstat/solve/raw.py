@@ -39,12 +39,13 @@ class DualProgram:
     offset: Floats | None = None  #: shape (3 m,)
     capped: Floats | None = None  #: shape (6 n,)
     pinned: Floats | None = None  #: shape (6 n,)
+    compliance: float = 0.0  #: c, with c/2 |f|^2 (shear counting 1/mu^2) added to the cost of forces
 
     @cached_property
     def plane(self) -> Plane | None:
         """The plane in which the program may be solved, if there is one."""
         plane = self.program.plane
-        if plane is None or not np.isfinite(self.program.friction).all():
+        if plane is None or self.compliance or not np.isfinite(self.program.friction).all():
             return None
         in_plane = plane.holds(self.cost, self.capped, self.pinned)
         return plane if in_plane and (self.offset is None or plane.mirrors(self.offset)) else None

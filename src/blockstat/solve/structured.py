@@ -130,6 +130,7 @@ def _solve(
         penalty=penalty,
         penalty_local=local_rows(penalty, owners, width),
         ridge=1.0 if problem.least_norm else 0.0,
+        compliance=problem.compliance,
     )
     return solve(program if limits is None else _with_limits(problem, program, limits))
 
