@@ -82,9 +82,12 @@ def check_joints(asm, faces, gap=GAP):
         count = np.diff(first)[block]
         point = np.repeat(np.arange(len(k)), count)
         face = first[block][point] + np.arange(len(point)) - np.repeat(np.cumsum(count) - count, count)
-        facing = sign * np.einsum("ij,ij->i", normal[face], faces.frame[k[point], 0]) > PARALLEL
-        height = np.abs(np.einsum("ij,ij->i", faces.point[point] - centre[face], normal[face]))
-        touches = facing & (height <= allowed[point] + 1e-9 * np.abs(faces.point[point]).max(axis=1))
+        arm = faces.point[point] - centre[face]
+        along = sign * np.einsum("ij,ij->i", normal[face], faces.frame[k[point], 0])
+        tilted = np.sqrt(np.maximum(1 - along**2, 0.0)) + 1e-9
+        height = np.abs(np.einsum("ij,ij->i", arm, normal[face]))
+        reach = np.linalg.norm(arm, axis=1) + np.abs(faces.point[point]).max(axis=1) * 1e-6
+        touches = (along > PARALLEL) & (height <= allowed[point] + tilted * reach)
         assert np.logical_or.reduceat(touches, np.cumsum(count) - count).all(), "a contact point lies on no face"
 
 
