@@ -7,9 +7,9 @@ import pytest
 from hypothesis import settings
 
 import recheck
+from problems import CASES
 
 ROOT = Path(__file__).parents[1]
-CASES = Path(os.environ.get("BLOCKSTAT_CASES", ROOT.parent / "shared" / "cases"))
 
 # Before any test module imports them: every verdict, limit load and thrust is checked a second time.
 recheck.install()

@@ -10,7 +10,8 @@ import math
 import pytest
 
 from blockstat import Outcome, assess
-from problems import arch, pointed_arch
+from problems import arch
+from vaults import pointed_arch
 
 
 def least_thickness(n, friction, low, high, accuracy):
