@@ -24,7 +24,8 @@ class Row:
     """One reference.
 
     tag : E exact, P published, D derived from first principles by two methods, d by one.
-    reference : as printed, and then met to half a unit of its last digit; a number is met to a millionth.
+    reference : as printed, and then met to half a unit of its last digit (a unit where it was derived: some are cut off
+    and not rounded); a number is met to a millionth.
     """
 
     tag: str
@@ -44,7 +45,8 @@ class Row:
         if self.within is not None:
             return self.within
         if isinstance(self.reference, str):
-            return 0.5 * 10.0 ** -len(self.reference.partition(".")[2]) * (1 + 1e-9)
+            unit = 10.0 ** -len(self.reference.partition(".")[2])
+            return (1.0 if self.tag in "Dd" else 0.5) * unit * (1 + 1e-9)
         return 1e-6 * abs(self.value)
 
 
@@ -64,15 +66,21 @@ def tilt(asm, axis="y", **options) -> Value:
 
 
 def between(stands: float, falls: float, outcome: Callable[[float], Outcome], width: float) -> Value:
-    """Bisection on a verdict between a value that stands and one that falls; an undecided verdict ends it."""
+    """Middle of the gap between the last value seen to stand and the first seen to fall, and its width."""
     assert (outcome(stands), outcome(falls)) == (Outcome.STABLE, Outcome.UNSTABLE)
-    while abs(falls - stands) > width:
-        middle = (stands + falls) / 2
-        found = outcome(middle)
-        if found is Outcome.UNDECIDED:
-            break
-        stands, falls = (middle, falls) if found is Outcome.STABLE else (stands, middle)
+    stands, next_to = _edge(stands, falls, lambda x: outcome(x) is Outcome.STABLE, width)
+    falls, _ = _edge(falls, next_to, lambda x: outcome(x) is Outcome.UNSTABLE, width)
     return Value((stands + falls) / 2, abs(falls - stands))
+
+
+def _edge(inside: float, outside: float, holds: Callable[[float], bool], width: float) -> tuple[float, float]:
+    """Bisection to neighbouring values where something holds and where it does not."""
+    if holds(outside):
+        return outside, outside
+    while abs(outside - inside) > width:
+        middle = (inside + outside) / 2
+        inside, outside = (middle, outside) if holds(middle) else (inside, middle)
+    return inside, outside
 
 
 def stands(asm, **options) -> Outcome:

@@ -33,7 +33,9 @@ def bed_joints(asm) -> Interfaces:
     keep = np.abs(faces.frame[:, 0, 2]) > 0.5
     count, points = np.diff(faces.start), keep[faces.point_interface]
     start = np.concatenate([[0], np.cumsum(count[keep])])
-    return Interfaces(faces.pair[keep], faces.frame[keep], faces.area[keep], faces.gap[keep], faces.point[points], start)
+    return Interfaces(
+        faces.pair[keep], faces.frame[keep], faces.area[keep], faces.gap[keep], faces.point[points], start
+    )
 
 
 def open_heads(name: str) -> Value:
