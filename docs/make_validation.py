@@ -17,10 +17,10 @@ from references import SECTIONS, Row
 
 HEADER = """# Validation
 
-Written by `make validation`. Value: the reference, E exact, P published, D derived from first principles by two methods,
-d by one. Bracket: the distance between what is proven to stand and what is proven to fall (for zero dilatancy and Coulomb
-angles: the bisection). Every row is a test to the digits given; the sources stand at the top of the modules in
-`tests/references`.
+Written by `make validation`. Value: the reference, E exact, P published, D derived from first principles by two
+methods, d by one. Bracket: the distance between what is proven to stand and what is proven to fall (for zero dilatancy
+and Coulomb angles: the bisection). Every row is a test to the digits given (`tests/validation/test_references.py`); the
+sources stand at the top of the modules in `tests/references`.
 """
 COLUMNS = "| | reference | value | ours | bracket | error | s |\n|---|---|---|---|---|---|---|"
 

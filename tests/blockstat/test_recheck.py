@@ -14,7 +14,7 @@ from blockstat.solve import certificate
 from problems import SCENES, arch, running_bond, stack
 
 STANDING = ["stack", "arch", "wall", "heavy on light"]
-FALLING = ["stack tipping", "thin arch", "slippery arch", "sticky arch", "wall pushed out", "offset cube"]
+FALLING = ["stack tipping", "thin arch", "slippery arch", "thin sticky arch", "wall pushed out", "offset cube"]
 MAKERS = {name: (make, options) for name, make, options in SCENES}
 
 
