@@ -31,7 +31,8 @@ def line(row: Row) -> str:
     seconds = process_time() - begin
     width = "" if math.isnan(bracket) else f"{abs(bracket):.0e}"
     error = 0.0 if ours == row.value else ours - row.value
-    return f"| {row.tag} | {row.name} | {row.reference} | {ours:.7g} | {width} | {error:+.0e} | {seconds:.2f} |"
+    value = row.reference if isinstance(row.reference, str) else f"{row.value:.7g}"
+    return f"| {row.tag} | {row.name} | {value} | {ours:.7g} | {width} | {error:+.0e} | {seconds:.2f} |"
 
 
 def main() -> None:
@@ -40,11 +41,10 @@ def main() -> None:
         written.append(f"## {title}\n\n{COLUMNS}")
         print(written[-1])
         for row in rows:
-            try:
-                written.append(line(row))
-            except FileNotFoundError as missing:
-                print(f"no {missing.filename}: left out {row.name}", file=sys.stderr)
+            if row.missing:
+                print(f"{row.needs} is not here; left out: {row.name}", file=sys.stderr)
                 continue
+            written.append(line(row))
             print(written[-1], flush=True)
         written.append("")
     (HERE / "validation.md").write_text("\n".join(written).rstrip() + "\n")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple
 
 from blockstat import Outcome, assess, limit_load, tilt_limit
@@ -33,7 +34,12 @@ class Row:
     reference: str | float
     compute: Callable[[], Value]
     within: float | None = None  #: error accepted instead, where the source says "about"
+    needs: Path | None = None  #: data without which it cannot be computed
     slow: bool = False  #: takes more than about ten seconds
+
+    @property
+    def missing(self) -> bool:
+        return self.needs is not None and not self.needs.exists()
 
     @property
     def value(self) -> float:

@@ -15,9 +15,9 @@ ROWS = [
 
 
 @pytest.mark.parametrize("row", ROWS)
-def test_reference(row, request):
-    if row.name.startswith("wedge"):
-        request.getfixturevalue("cases")
+def test_reference(row):
+    if row.missing:
+        pytest.skip("no directory of cases")
     ours, bracket = row.compute()
     assert ours == pytest.approx(row.value, rel=0, abs=row.accepted)
     assert math.isnan(bracket) or bracket <= max(2 * row.accepted, 1e-6 * abs(ours))
