@@ -27,7 +27,7 @@ def box(lower, upper, **options) -> Block:
 
 
 def slice_(outline, depth: float, **options) -> Block:
-    """A block with a quadrilateral outline in the plane x, z, clockwise seen from -y, from y = 0 to `depth`."""
+    """A block with a quadrilateral outline in the plane x, z, counter-clockwise seen from -y, from y = 0 to `depth`."""
     return hexahedron([(x, depth, z) for x, z in outline], [(x, 0, z) for x, z in outline], **options)
 
 

@@ -76,18 +76,15 @@ def check_joints(asm, faces, gap=GAP):
     centre = np.add.reduceat(corners, asm.face_start[:-1]) / np.diff(asm.face_start)[:, None]
     first = np.searchsorted(asm.face_block, np.arange(asm.n_blocks + 1))
     k = faces.point_interface
-    allowed = 2 * gap * size[faces.pair].min(axis=1)[k]  # patches a gap apart may be merged
+    allowed = gap * size[faces.pair].min(axis=1)[k]
     for side, sign in ((0, 1.0), (1, -1.0)):
         block = faces.pair[k, side]
         count = np.diff(first)[block]
         point = np.repeat(np.arange(len(k)), count)
         face = first[block][point] + np.arange(len(point)) - np.repeat(np.cumsum(count) - count, count)
-        arm = faces.point[point] - centre[face]
-        along = sign * np.einsum("ij,ij->i", normal[face], faces.frame[k[point], 0])
-        tilted = np.sqrt(np.maximum(1 - along**2, 0.0)) + 1e-9
-        height = np.abs(np.einsum("ij,ij->i", arm, normal[face]))
-        reach = np.linalg.norm(arm, axis=1) + np.abs(faces.point[point]).max(axis=1) * 1e-6
-        touches = (along > PARALLEL) & (height <= allowed[point] + tilted * reach)
+        facing = sign * np.einsum("ij,ij->i", normal[face], faces.frame[k[point], 0]) > PARALLEL
+        height = np.abs(np.einsum("ij,ij->i", faces.point[point] - centre[face], normal[face]))
+        touches = facing & (height <= allowed[point] + 1e-14 * np.abs(faces.point[point]).max(axis=1))
         assert np.logical_or.reduceat(touches, np.cumsum(count) - count).all(), "a contact point lies on no face"
 
 
