@@ -1,4 +1,4 @@
-"""Where optional data for the tests is found."""
+"""Where optional data for the tests is found, and a second opinion on every answer."""
 
 import os
 from pathlib import Path
@@ -6,8 +6,13 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+import recheck
+from problems import CASES
+
 ROOT = Path(__file__).parents[1]
-CASES = Path(os.environ.get("BLOCKSTAT_CASES", ROOT.parent / "shared" / "cases"))
+
+# Before any test module imports them: every verdict, limit load and thrust is checked a second time.
+recheck.install()
 
 
 @pytest.fixture(scope="session")

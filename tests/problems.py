@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
+
 import numpy as np
 
-from blockstat import Assembly, Block
+from blockstat import Assembly, Block, JointLaw
+
+#: Assemblies from other projects; what needs them is skipped where they are absent.
+CASES = Path(os.environ.get("BLOCKSTAT_CASES", Path(__file__).parents[2] / "shared" / "cases"))
 
 BOX_FACES = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
 
@@ -18,6 +24,11 @@ def box(lower, upper, **options) -> Block:
     (x0, y0, z0), (x1, y1, z1) = lower, upper
     plan = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
     return hexahedron([(x, y, z0) for x, y in plan], [(x, y, z1) for x, y in plan], **options)
+
+
+def slice_(outline, depth: float, **options) -> Block:
+    """A block with a quadrilateral outline in the plane x, z, counter-clockwise seen from -y, from y = 0 to `depth`."""
+    return hexahedron([(x, depth, z) for x, z in outline], [(x, 0, z) for x, z in outline], **options)
 
 
 def assembly(blocks, **options) -> Assembly:
@@ -88,7 +99,8 @@ SCENES = [
     ("arch", lambda: arch(20, 0.12), {}),
     ("thin arch", lambda: arch(20, 0.10), {}),
     ("slippery arch", lambda: arch(27, 0.15), {"friction": 0.33}),
-    ("sticky arch", lambda: arch(10, 0.09), {"friction": np.inf}),
+    ("sticky arch", lambda: arch(10, 0.13), {"friction": np.inf}),
+    ("thin sticky arch", lambda: arch(10, 0.09), {"friction": np.inf}),
     ("wall", lambda: running_bond(6, 5), {}),
     ("wall pushed along", lambda: running_bond(6, 5), {"gravity": (0.8, 0, -1)}),
     ("wall pushed out", lambda: running_bond(6, 5), {"gravity": (0, 0.3, -1)}),
@@ -106,16 +118,19 @@ HUT = {
 }  # fmt: skip
 
 
-def ferris_wall(rows, block=0.4, height=0.175, depth=1.0):
+def ferris_wall(rows, block=0.4, height=0.175, depth=1.0, head_friction=None):
     """Courses from the bottom: 1 a whole block, .5 a half one, -1 an opening one block long."""
     blocks = [box((0, 0, -height), (block * sum(map(abs, rows[0])), depth, 0), name="base")]
     for course, row in enumerate(rows):
         x = 0.0
         for item in row:
             if item > 0:
-                blocks.append(box((x, 0, course * height), (x + item * block, depth, (course + 1) * height)))
+                top = (x + item * block, depth, (course + 1) * height)
+                blocks.append(box((x, 0, course * height), top, group=f"course{course}"))
             x += abs(item) * block
-    return assembly(blocks, friction=0.65)
+    courses = [f"course{k}" for k in range(len(rows))]
+    laws = [] if head_friction is None else [JointLaw((name, name), friction=head_friction) for name in courses]
+    return assembly(blocks, friction=0.65, joints=laws)
 
 
 A, B = [0.5, 1, 1, 1, 1, 0.5], [1] * 5
@@ -130,26 +145,77 @@ FERRIS = {
 }
 
 
-def pointed_arch(n: int, eccentricity: float, thickness: float, *, depth: float = 0.5) -> Assembly:
-    """Two arcs of radius 1, centres at +-eccentricity on the springing line, n voussoirs each, meeting at the crown."""
-    top = np.arccos(eccentricity)  # the left arc has its centre on the right
+def slab():
+    """A flat slab on a fixed plane: it slides before it tips."""
+    return assembly([box((-5, -5, -1), (5, 5, 0)), box((-1, -1, 0), (1, 1, 0.1))])
 
-    def ring(angle):
-        c, s = np.cos(angle), np.sin(angle)
-        return [(eccentricity - r * c, r * s) for r in (1 - thickness / 2, 1 + thickness / 2)]
 
-    rings = [ring(a) for a in np.linspace(0, top, n + 1)]
-    # The joint at the crown is vertical: both ends of the last radial joint are moved along the arcs onto x = 0.
-    rings[-1] = [(0.0, np.sqrt(r**2 - eccentricity**2)) for r in (1 - thickness / 2, 1 + thickness / 2)]
-    left = [[*a[::-1], *b] for a, b in zip(rings[:-1], rings[1:], strict=True)]
-    plans = left + [[(-x, z) for x, z in plan[::-1]] for plan in left]
-    blocks = [
-        hexahedron([(x, depth, z) for x, z in plan], [(x, 0, z) for x, z in plan], name=f"voussoir{i}")
-        for i, plan in enumerate(plans)
-    ]
-    reach = 1 + thickness - eccentricity
-    ground = [
-        box((-2 * reach, 0, -0.2), (-0.2, depth, 0), name="left"),
-        box((0.2, 0, -0.2), (2 * reach, depth, 0), name="right"),
-    ]
-    return assembly([*ground, *blocks], supports=[0, 1])
+def trilith(lintel_density: float = 1.0):
+    columns = [box((x, 0, 0), (x + 0.5, 0.5, 2), name=f"column{x}") for x in (0, 3)]
+    lintel = box((0, 0, 2), (3.5, 0.5, 2.5), name="lintel", density=lintel_density)
+    return assembly([box((-5, -5, -1), (9, 5, 0)), *columns, lintel])
+
+
+def overhanging(n: int, overhang: float):
+    """n unit blocks on a table's edge, each out by a common multiple of 1 / (2 k) over the next, k from the top."""
+    steps = [1 / (2 * k) for k in range(n, 0, -1)]
+    x, blocks = 0.0, [box((-3, 0, -1), (0, 1, 0), name="table")]
+    for level, step in enumerate(steps):
+        x += overhang / sum(steps) * step
+        blocks.append(box((x - 1, 0, level), (x, 1, level + 1)))
+    return assembly(blocks)
+
+
+def pulled_slab():
+    """Slab A on the ground, B on A, the end of B against a fixed wall; the load pulls A at the height of its base."""
+    asm = assembly(
+        [
+            box((-3, 0, -1), (8, 1, 0), name="ground"),
+            box((2, 0, 1), (3, 1, 2), name="wall"),
+            box((-2, 0, 0), (2, 1, 1), name="A", density=0.25),
+            box((-2, 0, 1), (2, 1, 2), name="B", density=0.25),
+        ],
+        supports=["ground", "wall"],
+        friction=0.5,
+    )
+    pull = np.zeros((4, 6))
+    pull[2, [0, 4]] = 1.0, -0.5
+    return asm, pull
+
+
+def flat_arch(n: int, span: float = 2.0, height: float = 1.0, **options):
+    """n equal blocks with vertical joints between rigid abutments; the weight is span x height."""
+    ends = np.linspace(0, span, n + 1)
+    blocks = [box((-1, 0, 0), (0, 1, height), name="left"), box((span, 0, 0), (span + 1, 1, height), name="right")]
+    blocks += [box((a, 0, 0), (b, 1, height)) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+    return assembly(blocks, supports=["left", "right"], **options)
+
+
+def cantilever(base: float, beyond: float):
+    """A block of weight 1 whose centre of mass lies beyond the end of its base, one course high and one deep."""
+    length = 2 * (base + beyond)
+    return assembly([box((-1, 0, -1), (base, 1, 0)), box((0, 0, 0), (length, 1, 1), density=1 / length)])
+
+
+def u_wall(courses: int):
+    """A facade along x and two side walls in bond with it, of blocks 2 x 1 x 1."""
+    blocks = [box((-2, -2, -1), (8, 7, 0), name="ground")]
+    for z in range(courses):
+        if z % 2 == 0:
+            plans = [((x, 0), (x + 2, 1)) for x in (0, 2, 4)]
+            plans += [((x, y), (x + 1, y + 2)) for x in (0, 5) for y in (1, 3)]
+        else:
+            plans = [((x, 0), (x + 2, 1)) for x in (1, 3)]
+            plans += [((x, y), (x + 1, y + 2)) for x in (0, 5) for y in (0, 2)]
+            plans += [((x, 4), (x + 1, 5)) for x in (0, 5)]
+        blocks += [box((*low, z), (*high, z + 1)) for low, high in plans]
+    return assembly(blocks)
+
+
+def facade(courses: int):
+    """The front of `u_wall` without its side walls."""
+    blocks = [box((-2, -2, -1), (8, 7, 0))]
+    for z in range(courses):
+        ends = [(0, 2), (2, 4), (4, 6)] if z % 2 == 0 else [(0, 1), (1, 3), (3, 5), (5, 6)]
+        blocks += [box((a, 0, z), (b, 1, z + 1)) for a, b in ends]
+    return assembly(blocks)

@@ -180,23 +180,28 @@ def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints]) -> list[_Patches]:
         patches.append((batch, polygon, count))
     if not simple.all():
         patches.append(concave_patches(assembly, fa, fb, frame, origin, np.flatnonzero(~simple)))
-    return [
-        _Patches(
-            pair=np.column_stack([assembly.face_block[fa[batch]], assembly.face_block[fb[batch]]]),
-            frame=frame[batch],
-            polygon=polygon,
-            count=count,
-            origin=origin[batch],
-            gap=_gaps(assembly, fa[batch], fb[batch], frame[batch], origin[batch], polygon, count),
+    found = []
+    for batch, polygon, count in patches:
+        gap, middle = _gaps(assembly, fa[batch], fb[batch], frame[batch], origin[batch], polygon, count)
+        found.append(
+            _Patches(
+                pair=np.column_stack([assembly.face_block[fa[batch]], assembly.face_block[fb[batch]]]),
+                frame=frame[batch],
+                polygon=polygon,
+                count=count,
+                origin=origin[batch] + middle[:, None] * frame[batch, 0],
+                gap=gap,
+            )
         )
-        for batch, polygon, count in patches
-    ]
+    return found
 
 
 def _gaps(
     assembly: Assembly, fa: Ints, fb: Ints, frame: Floats, origin: Floats, polygon: Floats, count: Ints
-) -> Floats:
-    """Largest distance along n between the planes of two faces over the corners of their patch."""
+) -> tuple[Floats, Floats]:
+    """Largest distance along n between the planes of two faces over the corners of their patch, and the height of the
+    middle between them: faces that are not parallel do not meet halfway between their centres.
+    """
     height = []
     live = np.arange(polygon.shape[1]) < count[:, None]
     for face in (fa, fb):
@@ -204,7 +209,8 @@ def _gaps(
         offset = np.einsum("nj,nj->n", assembly.planes.centre[face] - origin, assembly.planes.normal[face])
         inplane = np.einsum("nkj,nj->nk", polygon, local[:, 1:])
         height.append((offset[:, None] - inplane) / local[:, :1])
-    return np.where(live, np.abs(height[1] - height[0]), 0.0).max(axis=1, initial=0.0)
+    middle = np.where(live, height[0] + height[1], 0.0).sum(axis=1) / (2 * np.maximum(count, 1))
+    return np.where(live, np.abs(height[1] - height[0]), 0.0).max(axis=1, initial=0.0), middle
 
 
 def _collect(assembly: Assembly, batches: list[_Patches], gap: float) -> Interfaces:

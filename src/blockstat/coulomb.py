@@ -96,8 +96,10 @@ def _judge(changes: list[float], factors: list[float], sizes: list[float]) -> bo
     recent = factors[-STRETCH:]
     if len(recent) == STRETCH and max(recent) - min(recent) <= STEADY:
         mean = float(np.mean(recent))
-        if mean < 1.0 - CLEAR and changes[-1] < 0.9 * changes[0]:
+        if mean < 1.0 - CLEAR and (changes[-1] < 0.9 * changes[0] or solves >= PATIENCE):
             return True
+        if mean < 1.0 - CLEAR / 4 and solves >= PATIENCE:
+            return None
         if mean > 1.0 - CLEAR / 4 and grows and solves >= EARLY:
             return False
     if solves < PATIENCE:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from blockstat import Block, find_interfaces
-from problems import arch, assembly, box, running_bond, stack
+from problems import arch, assembly, box, running_bond, slice_, stack
 
 
 def touching(asm, **options):
@@ -139,3 +139,14 @@ def test_supports_have_no_interface_between_them():
         [box((0, 0, 0), (1, 1, 1)), box((1, 0, 0), (2, 1, 1)), box((0.5, 0, 1), (1.5, 1, 2))], supports=[0, 1]
     )
     assert find_interfaces(asm).pair.tolist() == [[0, 2], [1, 2]]
+
+
+def test_points_of_a_wedge_shaped_joint_lie_between_its_faces():
+    # The lower face is long, so its centre is far from the patch; two degrees between them.
+    rise = 0.3 * np.tan(np.deg2rad(2))
+    lower = slice_([(0, -1), (4, -1), (4, 0), (0, 0)], 1.0)
+    upper = slice_([(0, 0), (0.3, rise), (0.3, 1), (0, 1)], 1.0)
+    faces = find_interfaces(assembly([lower, upper]), gap=0.03)
+    assert faces.n_points == 4
+    assert faces.gap == pytest.approx([rise], rel=1e-3)
+    np.testing.assert_allclose(faces.point[:, 2], rise / 2 * faces.point[:, 0] / 0.3, atol=1e-3 * rise)

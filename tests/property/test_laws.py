@@ -13,11 +13,15 @@ SCENE = st.sampled_from(SCENES)
 FEW = settings(max_examples=25, deadline=None)
 
 
-def rebuilt(asm, vertices, order=None):
+PUSH = st.sampled_from([(1, 0, 0), (0, 1, 0), (-0.6, 0.8, 0)])
+
+
+def rebuilt(asm, vertices, order=None, *, mirrored=False):
+    """The same blocks with other vertices, in another order."""
     blocks = [
         Block(
             vertices[asm.vertex_start[i] : asm.vertex_start[i + 1]],
-            asm.faces_of(i),
+            [face[::-1] for face in asm.faces_of(i)] if mirrored else asm.faces_of(i),
             asm.names[i],
             density=asm.density[i],
         )
@@ -27,66 +31,71 @@ def rebuilt(asm, vertices, order=None):
     return assembly(blocks, supports=names, friction=asm.friction, gravity=asm.gravity)
 
 
-def same(a, b, rel=1e-5):
-    assert a.outcome is b.outcome
-    assert a.score == pytest.approx(b.score, rel=rel, abs=1e-9)
+def posed(scene):
+    _, make, options = scene
+    return make().with_(**options)
+
+
+def assert_same(asm, push, other, other_push=None):
+    """The same verdict and score, and the same bracket on the multiplier of a horizontal push."""
+    one, two = assess(asm), assess(other)
+    assert one.outcome is two.outcome
+    assert one.score == pytest.approx(two.score, rel=1e-5, abs=1e-9)
+    limits = limit_load(asm, push), limit_load(other, push if other_push is None else other_push)
+    assert limits[0].outcome is limits[1].outcome
+    # Joints that cannot slide at all are redundant equations, and their bounds are less sharp; they hold all the same.
+    accuracy = 1e-6 if np.isfinite(asm.friction) else 1e-3
+    for bound in ("lower", "upper"):
+        assert getattr(limits[0], bound) == pytest.approx(getattr(limits[1], bound), rel=accuracy)
+    assert max(limit.lower for limit in limits) <= min(limit.upper for limit in limits)
 
 
 @FEW
-@given(SCENE, st.sampled_from([1e-3, 1e3]))
-def test_units_of_length(scene, scale):
-    _, make, options = scene
-    asm = make()
-    same(assess(asm, **options), assess(rebuilt(asm, scale * asm.vertices), **options))
+@given(SCENE, PUSH, st.sampled_from([1e-3, 1e3]))
+def test_units_of_length(scene, push, scale):
+    asm = posed(scene)
+    assert_same(asm, push, rebuilt(asm, scale * asm.vertices))
 
 
 @FEW
-@given(SCENE, st.sampled_from([1e-3, 1e4]))
-def test_density(scene, factor):
-    _, make, options = scene
-    asm = make()
-    same(assess(asm, **options), assess(asm.with_(density=factor * asm.density), **options))
+@given(SCENE, PUSH, st.sampled_from([1e-3, 1e4]))
+def test_density(scene, push, factor):
+    asm = posed(scene)
+    assert_same(asm, push, asm.with_(density=factor * asm.density))
 
 
 @FEW
-@given(SCENE, st.integers(0, 2**32 - 1))
-def test_order_of_the_blocks(scene, seed):
-    _, make, options = scene
-    asm = make()
+@given(SCENE, PUSH, st.sampled_from([1e-3, 9.81, 1e3]))
+def test_strength_of_gravity(scene, push, factor):
+    asm = posed(scene)
+    assert_same(asm, push, asm.with_(gravity=factor * asm.gravity))
+
+
+@FEW
+@given(SCENE, PUSH, st.integers(0, 2**32 - 1))
+def test_order_of_the_blocks(scene, push, seed):
+    asm = posed(scene)
     order = np.random.default_rng(seed).permutation(asm.n_blocks)
-    same(assess(asm, **options), assess(rebuilt(asm, asm.vertices, order), **options))
+    assert_same(asm, push, rebuilt(asm, asm.vertices, order))
 
 
 @FEW
-@given(SCENE, st.tuples(*[st.floats(-3, 3)] * 3), st.tuples(*[st.floats(-100, 100)] * 3))
-def test_rotation_and_translation(scene, turn, shift):
-    _, make, options = scene
-    asm = make().with_(**options)
+@given(SCENE, PUSH, st.tuples(*[st.floats(-3, 3)] * 3), st.tuples(*[st.floats(-100, 100)] * 3))
+def test_rotation_and_translation(scene, push, turn, shift):
+    asm = posed(scene)
     matrix = Rotation.from_rotvec(turn).as_matrix()
     moved = rebuilt(asm, asm.vertices @ matrix.T + shift).with_(gravity=matrix @ asm.gravity)
-    same(assess(asm), assess(moved))
+    assert_same(asm, push, moved, matrix @ push)
 
 
 @FEW
-@given(SCENE)
-def test_mirror(scene):
-    _, make, options = scene
-    asm = make().with_(**options)
-    flip = np.array([-1.0, 1, 1])
-    blocks = [
-        Block(
-            asm.block_vertices(i) * flip,
-            [f[::-1] for f in asm.faces_of(i)],
-            asm.names[i],
-            density=asm.density[i],
-        )
-        for i in range(asm.n_blocks)
-    ]
-    names = [asm.names[i] for i in np.flatnonzero(asm.support)]
-    same(
-        assess(asm),
-        assess(assembly(blocks, supports=names, friction=asm.friction, gravity=asm.gravity * flip)),
-    )
+@given(SCENE, PUSH, st.sampled_from(range(3)))
+def test_mirror(scene, push, axis):
+    asm = posed(scene)
+    flip = np.ones(3)
+    flip[axis] = -1
+    mirrored = rebuilt(asm, asm.vertices * flip, mirrored=True).with_(gravity=asm.gravity * flip)
+    assert_same(asm, push, mirrored, flip * push)
 
 
 @FEW
@@ -127,31 +136,3 @@ def test_far_from_the_origin():
     for shift in (1e3, 1e6):
         assert assess(rebuilt(asm, asm.vertices + shift)).outcome is Outcome.STABLE
         assert assess(rebuilt(arch(12, 0.1), arch(12, 0.1).vertices + shift)).outcome is Outcome.UNSTABLE
-
-
-LIMITS = [
-    (lambda: arch(20, 0.2), (1, 0, 0)),
-    (lambda: running_bond(5, 4), (1, 0, 0)),
-    (lambda: running_bond(4, 3), (0.3, 1, 0)),
-]
-
-
-@pytest.mark.parametrize(("make", "direction"), LIMITS, ids=["arch", "wall", "wall across"])
-def test_limit_loads_do_not_depend_on_the_point_of_view(make, direction):
-    asm = make()
-    exact = limit_load(asm, direction)
-    turn = Rotation.from_rotvec([0.7, -0.2, 1.1]).as_matrix()
-    order = np.random.default_rng(3).permutation(asm.n_blocks)
-    rotated = rebuilt(asm, asm.vertices @ turn.T + [5, -3, 2]).with_(gravity=turn @ asm.gravity)
-    others = [
-        limit_load(rebuilt(asm, 1e-3 * asm.vertices), direction),
-        limit_load(rebuilt(asm, 1e3 * asm.vertices), direction),
-        limit_load(asm.with_(density=1e4 * asm.density), direction),
-        limit_load(asm.with_(gravity=9.81 * asm.gravity), direction),
-        limit_load(rebuilt(asm, asm.vertices, order), direction),
-        limit_load(rotated, (turn @ np.array(direction)).tolist()),
-    ]
-    for other in others:
-        assert other.outcome is exact.outcome
-        assert other.lower == pytest.approx(exact.lower, rel=1e-6)
-        assert other.upper == pytest.approx(exact.upper, rel=1e-6)

@@ -1,43 +1,25 @@
-"""Verdicts without dilatancy and self-stress on the wedges of Kao et al., CAD 146:103216 (2022).
+"""Verdicts without dilatancy and self-stress on the assemblies of Kao et al., CAD 146:103216 (2022).
 
-Closed forms: a block in a V-groove slides along it at tan(theta) = mu / sin(beta), beta the flank's angle from the
-vertical; 3DEC and coupled rigid-block analysis give the same to a tenth of a degree.
+H, A and the shelf fall in 3DEC and in coupled rigid-block analysis. A block in a V-groove slides along it at
+tan(theta) = mu / sin(beta), beta the flank's angle from the vertical; the critical angles of the wedges, and the limit
+loads without dilatancy, are in tests/references.
 """
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blockstat import Outcome, assess, build, limit_load, load_scene, read, tilt_limit, with_values
+from blockstat import Outcome, assess, build, limit_load, load_scene, read, with_values
 from blockstat.coulomb import MOST_SOLVES, coulomb_state
 from blockstat.problem import pose
-from problems import FERRIS, arch, assembly, box, ferris_wall, running_bond, stack
+from problems import arch, flat_arch, running_bond, stack
 
-#: case, axis, mu, closed form [deg], force-only statics with the exact cone [deg, derived]
-WEDGES = [
-    ("type_a", "x", 0.2, 21.80, 23.09),
-    ("type_a", "y", 0.2, 71.31, 71.30),
-    ("type_c", "x", 0.2, 13.00, 13.08),
-    ("type_a", "x", 0.84, 59.24, 180.0),
-    ("type_c", "x", 0.84, 44.13, 46.96),
-]
 SELF_STRESS = Outcome.STABLE_ONLY_BY_SELF_STRESS
 
 
 def tilted(asm, axis, degrees):
     turn = Rotation.from_euler(axis, degrees, degrees=True)
     return asm.with_(gravity=turn.apply(asm.gravity))
-
-
-@pytest.mark.parametrize(("case", "axis", "mu", "closed_form", "force_only"), WEDGES)
-def test_critical_angles(cases, case, axis, mu, closed_form, force_only):
-    asm = read(cases / f"cra_{case}__y0.json").with_(friction=mu)
-    associated = tilt_limit(asm, axis)
-    assert associated.stands == pytest.approx(force_only, abs=0.011)
-    for degrees in (closed_form - 0.5, closed_form + 0.5):
-        verdict = assess(tilted(asm, axis, degrees), flow="coulomb")
-        assert (verdict.outcome is Outcome.STABLE) == (degrees < closed_form)
-        assert verdict.coulomb is None or verdict.coulomb.solves < 50
 
 
 @pytest.mark.parametrize(
@@ -49,6 +31,15 @@ def test_false_positives_of_force_only_statics(cases, case, mu, outcome):
     asm = read(cases / f"cra_{case}.json").with_(friction=mu)
     assert assess(asm).outcome is Outcome.STABLE
     assert assess(asm, flow="coulomb").outcome is outcome
+
+
+@pytest.mark.parametrize("degrees", [59.14, 59.18, 59.21, 59.2372, 59.26, 59.3])
+def test_next_to_its_limit_a_wedge_is_judged_right_or_not_at_all(cases, degrees):
+    # tan(theta) = .84 / sin(30 deg): 59.2372 deg. The slips shrink by .998 a program, however long it takes.
+    asm = tilted(read(cases / "cra_type_a__y0.json").with_(friction=0.84), "x", degrees)
+    outcome = assess(asm, flow="coulomb").outcome
+    assert outcome in (Outcome.UNDECIDED, Outcome.STABLE if degrees < 59.2372 else SELF_STRESS)
+    assert outcome is not Outcome.UNDECIDED or abs(degrees - 59.2372) < 0.05
 
 
 @pytest.mark.parametrize(
@@ -69,10 +60,7 @@ def test_units_order_and_compliance_do_not_matter(cases, case, degrees):
 
 def test_a_flat_arch_slips_out_between_rigid_abutments():
     # Force-only statics hold it by any thrust; real abutments push only as hard as the arch makes them.
-
-    blocks = [box((-1, 0, 0), (0, 1, 1), name="left"), box((2, 0, 0), (3, 1, 1), name="right")]
-    blocks += [box((0.25 * k, 0, 0), (0.25 * (k + 1), 1, 1)) for k in range(8)]
-    asm = assembly(blocks, supports=["left", "right"], friction=0.1)
+    asm = flat_arch(8, friction=0.1)
     assert assess(asm).outcome is Outcome.STABLE
     assert assess(asm, flow="coulomb").outcome is SELF_STRESS
 
@@ -98,33 +86,6 @@ def test_friction_without_slip_law_needs_no_fixed_point():
         verdict = assess(stack(2), friction=mu, flow="coulomb")
         assert verdict.outcome is Outcome.STABLE
         assert verdict.coulomb is None
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("name", "published"), [("W1", 0.640), ("W3", 0.356), ("W4", 0.264)])
-def test_zero_dilatancy_of_ferris_and_tin_loi(name, published):
-    # Ferris & Tin-Loi (2001), complementarity program; the factor is not unique and the published ones are minima.
-    found = limit_load(ferris_wall(FERRIS[name][0]), (1, 0, 0), flow="coulomb")
-    assert found.lower == pytest.approx(FERRIS[name][4], abs=1e-6)
-    low, high = found.coulomb
-    assert low == pytest.approx(published, rel=5e-3)
-    assert high == pytest.approx(published, rel=5e-3)
-
-
-def test_least_coulomb_pull_on_a_slab():
-    # Associated P = mu (W_A + 2 W_B / (1 - mu^2)); least Coulomb P = mu (W_A + 2 W_B / (1 + mu^2)) = 1.3 at mu = .5.
-    blocks = [
-        box((-3, 0, -1), (8, 1, 0), name="ground"),
-        box((2, 0, 1), (3, 1, 2), name="wall"),
-        box((-2, 0, 0), (2, 1, 1), name="A", density=0.25),
-        box((-2, 0, 1), (2, 1, 2), name="B", density=0.25),
-    ]
-    asm = assembly(blocks, supports=["ground", "wall"], friction=0.5)
-    pull = np.zeros((4, 6))
-    pull[2, [0, 4]] = 1.0, -0.5  # at the height of the lower joint
-    found = limit_load(asm, pull, flow="coulomb")
-    assert found.lower == pytest.approx(11 / 6, rel=1e-8)
-    assert found.coulomb[0] <= 1.3 <= found.coulomb[1] * (1 + 1e-6)
 
 
 def test_hinging_has_no_dilatancy_to_lose():

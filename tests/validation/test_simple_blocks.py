@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from blockstat import Outcome, assess
-from problems import assembly, box, stack
+from problems import assembly, box, flat_arch, overhanging, pulled_slab, slab, stack, trilith
 
 NEAR = 1e-5
 
@@ -32,7 +32,7 @@ def test_block_tips_or_slides(width, height, mu):
 @pytest.mark.parametrize("azimuth", np.deg2rad([0, 11.25, 22.5, 30, 45, 100, 190, 287]))
 def test_friction_is_the_same_in_every_direction(azimuth):
     # A flat slab slides before it tips; a K-sided pyramid would give up to 1/cos(pi/K) times mu.
-    asm = assembly([box((-5, -5, -1), (5, 5, 0)), box((-1, -1, 0), (1, 1, 0.1))])
+    asm = slab()
     inside, outside = (horizontal(0.5 * (1 + sign * NEAR), azimuth) for sign in (-1, 1))
     assert assess(asm, friction=0.5, gravity=inside).outcome is Outcome.STABLE
     assert assess(asm, friction=0.5, gravity=outside).outcome is Outcome.UNSTABLE
@@ -45,27 +45,14 @@ def test_stack_of_equal_blocks(n):
 
 @pytest.mark.parametrize("lintel_density", [1.0, 1e3, 1e6])
 def test_trilith_tips_like_its_columns_whatever_the_lintel(lintel_density):
-    columns = [box((x, 0, 0), (x + 0.5, 0.5, 2), name=f"column{x}") for x in (0, 3)]
-    lintel = box((0, 0, 2), (3.5, 0.5, 2.5), name="lintel", density=lintel_density)
-    asm = assembly([box((-5, -5, -1), (9, 5, 0)), *columns, lintel])
-    assert_limit(asm, 0.5 / 2, friction=0.7)
+    assert_limit(trilith(lintel_density), 0.5 / 2, friction=0.7)
 
 
 @pytest.mark.parametrize(("n", "exact"), [(3, 0.9166667), (5, 1.1416667), (10, 1.4644841)])
 def test_harmonic_overhang(n, exact):
-    def leaning(overhang):
-        # Unit blocks, each displaced 1/(2 k) over the next, k counted from the top, scaled to the overhang.
-        steps = [1 / (2 * k) for k in range(1, n + 1)]
-        scale = overhang / sum(steps)
-        x, blocks = 0.0, [box((-3, 0, -1), (0, 1, 0), name="table")]
-        for level, step in enumerate(reversed(steps)):
-            x += scale * step
-            blocks.append(box((x - 1, 0, level), (x, 1, level + 1)))
-        return assembly(blocks)
-
     assert sum(1 / (2 * k) for k in range(1, n + 1)) == pytest.approx(exact, abs=1e-7)
-    assert assess(leaning(exact - 1e-4)).outcome is Outcome.STABLE
-    assert assess(leaning(exact + 1e-4)).outcome is Outcome.UNSTABLE
+    assert assess(overhanging(n, exact - 1e-4)).outcome is Outcome.STABLE
+    assert assess(overhanging(n, exact + 1e-4)).outcome is Outcome.UNSTABLE
 
 
 def test_centred_cube_presses_equally_on_its_corners():
@@ -91,37 +78,18 @@ def test_offset_cube_needs_its_weight_in_tension():
 def test_pulled_slab_under_a_slab_against_a_wall():
     # A on the ground, B on A, B's end against a fixed wall, A pulled by P; associated limit
     # mu (W_A + 2 W_B / (1 - mu^2)).
-    mu, weight = 0.5, 1.0
-    asm = assembly(
-        [
-            box((-3, 0, -1), (8, 1, 0), name="ground"),
-            box((2, 0, 1), (3, 1, 2), name="wall"),
-            box((-2, 0, 0), (2, 1, 1), name="A", density=weight / 4),
-            box((-2, 0, 1), (2, 1, 2), name="B", density=weight / 4),
-        ],
-        supports=["ground", "wall"],
-    )
+    asm, pull = pulled_slab()
+    mu, weight = asm.friction, 1.0
     exact = mu * (weight + 2 * weight / (1 - mu**2))
     assert exact == pytest.approx(1.833333, abs=1e-6)
     for factor, outcome in ((1 - NEAR, Outcome.STABLE), (1 + NEAR, Outcome.UNSTABLE)):
-        # The pull acts at the height of the lower joint, so that nothing tips.
-        pull = np.zeros((4, 6))
-        pull[2, 0] = exact * factor
-        pull[2, 4] = -0.5 * exact * factor
-        assert assess(asm, friction=mu, loads=pull).outcome is outcome
+        assert assess(asm, loads=factor * exact * pull).outcome is outcome
 
 
 @pytest.mark.parametrize("mu", [0.05, 0.3, 0.7])
 def test_flat_arch_stands_on_paper_with_any_friction(mu):
     # Rigid abutments allow any thrust, so force-only statics call it stable: a known false positive.
-    width, joints = 0.25, 8
-    blocks = [
-        box((-1, 0, 0), (0, 1, 1), name="left"),
-        box((joints * width, 0, 0), (joints * width + 1, 1, 1), name="right"),
-    ]
-    blocks += [box((k * width, 0, 0), ((k + 1) * width, 1, 1)) for k in range(joints)]
-    asm = assembly(blocks, supports=["left", "right"])
-    assert assess(asm, friction=mu).outcome is Outcome.STABLE
+    assert assess(flat_arch(8), friction=mu).outcome is Outcome.STABLE
 
 
 def test_torsion_of_a_square_face_on_four_corner_points():
