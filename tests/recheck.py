@@ -17,7 +17,7 @@ import numpy as np
 
 import blockstat
 from blockstat.contact import GAP
-from blockstat.joint import joint_friction, point_tension
+from strength import bonds_taken_up, check_bonds, check_points, strengths, taken_up
 
 FORCE = 1e-8  #: of a block's own load, what a balanced block may lack and a cone may miss
 ROUNDING = 1e-12  #: of the forces that meet in a block
@@ -88,7 +88,7 @@ def check_joints(asm, faces, gap=GAP):
         assert np.logical_or.reduceat(touches, np.cumsum(count) - count).all(), "a contact point lies on no face"
 
 
-def imbalance(asm, faces, wrench, centroid, forces):
+def imbalance(asm, faces, wrench, centroid, forces, bonds=()):
     """Force and moment / size left over on each block, its own load in the same terms, and the forces it meets."""
     k = faces.point_interface
     push = np.einsum("nij,ni->nj", faces.frame[k], forces)
@@ -98,26 +98,28 @@ def imbalance(asm, faces, wrench, centroid, forces):
         np.add.at(left[:, :3], block, sign * push)
         np.add.at(left[:, 3:], block, sign * np.cross(faces.point - centroid[block], push))
         np.add.at(met, block, np.linalg.norm(push, axis=1))
+    for i, centre, pull, turn in bonds:
+        for block, sign in zip(faces.pair[i], (-1.0, 1.0), strict=True):
+            left[block, :3] += sign * pull
+            left[block, 3:] += sign * (np.cross(centre - centroid[block], pull) + turn)
+            met[block] += np.linalg.norm(pull)
     unit = np.repeat([np.ones(asm.n_blocks), np.cbrt(bodies(asm)[0] / asm.density)], 3, axis=0).T
     left, own = (np.linalg.norm(values / unit, axis=1) for values in (left, wrench))
     return np.where(asm.support, 0.0, left), own, met
 
 
-def check_forces(asm, faces, wrench, centroid, forces):
-    """Contact forces balance every free block and lie in their cones."""
-    left, own, met = imbalance(asm, faces, wrench, centroid, forces)
+def check_forces(asm, faces, wrench, centroid, forces, bonds=None, live=0.0):
+    """Contact forces and bonds balance dead and live load on every free block within their strengths."""
+    dead, wrench = wrench, wrench + live
+    weight = np.linalg.norm(wrench[~asm.support, :3], axis=1)
+    glue = check_bonds(asm, faces, bonds, FORCE * weight.max(initial=0.0))
+    left, own, met = imbalance(asm, faces, wrench, centroid, forces, glue)
+    # Where the two loads cancel, each by itself says what is small.
+    own = np.maximum(own, np.linalg.norm(dead[:, :3], axis=1))
     allowed = FORCE * own + ROUNDING * met
     assert (left <= allowed).all(), "a block is not balanced"
-
-    k = faces.point_interface
-    spare = np.where(asm.support, np.inf, allowed)[faces.pair].min(axis=1)[k]
-    mu = joint_friction(asm, faces)[k]
-    normal = forces[:, 0] + point_tension(asm, faces)
-    tangent = np.hypot(forces[:, 1], forces[:, 2])
-    assert (normal >= -spare).all(), "a joint pulls"
-    with np.errstate(invalid="ignore"):
-        grip = np.where(np.isinf(mu), np.where(normal > 0, np.inf, spare), mu * (normal + spare) + 1e-6 * spare)
-    assert (tangent <= grip).all(), "friction beyond its cone"
+    spare = np.where(asm.support, np.inf, allowed)[faces.pair].min(axis=1)[faces.point_interface]
+    check_points(strengths(asm, faces), forces, spare)
 
 
 def check_motion(asm, faces, wrench, centroid, motion):
@@ -132,13 +134,11 @@ def check_motion(asm, faces, wrench, centroid, motion):
         reach = np.linalg.norm(arm, axis=1) + np.linalg.norm(faces.point, axis=1)
         size += np.linalg.norm(motion[block, :3], axis=1) + np.linalg.norm(motion[block, 3:], axis=1) * reach
     rate = np.einsum("nij,nj->ni", faces.frame[k], rate)
-    mu = joint_friction(asm, faces)[k]
-    slide = np.hypot(rate[:, 1], rate[:, 2])
-    sticky = np.isinf(mu)
-    needed = np.where(sticky, 1.0, np.where(sticky, 0.0, mu)) * slide
-    room = np.where(sticky, np.minimum(rate[:, 0], 0.0), rate[:, 0]) - needed
-    closing = np.maximum(-room - 1e-15 * (1 + np.where(sticky, 1.0, mu)) * size, 0.0).max(initial=0.0)
-    work = (wrench * motion).sum() - (point_tension(asm, faces) * rate[:, 0]).sum()
+    strength = strengths(asm, faces)
+    power, closing = taken_up(strength, rate)
+    rounding = 1e-15 * (1 + np.where(np.isinf(strength.mu), 1.0, strength.mu)) * size
+    closing = np.maximum(closing - rounding, 0.0).max(initial=0.0)
+    work = (wrench * motion).sum() - power.sum() - bonds_taken_up(asm, faces, centroid, motion)
     return work, closing
 
 
@@ -172,14 +172,15 @@ def check_verdict(verdict, *, loads=None, gap=GAP):
     if outcome.startswith("stable"):
         assert verdict.score == 0
         assert not verdict.adhesion.any()
-        check_forces(asm, faces, wrench, centroid, verdict.forces)
+        check_forces(asm, faces, wrench, centroid, verdict.forces, verdict.bonds)
     elif outcome == "unstable":
         assert_falls(asm, faces, wrench, centroid, verdict.mechanism)
         if np.isfinite(verdict.score):
             total = np.linalg.norm(wrench[~asm.support, :3], axis=1).sum()
             np.testing.assert_allclose(np.linalg.norm(verdict.adhesion), verdict.score * total, rtol=1e-9)
             pulled = verdict.forces - np.multiply.outer(verdict.adhesion, [1.0, 0, 0])
-            left, _, _ = imbalance(asm, faces, wrench, centroid, pulled)
+            glue = check_bonds(asm, faces, verdict.bonds, ADHESION * total)
+            left, _, _ = imbalance(asm, faces, wrench, centroid, pulled, glue)
             assert left.max() <= ADHESION * (total + verdict.adhesion.sum()), (
                 "the missing adhesion does not balance the blocks"
             )
@@ -198,11 +199,11 @@ def check_limit(found, load, *, gap=GAP):
     assert not found.lower > found.upper * (1 + np.sign(found.upper) * 1e-9)
     if found.outcome.word == "unbounded":
         many = 1e3 * np.abs(wrench).sum() / np.abs(live[~asm.support]).sum()
-        check_forces(asm, faces, wrench, centroid, found.forces)
+        check_forces(asm, faces, wrench, centroid, found.forces, found.bonds)
         more = blockstat.assess(asm, loads=many * live, interfaces=faces)
         assert more.outcome.word == "stable", "not even a thousand times the load is carried"
     elif np.isfinite(found.lower):
-        check_forces(asm, faces, wrench + found.lower * live, centroid, found.forces)
+        check_forces(asm, faces, wrench, centroid, found.forces, found.bonds, found.lower * live)
     if np.isfinite(found.upper):
         work, closing = check_motion(asm, faces, wrench, centroid, found.mechanism)
         rate = (live * found.mechanism).sum()

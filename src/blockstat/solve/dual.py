@@ -16,6 +16,8 @@ WIDE_OPEN = 1e3
 YIELDS = 1e-6
 #: Unknowns from which the structured method is the faster one; below, its many small steps in Python cost more.
 STRUCTURED = 1_000
+#: Of the load and the adhesion, what the answer of a penalty program may leave unbalanced.
+BALANCED = 1e-6
 CHOICES = ("auto", "interior-point", "clarabel")
 
 
@@ -64,15 +66,23 @@ def solve_pressure(program: PenaltyProgram, cost: Floats, compliance: float) -> 
 def solve(program: PenaltyProgram) -> RawSolution:
     """Minimise 1/2 ||E' A' u||^2 - w' u over twists with A' u in K*; at points with a cap, 1/2 |g_n + y|^2."""
     answer = solve_dual(DualProgram(program, -program.load, penalty=True))
+    adhesion = np.maximum(program.opening.T @ answer.twist + answer.crushing[: program.n_points], 0.0)
     return RawSolution(
         force=answer.force,
-        adhesion=np.maximum(program.opening.T @ answer.twist + answer.crushing[: program.n_points], 0.0),
+        adhesion=adhesion,
         twist=answer.twist,
-        bounded="DualInfeasible" not in answer.status,
+        bounded=_balances(program, answer.force, adhesion),
         status=answer.status,
         iterations=answer.iterations,
         solver=answer.solver,
     )
+
+
+def _balances(program: PenaltyProgram, force: Floats, adhesion: Floats) -> bool:
+    """Whether forces and adhesion balance the load; where no adhesion could, a solver ends with some ray."""
+    rest = program.matrix @ force.reshape(-1) - program.opening @ adhesion + program.load
+    size = program.total_load + float(adhesion.sum()) + float(np.abs(program.load).max(initial=0.0))
+    return bool(np.abs(rest).max(initial=0.0) <= BALANCED * size)
 
 
 def solve_margin(program: PenaltyProgram) -> RawSolution:

@@ -1,0 +1,144 @@
+"""Joint laws from first principles for the second opinion: what a contact point and a bond may carry and take up.
+
+Of `blockstat` only the laws themselves and the fit of names to groups are used.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from blockstat.joint import last_law
+
+
+class Strength(NamedTuple):
+    """At each contact point: |f_t| <= mu f_n + cohesion, -tension <= f_n <= cap."""
+
+    mu: np.ndarray
+    cohesion: np.ndarray
+    tension: np.ndarray
+    cap: np.ndarray
+
+
+def strengths(asm, faces):
+    """The strength of every contact point, shape (n_points,)."""
+    k = faces.point_interface
+    share = faces.share if faces.share is not None else 1.0 / np.bincount(k, minlength=faces.n_interfaces)[k]
+    rows = []
+    for i, law in enumerate(last_law(asm, faces)):
+        if law is None:
+            rows.append((asm.friction, 0.0, 0.0, np.inf))
+            continue
+        mu = friction_of(asm, faces, i)
+        area = faces.area[i]
+        tension = law.tension * area + (law.bond if law.bond_moment is None else 0.0)
+        cohesion = np.nan if law.cohesion is None else law.cohesion * area
+        if np.isnan(cohesion):
+            cohesion = mu * tension if np.isfinite(mu) else np.inf * tension if tension else 0.0
+        elif np.isfinite(mu):
+            tension = min(tension, cohesion / mu)
+        cap = np.inf if law.compression is None else law.compression * area
+        rows.append((mu, cohesion, tension, cap))
+    table = np.array(rows).reshape(-1, 4)[k].T
+    return Strength(table[0], *(share * np.nan_to_num(column, nan=0.0, posinf=np.inf) for column in table[1:]))
+
+
+def friction_of(asm, faces, interface):
+    """The friction of one joint: of the last fitting law that says so."""
+    groups = [asm.groups[b] for b in faces.pair[interface]]
+
+    def fits(name, group):
+        return name in ("*", group) or group.startswith(name + ".")
+
+    mu = asm.friction
+    for law in asm.joints:
+        one, two = law.between
+        if any(fits(one, a) and fits(two, b) for a, b in (groups, groups[::-1])) and law.friction is not None:
+            mu = law.friction
+    return mu
+
+
+def check_points(strength, forces, spare):
+    """Raise AssertionError for a contact force beyond its strength by more than `spare`."""
+    mu, cohesion, tension, cap = strength
+    normal, tangent = forces[:, 0], np.hypot(forces[:, 1], forces[:, 2])
+    assert (normal >= -tension - spare).all(), "a joint pulls"
+    assert (normal <= cap + spare).all(), "a joint is crushed"
+    with np.errstate(invalid="ignore"):
+        endless = np.where(normal + tension > 0, np.inf, spare)
+        grip = np.where(np.isinf(mu), endless, mu * (normal + spare) + cohesion + 1e-6 * spare)
+    assert (tangent <= grip).all(), "friction beyond its cone"
+
+
+def taken_up(strength, rate):
+    """Power that cohesion, tension and crushing take up at each point, and what is left of the closing there.
+
+    The greatest -f.g over the admissible forces f of a point that moves at g; without a cap a closing is a violation.
+    """
+    mu, cohesion, tension, cap = strength
+    slide = np.hypot(rate[:, 1], rate[:, 2])
+    sticky = np.isinf(mu)
+    room = np.where(sticky, rate[:, 0], rate[:, 0] - np.where(sticky, 0.0, mu) * slide)
+    # With endless friction the cone has its apex at the tension: what slides there is a violation, not a price.
+    shear = np.where(sticky, 0.0, np.where(sticky, 0.0, cohesion) * slide)
+    power = shear + tension * np.maximum(room, 0.0)
+    crushed = np.isfinite(cap) & (room < 0)
+    power = power + np.where(crushed, np.where(np.isfinite(cap), cap, 0.0) * np.maximum(-room, 0.0), 0.0)
+    closing = np.where(crushed, 0.0, np.maximum(-room, 0.0)) + np.where(sticky, slide, 0.0)
+    return power, closing
+
+
+def bond_laws(asm, faces):
+    """Joints with a bond at their centre: (interface, centre, force, moment capacity)."""
+    found = []
+    for i, law in enumerate(last_law(asm, faces)):
+        if law is not None and law.bond_moment is not None and (law.bond or law.bond_moment):
+            found.append((i, _centroid(faces, i), law.bond, law.bond_moment))
+    return found
+
+
+def _centroid(faces, interface):
+    """Centroid of a joint: of its cells, or of the triangles about the mean of its corners."""
+    own = slice(faces.start[interface], faces.start[interface + 1])
+    corners = faces.point[own]
+    if faces.share is not None:
+        return faces.share[own] @ corners
+    middle = corners.mean(axis=0)
+    arm = corners - middle
+    angle = np.arctan2(arm @ faces.frame[interface, 2], arm @ faces.frame[interface, 1])
+    arm = arm[np.argsort(angle)]
+    after = np.roll(arm, -1, axis=0)
+    area = np.cross(arm, after) @ faces.frame[interface, 0]
+    return middle + (area[:, None] * (arm + after)).sum(axis=0) / 3 / area.sum()
+
+
+def check_bonds(asm, faces, bonds, spare):
+    """Raise AssertionError for bonds beyond their capacity; what each does to its block b."""
+    laws = {i: (centre, force, moment) for i, centre, force, moment in bond_laws(asm, faces)}
+    if bonds is None:
+        return []
+    wrenches = []
+    for i, push, turn in zip(bonds.interface, bonds.force, bonds.moment, strict=True):
+        centre, force, moment = laws[int(i)]
+        frame = faces.frame[i]
+        slack = 1e-9 * (force + moment) + spare
+        assert -force - slack <= frame[0] @ push <= slack, "a bond pulls too hard, or pushes"
+        assert np.hypot(*(frame[1:] @ push)) <= force + slack, "a bond shears too hard"
+        assert np.hypot(*(frame[1:] @ turn)) <= moment + slack, "a bond bends too hard"
+        assert abs(frame[0] @ turn) <= moment + slack, "a bond twists too hard"
+        wrenches.append((int(i), centre, push, turn))
+    return wrenches
+
+
+def bonds_taken_up(asm, faces, centroid, motion):
+    """Power that the bonds at the centres of joints take up."""
+    power = 0.0
+    for i, centre, force, moment in bond_laws(asm, faces):
+        a, b = faces.pair[i]
+        velocity, turning = np.zeros(3), motion[b, 3:] - motion[a, 3:]
+        for block, sign in ((a, -1.0), (b, 1.0)):
+            velocity += sign * (motion[block, :3] + np.cross(motion[block, 3:], centre - centroid[block]))
+        g, w = faces.frame[i] @ velocity, faces.frame[i] @ turning
+        power += force * (max(g[0], 0.0) + np.hypot(g[1], g[2])) + moment * (np.hypot(w[1], w[2]) + abs(w[0]))
+    return power
