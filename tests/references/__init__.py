@@ -1,6 +1,6 @@
 """Every reference value, with what we compute for it: tests, and the table of docs/validation.md."""
 
-from references import arches, blocks, energies, walls, wedges
+from references import arches, blocks, energies, laws, walls, wedges
 from references.row import Row
 
 SECTIONS: dict[str, list[Row]] = {
@@ -9,4 +9,5 @@ SECTIONS: dict[str, list[Row]] = {
     "Walls": walls.ROWS,
     "Wedges": wedges.ROWS,
     "Energies": energies.ROWS,
+    "Joint laws": laws.ROWS,
 }

@@ -28,11 +28,12 @@ def solve_dual(problem: DualProgram) -> DualAnswer:
     rows, cones, scale = _dual_cones(program)
     constraint = -(sparse.diags_array(scale) @ program.matrix.T.tocsr()[rows])
     bound = np.zeros(len(rows)) if offset is None else scale * offset[rows]
-    price = np.concatenate([program.cap[program.capped], -program.floor[program.floored]])
+    price = problem.price
     if len(price):
         constraint, bound, cones = _with_limits(program, constraint, bound, cones, rows, scale)
         cost = np.concatenate([cost, price])
-        capped, pinned = (None if row is None else np.concatenate([row, 0 * price]) for row in (capped, pinned))
+        capped = None if capped is None else np.concatenate([capped, problem.earned])
+        pinned = None if pinned is None else np.concatenate([pinned, 0 * price])
         hessian = _with_crushing(program, hessian, len(price), problem.penalty)
     answer, multipliers = _clarabel(hessian, cost, constraint, bound, cones, capped, pinned)
     force = np.zeros(3 * len(program.friction))

@@ -7,7 +7,7 @@ import numpy as np
 from blockstat.polyhedron import Floats
 from blockstat.program import PenaltyProgram
 from blockstat.solve import clarabel_dual, clarabel_primal, structured
-from blockstat.solve.certificate import opening_room, power
+from blockstat.solve.certificate import opening_room
 from blockstat.solve.raw import DualAnswer, DualProgram, RawSolution
 
 #: Joints open by more than this many violations need no watching when a mechanism is mended.
@@ -88,14 +88,18 @@ def _balances(program: PenaltyProgram, force: Floats, adhesion: Floats) -> bool:
 def solve_margin(program: PenaltyProgram) -> RawSolution:
     """The least adhesion tau, the same at every point, that lets an equilibrium exist; at least -1.
 
-    Primal: min tau subject to A f + w = 0, f_i + tau n in K, tau >= -1. Dual: max w' u + sum g_n - 1
-    subject to A' u in K*, sum g_n <= 1. The penalty program is quadratic, so near the limit its answer is
-    good to the square root of the tolerance; this one is linear and good to the tolerance itself. It costs a
-    second solve, so it is asked only where the first could not prove either side.
+    Primal: min tau subject to A f + w = 0, f_i + tau n in K, tau >= -1, and f_n - tau <= cap where there is one.
+    Dual: max w' u + sum g_n - 1 subject to A' u in K*, sum g_n <= 1, with 2 y added to g_n at a cap. The penalty
+    program is quadratic, so near the limit its answer is good to the square root of the tolerance; this one is linear
+    and good to the tolerance itself. It costs a second solve, so it is asked only where the first proved neither side.
     """
     total = np.asarray(program.opening.sum(axis=1)).reshape(-1)
-    answer = solve_dual(DualProgram(program, -program.load - total, capped=total))
-    tau = float(power(program, answer.twist)[0] + total @ answer.twist - 1.0)
+    answer = solve_dual(DualProgram(program, -program.load - total, capped=total, crushing=2.0))
+    own = program.capped[program.capped < program.n_points]
+    crushed = answer.crushing[program.capped]
+    earned = float(total @ answer.twist) + 2.0 * float(answer.crushing[own].sum()) - 1.0
+    tau = float(program.load @ answer.twist) - float(program.cap[program.capped] @ crushed) + earned
+    tau += _floored(program, answer)
     force = answer.force.copy()
     force[: program.n_points, 0] -= tau
     adhesion = np.full(program.n_points, max(tau, 0.0))
@@ -108,6 +112,13 @@ def solve_margin(program: PenaltyProgram) -> RawSolution:
         iterations=answer.iterations,
         solver=answer.solver,
     )
+
+
+def _floored(program: PenaltyProgram, answer: DualAnswer) -> float:
+    """What the floors pay for the opening beyond friction at their points."""
+    rate = (program.matrix.T @ answer.twist).reshape(-1, 3)[program.floored]
+    room = opening_room(rate, program.friction[program.floored]) + answer.crushing[program.floored]
+    return float(program.floor[program.floored] @ np.maximum(room, 0.0))
 
 
 def open_joints(program: PenaltyProgram, twist: Floats) -> Floats:

@@ -39,7 +39,23 @@ class DualProgram:
     offset: Floats | None = None  #: shape (3 m,)
     capped: Floats | None = None  #: shape (6 n,)
     pinned: Floats | None = None  #: shape (6 n,)
+    #: Closing at the caps of contact points that counts in `capped` and earns as much in the cost, each so many times.
+    crushing: float = 0.0
     compliance: float = 0.0  #: c, with c/2 |f|^2 (shear counting 1/mu^2) added to the cost of forces
+
+    @cached_property
+    def earned(self) -> Floats:
+        """What each y and then each z adds to `capped` and takes off the cost."""
+        program = self.program
+        earned = np.zeros(len(program.capped) + len(program.floored))
+        earned[: len(program.capped)] = self.crushing * (program.capped < program.n_points)
+        return earned
+
+    @cached_property
+    def price(self) -> Floats:
+        """The cost of each y and then of each z."""
+        program = self.program
+        return np.concatenate([program.cap[program.capped], -program.floor[program.floored]]) - self.earned
 
     @cached_property
     def plane(self) -> Plane | None:

@@ -137,9 +137,6 @@ def _solve(
 
 def _with_limits(problem: DualProgram, program: ConicProgram, limits: Limits) -> ConicProgram:
     """Append the unknowns y and z, their columns in the triples and in the penalty, and their half-lines."""
-    price = np.concatenate(
-        [problem.program.cap[problem.program.capped], -problem.program.floor[problem.program.floored]]
-    )
     n_rows, n_penalty, n_local = len(program.bound), len(program.penalty_local), len(program.local)
     has_y, has_z = limits.y >= 0, limits.z >= 0
     values = np.concatenate([-limits.head[has_y], limits.head[has_z]])
@@ -147,6 +144,10 @@ def _with_limits(problem: DualProgram, program: ConicProgram, limits: Limits) ->
         np.concatenate([limits.triple[has_y], limits.triple[has_z]]),
         np.append(limits.y[has_y], limits.z[has_z]),
     )
+    if problem.capped is not None:
+        values = np.concatenate([values, problem.earned])
+        rows = np.concatenate([rows, np.full(limits.size, n_local)])
+        places = np.concatenate([places, np.arange(limits.size)])
     heads = sparse.csr_array((values, (rows, places)), shape=(n_rows, limits.size))
     bent = has_y & (limits.penalty >= 0) & (n_penalty > 0)
     ones = (np.ones(bent.sum()), (limits.penalty[bent], limits.y[bent]))
@@ -155,7 +156,7 @@ def _with_limits(problem: DualProgram, program: ConicProgram, limits: Limits) ->
     cones = program.cones
     return replace(
         program,
-        cost=np.concatenate([program.cost, price]),
+        cost=np.concatenate([program.cost, problem.price]),
         matrix=sparse.csr_array(sparse.vstack([matrix[:n_local], own, matrix[n_local:]])),
         bound=np.insert(program.bound, n_local, np.zeros(limits.size)),
         cones=Cones(cones.n_soc, cones.n_zero, cones.n_half + limits.size),
