@@ -44,7 +44,7 @@ def assert_same(asm, push, other, other_push=None):
     limits = limit_load(asm, push), limit_load(other, push if other_push is None else other_push)
     assert limits[0].outcome is limits[1].outcome
     # Joints that cannot slide at all are redundant equations, and their bounds are less sharp; they hold all the same.
-    accuracy = 1e-6 if np.isfinite(asm.friction) else 1e-3
+    accuracy = 1e-6
     for bound in ("lower", "upper"):
         assert getattr(limits[0], bound) == pytest.approx(getattr(limits[1], bound), rel=accuracy)
     assert max(limit.lower for limit in limits) <= min(limit.upper for limit in limits)
