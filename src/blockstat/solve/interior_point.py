@@ -21,6 +21,7 @@ MOST_ITERATIONS = 100
 TOLERANCE = 1e-9
 #: Where the iteration stalls, an answer this good is still handed on; our own certificates judge it.
 ALMOST = 1e-6
+RAY = 1e-8  #: violation of a ray that proves a program infeasible or unbounded
 PATIENCE = 8  #: iterations without progress
 STEP = 0.99
 
@@ -143,16 +144,14 @@ def _judge(program: ConicProgram, kkt: Kkt, v: _State) -> tuple[str, float]:
     )
     if max(errors) < TOLERANCE:
         return "Solved", max(errors)
-    pulled = kkt.transposed(v.z)
-    if (
-        bound < 0
-        and not program.compliance
-        and largest(pulled) < TOLERANCE * max(1.0, largest(v.x) + largest(v.z)) * -bound
-    ):
-        return "PrimalInfeasible", max(errors)
+    # A ray is one when what it violates is nothing against what it gains, per unit of all that is given.
+    if bound < 0 and not program.compliance:
+        pulled = largest(kkt.transposed(v.z))
+        if pulled * np.abs(program.bound).sum() < RAY * -bound:
+            return "PrimalInfeasible", max(errors)
     if linear < 0:
-        ray = max(largest(curved), largest(program.matrix @ v.x + v.s))
-        if ray < TOLERANCE * max(1.0, largest(v.x) + largest(v.s)) * -linear:
+        strain = max(largest(curved), largest(program.matrix @ v.x + v.s))
+        if strain * np.abs(program.cost).sum() < RAY * -linear:
             return "DualInfeasible", max(errors)
     return "", max(errors)
 
