@@ -17,6 +17,7 @@ LAYERS = [
     {"coulomb"},
     {"result", "load"},
     {"problem", "proof", "edges"},
+    {"reuse"},
     {"analysis"},
     {"bounds", "limit"},
     {"reserve", "thrust"},

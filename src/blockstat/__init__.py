@@ -15,6 +15,7 @@ from blockstat.load import acceleration, point_load
 from blockstat.model import build
 from blockstat.reserve import friction_limit, tilt_limit
 from blockstat.result import Outcome, Verdict
+from blockstat.reuse import Memory
 from blockstat.search import search
 from blockstat.spec import Building, parameters, with_values
 from blockstat.thrust import load_domain, settlement, thrust_range
@@ -30,6 +31,7 @@ __all__ = [
     "JointLaw",
     "LimitLoad",
     "LoadOutcome",
+    "Memory",
     "Outcome",
     "Verdict",
     "acceleration",

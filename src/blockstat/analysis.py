@@ -13,8 +13,10 @@ from blockstat.edges import edge_warnings
 from blockstat.errors import InputError
 from blockstat.polyhedron import Floats
 from blockstat.problem import Problem, free_fall, gap_warnings, pose, timed
+from blockstat.program import PenaltyProgram
 from blockstat.proof import Proof, decide
 from blockstat.result import Outcome, Verdict, unit_motion
+from blockstat.reuse import Memory
 from blockstat.solve import cvxpy_primal, dual
 from blockstat.solve.certificate import Certificate
 from blockstat.solve.raw import RawSolution
@@ -36,6 +38,7 @@ def assess(
     interfaces: Interfaces | None = None,
     solver: str = "auto",
     flow: str = "associated",
+    memory: Memory | None = None,
 ) -> Verdict:
     """Static verdict on an assembly of rigid blocks with dry Coulomb joints.
 
@@ -47,6 +50,8 @@ def assess(
     gap : tolerance of the joint search, relative to block size. interfaces : use these instead of searching.
     solver : "auto", "interior-point" or "clarabel" for the dual (see `blockstat.solve.dual`), "cvxpy" for the literal
     primal, the reference. The verdict says which one answered.
+    memory : evidence of earlier designs with the same joints, which may decide without a solve (see `blockstat.reuse`);
+    an instability proven so has no score (nan).
     flow : "associated" asks whether an admissible force field exists; "coulomb" asks in addition whether one exists
     without dilatancy and self-stress (see `blockstat.coulomb`), and answers STABLE_ONLY_BY_SELF_STRESS if not.
 
@@ -62,10 +67,7 @@ def assess(
     timings = dict(problem.timings)
     raw = proof = state = None
     if problem.program is not None:
-        with timed(timings, "solve"):
-            raw = cvxpy_primal.solve(problem.program) if solver == "cvxpy" else dual.solve(problem.program)
-        with timed(timings, "certificate"):
-            proof = decide(problem.eq, problem.program, raw)
+        raw, proof = _solved(problem, problem.program, solver, memory, timings)
         if flow == "coulomb" and problem.slips and proof.outcome is Outcome.STABLE:
             with timed(timings, "coulomb"):
                 state = coulomb_state(problem.program)
@@ -79,6 +81,26 @@ def assess(
     return replace(verdict, outcome=outcome, flow=flow, coulomb=state)
 
 
+def _solved(
+    problem: Problem, program: PenaltyProgram, solver: str, memory: Memory | None, timings: dict[str, float]
+) -> tuple[RawSolution, Proof]:
+    """An answer and what it proves: an earlier one if there is one that does, else a new one."""
+    if memory is not None:
+        with timed(timings, "memory"):
+            known = memory.recall(problem)
+        if known is not None:
+            proof, kind = known
+            none = np.full(program.n_points, np.nan)
+            return RawSolution(proof.force, none, proof.twist, True, "Recalled", 0, f"earlier {kind}"), proof
+    with timed(timings, "solve"):
+        raw = cvxpy_primal.solve(program) if solver == "cvxpy" else dual.solve(program)
+    with timed(timings, "certificate"):
+        proof = decide(problem.eq, program, raw)
+    if memory is not None:
+        memory.keep(problem, proof)
+    return raw, proof
+
+
 def _verdict(problem: Problem, raw: RawSolution | None, proof: Proof | None, timings: dict[str, float]) -> Verdict:
     """Back to SI units and to all blocks and points; blocks that nothing holds fall freely."""
     outcome, checked, score = Outcome.STABLE, Certificate(0.0, 0.0, 0.0, 0.0, 0.0), 0.0
@@ -88,8 +110,8 @@ def _verdict(problem: Problem, raw: RawSolution | None, proof: Proof | None, tim
         if outcome is Outcome.STABLE:
             force, adhesion, twist = proof.force, np.zeros(problem.eq.n_points), np.zeros_like(proof.twist)
         else:
-            force, adhesion, twist = raw.force, raw.adhesion, proof.twist
-            score = float(np.linalg.norm(adhesion)) / problem.program.total_load if raw.bounded else np.inf
+            force, adhesion, twist = raw.force, np.nan_to_num(raw.adhesion), proof.twist
+            score = float(np.linalg.norm(raw.adhesion)) / problem.program.total_load if raw.bounded else np.inf
     mechanism = problem.to_blocks(twist)
     if len(problem.floating):
         # Each group moves along its load as one: no joint closes, so this is a proof without any error.

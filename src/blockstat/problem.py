@@ -21,6 +21,7 @@ from blockstat.planar import find_plane
 from blockstat.polyhedron import Floats, Ints
 from blockstat.program import PenaltyProgram, penalty_program
 from blockstat.result import Outcome
+from blockstat.solve.opening import expansions
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -115,7 +116,7 @@ def pose(
         touched = np.any(np.isin(interfaces.pair, held), axis=1)
         points = np.flatnonzero(touched[interfaces.point_interface])
         eq, program, bonds = _program(assembly, interfaces, load, held, points, touched)
-        program = program and replace(program, solver=solver)
+        program = program and replace(program, solver=solver, openings=expansions(assembly, interfaces, held))
     warnings += _floating_warnings(assembly, floating, interfaces)
     if assembly.support.all():
         warnings.append("all blocks are supports; there was nothing to check")

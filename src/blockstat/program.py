@@ -52,6 +52,7 @@ class PenaltyProgram:
     point_blocks: Ints  #: row of block a and of block b for each point, -1 for a support, shape (m, 2)
     n_points: int  #: how many of the m columns are contact points; the others are bonds
     plane: Plane | None = None  #: the reduction of a prismatic scene
+    openings: tuple[Floats, ...] = ()  #: twists that may open every joint (see `blockstat.solve.opening`)
     solver: str = "auto"  #: of the dual programs (see `blockstat.solve.dual`)
 
     @cached_property

@@ -12,6 +12,7 @@ from blockstat.program import PenaltyProgram
 from blockstat.result import Outcome
 from blockstat.solve import certificate, dual
 from blockstat.solve.certificate import Certificate
+from blockstat.solve.opening import opened
 from blockstat.solve.raw import RawSolution
 
 
@@ -39,10 +40,24 @@ def _prove(eq: Equilibrium, program: PenaltyProgram, raw: RawSolution, *, mend: 
     force = certificate.balance(program, raw.force)
     twist = raw.twist
     proof = certificate.check(eq, program, force, twist)
+    if proof.required_force > 0 and not (proof.proves_stable or proof.proves_unstable):
+        wider = opened(program, twist)
+        second = certificate.check(eq, program, force, wider)
+        if second.required_force > proof.required_force:
+            twist, proof = wider, second
     if mend and proof.required_force > 0 and not (proof.proves_stable or proof.proves_unstable):
         twist = dual.open_joints(program, twist)
         proof = certificate.check(eq, program, force, twist)
-    outcome = Outcome.STABLE if proof.proves_stable else Outcome.UNSTABLE
-    if proof.proves_stable == proof.proves_unstable:
+    return _proof(force, twist, proof)
+
+
+def prove(eq: Equilibrium, program: PenaltyProgram, force: Floats, twist: Floats) -> Proof:
+    """What forces (m, 3) and a twist (6 n,) prove as they are."""
+    return _proof(force, twist, certificate.check(eq, program, force, twist))
+
+
+def _proof(force: Floats, twist: Floats, checked: Certificate) -> Proof:
+    outcome = Outcome.STABLE if checked.proves_stable else Outcome.UNSTABLE
+    if checked.proves_stable == checked.proves_unstable:
         outcome = Outcome.UNDECIDED
-    return Proof(outcome, force, np.asarray(twist), proof)
+    return Proof(outcome, force, np.asarray(twist), checked)

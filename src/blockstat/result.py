@@ -43,7 +43,9 @@ class Verdict:
     """
 
     outcome: Outcome
-    score: float  #: sqrt(sum s_i^2) / weight of the free blocks: adhesion missing, 0 for stable, inf if none helps
+    #: sqrt(sum s_i^2) / weight of the free blocks: adhesion missing, 0 for stable, inf if none helps, nan where an
+    #: earlier mechanism decided (see `blockstat.reuse`)
+    score: float
     forces: Floats  #: shape (n_points, 3) [N], (f_n, f_1, f_2) on block b in the frame of the interface
     adhesion: Floats  #: shape (n_points,) [N], tension that point would have to carry; 0 for stable
     mechanism: Floats  #: shape (n_blocks, 6), velocity [m] and rotation [rad], scaled to move the fastest corner by 1 m
@@ -103,7 +105,8 @@ class Verdict:
                 f"cones violated by {proof.cone_violation:.1e}."
             )
         else:
-            lines.append(f"Missing adhesion (score): {self.score:.3g} of the weight.")
+            if not np.isnan(self.score):
+                lines.append(f"Missing adhesion (score): {self.score:.3g} of the weight.")
             lines.append(f"Any equilibrium would need {proof.required_force:.3g} times the weight in normal forces.")
             if self.outcome is Outcome.UNDECIDED:
                 lines.append(

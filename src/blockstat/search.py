@@ -13,6 +13,7 @@ import hashlib
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from math import isnan
 from pathlib import Path
 from time import process_time
 from typing import Any, Protocol
@@ -43,7 +44,7 @@ class Candidate:
 
     parameters: dict[str, float]
     static: str  #: "stable", "unstable", "undecided", or "error" when it could not be built
-    score: float | None
+    score: float | None  #: None also where an earlier mechanism decided
     dynamic: str  #: "stands", "falls", "pruned" when statics ruled it out, or "" when it could not be built
     volume: float | None  #: of the free blocks [m3]
     blocks: int | None
@@ -198,7 +199,7 @@ class _State:
         return Candidate(
             parameters=values,
             static=verdict.outcome.word,
-            score=verdict.score,
+            score=None if isnan(verdict.score) else verdict.score,
             dynamic=word,
             volume=float(assembly.volume[assembly.free].sum()),
             blocks=assembly.n_blocks,

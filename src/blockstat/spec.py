@@ -174,7 +174,7 @@ def with_values(building: Building, values: dict[str, float]) -> Building:
         node = data
         for key in path.split("."):
             node = node[key]
-        node["value"] = value
+        node["value"] = float(value)
     return building_from(data)
 
 

@@ -10,6 +10,7 @@ from blockstat.assembly import Assembly
 from blockstat.model import build
 from blockstat.plot import picture
 from blockstat.report import Figure, write_designs, write_report
+from blockstat.reuse import Memory
 from blockstat.search import Candidate, SearchResult, search
 from blockstat.spec import Building, with_values
 from dynsim.compare import likely_reason
@@ -48,9 +49,10 @@ def optimise(
             values = " ".join(f"{value:g}" for value in last.parameters.values())
             bar.update(task, completed=done, total=max(expected, done), description=f"{values}: {word}")
 
+        memory = Memory()
         result = search(
             building,
-            static=lambda assembly: assess(under(assembly)),
+            static=lambda assembly: assess(under(assembly), memory=memory),
             verify=lambda assembly: verify(under(assembly), settings=settings),
             names=names,
             history=directory / "history.csv",
