@@ -95,7 +95,7 @@ def _solved(
     with timed(timings, "solve"):
         raw = cvxpy_primal.solve(program) if solver == "cvxpy" else dual.solve(program)
     with timed(timings, "certificate"):
-        proof = decide(problem.eq, program, raw)
+        proof = decide(program, raw)
     if memory is not None:
         memory.keep(problem, proof)
     return raw, proof

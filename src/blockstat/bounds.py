@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from blockstat.equilibrium import Equilibrium
 from blockstat.polyhedron import Floats
 from blockstat.program import PenaltyProgram
 from blockstat.solve import certificate, dual
@@ -35,7 +34,7 @@ class Bound:
 
 
 def lower_bound(
-    eq: Equilibrium, program: PenaltyProgram, load: Floats, force: Floats, multiplier: float, inside: Floats
+    program: PenaltyProgram, load: Floats, force: Floats, multiplier: float, inside: Floats
 ) -> Bound | None:
     """The largest multiplier at most the given one for which a mixture of the two fields is admissible.
 
@@ -48,7 +47,7 @@ def lower_bound(
         mixed = (1 - share) * balanced + share * inside
         value = (1 - share) * multiplier
         loaded = replace(program, load=program.load + value * load)
-        if certificate.check(eq, loaded, mixed, nothing).proves_stable:
+        if certificate.check(loaded, mixed, nothing).proves_stable:
             return Bound(value, mixed)
     return None
 

@@ -211,7 +211,7 @@ def _bracket(problem: Problem, direction: Floats) -> tuple[LoadOutcome, float, f
     program, eq = problem.program, problem.eq
     if program is None or len(problem.floating):
         return LoadOutcome.DEAD_LOAD_UNSTABLE, -np.inf, -np.inf, np.zeros((eq.n_columns, 3)), np.zeros(6 * eq.n_blocks)
-    dead = decide(eq, program, dual.solve(program))
+    dead = decide(program, dual.solve(program))
     if dead.outcome is not Outcome.STABLE:
         word = LoadOutcome.DEAD_LOAD_UNSTABLE if dead.outcome is Outcome.UNSTABLE else LoadOutcome.UNDECIDED
         return word, -np.inf, -np.inf if dead.outcome is Outcome.UNSTABLE else np.inf, dead.force, dead.twist
@@ -224,10 +224,10 @@ def _bracket(problem: Problem, direction: Floats) -> tuple[LoadOutcome, float, f
         ray = answer.force / answer.multiplier if answer.multiplier > 0 else answer.force
         at = replace(program, load=program.load + UNBOUNDED * unit * load)
         field = certificate.balance(at, dead.force + UNBOUNDED * unit * ray)
-        carried = certificate.check(eq, at, field, np.zeros_like(load)).proves_stable
+        carried = certificate.check(at, field, np.zeros_like(load)).proves_stable
         word = LoadOutcome.UNBOUNDED if carried else LoadOutcome.UNDECIDED
         return word, np.inf if carried else 0.0, np.inf, dead.force, np.zeros_like(load)
-    low = lower_bound(eq, program, load, answer.force, answer.multiplier, dead.force)
+    low = lower_bound(program, load, answer.force, answer.multiplier, dead.force)
     high = upper_bound(program, load, answer.twist, answer.force)
     lower, field = (low.value, low.evidence) if low else (0.0, dead.force)
     upper, twist = (high.value, high.evidence) if high else (np.inf, answer.twist)

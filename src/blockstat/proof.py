@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from blockstat.equilibrium import Equilibrium
 from blockstat.polyhedron import Floats
 from blockstat.program import PenaltyProgram
 from blockstat.result import Outcome
@@ -26,34 +25,35 @@ class Proof:
     certificate: Certificate
 
 
-def decide(eq: Equilibrium, program: PenaltyProgram, raw: RawSolution) -> Proof:
+def decide(program: PenaltyProgram, raw: RawSolution) -> Proof:
     """What our own checks make of an answer to the penalty program; a second program is asked near the limit."""
-    proof = _prove(eq, program, raw)
+    proof = _prove(program, raw)
     if proof.outcome is not Outcome.UNDECIDED:
         return proof
-    closer = _prove(eq, program, dual.solve_margin(program), mend=True)
+    closer = _prove(program, dual.solve_margin(program), mend=True)
     better = closer.certificate.required_force > proof.certificate.required_force
     return closer if closer.outcome is not Outcome.UNDECIDED or better else proof
 
 
-def _prove(eq: Equilibrium, program: PenaltyProgram, raw: RawSolution, *, mend: bool = False) -> Proof:
-    force = certificate.balance(program, raw.force)
+def _prove(program: PenaltyProgram, raw: RawSolution, *, mend: bool = False) -> Proof:
+    proven = raw.status == "Accepted"
+    force = raw.force if proven else certificate.balance(program, raw.force)
     twist = raw.twist
-    proof = certificate.check(eq, program, force, twist)
+    proof = certificate.check(program, force, twist)
     if proof.required_force > 0 and not (proof.proves_stable or proof.proves_unstable):
         wider = opened(program, twist)
-        second = certificate.check(eq, program, force, wider)
+        second = certificate.check(program, force, wider)
         if second.required_force > proof.required_force:
             twist, proof = wider, second
     if mend and proof.required_force > 0 and not (proof.proves_stable or proof.proves_unstable):
         twist = dual.open_joints(program, twist)
-        proof = certificate.check(eq, program, force, twist)
+        proof = certificate.check(program, force, twist)
     return _proof(force, twist, proof)
 
 
-def prove(eq: Equilibrium, program: PenaltyProgram, force: Floats, twist: Floats) -> Proof:
+def prove(program: PenaltyProgram, force: Floats, twist: Floats) -> Proof:
     """What forces (m, 3) and a twist (6 n,) prove as they are."""
-    return _proof(force, twist, certificate.check(eq, program, force, twist))
+    return _proof(force, twist, certificate.check(program, force, twist))
 
 
 def _proof(force: Floats, twist: Floats, checked: Certificate) -> Proof:

@@ -53,11 +53,11 @@ class Memory:
             return None
         nothing = np.zeros_like(program.load)
         for twist in known.twists:
-            proof = prove(problem.eq, program, np.zeros((len(program.friction), 3)), opened(program, twist))
+            proof = prove(program, np.zeros((len(program.friction), 3)), opened(program, twist))
             if proof.outcome is Outcome.UNSTABLE:
                 return self._counted(proof, "mechanism")
         for force in known.forces:
-            proof = prove(problem.eq, program, certificate.balance(program, force), nothing)
+            proof = prove(program, certificate.balance(program, force), nothing)
             if proof.outcome is Outcome.STABLE:
                 return self._counted(proof, "forces")
         return None

@@ -115,7 +115,7 @@ def _standing(assembly: Assembly, gap: float, options: dict[str, Any]) -> tuple[
     defaults = {"friction": None, "gravity": None, "loads": None, "interfaces": None, "solver": "auto"}
     problem = pose(assembly, gap=gap, **(defaults | options))
     if problem.program is not None and not len(problem.floating):
-        proof = decide(problem.eq, problem.program, dual.solve(problem.program))
+        proof = decide(problem.program, dual.solve(problem.program))
         if proof.outcome is Outcome.STABLE:
             return problem, proof.force
     raise InputError(f'"{assembly.name}" does not stand; it has no thrust to speak of')
@@ -167,6 +167,6 @@ def _extreme(problem: Problem, functional: Floats, inside: Floats) -> tuple[floa
     balanced = certificate.balance(program, answer.force)
     for share in SHARES:
         mixed = (1 - share) * balanced + share * inside
-        if certificate.check(problem.eq, program, mixed, np.zeros_like(program.load)).proves_stable:
+        if certificate.check(program, mixed, np.zeros_like(program.load)).proves_stable:
             return _value(problem, functional, mixed), problem.to_points(mixed)
     raise RuntimeError("no force field near the extreme thrust could be proven")

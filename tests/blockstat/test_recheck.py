@@ -28,7 +28,7 @@ def own_certificate(verdict):
     problem = pose(verdict.assembly, friction=None, gravity=None, loads=None, gap=1e-2, interfaces=verdict.interfaces)
     program, unit = problem.program, np.repeat([1.0, problem.program.length_unit], 3)
     twist = (verdict.mechanism[problem.eq.blocks] * unit).reshape(-1)
-    return certificate.check(problem.eq, program, verdict.forces[problem.eq.points] / program.force_unit, twist)
+    return certificate.check(program, verdict.forces[problem.eq.points] / program.force_unit, twist)
 
 
 def believed(verdict):

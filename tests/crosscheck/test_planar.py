@@ -23,12 +23,12 @@ def program_of(asm, **options):
 @pytest.mark.parametrize("scene", SCENES, ids=lambda s: s[0])
 def test_same_energy_and_a_valid_answer_in_space(scene):
     _, make, options = scene
-    problem, program = program_of(make(), **options)
+    _problem, program = program_of(make(), **options)
     assert program.plane is not None
     flat, solid = dual.solve(program), dual.solve(replace(program, plane=None))
     assert np.linalg.norm(flat.adhesion) == pytest.approx(np.linalg.norm(solid.adhesion), rel=1e-8, abs=1e-8)
     # The unfolded answer is judged by the certificate of the whole scene.
-    proofs = [check(problem.eq, program, balance(program, raw.force), raw.twist) for raw in (flat, solid)]
+    proofs = [check(program, balance(program, raw.force), raw.twist) for raw in (flat, solid)]
     assert proofs[0].proves_stable == proofs[1].proves_stable
     assert proofs[0].proves_unstable == proofs[1].proves_unstable
 

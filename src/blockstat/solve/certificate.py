@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from blockstat.equilibrium import Equilibrium
 from blockstat.polyhedron import Floats
 from blockstat.program import PenaltyProgram
 from blockstat.solve.normal import BlockNormal, borrowed, local_rows
@@ -136,9 +135,28 @@ def power(program: PenaltyProgram, twist: Floats) -> tuple[float, float]:
     return work, float(violation.max(initial=0.0))
 
 
-def check(eq: Equilibrium, program: PenaltyProgram, force: Floats, twist: Floats) -> Certificate:
+def check(program: PenaltyProgram, force: Floats, twist: Floats) -> Certificate:
     """Compute the certificate of scaled forces (m, 3) and a scaled twist (6 n,)."""
-    n, a_b = eq.n_blocks, eq.point_blocks
+    residual, missing = force_errors(program, force)
+    size = np.abs(twist).max(initial=0.0)
+    unit = twist / size if size > 0 else twist
+    work, closing = power(program, unit)
+    total = float(np.linalg.norm(program.load.reshape(-1, 6)[:, :3], axis=1).sum())
+    required = 0.0
+    if work > 0:
+        required = np.inf if closing == 0 else work / closing / total
+    return Certificate(
+        residual=residual,
+        cone_violation=missing,
+        work=work / float(np.abs(program.load).sum() or 1.0),
+        mechanism_violation=closing,
+        required_force=float(required),
+    )
+
+
+def force_errors(program: PenaltyProgram, force: Floats) -> tuple[float, float]:
+    """Largest residual of a block and largest violation of a cone, each relative to the block's own load."""
+    n, a_b = len(program.load) // 6, program.point_blocks
     residual = np.linalg.norm((program.matrix @ force.reshape(-1) + program.load).reshape(n, 6), axis=1)
     own = np.linalg.norm(program.load.reshape(n, 6), axis=1)
     magnitude = np.linalg.norm(force, axis=1)
@@ -147,21 +165,7 @@ def check(eq: Equilibrium, program: PenaltyProgram, force: Floats, twist: Floats
 
     lighter = np.where(a_b >= 0, np.append(own, np.inf)[a_b], np.inf).min(axis=1)
     missing = np.maximum(-room_of(program, force), 0.0)
-
-    size = np.abs(twist).max(initial=0.0)
-    unit = twist / size if size > 0 else twist
-    work, closing = power(program, unit)
-    total = float(np.linalg.norm(program.load.reshape(n, 6)[:, :3], axis=1).sum())
-    required = 0.0
-    if work > 0:
-        required = np.inf if closing == 0 else work / closing / total
-    return Certificate(
-        residual=_ratio(excess, own),
-        cone_violation=_ratio(missing, lighter),
-        work=work / float(np.abs(program.load).sum() or 1.0),
-        mechanism_violation=closing,
-        required_force=float(required),
-    )
+    return _ratio(excess, own), _ratio(missing, lighter)
 
 
 def _ratio(value: Floats, unit: Floats) -> float:

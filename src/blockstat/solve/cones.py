@@ -50,7 +50,7 @@ class Cones:
     def depth(self, vector: Floats) -> float:
         """How far inside the product a vector is (its least eigenvalue), negative outside."""
         triples, numbers = self.parts(vector)
-        inside = (triples[0] - np.hypot(triples[1], triples[2])).min(initial=np.inf)
+        inside = (triples[0] - np.sqrt(triples[1] ** 2 + triples[2] ** 2)).min(initial=np.inf)
         return float(min(inside, numbers.min(initial=np.inf)))
 
     def product(self, a: Floats, b: Floats) -> Floats:
@@ -114,7 +114,7 @@ class Scaling:
     @cached_property
     def spectrum(self) -> tuple[Floats, Floats]:
         """Eigenvalues of W^2 on (1, d), (1, -d) and across, shape (3, n_soc), and the unit direction d, (2, n_soc)."""
-        tail = np.hypot(self.point[1], self.point[2])
+        tail = np.sqrt(self.point[1] ** 2 + self.point[2] ** 2)
         along = np.where(tail > 0, self.point[1:] / np.where(tail > 0, tail, 1.0), np.array([[1.0], [0.0]]))
         stretch = (self.point[0] + tail) ** 2
         return self.eta**2 * np.stack([stretch, 1.0 / stretch, np.ones_like(tail)]), along
@@ -148,7 +148,7 @@ class Scaling:
 
 def determinant(triples: Floats) -> Floats:
     """x0^2 - |x1, x2|^2 of each triple."""
-    tail = np.hypot(triples[1], triples[2])
+    tail = np.sqrt(triples[1] ** 2 + triples[2] ** 2)
     return (triples[0] - tail) * (triples[0] + tail)
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from blockstat.polyhedron import Floats
 from blockstat.program import PenaltyProgram
 from blockstat.solve import clarabel_dual, clarabel_primal, structured
-from blockstat.solve.certificate import opening_room
+from blockstat.solve.certificate import FORCE_TOLERANCE, balance, force_errors, opening_room
 from blockstat.solve.raw import DualAnswer, DualProgram, RawSolution
 
 #: Joints open by more than this many violations need no watching when a mechanism is mended.
@@ -21,14 +23,15 @@ BALANCED = 1e-6
 CHOICES = ("auto", "interior-point", "clarabel")
 
 
-def solve_dual(problem: DualProgram) -> DualAnswer:
+def solve_dual(problem: DualProgram, accept: Callable[[Floats], bool] | None = None) -> DualAnswer:
     """Solve a dual program with the structured method where it fits and pays, else with Clarabel.
 
+    accept : may call forces on the way, shape (m, 3), good enough; Clarabel does not ask.
     The choice is the program's `solver`: "auto", "interior-point" or "clarabel". Where the structured method does not
     fit (friction without limit) or gets stuck, Clarabel takes over; the answer says who gave it.
     """
     if _structured(problem):
-        answer = structured.solve_dual(problem)
+        answer = structured.solve_dual(problem, accept)
         if not answer.status.startswith("Stalled"):
             return answer
     return clarabel_dual.solve_dual(problem)
@@ -65,7 +68,17 @@ def solve_pressure(program: PenaltyProgram, cost: Floats, compliance: float) -> 
 
 def solve(program: PenaltyProgram) -> RawSolution:
     """Minimise 1/2 ||E' A' u||^2 - w' u over twists with A' u in K*; at points with a cap, 1/2 |g_n + y|^2."""
-    answer = solve_dual(DualProgram(program, -program.load, penalty=True))
+    proven: list[Floats] = []
+
+    def accept(force: Floats) -> bool:
+        """Forces on the way to the optimum that, balanced, prove stability are as good as the optimum's."""
+        proven[:] = [balance(program, force)]
+        return max(force_errors(program, proven[0])) <= FORCE_TOLERANCE
+
+    answer = solve_dual(DualProgram(program, -program.load, penalty=True), accept)
+    if answer.status == "Accepted":
+        none = np.zeros(program.n_points)
+        return RawSolution(proven[0], none, 0 * answer.twist, True, answer.status, answer.iterations, answer.solver)
     adhesion = np.maximum(program.opening.T @ answer.twist + answer.crushing[: program.n_points], 0.0)
     return RawSolution(
         force=answer.force,

@@ -8,6 +8,7 @@ equations lose digits as the cones close, so every solve is refined on the whole
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,7 @@ TOLERANCE = 1e-9
 #: Where the iteration stalls, an answer this good is still handed on; our own certificates judge it.
 ALMOST = 1e-6
 RAY = 1e-8  #: violation of a ray that proves a program infeasible or unbounded
+ASK = 0.3  #: error of M'z + q = 0, in units of the mean weight, from which an answer may be accepted
 PATIENCE = 8  #: iterations without progress
 STEP = 0.99
 
@@ -50,24 +52,32 @@ class _State:
     kappa: float
 
 
-def solve(program: ConicProgram) -> ConicAnswer:
-    """Solve a program."""
+def solve(program: ConicProgram, accept: Callable[[Floats], bool] | None = None) -> ConicAnswer:
+    """Solve a program.
+
+    accept : asked about the multipliers of the rows once they nearly satisfy M'z + q = 0, and again each time they do
+    ten times better; True ends the iteration with status "Accepted".
+    """
     with borrowed(program.pair, program.n_blocks, program.width) as normal:
-        return _iterate(program, Kkt(program, normal))
+        return _iterate(program, Kkt(program, normal), accept)
 
 
-def _iterate(program: ConicProgram, kkt: Kkt) -> ConicAnswer:
+def _iterate(program: ConicProgram, kkt: Kkt, accept: Callable[[Floats], bool] | None) -> ConicAnswer:
     """Predictor and corrector until the answer is good, or gets no better."""
     try:
         state = _start(program, kkt)
     except ArithmeticError as error:
         return ConicAnswer(0 * program.cost, 0 * program.bound, f"Stalled: {error}", 0)
-    best, best_error, least, waited = state, np.inf, np.inf, 0
+    best, best_error, least, waited, asked = state, np.inf, np.inf, 0, ASK
     iteration = 0
     for iteration in range(MOST_ITERATIONS):
         status, error = _judge(program, kkt, state)
         if status:
             return _answer(state, status, iteration)
+        if accept is not None and (near := largest(kkt.transposed(state.z) / state.tau + program.cost)) < asked:
+            asked = 0.1 * near
+            if accept(state.z / state.tau):
+                return _answer(state, "Accepted", iteration)
         mu = _complementarity(program, state)
         # Far from the end the gap may shrink for long before the errors do; near it they count alone.
         moves = error < 0.9 * best_error or (mu < 0.5 * least and best_error > ALMOST)
@@ -86,7 +96,7 @@ def _iterate(program: ConicProgram, kkt: Kkt) -> ConicAnswer:
 
 
 def _answer(state: _State, status: str, iterations: int) -> ConicAnswer:
-    scale = state.tau if "Solved" in status else 1.0
+    scale = state.tau if status in ("Solved", "AlmostSolved", "Accepted") else 1.0
     return ConicAnswer(state.x / scale, state.z / scale, status, iterations)
 
 

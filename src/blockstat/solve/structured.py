@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -24,13 +25,16 @@ def fits(problem: DualProgram) -> bool:
     return bool((limited > 0).all() and np.isfinite(limited).all())
 
 
-def solve_dual(problem: DualProgram) -> DualAnswer:
-    """Solve a dual program, in the plane when it is planar."""
+def solve_dual(problem: DualProgram, accept: Callable[[Floats], bool] | None = None) -> DualAnswer:
+    """Solve a dual program, in the plane when it is planar.
+
+    accept : told the forces on the way, shape (m, 3); may say that they are good enough.
+    """
     plane = problem.plane
-    return _solve_in_plane(problem, plane) if plane is not None else _solve_in_space(problem)
+    return _solve_in_plane(problem, plane, accept) if plane is not None else _solve_in_space(problem, accept)
 
 
-def _solve_in_space(problem: DualProgram) -> DualAnswer:
+def _solve_in_space(problem: DualProgram, accept: Callable[[Floats], bool] | None) -> DualAnswer:
     """Each point is a cone (g_n / mu, g_1, g_2), or where friction is nothing or endless g_n >= 0 and g_t = 0."""
     program = problem.program
     mu = program.friction
@@ -41,6 +45,12 @@ def _solve_in_space(problem: DualProgram) -> DualAnswer:
     scale = np.concatenate([slip / mu[rough], slip, slip, np.ones(2 * len(sticky) + len(plain))])
     rates = sparse.csr_array(sparse.diags_array(scale) @ program.matrix.T.tocsr()[rows])
     offset = np.zeros(len(rows)) if problem.offset is None else scale * problem.offset[rows]
+
+    def forces(z: Floats) -> Floats:
+        force = np.zeros(3 * len(mu))
+        force[rows] = scale * z[: len(rows)]
+        return force.reshape(-1, 3)
+
     answer = _solve(
         problem,
         rates,
@@ -50,10 +60,9 @@ def _solve_in_space(problem: DualProgram) -> DualAnswer:
         (sparse.csr_array(program.opening.T), program.point_blocks[: program.n_points]),
         None,
         _limits(program, rough, slip / mu[rough]),
+        None if accept is None else lambda z: accept(forces(z)),
     )
-    force = np.zeros(3 * len(mu))
-    force[rows] = scale * answer.z[: len(rows)]
-    return _answer(problem, answer, answer.x[: len(program.load)], force.reshape(-1, 3))
+    return _answer(problem, answer, answer.x[: len(program.load)], forces(answer.z))
 
 
 def _limits(program: PenaltyProgram, rough: Ints, head: Floats) -> Limits | None:
@@ -68,7 +77,7 @@ def _limits(program: PenaltyProgram, rough: Ints, head: Floats) -> Limits | None
     return Limits(triple, head[triple], np.where(points < program.n_points, points, -1), y, z)
 
 
-def _solve_in_plane(problem: DualProgram, plane: Plane) -> DualAnswer:
+def _solve_in_plane(problem: DualProgram, plane: Plane, accept: Callable[[Floats], bool] | None) -> DualAnswer:
     """Each pair of points is two half-planes, g_n + mu g_t >= 0 and g_n - mu g_t >= 0."""
     program = problem.program
     normal, along = plane.rates(program.matrix)
@@ -85,10 +94,15 @@ def _solve_in_plane(problem: DualProgram, plane: Plane) -> DualAnswer:
     blocks = program.point_blocks[plane.first]
     # Two points a pair, so the penalty on a pair counts twice.
     opening = (sparse.csr_array(np.sqrt(2.0) * normal), blocks)
-    answer = _solve(problem, rates, offset, Cones(0, 0, len(offset)), np.tile(blocks, (2, 1)), opening, plane)
-    plus, minus = scale * answer.z[: len(mu)], scale * answer.z[len(mu) : 2 * len(mu)]
-    force = plane.unfold_forces(plus + minus, mu * (plus - minus), len(program.friction))
-    return _answer(problem, answer, plane.unfold @ answer.x, force)
+
+    def forces(z: Floats) -> Floats:
+        plus, minus = scale * z[: len(mu)], scale * z[len(mu) : 2 * len(mu)]
+        return plane.unfold_forces(plus + minus, mu * (plus - minus), len(program.friction))
+
+    pair = np.tile(blocks, (2, 1))
+    good = None if accept is None else lambda z: accept(forces(z))
+    answer = _solve(problem, rates, offset, Cones(0, 0, len(offset)), pair, opening, plane, accept=good)
+    return _answer(problem, answer, plane.unfold @ answer.x, forces(answer.z))
 
 
 def _solve(
@@ -100,6 +114,7 @@ def _solve(
     opening: tuple[sparse.csr_array, Ints],
     plane: Plane | None,
     limits: Limits | None = None,
+    accept: Callable[[Floats], bool] | None = None,
 ) -> ConicAnswer:
     """Solve with rates x + offset in the cones, the half-lines of the limits and the bordering rows below them."""
     width = 6 if plane is None else 3
@@ -132,7 +147,7 @@ def _solve(
         ridge=1.0 if problem.least_norm else 0.0,
         compliance=problem.compliance,
     )
-    return solve(program if limits is None else _with_limits(problem, program, limits))
+    return solve(program if limits is None else _with_limits(problem, program, limits), accept)
 
 
 def _with_limits(problem: DualProgram, program: ConicProgram, limits: Limits) -> ConicProgram:
