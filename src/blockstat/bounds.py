@@ -13,14 +13,15 @@ import numpy as np
 from blockstat.polyhedron import Floats
 from blockstat.program import PenaltyProgram
 from blockstat.solve import certificate, dual
+from blockstat.solve.opening import opened
 
 #: Shares of the field with room that are tried, smallest first.
 SHARES = (0.0, *(10.0**-k for k in range(11, 1, -1)))
 #: A mechanism that cannot be mended (jammed blocks, joints that cannot slide) bounds the load for equilibria whose
 #: contact forces add up to at most this many times those of the solver's own field.
 ASSUMED_FORCE = 10.0
-
-
+#: A mechanism opened by a motion that opens all joints is good enough when it costs less than this of the multiplier.
+CLOSE = 1e-8
 #: Each mending leaves a hundred-millionth of the violation; joints that cannot slide at all need more than one.
 MENDINGS = 3
 
@@ -59,17 +60,26 @@ def upper_bound(program: PenaltyProgram, load: Floats, twist: Floats, force: Flo
 
     For twists u with A' u in K* and l' u > 0, equilibrium at lambda asks for w' u + lambda l' u <= 0.
     """
+    total = float(np.linalg.norm(force, axis=1).sum())
+    best = _proven(program, load, opened(program, twist), total)
+    kinematic = -certificate.power(program, twist)[0] / float(load @ twist) if load @ twist > 0 else -np.inf
+    if best is not None and best.value - kinematic <= CLOSE * abs(kinematic):
+        return best
     mended, closing = twist, np.inf
     for _ in range(MENDINGS):
-        candidate = dual.open_joints(program, mended)
-        _, left = certificate.power(program, candidate)
-        if not left < closing:
+        mended = dual.open_joints(program, mended)
+        _, left = certificate.power(program, mended)
+        found = _proven(program, load, mended, total)
+        if found is not None and (best is None or found.value < best.value):
+            best = found
+        if left == 0.0 or not left < closing:
             break
-        mended, closing = candidate, left
-        if closing == 0.0:
-            break
-    work = float(load @ mended)
-    if work <= 0:
-        return None
-    slack = closing * ASSUMED_FORCE * float(np.linalg.norm(force, axis=1).sum())
-    return Bound((slack - certificate.power(program, mended)[0]) / work, mended / work)
+        closing = left
+    return best
+
+
+def _proven(program: PenaltyProgram, load: Floats, twist: Floats, total: float) -> Bound | None:
+    """The multiplier above which a mechanism moves, for contact forces of at most ASSUMED_FORCE x total."""
+    work = float(load @ twist)
+    power, closing = certificate.power(program, twist)
+    return Bound((closing * ASSUMED_FORCE * total - power) / work, twist / work) if work > 0 else None

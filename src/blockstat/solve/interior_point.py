@@ -19,7 +19,7 @@ from blockstat.solve.kkt import ConicProgram, Kkt, Pair, largest
 from blockstat.solve.normal import borrowed
 
 MOST_ITERATIONS = 100
-TOLERANCE = 1e-9
+TOLERANCE = 1e-11
 #: Where the iteration stalls, an answer this good is still handed on; our own certificates judge it.
 ALMOST = 1e-6
 RAY = 1e-8  #: violation of a ray that proves a program infeasible or unbounded

@@ -17,9 +17,9 @@ from blockstat.solve.cones import Cones, Scaling
 from blockstat.solve.normal import BlockNormal
 
 #: Proximal terms; lengths, forces and rates of the programs are of the order of one.
-PROXIMAL, DUAL_PROXIMAL = 1e-6, 1e-6
+PROXIMAL, DUAL_PROXIMAL = 1e-3, 1e-9
 #: Refinement stops when the residual is this small relative to the right-hand side, or stops shrinking.
-MOST_REFINEMENTS, REFINED, STALLED = 3, 1e-8, 0.5
+MOST_REFINEMENTS, REFINED, STALLED = 6, 1e-10, 0.7
 
 Pair = tuple[Floats, Floats]
 
