@@ -79,7 +79,7 @@ class Kkt:
         border = len(program.local) + (program.limits.size if program.limits else 0)
         self._border = program.matrix[border:].toarray()
         self._scaling: Scaling | None = None
-        self._shift = program.compliance + DUAL_PROXIMAL
+        self._shift, self._pull = program.compliance + DUAL_PROXIMAL, PROXIMAL
 
     def hessian(self, x: Floats) -> Floats:
         """P x."""
@@ -89,8 +89,9 @@ class Kkt:
         """M' z."""
         return self._transposed @ z
 
-    def update(self, scaling: Scaling) -> None:
-        """Factor for another scaling."""
+    def update(self, scaling: Scaling, size: float = 1.0) -> None:
+        """Factor for another scaling; size : of x, which rho must not hold back where it is large."""
+        self._pull = PROXIMAL / max(size, 1.0)
         program, cones = self._p, self._p.cones
         self._scaling = scaling
         width = program.local.shape[1]
@@ -104,7 +105,7 @@ class Kkt:
         if program.limits is not None:
             turned, penalty, extra = self._without_limits(program.limits, scaling, turned, penalty, half[len(halves) :])
         local = [turned.reshape(-1, width), zeros / np.sqrt(self._shift), halves / half[: len(halves), None]]
-        self._normal.update(np.concatenate([*local, penalty, extra]), program.ridge + PROXIMAL)
+        self._normal.update(np.concatenate([*local, penalty, extra]), program.ridge + self._pull)
         self._border_scaled = np.empty((0, 0))
         if len(self._border):
             scaled = self._border / half[len(half) - len(self._border) :, None]
@@ -134,14 +135,14 @@ class Kkt:
         columns[:, 5, 1] = np.where(has_z, 1.0 / half[np.maximum(limits.z, 0)], 1.0)
         across = columns.swapaxes(1, 2)
         square = across @ columns
-        square[:, [0, 1], [0, 1]] += PROXIMAL + self._p.ridge
+        square[:, [0, 1], [0, 1]] += self._pull + self._p.ridge
         self._inverse = np.linalg.inv(square)
         coupling = across @ rows
         self._coupling = self._spread(limits, coupling)
         # Square root of R'R - C' square^-1 C: the residual of the rows, and what the proximal term leaves of y and z.
         taken = self._inverse @ coupling
         rows = rows - columns @ taken
-        left = np.sqrt(PROXIMAL + self._p.ridge) * taken
+        left = np.sqrt(self._pull + self._p.ridge) * taken
         turned, penalty = turned.copy(), penalty.copy()
         turned[:, limits.triple] = rows[:, :3].swapaxes(0, 1)
         if len(penalty):
@@ -204,7 +205,7 @@ class Kkt:
     def _residual(self, right: Pair, found: Pair) -> Pair:
         assert self._scaling is not None
         (top, bottom), (x, z) = right, found
-        upper = top - self.hessian(x) - PROXIMAL * x - self.transposed(z)
+        upper = top - self.hessian(x) - self._pull * x - self.transposed(z)
         return upper, bottom - self._p.matrix @ x + self._scaling.squared(z, self._shift)
 
     def solve(self, *right: Pair) -> list[Pair]:
