@@ -9,6 +9,7 @@ import numpy as np
 from blockstat.polyhedron import Floats
 from blockstat.program import PenaltyProgram
 from blockstat.solve import clarabel_dual, clarabel_primal, structured
+from blockstat.solve.apart import solve_apart
 from blockstat.solve.certificate import FORCE_TOLERANCE, balance, force_errors, opening_room
 from blockstat.solve.raw import DualAnswer, DualProgram, RawSolution
 
@@ -18,6 +19,8 @@ WIDE_OPEN = 1e3
 YIELDS = 1e-6
 #: Unknowns from which the structured method is the faster one; below, its many small steps in Python cost more.
 STRUCTURED = 1_000
+#: Unknowns from which it pays to look for parts that do not touch.
+APART = 3_000
 #: Of the load and the adhesion, what the answer of a penalty program may leave unbalanced.
 BALANCED = 1e-6
 CHOICES = ("auto", "interior-point", "clarabel")
@@ -67,7 +70,17 @@ def solve_pressure(program: PenaltyProgram, cost: Floats, compliance: float) -> 
 
 
 def solve(program: PenaltyProgram) -> RawSolution:
-    """Minimise 1/2 ||E' A' u||^2 - w' u over twists with A' u in K*; at points with a cap, 1/2 |g_n + y|^2."""
+    """Minimise 1/2 ||E' A' u||^2 - w' u over twists with A' u in K*; at points with a cap, 1/2 |g_n + y|^2.
+
+    Large programs are solved in parts that do not touch each other (see `blockstat.solve.apart`).
+    """
+    if len(program.load) >= APART and program.plane is None:
+        return solve_apart(program, _solve)
+    return _solve(program)
+
+
+def _solve(program: PenaltyProgram) -> RawSolution:
+    """Solve a penalty program as a whole."""
     proven: list[Floats] = []
 
     def accept(force: Floats) -> bool:
