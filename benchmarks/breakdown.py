@@ -88,7 +88,7 @@ def breakdown(scene: str, size: int) -> dict:
     solve = process_time() - begin
     parts = dict(clock.seconds)
     first, *others = clock.calls["factorisation"]
-    numeric = sum(others) / len(others)
+    numeric = sorted(others)[len(others) // 2]
     parts["factorisation"] -= first - numeric
     parts["ordering and symbolic factorisation"] = first - numeric
     begin = process_time()
