@@ -54,9 +54,7 @@ def vault(blocks: int) -> Assembly:
     span, thickness = 4.0, 0.5
     brick = 1.5 * np.pi * (span + thickness) / 2 / courses  # half as long again as it is wide
     length = (row - 0.5) * brick
-    voussoirs = build_barrel(
-        length=length, span=span, springing=0.0, thickness=thickness, courses=courses, brick=brick
-    )
+    voussoirs = build_barrel(length=length, span=span, springing=0.0, thickness=thickness, courses=courses, brick=brick)
     springers = [
         box((-0.5, y, -0.5), (length + 0.5, y + thickness, 0.0), name=f"springer.{k}", group="springer")
         for k, y in enumerate((-thickness, span))
