@@ -4,7 +4,10 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-all lint benchmark validation pictures clean
+# compas_cra joins in when COMPAS names the Python of an environment that has it.
+COMPAS ?=
+
+.PHONY: demo test test-all lint benchmark solvers validation pictures clean
 
 demo: $(STAMP)
 	$(BIN)/dynsim optimise examples/chapel.toml -o out/chapel
@@ -24,6 +27,9 @@ benchmark: $(STAMP)
 	$(BIN)/python benchmarks/assess.py
 	$(BIN)/python benchmarks/bullet.py
 	$(BIN)/python benchmarks/compare_verdicts.py
+
+solvers: $(STAMP)
+	$(BIN)/python benchmarks/solvers.py --write $(if $(COMPAS),--compas $(COMPAS))
 
 validation: $(STAMP)
 	$(BIN)/python docs/make_validation.py

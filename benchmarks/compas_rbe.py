@@ -13,7 +13,7 @@ from time import process_time
 
 import numpy as np
 from compas.geometry import Frame
-from compas_assembly.datastructures import Block, Interface
+from compas_assembly.datastructures import Block
 from compas_cra.datastructures import CRA_Assembly
 from compas_cra.equilibrium import rbe_problem
 from compas_cra.nlp import solve_nlp

@@ -107,6 +107,7 @@ def options() -> argparse.Namespace:
     parser.add_argument("--profile", nargs=2, metavar=("SCENE", "SIZE"))
     parser.add_argument("--largest", action="store_true", help="also ours on walls of 30,000 and 100,000 blocks")
     parser.add_argument("--resolve", action="store_true", help="also how often the chapel is solved again a second")
+    parser.add_argument("--add", nargs="+", default=[], metavar="FILE", help="what earlier runs printed with --json")
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--write", action="store_true", help="write docs/speed.md, with all of the above")
     return parser.parse_args()
@@ -117,6 +118,11 @@ def main() -> None:
     if given.compas:
         os.environ[COMPAS] = given.compas
     found: dict = {"rows": [], "profiles": [], "alone": []}
+    for file in given.add:
+        earlier = json.loads(Path(file).read_text())
+        found |= {
+            key: found.get(key, []) + value if isinstance(value, list) else value for key, value in earlier.items()
+        }
     if given.profile:
         found["profiles"].append(run("breakdown.py", *given.profile))
     else:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 TABLE = (
-    "| scene | blocks | solver | seconds | ratio to ours | iterations | residual | balanced | score | verdict | MB | |\n"
+    "| scene | blocks | solver | seconds | to ours | iterations | residual | balanced | score | verdict | MB | |\n"
     "|---|---|---|---|---|---|---|---|---|---|---|---|"
 )
 STEPS = ("interfaces", "equilibrium", "solve", "certificate")
@@ -95,8 +95,9 @@ def resolve_text(resolve: dict) -> str:
         return resolve["word"]
     steps = ", ".join(f"{step} {1000 * resolve[step]:.0f} ms" for step in STEPS)
     return (
-        f"The chapel of {resolve['blocks']} blocks is judged {resolve['rate']:.1f} times a second of process time after "
-        f"`{resolve['moved']}` moved ({steps}; building its blocks, {1000 * resolve['build']:.0f} ms, left out)."
+        f"The chapel of {resolve['blocks']} blocks is judged {resolve['rate']:.1f} times a second of process time\n"
+        f"after `{resolve['moved']}` moved ({steps}; building its blocks, {1000 * resolve['build']:.0f} ms, is\n"
+        f"left out), and {resolve['remembered']:.1f} times with the evidence of earlier designs (`blockstat.reuse`)."
     )
 
 
@@ -131,9 +132,8 @@ def targets_text(found: dict) -> str:
     lines = ["| | target | reached | |", "|---|---|---|---|"]
     for (name, target, sense), value in zip(TARGETS, reached(found), strict=True):
         met = value is not None and (value >= target if sense == ">=" else value <= target)
-        lines.append(
-            f"| {name} | {sense} {target:g} | {'-' if value is None else f'{value:.2g}'} | {'met' if met else 'missed'} |"
-        )
+        word = "not run" if value is None else "met" if met else "missed"
+        lines.append(f"| {name} | {sense} {target:g} | {'-' if value is None else f'{value:.2g}'} | {word} |")
     return "\n".join(lines)
 
 
