@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import textwrap
 
 TABLE = (
     "| scene | blocks | solver | seconds | to ours | iterations | residual | balanced | score | verdict | MB | |\n"
@@ -27,12 +28,18 @@ ratios, not seconds. Each cell is a process of its own; `-` stands for what did 
 - Scenes: a wall pushed out of its plane by a quarter of what tips it, a barrel vault, the chapel of the examples in
   smaller bricks, and a wall that falls. All are solved in space.
 - Solvers: the literal penalty program through cvxpy (with its compilation), the same program given to Clarabel
-  directly, its dual through Clarabel, its dual through the structured method (`ours`), and the rigid-block equilibrium
-  of compas_cra 0.8 by Ipopt (without its set-up in Python; an octagon about the friction cone).
+  directly, its dual through Clarabel, its dual through the structured method (`ours`, which stops as soon as its
+  forces prove stability, before the optimum), and the rigid-block equilibrium of compas_cra 0.8 by Ipopt (without its
+  set-up in Python; an octagon about the friction cone, so that its forces need not prove anything).
 - Seconds are those of the solver alone. The residual is that of equilibrium relative to the weight, as the solver left
   it (adhesion included) and after the certificate's correction (forces alone). The verdict is what the certificate
   makes of the solver's own numbers; MB is the largest resident memory of the process.
 """
+
+
+def wrapped(text: str) -> str:
+    """A paragraph, or an item of a list, in lines of the page's width."""
+    return textwrap.fill(text, 118, subsequent_indent="  " if text.startswith("-") else "", break_long_words=False)
 
 
 def cell_line(row: dict) -> str:
@@ -79,7 +86,7 @@ def profile_text(profile: dict) -> str:
     solve = profile["steps"]["solve"]
     steps = ", ".join(f"{name} {seconds:.2f}" for name, seconds in profile["steps"].items())
     shares = ", ".join(f"{name} {seconds / solve:.0%}" for name, seconds in parts if seconds > 0.005 * solve)
-    return (
+    return wrapped(
         f"- **{profile['scene']} of {profile['blocks']:,}, {profile['backend']}**: {profile['total']:.2f} s in all "
         f"({steps}), {profile['iterations']} iterations, {profile['total'] / factored(profile):.1f} times the numeric "
         f"factorisations ({1000 * profile['numeric']:.1f} ms each). Of the solve: {shares}."
@@ -95,9 +102,9 @@ def resolve_text(resolve: dict) -> str:
     if "word" in resolve:
         return resolve["word"]
     steps = ", ".join(f"{step} {1000 * resolve[step]:.0f} ms" for step in STEPS)
-    return (
-        f"The chapel of {resolve['blocks']} blocks is judged {resolve['rate']:.1f} times a second of process time\n"
-        f"after `{resolve['moved']}` moved ({steps}; building its blocks, {1000 * resolve['build']:.0f} ms, is\n"
+    return wrapped(
+        f"The chapel of {resolve['blocks']} blocks is judged {resolve['rate']:.1f} times a second of process time "
+        f"after `{resolve['moved']}` moved ({steps}; building its blocks, {1000 * resolve['build']:.0f} ms, is "
         f"left out), and {resolve['remembered']:.1f} times with the evidence of earlier designs (`blockstat.reuse`)."
     )
 
@@ -134,7 +141,7 @@ def targets_text(found: dict) -> str:
     for (name, target, sense), value in zip(TARGETS, reached(found), strict=True):
         met = value is not None and (value >= target if sense == ">=" else value <= target)
         word = "not run" if value is None else "met" if met else "missed"
-        lines.append(f"| {name} | {sense} {target:g} | {'-' if value is None else f'{value:.2g}'} | {word} |")
+        lines.append(f"| {name} | {sense} {target:g} | {'-' if value is None else f'{value:.3g}'} | {word} |")
     return "\n".join(lines)
 
 
@@ -143,24 +150,22 @@ def conclusion(found: dict) -> str:
     words = [line.rsplit("|", 2)[1].strip() for line in targets_text(found).splitlines()[2:]]
     counts = ", ".join(f"{words.count(word)} {word}" for word in ("met", "missed", "not run"))
     text = (
-        f"Of the six targets: {counts}; the ratios to the others grow with the size, because their factors\n"
-        "fill in faster than one in the order of the contact graph.\n"
+        f"Of the six targets: {counts}; the ratio to Clarabel's dual grows with the size, because its factor fills in "
     )
+    text += "faster than one in the order of the contact graph. "
     cvxpy = next((r for r in found["rows"] if (r["scene"], r["size"], r["solver"]) == ("wall", 1000, "cvxpy")), {})
     small = next((p for p in found["profiles"] if p.get("size") == 1000), None)
     if small and "seconds" in cvxpy:
-        text += (
-            f"At 1,000 blocks our numeric factorisations alone take 1/{cvxpy['seconds'] / factored(small):.0f} of "
-            "cvxpy's time, so what is left to win\nthere is what is not factorisation: joints, set-up, and numpy "
-            "in between.\n"
-        )
-    return text
+        text += f"At 1,000 blocks our numeric factorisations alone take 1/{cvxpy['seconds'] / factored(small):.0f} of "
+        text += "cvxpy's time, so what is left to win there is what is not factorisation: joints, set-up, and numpy "
+        text += "in between."
+    return wrapped(text) + "\n"
 
 
 def page(found: dict) -> str:
     """docs/speed.md."""
     parts = [
-        HEADER.format(cpus=os.cpu_count()),
+        HEADER.format(cpus=os.cpu_count()) + found.get("note", ""),
         "## Solvers\n",
         "\n".join([TABLE, *map(cell_line, found["rows"])]) + "\n",
         after_table(found),
