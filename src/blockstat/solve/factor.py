@@ -16,7 +16,7 @@ from typing import Any, Protocol
 import numpy as np
 from scipy import sparse
 
-from blockstat.polyhedron import Floats, Ints
+from blockstat.polyhedron import Floats
 
 #: Matrices with fewer rows are factored by one thread: waking the others costs more than they bring.
 THREADED = 30_000
@@ -71,13 +71,13 @@ class Pardiso:
     """MKL Pardiso for positive definite matrices; the analysis is made once."""
 
     def __init__(self) -> None:
+        self._index: tuple[Any, Any] | None = None  # rows' starts and columns in 32 bits
         solver = _pardiso()
         assert solver is not None
         self._library, self._run = solver.libmkl, solver._mkl_pardiso
         self._pt = np.zeros_like(solver.pt)
         self._options = np.zeros(64, dtype=np.int32)
         self._options[list(OPTIONS)] = list(OPTIONS.values())
-        self._index: tuple[Ints, Ints] | None = None
         self._values = np.empty(0)
 
     def update(self, upper: sparse.csr_array) -> None:
@@ -109,7 +109,7 @@ class Pardiso:
         return np.ascontiguousarray(found)
 
     def __del__(self) -> None:
-        if getattr(self, "_index", None) is not None and not sys.is_finalizing():
+        if self._index is not None and not sys.is_finalizing():
             self._call(-1, np.zeros(len(self._index[0]) - 1))
 
 
