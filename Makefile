@@ -4,7 +4,11 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-all lint benchmark validation pictures clean
+# `make solvers` takes most of an hour and 10 GB; compas_cra joins in when COMPAS names the Python of an environment
+# that has it.
+COMPAS ?=
+
+.PHONY: demo test test-all lint benchmark solvers validation pictures clean
 
 demo: $(STAMP)
 	$(BIN)/dynsim optimise examples/chapel.toml -o out/chapel
@@ -24,6 +28,9 @@ benchmark: $(STAMP)
 	$(BIN)/python benchmarks/assess.py
 	$(BIN)/python benchmarks/bullet.py
 	$(BIN)/python benchmarks/compare_verdicts.py
+
+solvers: $(STAMP)
+	$(BIN)/python benchmarks/solvers.py --write --sizes 100 1000 3000 10000 --limit 300 $(if $(COMPAS),--compas $(COMPAS))
 
 validation: $(STAMP)
 	$(BIN)/python docs/make_validation.py

@@ -82,7 +82,7 @@ def equilibrium(
 def _matrix(assembly: Assembly, columns: Columns, row: Ints, n_blocks: int) -> sparse.csr_array:
     """Columns of A, shape (6 n_blocks, 3 n); row : of each block of the assembly in A, -1 for none."""
     point_blocks = row[columns.pair]
-    data, rows, cols = [], [], []
+    data, block, point = [], [], []
     for side, sign in ((0, -1.0), (1, 1.0)):
         live = np.flatnonzero(point_blocks[:, side] >= 0)
         arm = columns.point[live] - assembly.centroid[columns.pair[live, side]]
@@ -90,12 +90,14 @@ def _matrix(assembly: Assembly, columns: Columns, row: Ints, n_blocks: int) -> s
         if columns.couple is not None:
             moment = moment + columns.couple[live]
         data.append(sign * np.concatenate([columns.force[live], moment], axis=2).swapaxes(1, 2))
-        shape = (len(live), 6, 3)
-        rows.append(np.broadcast_to(6 * point_blocks[live, side, None, None] + np.arange(6)[:, None], shape))
-        cols.append(np.broadcast_to(3 * live[:, None, None] + np.arange(3), shape))
-    flat = [np.concatenate([part.reshape(-1) for part in parts]) for parts in (data, rows, cols)]
+        block.append(point_blocks[live, side])
+        point.append(live)
+    blocks, points = np.concatenate(block), np.concatenate(point)
+    order = np.lexsort((points, blocks))
+    start = np.searchsorted(blocks[order], np.arange(n_blocks + 1))
+    values = np.concatenate(data)[order]
     shape = (6 * n_blocks, 3 * len(point_blocks))
-    return sparse.coo_array((flat[0], (flat[1], flat[2])), shape=shape).tocsr()
+    return sparse.bsr_array((values, points[order], start), shape=shape, blocksize=(6, 3)).tocsr()
 
 
 def column_rates(assembly: Assembly, eq: Equilibrium, motion: Floats) -> Floats:

@@ -34,6 +34,9 @@ def merge_coplanar(patches: list[Patch], size: Floats, gap: float) -> list[Patch
     merged = []
     for pair, group in groupby(patches, key=lambda patch: tuple(patch.pair)):
         rest = list(group)
+        if len(rest) == 1:
+            merged += rest
+            continue
         tolerance = gap * float(size[list(pair)].min())
         while rest:
             seed = rest[0]

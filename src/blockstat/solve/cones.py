@@ -17,6 +17,9 @@ import numpy as np
 
 from blockstat.polyhedron import Floats
 
+#: Triples of rows turned at a time.
+CHUNK = 4_000
+
 
 @dataclass(frozen=True)
 class Cones:
@@ -134,16 +137,19 @@ class Scaling:
         turned = _spectral(1.0 / (value + shift), along, triples)
         return self.cones.join(turned, numbers / (self.half**2 + shift), zeros)
 
-    def rows(self, triples: Floats, shift: float) -> Floats:
+    def rows(self, triples: Floats, shift: float, out: Floats) -> Floats:
         """Rows t with the sum of t t' that of (W^2 + shift I)^-1 over triples of rows, shape (3, n_soc, k)."""
         value, along = self.spectrum
         root = np.sqrt(1.0 / (value + shift))
-        ahead = along[0, :, None] * triples[1] + along[1, :, None] * triples[2]
-        found = np.empty_like(triples)
-        half = np.sqrt(0.5) * root[:2, :, None]
-        found[0], found[1] = half[0] * (triples[0] + ahead), half[1] * (triples[0] - ahead)
-        found[2] = root[2, :, None] * (along[0, :, None] * triples[2] - along[1, :, None] * triples[1])
-        return found
+        root[:2] *= np.sqrt(0.5)
+        for first in range(0, self.cones.n_soc, CHUNK):  # what is written in between stays in the cache
+            part = slice(first, first + CHUNK)
+            (r0, r1, r2), (a1, a2) = root[:, part, None], along[:, part, None]
+            head, one, two = triples[:, part]
+            ahead = a1 * one + a2 * two
+            out[0, part], out[1, part] = r0 * (head + ahead), r1 * (head - ahead)
+            out[2, part] = r2 * (a1 * two - a2 * one)
+        return out
 
 
 def determinant(triples: Floats) -> Floats:

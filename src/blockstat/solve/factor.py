@@ -6,9 +6,9 @@ orders and factors anew each time. `backend()` says which one answers.
 
 from __future__ import annotations
 
+import ctypes
 import os
 import sys
-from copy import copy
 from functools import cache
 from pathlib import Path
 from typing import Any, Protocol
@@ -20,6 +20,9 @@ from blockstat.polyhedron import Floats
 
 #: Matrices with fewer rows are factored by one thread: waking the others costs more than they bring.
 THREADED = 30_000
+#: Pardiso's matrix type, and its options that are not zero: these and no defaults, nested dissection, indices from 0.
+#: No refinement: the solvers refine on the whole system, and Pardiso's own two rounds make each solve twice as long.
+POSITIVE_DEFINITE, OPTIONS = 2, {0: 1, 1: 2, 34: 1}
 
 
 class Factor(Protocol):
@@ -68,46 +71,66 @@ class Pardiso:
     """MKL Pardiso for positive definite matrices; the analysis is made once."""
 
     def __init__(self) -> None:
+        self._index: tuple[Any, Any] | None = None  # rows' starts and columns in 32 bits
         solver = _pardiso()
         assert solver is not None
-        self._solver = copy(solver)
-        self._solver.pt = np.zeros_like(solver.pt)
-        self._solver.iparm = solver.iparm.copy()
-        self._upper: sparse.csr_array | None = None
+        self._library, self._run = solver.libmkl, solver._mkl_pardiso
+        self._pt = np.zeros_like(solver.pt)
+        self._options = np.zeros(64, dtype=np.int32)
+        self._options[list(OPTIONS)] = list(OPTIONS.values())
+        self._values = np.empty(0)
 
     def update(self, upper: sparse.csr_array) -> None:
-        fresh = self._upper is None
-        self._upper = upper
-        self._solver.libmkl.MKL_Set_Num_Threads(1 if len(upper.indptr) <= THREADED else (os.cpu_count() or 1))
+        fresh = self._index is None
+        if fresh:
+            self._index = upper.indptr.astype(np.int32), upper.indices.astype(np.int32)
+        self._values = upper.data
+        self._library.MKL_Set_Num_Threads(1 if len(upper.indptr) <= THREADED else _threads())
         self._call(12 if fresh else 22, np.zeros(len(upper.indptr) - 1))
 
     def solve(self, right: Floats) -> Floats:
         return self._call(33, np.asfortranarray(right))
 
     def _call(self, phase: int, right: Floats) -> Floats:
-        from pypardiso.pardiso_wrapper import PyPardisoError
-
-        self._solver.set_phase(phase)
-        try:
-            return self._solver._call_pardiso(self._upper, right)
-        except PyPardisoError as error:
-            raise ArithmeticError(str(error)) from None
+        assert self._index is not None
+        start, column = (part.ctypes.data_as(ctypes.POINTER(ctypes.c_int32)) for part in self._index)
+        found = np.zeros_like(right)
+        one, kind, what, size, columns, quiet, error = map(
+            ctypes.c_int32, (1, POSITIVE_DEFINITE, phase, len(right), right.size // len(right), 0, 0)
+        )
+        self._run(
+            self._pt.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)), one, one, kind, what, size,
+            self._values.ctypes.data, start, column, None, columns,
+            self._options.ctypes.data_as(ctypes.POINTER(ctypes.c_int32)), quiet,
+            right.ctypes.data, found.ctypes.data, error,
+        )  # fmt: skip
+        if error.value:
+            raise ArithmeticError(f"Pardiso error {error.value}")
+        return np.ascontiguousarray(found)
 
     def __del__(self) -> None:
-        if self._upper is not None and not sys.is_finalizing():
-            self._call(-1, np.zeros(len(self._upper.indptr) - 1))
+        if self._index is not None and not sys.is_finalizing():
+            self._call(-1, np.zeros(len(self._index[0]) - 1))
+
+
+def _threads() -> int:
+    """Threads for a large matrix: as many as the user grants, else all there are."""
+    granted = os.environ.get("MKL_NUM_THREADS") or os.environ.get("OMP_NUM_THREADS") or ""
+    return int(granted) if granted.isdigit() else os.cpu_count() or 1
 
 
 @cache
 def _pardiso() -> Any:
-    """A solver of pypardiso to copy (it looks for the library on the disk when it is made), or None."""
+    """A solver of pypardiso with the library (it looks for the library on the disk when it is made), or None."""
     # Left to itself pypardiso searches the whole environment for the library, which takes a second.
     library = sorted([*Path(sys.prefix, "lib").glob("libmkl_rt*"), *Path(sys.prefix, "Library", "bin").glob("mkl_rt*")])
     if library:
         os.environ.setdefault("PYPARDISO_MKL_RT", str(library[-1]))
+    # Idle threads of MKL sleep instead of spinning through what runs on one thread.
+    os.environ.setdefault("KMP_BLOCKTIME", "0")
     try:
         from pypardiso.pardiso_wrapper import PyPardisoSolver
 
-        return PyPardisoSolver(mtype=2)
+        return PyPardisoSolver(mtype=POSITIVE_DEFINITE)
     except (ImportError, OSError):
         return None

@@ -78,6 +78,8 @@ class Kkt:
         self._twists = program.width * program.n_blocks
         border = len(program.local) + (program.limits.size if program.limits else 0)
         self._border = program.matrix[border:].toarray()
+        self._rows = np.empty((len(program.pair), program.local.shape[1]))
+        self._rows[len(program.local) : len(program.local) + len(program.penalty_local)] = program.penalty_local
         self._scaling: Scaling | None = None
         self._shift, self._pull = program.compliance + DUAL_PROXIMAL, PROXIMAL
 
@@ -94,18 +96,18 @@ class Kkt:
         self._pull = PROXIMAL / max(size, 1.0)
         program, cones = self._p, self._p.cones
         self._scaling = scaling
-        width = program.local.shape[1]
-        triples = program.local[: 3 * cones.n_soc].reshape(3, -1, width)
-        zeros = program.local[3 * cones.n_soc : 3 * cones.n_soc + cones.n_zero]
-        halves = program.local[3 * cones.n_soc + cones.n_zero :]
+        rows, n_local, n_soc = self._rows, len(program.local), 3 * cones.n_soc
+        n_flat = n_soc + cones.n_zero
         half = np.sqrt(scaling.half**2 + self._shift)
-        turned = scaling.rows(triples, self._shift)
-        penalty = program.penalty_local
-        extra = np.empty((0, width))
+        triples = rows[:n_soc].reshape(3, cones.n_soc, rows.shape[1])
+        scaling.rows(program.local[:n_soc].reshape(triples.shape), self._shift, out=triples)
+        np.divide(program.local[n_soc:n_flat], np.sqrt(self._shift), out=rows[n_soc:n_flat])
+        np.divide(program.local[n_flat:], half[: n_local - n_flat, None], out=rows[n_flat:n_local])
         if program.limits is not None:
-            turned, penalty, extra = self._without_limits(program.limits, scaling, turned, penalty, half[len(halves) :])
-        local = [turned.reshape(-1, width), zeros / np.sqrt(self._shift), halves / half[: len(halves), None]]
-        self._normal.update(np.concatenate([*local, penalty, extra]), program.ridge + self._pull)
+            kept = program.penalty_local.copy()
+            extra = self._without_limits(program.limits, scaling, triples, kept, half[n_local - n_flat :])
+            rows[n_local:] = np.concatenate([kept, extra])
+        self._normal.update(rows, program.ridge + self._pull)
         self._border_scaled = np.empty((0, 0))
         if len(self._border):
             scaled = self._border / half[len(half) - len(self._border) :, None]
@@ -116,15 +118,15 @@ class Kkt:
 
     def _without_limits(
         self, limits: Limits, scaling: Scaling, turned: Floats, penalty: Floats, half: Floats
-    ) -> tuple[Floats, Floats, Floats]:
-        """Rows with y and z eliminated: projected, point by point, off the columns of its y and z."""
+    ) -> Floats:
+        """Eliminate y and z: rows are projected, point by point, off their columns, in place; returns further rows."""
         n, width = len(limits.head), turned.shape[2]
         has_y, has_z = limits.y >= 0, limits.z >= 0
         rows, columns = np.zeros((n, 6, width)), np.zeros((n, 6, 2))
         rows[:, :3] = turned[:, limits.triple].swapaxes(0, 1)
         unit = np.zeros((3, scaling.cones.n_soc, 1))
         unit[0] = 1.0
-        heads = scaling.rows(unit, self._shift)[:, limits.triple, 0].T * limits.head[:, None]
+        heads = scaling.rows(unit, self._shift, out=np.empty_like(unit))[:, limits.triple, 0].T * limits.head[:, None]
         columns[:, :3, 0] = heads * has_y[:, None]
         columns[:, :3, 1] = -heads * has_z[:, None]
         bent = (limits.penalty >= 0) & (len(penalty) > 0)
@@ -143,11 +145,10 @@ class Kkt:
         taken = self._inverse @ coupling
         rows = rows - columns @ taken
         left = np.sqrt(self._pull + self._p.ridge) * taken
-        turned, penalty = turned.copy(), penalty.copy()
         turned[:, limits.triple] = rows[:, :3].swapaxes(0, 1)
         if len(penalty):
             penalty[limits.penalty[bent]] = rows[bent, 3]
-        return turned, penalty, np.concatenate([rows[:, 4:], left], axis=1).reshape(-1, width)
+        return np.concatenate([rows[:, 4:], left], axis=1).reshape(-1, width)
 
     def _spread(self, limits: Limits, coupling: Floats) -> sparse.csr_array:
         """The coupling of y and z of each point (two rows a point) with the twists as a matrix."""

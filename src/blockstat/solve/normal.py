@@ -24,6 +24,8 @@ from blockstat.solve.factor import Factor, make_factor
 
 #: Added to the diagonal relative to itself: a block that turns freely about two points leaves S singular.
 REGULARISATION = 1e-15
+#: Rows multiplied at a time.
+CHUNK = 8_000
 #: Patterns kept for the next program with the same pairs of blocks, and the most blocks of one worth keeping.
 KEPT, KEPT_BLOCKS = 6, 20_000
 _pool: OrderedDict[tuple, BlockNormal] = OrderedDict()
@@ -58,47 +60,47 @@ class BlockNormal:
         self._order = np.argsort(rank[member], kind="stable")
         self._pairs = pair[first[by_count]]
         self._width, self._n = width, n_blocks
-        sizes, starts = np.unique(count[by_count], return_index=True)
-        self._batches = list(zip(sizes.tolist(), starts.tolist(), [*starts[1:].tolist(), len(count)], strict=True))
-        a, b = self._pairs.T
-        self._both = np.flatnonzero((a >= 0) & (b >= 0))
-        self._swapped = np.flatnonzero((a > b)[self._both])
+        self._chunks = list(_chunks(count[by_count]))
         self._upper, self._place = self._pattern()
         self._sum = self._diagonal_sum()
+        # Kept from one update to the next: fresh memory costs more than what is written to it.
+        self._own = np.empty((2, len(self._pairs), width, width))
+        self._values = np.empty((n_blocks + len(self._pairs), width, width))
         self.factor: Factor = make_factor()
 
     def update(self, rows: Floats, ridge: float = 0.0) -> None:
         """Form and factor S + ridge I from rows of shape (n_rows, 2 width). Raises ArithmeticError if it fails."""
-        w = self._width
-        products = np.empty((len(self._pairs), 2 * w, 2 * w))
-        ordered = np.take(rows, self._order, axis=0)
+        w, n = self._width, self._n
+        own, diagonal, across = self._own, self._values[:n].reshape(n, w * w), self._values[n:]
         done = 0
-        for count, first, last in self._batches:
-            part = ordered[done : done + count * (last - first)].reshape(last - first, count, 2 * w)
-            np.matmul(part.swapaxes(1, 2), part, out=products[first:last])
-            done += count * (last - first)
-        own = np.concatenate([products[:, :w, :w], products[:, w:, w:]]).reshape(-1, w * w)
-        diagonal = self._sum @ own
+        for count, first, last in self._chunks:
+            size = count * (last - first)
+            part = np.take(rows, self._order[done : done + size], axis=0).reshape(last - first, count, 2 * w)
+            product = np.matmul(part.swapaxes(1, 2), part)
+            own[0, first:last], own[1, first:last] = product[:, :w, :w], product[:, w:, w:]
+            across[first:last] = product[:, :w, w:]
+            done += size
+        diagonal[:] = self._sum @ own.reshape(-1, w * w)
         middle = np.arange(w) * (w + 1)
         scale = float(np.max(diagonal[:, middle], initial=1e-300))
         diagonal[:, middle] += ridge + REGULARISATION * diagonal[:, middle] + REGULARISATION**2 * scale
-        across = np.take(products[:, :w, w:], self._both, axis=0)
-        across[self._swapped] = across[self._swapped].swapaxes(1, 2)
-        values = np.concatenate([diagonal.reshape(-1), across.reshape(-1)])
-        np.take(values, self._place, out=self._upper.data)
+        np.take(self._values.reshape(-1), self._place, out=self._upper.data, mode="clip")  # "raise" would copy
         self.factor.update(self._upper)
 
     def _pattern(self) -> tuple[sparse.csr_array, Ints]:
-        """The upper triangle with its entries' places among the values of the diagonal and off-diagonal blocks."""
+        """The upper triangle with its entries' places among the values: blocks of the diagonal, then one a pair."""
         n, w = self._n, self._width
-        low, high = (part[self._both] for part in (self._pairs.min(axis=1), self._pairs.max(axis=1)))
-        row = np.concatenate([np.arange(n), low])
-        column = np.concatenate([np.arange(n), high])
+        both = np.flatnonzero((self._pairs >= 0).all(axis=1))
+        a, b = self._pairs[both].T
+        row = np.concatenate([np.arange(n), np.minimum(a, b)])
+        column = np.concatenate([np.arange(n), np.maximum(a, b)])
+        # Numbered from 1 so that no place is lost as an explicit zero.
+        inside = 1.0 + np.arange(w * w).reshape(w, w)
+        place = w * w * np.concatenate([np.arange(n), n + both])[:, None, None] + inside
+        place[n:][a > b] = place[n:][a > b].swapaxes(1, 2)
         order = np.lexsort((column, row))
         start = np.searchsorted(row[order], np.arange(n + 1))
-        # Numbered from 1 so that no place is lost as an explicit zero.
-        place = 1.0 + (order[:, None] * w * w + np.arange(w * w)).reshape(-1, w, w)
-        blocks = sparse.bsr_array((place, column[order], start), shape=(n * w, n * w))
+        blocks = sparse.bsr_array((place[order], column[order], start), shape=(n * w, n * w))
         upper = sparse.csr_array(sparse.triu(blocks.tocsr(), format="csr"))
         upper.sort_indices()
         return upper, (upper.data - 1).astype(np.int64)
@@ -108,6 +110,14 @@ class BlockNormal:
         side = np.concatenate(self._pairs.T)
         live = np.flatnonzero(side >= 0)
         return sparse.csr_array((np.ones(len(live)), (side[live], live)), shape=(self._n, len(side)))
+
+
+def _chunks(count: Ints) -> Iterator[tuple[int, int, int]]:
+    """Pairs with as many rows, few enough that their rows stay in the cache: rows of each, first and last pair."""
+    sizes, starts = np.unique(count, return_index=True)
+    for size, start, end in zip(sizes.tolist(), starts.tolist(), [*starts[1:].tolist(), len(count)], strict=True):
+        step = max(CHUNK // size, 1)
+        yield from ((size, first, min(first + step, end)) for first in range(start, end, step))
 
 
 def local_rows(matrix: sparse.csr_array, pair: Ints, width: int) -> Floats:

@@ -1,0 +1,150 @@
+"""Solvers against each other on scenes of growing size, and where the time of ours goes.
+
+    python benchmarks/solvers.py [--sizes 100 1000 ...] [--scenes wall ...] [--solvers ours ...] [--limit 60] [--json]
+    python benchmarks/solvers.py --profile wall 1000
+    python benchmarks/solvers.py --write     # all of it, into docs/speed.md
+
+Each cell has its own process, one thread and a limit of wall seconds; a solver that exceeds it is not asked for more
+blocks of that scene. compas_cra answers when BLOCKSTAT_COMPAS_PYTHON, or --compas, names the Python of an environment
+that has it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import speed_page
+
+HERE = Path(__file__).parent
+SCENES = ("wall", "vault", "chapel", "falling")
+SOLVERS = ("cvxpy", "clarabel-primal", "clarabel-dual", "ours", "compas-rbe")
+COMPAS = "BLOCKSTAT_COMPAS_PYTHON"
+THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "RAYON_NUM_THREADS")
+AGREE = 1e-6  #: scores of two solvers may differ by that much
+#: The largest walls, which only ours is asked for.
+ALONE = (30_000, 100_000)
+
+
+def run(script: str, *arguments: object, limit: float | None = None, **environment: str) -> dict:
+    """What a script of this directory prints, or the word for why it did not."""
+    env = {**os.environ, **dict.fromkeys(THREADS, "1"), **environment}
+    command = [sys.executable, str(HERE / script), *map(str, arguments)]
+    process = subprocess.Popen(command, env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                               start_new_session=True)  # fmt: skip
+    try:
+        out, error = process.communicate(timeout=limit)
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, 9)  # its own children with it
+        process.communicate()
+        return {"word": f"over {limit:g} s"}
+    if process.returncode:
+        print(error, file=sys.stderr)
+        return {"word": "failed"}
+    return json.loads(out.splitlines()[-1])
+
+
+def cells(scenes: list[str], sizes: list[int], solvers: list[str], limit: float) -> Iterator[dict]:
+    """All rows, those of one scene and size together."""
+    for scene in scenes:
+        slow: set[str] = set()
+        for size in sizes:
+            rows = []
+            for solver in solvers:
+                row = {"scene": scene, "size": size, "solver": solver}
+                if solver == "compas-rbe" and not os.environ.get(COMPAS):
+                    row["word"] = "not installed"
+                elif solver in slow:
+                    row["word"] = "left out"
+                else:
+                    row |= run("cell.py", scene, size, solver, limit=limit)
+                    if "word" in row:
+                        slow.add(solver)
+                rows.append(row)
+            yield from compared(rows)
+
+
+def compared(rows: list[dict]) -> list[dict]:
+    """Rows of one scene and size with their ratio to ours and what they disagree about."""
+    ours = next((row for row in rows if row["solver"] == "ours" and "seconds" in row), None)
+    for row in rows if ours else ():
+        if "seconds" not in row:
+            continue
+        row["ratio"] = row["seconds"] / ours["seconds"]
+        # Forces in an octagon about the cone, without a mechanism, may prove nothing; they must not prove the contrary.
+        silent = row["solver"] == "compas-rbe" and row["verdict"] == "undecided"
+        same = silent or row["verdict"] == ours["verdict"]
+        row["agrees"] = same and abs(row["score"] - ours["score"]) <= AGREE
+    return rows
+
+
+def alone(limit: float) -> list[dict]:
+    """Ours on walls too large for the others."""
+    return [run("cell.py", "wall", size, "ours", limit=limit) | {"scene": "wall", "size": size} for size in ALONE]
+
+
+def profiles() -> list[dict]:
+    """Parts of the time on walls, with both factorisations."""
+    return [
+        run("breakdown.py", "wall", size, BLOCKSTAT_FACTOR=backend)
+        for size in (1000, 3000, 10_000)
+        for backend in ("pardiso", "superlu")
+    ]
+
+
+def options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--sizes", type=int, nargs="+", default=[100, 1000, 3000])
+    parser.add_argument("--scenes", nargs="+", default=list(SCENES), choices=SCENES)
+    parser.add_argument("--solvers", nargs="+", default=list(SOLVERS), choices=SOLVERS)
+    parser.add_argument("--limit", type=float, default=60.0, help="wall seconds of a cell")
+    parser.add_argument("--compas", help="Python of an environment with compas_cra")
+    parser.add_argument("--profile", nargs=2, metavar=("SCENE", "SIZE"))
+    parser.add_argument("--largest", action="store_true", help="also ours on walls of 30,000 and 100,000 blocks")
+    parser.add_argument("--resolve", action="store_true", help="also how often the chapel is solved again a second")
+    parser.add_argument("--add", nargs="+", default=[], metavar="FILE", help="what earlier runs printed with --json")
+    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--write", action="store_true", help="write docs/speed.md, with all of the above")
+    return parser.parse_args()
+
+
+def main() -> None:
+    given = options()
+    if given.compas:
+        os.environ[COMPAS] = given.compas
+    found: dict = {"rows": [], "profiles": [], "alone": []}
+    for file in given.add:
+        earlier = json.loads(Path(file).read_text())
+        found |= {
+            key: found.get(key, []) + value if isinstance(value, list) else value for key, value in earlier.items()
+        }
+    if given.profile:
+        found["profiles"].append(run("breakdown.py", *given.profile))
+    else:
+        if not given.json:
+            print(speed_page.TABLE, flush=True)
+        for row in cells(given.scenes, given.sizes, given.solvers, given.limit):
+            found["rows"].append(row)
+            if not given.json:
+                print(speed_page.cell_line(row), flush=True)
+    if given.write or given.resolve:
+        found["resolve"] = run("resolve.py")
+    if given.write:
+        found["profiles"] = profiles()
+    if given.write or given.largest:
+        found["alone"] = alone(20 * given.limit)
+    if given.json:
+        print(json.dumps(found))
+    else:
+        print(speed_page.after_table(found))
+    if given.write:
+        (HERE.parent / "docs" / "speed.md").write_text(speed_page.page(found))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,20 @@
+"""Speed of the solve alone under pytest-benchmark; nothing is asserted about time."""
+
+import sys
+from pathlib import Path
+from time import process_time
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+
+from cell import SOLVERS, posed
+
+
+@pytest.mark.benchmark(timer=process_time, min_rounds=1, max_time=2.0, warmup=False)
+@pytest.mark.parametrize("scene", ["wall", "vault"])
+def test_solve_of_a_thousand_blocks(benchmark, scene):
+    problem = posed(scene, 1000)
+    raw = benchmark(SOLVERS["ours"], problem)
+    assert raw.solver == "interior-point"
+    assert raw.status == "Accepted"
