@@ -57,7 +57,7 @@ class Memory:
             if proof.outcome is Outcome.UNSTABLE:
                 return self._counted(proof, "mechanism")
         for force in known.forces:
-            proof = prove(program, certificate.balance(program, force), nothing)
+            proof = prove(program, certificate.settle(program, force), nothing)
             if proof.outcome is Outcome.STABLE:
                 return self._counted(proof, "forces")
         return None

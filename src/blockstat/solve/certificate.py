@@ -20,6 +20,8 @@ from blockstat.solve.normal import BlockNormal, borrowed, local_rows
 FORCE_TOLERANCE = 1e-9
 #: Rounding of the residual itself, relative to the forces that meet in a block.
 ROUNDING = 1e-14
+#: Points outside their cones are pressed by this more than they lack, relative and in mean weights.
+PRESSED = 0.02
 #: A mechanism proves instability when any equilibrium would need normal forces of this many total weights.
 #: Sound assemblies stand with about as many weights as they have courses or voussoirs.
 FORCE_LIMIT = 1e6
@@ -66,6 +68,19 @@ def balance(program: PenaltyProgram, force: Floats, *, passes: int = 4) -> Float
         except ArithmeticError:
             return force
         return _balanced(program, force, weights, normal, passes)
+
+
+def settle(program: PenaltyProgram, force: Floats, *, trials: int = 4) -> Floats:
+    """Forces balanced; where that leaves their cones, pressed back into them and balanced again."""
+    balanced = balance(program, force)
+    for _ in range(trials):
+        lacking = np.maximum(-room_of(program, balanced), 0.0)
+        if not lacking.any() or not np.isfinite(lacking).all():
+            break
+        pressed = balanced.copy()
+        pressed[:, 0] += (1.0 + PRESSED) * lacking + PRESSED * (lacking > 0)
+        balanced = balance(program, pressed)
+    return balanced
 
 
 def _balanced(program: PenaltyProgram, force: Floats, weights: Floats, normal: BlockNormal, passes: int) -> Floats:

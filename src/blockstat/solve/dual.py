@@ -10,7 +10,7 @@ from blockstat.polyhedron import Floats
 from blockstat.program import PenaltyProgram
 from blockstat.solve import clarabel_dual, clarabel_primal, structured
 from blockstat.solve.apart import solve_apart
-from blockstat.solve.certificate import FORCE_TOLERANCE, balance, force_errors, opening_room
+from blockstat.solve.certificate import FORCE_TOLERANCE, force_errors, opening_room, settle
 from blockstat.solve.raw import DualAnswer, DualProgram, RawSolution
 
 #: Joints open by more than this many violations need no watching when a mechanism is mended.
@@ -85,7 +85,7 @@ def _solve(program: PenaltyProgram) -> RawSolution:
 
     def accept(force: Floats) -> bool:
         """Forces on the way to the optimum that, balanced, prove stability are as good as the optimum's."""
-        proven[:] = [balance(program, force)]
+        proven[:] = [settle(program, force, trials=1)]
         return max(force_errors(program, proven[0])) <= FORCE_TOLERANCE
 
     answer = solve_dual(DualProgram(program, -program.load, penalty=True), accept)
