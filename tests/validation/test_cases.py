@@ -5,7 +5,7 @@ import warnings
 
 import pytest
 
-from blockstat import InputWarning, assess, read
+from blockstat import InputWarning, Outcome, assess, find_interfaces, limit_load, read
 
 #: What the expectation says of force-only statics. "falls" (H, A) and the shelf stand on paper by self-stress.
 STATIC = {
@@ -39,3 +39,26 @@ def test_a_verdict_that_hangs_on_the_gap_tolerance_says_so(cases, case):
     assert tight.outcome.word != "stable"
     assert any("a larger tolerance may change the verdict" in text for text in tight.warnings)
     assert any("do not quite close" in text for text in assess(read(cases / f"{case}.json")).warnings)
+
+
+def names():
+    """The cases that are there, when tests are collected."""
+    from problems import CASES
+
+    return sorted(p.stem for p in CASES.glob("*.json") if p.stem != "expected")
+
+
+@pytest.mark.parametrize("case", names())
+@pytest.mark.filterwarnings("ignore::blockstat.errors.InputWarning")
+def test_every_solver_gives_the_same_answer(cases, case):
+    asm = read(cases / f"{case}.json")
+    faces = find_interfaces(asm)
+    solvers = ("interior-point", "clarabel", "cvxpy") if asm.n_blocks <= 60 else ("interior-point", "clarabel")
+    ours, *others = (assess(asm, interfaces=faces, solver=solver) for solver in solvers)
+    for verdict in others:
+        assert verdict.outcome is ours.outcome
+        assert verdict.score == pytest.approx(ours.score, abs=1e-6)
+    if ours.outcome is Outcome.STABLE and asm.n_blocks <= 100:
+        one, other = (limit_load(asm, (1, 0.2, 0), interfaces=faces, solver=s) for s in solvers[:2])
+        assert one.outcome is other.outcome
+        assert one.lower == pytest.approx(other.lower, rel=1e-6)
