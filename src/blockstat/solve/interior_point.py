@@ -25,7 +25,7 @@ TOLERANCE, QUADRATIC_TOLERANCE = 1e-11, 1e-10
 #: Where the iteration stalls, an answer this good is still handed on; our own certificates judge it.
 ALMOST = 1e-6
 RAY = 1e-8  #: violation of a ray that proves a program infeasible or unbounded
-ASK = 0.3  #: error of M'z + q = 0, in units of the mean weight, from which an answer may be accepted
+ASK = 1.0  #: error of M'z + q = 0, in units of the mean weight, from which an answer may be accepted
 PATIENCE = 8  #: iterations without progress
 STEP = 0.99
 
@@ -58,7 +58,7 @@ def solve(program: ConicProgram, accept: Callable[[Floats], bool] | None = None)
     """Solve a program.
 
     accept : asked about the multipliers of the rows once they nearly satisfy M'z + q = 0, and again each time they do
-    ten times better; True ends the iteration with status "Accepted".
+    three times better; True ends the iteration with status "Accepted".
     """
     with borrowed(program.pair, program.n_blocks, program.width) as normal:
         return _iterate(program, Kkt(program, normal), accept)
@@ -77,7 +77,7 @@ def _iterate(program: ConicProgram, kkt: Kkt, accept: Callable[[Floats], bool] |
         if status:
             return _answer(state, status, iteration)
         if accept is not None and (near := largest(kkt.transposed(state.z) / state.tau + program.cost)) < asked:
-            asked = 0.1 * near
+            asked = 0.3 * near
             if accept(state.z / state.tau):
                 return _answer(state, "Accepted", iteration)
         mu = _complementarity(program, state)
