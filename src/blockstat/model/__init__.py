@@ -1,5 +1,7 @@
-"""From a scene to blocks."""
+"""From a scene or from parameters to blocks."""
 
+from blockstat.model.arch import arch, jack_arch
 from blockstat.model.build import build
+from blockstat.model.placing import assemble, moved
 
-__all__ = ["build"]
+__all__ = ["arch", "assemble", "build", "jack_arch", "moved"]
