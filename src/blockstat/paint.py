@@ -7,7 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from blockstat import clip
 from blockstat.broad import near_pairs
+from blockstat.faces import planar
+from blockstat.overlap import convex_blocks
 from blockstat.polyhedron import FacePlanes, Floats, Ints, face_planes
 from blockstat.separation import face_separation
 
@@ -72,10 +75,13 @@ def visible(
     """
     corners = vertices[assembly.face_vertices]
     planes = face_planes(corners, assembly.face_start)
-    rank = np.empty(assembly.n_blocks, dtype=np.int64)
-    rank[paint_order(assembly, vertices, planes, view, layer)] = np.arange(assembly.n_blocks)
     front = np.flatnonzero(planes.normal @ view[2] > 1e-9)
-    order = front[np.lexsort((planes.centre[front] @ view[2], rank[assembly.face_block[front]]))]
+    if convex_blocks(assembly).all():
+        rank = np.empty(assembly.n_blocks, dtype=np.int64)
+        rank[paint_order(assembly, vertices, planes, view, layer)] = np.arange(assembly.n_blocks)
+        order = front[np.lexsort((planes.centre[front] @ view[2], rank[assembly.face_block[front]]))]
+    else:
+        order = face_order(replace(assembly, vertices=vertices), planes, view, front, layer)
     light = np.array([0.35, -0.5, 0.8]) / np.linalg.norm([0.35, -0.5, 0.8])
     shade = 0.62 + 0.38 * np.clip(planes.normal[order] @ light, 0, 1)
     flat = corners @ view[:2].T
@@ -118,6 +124,39 @@ def paint_order(
     if layer is not None:
         second = np.where(layer[a] * layer[b] < 0, layer[b] > 0, second)
     return _topological(n, np.where(second, a, b), np.where(second, b, a), depth)
+
+
+def face_order(assembly: Assembly, planes: FacePlanes, view: Floats, front: Ints, layer: Ints | None = None) -> Ints:
+    """Faces towards the eye from back to front, for blocks with notches, which may hide and be hidden by one neighbour.
+
+    Any two that overlap in the picture are compared there. front : the faces; layer : as in `paint_order`.
+    """
+    count = np.diff(assembly.face_start)[front]
+    corner = assembly.vertices[assembly.face_vertices] @ view.T
+    lower, upper = (f.reduceat(corner, assembly.face_start[:-1])[front] for f in (np.minimum, np.maximum))
+    lower[:, 2] = upper[:, 2] = 0.0
+    i, j = near_pairs(lower, upper, np.zeros(len(front))).T
+    frame, origin = np.broadcast_to(np.roll(view, 1, axis=0), (len(i), 3, 3)), np.zeros((len(i), 3))
+    sides = [planar(assembly, front[k], frame, origin, int(count.max())) for k in (i, j)]
+    shared, corners = clip.clip(*sides)
+    live = np.arange(shared.shape[1]) < corners[:, None]
+    middle = (shared * live[..., None]).sum(axis=1) / np.maximum(corners, 1)[:, None]
+    nearer = _depth_at(planes, view, front[j], middle) - _depth_at(planes, view, front[i], middle)
+    size = np.minimum(*(assembly.size[assembly.face_block[front[k]]] for k in (i, j)))
+    seen = (corners > 2) & (clip.area(shared, corners) > 1e-6 * size**2) & (np.abs(nearer) > 1e-9 * size)
+    i, j, second = i[seen], j[seen], nearer[seen] > 0
+    if layer is not None:
+        a, b = (layer[assembly.face_block[front[k]]] for k in (i, j))
+        second = np.where(a * b < 0, b > 0, second)
+    depth = planes.centre[front] @ view[2]
+    return front[_topological(len(front), np.where(second, i, j), np.where(second, j, i), depth)]
+
+
+def _depth_at(planes: FacePlanes, view: Floats, face: Ints, point: Floats) -> Floats:
+    """How near to the eye the plane of each face is at a point of the picture, shape (n,) [m]."""
+    local = planes.normal[face] @ view.T
+    offset = np.einsum("ij,ij->i", planes.normal[face], planes.centre[face])
+    return (offset - np.einsum("ij,ij->i", local[:, :2], point)) / local[:, 2]
 
 
 def _topological(n: int, behind: Ints, before: Ints, depth: Floats) -> list[int]:
