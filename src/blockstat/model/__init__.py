@@ -2,7 +2,18 @@
 
 from blockstat.model.arch import arch, jack_arch
 from blockstat.model.build import build
+from blockstat.model.dome import dome
 from blockstat.model.placing import assemble, moved
 from blockstat.model.vaults import barrel_vault, groin_vault, pavilion_vault
 
-__all__ = ["arch", "assemble", "barrel_vault", "build", "groin_vault", "jack_arch", "moved", "pavilion_vault"]
+__all__ = [
+    "arch",
+    "assemble",
+    "barrel_vault",
+    "build",
+    "dome",
+    "groin_vault",
+    "jack_arch",
+    "moved",
+    "pavilion_vault",
+]
