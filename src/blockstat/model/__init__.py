@@ -2,7 +2,9 @@
 
 from blockstat.model.arch import arch, jack_arch
 from blockstat.model.build import build
+from blockstat.model.column import column, pier
 from blockstat.model.dome import dome
+from blockstat.model.freeform import freeform, height_field
 from blockstat.model.placing import assemble, moved
 from blockstat.model.vaults import barrel_vault, groin_vault, pavilion_vault
 
@@ -11,9 +13,13 @@ __all__ = [
     "assemble",
     "barrel_vault",
     "build",
+    "column",
     "dome",
+    "freeform",
     "groin_vault",
+    "height_field",
     "jack_arch",
     "moved",
     "pavilion_vault",
+    "pier",
 ]
