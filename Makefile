@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-all lint benchmark validation pictures clean
+.PHONY: demo test test-all lint benchmark validation pictures gallery clean
 
 demo: $(STAMP)
 	$(BIN)/dynsim optimise examples/chapel.toml -o out/chapel
@@ -30,6 +30,9 @@ validation: $(STAMP)
 
 pictures: $(STAMP)
 	$(BIN)/python docs/make_pictures.py
+
+gallery: $(STAMP)
+	$(BIN)/python docs/make_gallery.py
 
 clean:
 	rm -rf $(VENV) out build dist src/*.egg-info

@@ -11,12 +11,15 @@ from blockstat import clip
 from blockstat.broad import near_pairs
 from blockstat.faces import planar
 from blockstat.overlap import convex_blocks
-from blockstat.polyhedron import FacePlanes, Floats, Ints, face_planes
+from blockstat.polyhedron import FacePlanes, Floats, Ints, face_planes, next_in_face
 from blockstat.separation import face_separation
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
+#: An edge at which a block turns by less than this shows no line: its faces stand for one curved face.
+SMOOTH = np.cos(np.deg2rad(20.0))
+OUTLINE = (0.45, 0.45, 0.45, 1.0)  #: colour of outlines, as part of the face's
 #: Faces within this (sine) of being seen edge-on hide nothing.
 EDGE_ON = 1e-6
 
@@ -67,8 +70,11 @@ def with_copies(assembly: Assembly, blocks: Ints) -> Assembly:
 
 def visible(
     assembly: Assembly, vertices: Floats, view: Floats, colour: Floats, layer: Ints | None = None
-) -> tuple[list[Floats], Floats]:
-    """Faces towards the eye, hidden ones first: polygons on the picture plane and their shaded colours.
+) -> tuple[list[Floats], Floats, Floats]:
+    """Faces towards the eye, hidden ones first: polygons on the picture plane, their shaded colours and those of their
+    outlines.
+
+    A face with smooth edges has no outline; a polygon of two corners follows for each other edge of it.
 
     vertices : of the blocks as they are drawn, shape (n_vertices, 3) [m]; colour : RGBA of each block, shape
     (n_blocks, 4); layer : see `paint_order`.
@@ -84,10 +90,30 @@ def visible(
         order = face_order(replace(assembly, vertices=vertices), planes, view, front, layer)
     light = np.array([0.35, -0.5, 0.8]) / np.linalg.norm([0.35, -0.5, 0.8])
     shade = 0.62 + 0.38 * np.clip(planes.normal[order] @ light, 0, 1)
-    flat = corners @ view[:2].T
-    polygons = [flat[assembly.face_start[f] : assembly.face_start[f + 1]] for f in order]
-    paint = colour[assembly.face_block[order]]
-    return polygons, np.clip(paint * np.column_stack([shade, shade, shade, np.ones(len(shade))]), 0, 1)
+    colour = colour[assembly.face_block[order]] * np.column_stack([shade, shade, shade, np.ones(len(shade))])
+    flat, sharp = corners @ view[:2].T, _sharp_edges(assembly, planes)
+    polygons, fill, line = [], [], []
+    for f, paint in zip(order, np.clip(colour, 0, 1), strict=True):
+        own = slice(assembly.face_start[f], assembly.face_start[f + 1])
+        polygon, edges, dark = flat[own], np.flatnonzero(sharp[own]), paint * OUTLINE
+        smooth = len(edges) < len(polygon)
+        segments = [polygon[[k, (k + 1) % len(polygon)]] for k in edges] if smooth else []
+        polygons += [polygon, *segments]
+        fill += [paint] * (1 + len(segments))
+        line += [paint if smooth else dark] + [dark] * len(segments)
+    return polygons, np.array(fill).reshape(-1, 4), np.array(line).reshape(-1, 4)
+
+
+def _sharp_edges(assembly: Assembly, planes: FacePlanes) -> np.ndarray:
+    """Mask of the edges, one after each corner of each face, at which the block turns, shape (n_corners,)."""
+    tail = assembly.face_vertices
+    head = tail[next_in_face(assembly.face_start)]
+    face = np.repeat(np.arange(len(planes.normal)), np.diff(assembly.face_start))
+    forward, backward = tail * len(assembly.vertices) + head, head * len(assembly.vertices) + tail
+    order = np.argsort(forward)
+    found = order[np.minimum(np.searchsorted(forward, backward, sorter=order), len(order) - 1)]
+    turn = np.einsum("ij,ij->i", planes.normal[face], planes.normal[face[found]])
+    return (forward[found] != backward) | (turn < SMOOTH)
 
 
 def paint_order(
