@@ -221,7 +221,8 @@ def _collect(assembly: Assembly, batches: list[_Patches], gap: float) -> Interfa
         size = assembly.size[p.pair].min(axis=1)
         area = clip.area(p.polygon, p.count)
         extent = np.where(p.count > 0, _diameter(p.polygon, p.count), 0.0)
-        width = area / np.where(extent > 0, extent, 1.0)
+        # A patch of almost a point has an area of rounding only: it is no wider than it is long.
+        width = np.minimum(area / np.where(extent > 0, extent, 1.0), extent)
         wide = width > WIDTH * size
         close = p.gap <= gap * size
         for i in np.flatnonzero(wide & ~close & (p.gap <= NEAR_MISS * gap * size)):

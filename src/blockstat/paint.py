@@ -7,13 +7,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from blockstat import clip
 from blockstat.broad import near_pairs
-from blockstat.polyhedron import FacePlanes, Floats, Ints, face_planes
+from blockstat.faces import planar
+from blockstat.overlap import convex_blocks
+from blockstat.polyhedron import FacePlanes, Floats, Ints, face_planes, next_in_face
 from blockstat.separation import face_separation
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
+#: An edge at which a block turns by less than this shows no line: its faces stand for one curved face.
+SMOOTH = np.cos(np.deg2rad(20.0))
+OUTLINE = (0.45, 0.45, 0.45, 1.0)  #: colour of outlines, as part of the face's
 #: Faces within this (sine) of being seen edge-on hide nothing.
 EDGE_ON = 1e-6
 
@@ -64,24 +70,50 @@ def with_copies(assembly: Assembly, blocks: Ints) -> Assembly:
 
 def visible(
     assembly: Assembly, vertices: Floats, view: Floats, colour: Floats, layer: Ints | None = None
-) -> tuple[list[Floats], Floats]:
-    """Faces towards the eye, hidden ones first: polygons on the picture plane and their shaded colours.
+) -> tuple[list[Floats], Floats, Floats]:
+    """Faces towards the eye, hidden ones first: polygons on the picture plane, their shaded colours and those of their
+    outlines.
+
+    A face with smooth edges has no outline; a polygon of two corners follows for each other edge of it.
 
     vertices : of the blocks as they are drawn, shape (n_vertices, 3) [m]; colour : RGBA of each block, shape
     (n_blocks, 4); layer : see `paint_order`.
     """
     corners = vertices[assembly.face_vertices]
     planes = face_planes(corners, assembly.face_start)
-    rank = np.empty(assembly.n_blocks, dtype=np.int64)
-    rank[paint_order(assembly, vertices, planes, view, layer)] = np.arange(assembly.n_blocks)
     front = np.flatnonzero(planes.normal @ view[2] > 1e-9)
-    order = front[np.lexsort((planes.centre[front] @ view[2], rank[assembly.face_block[front]]))]
+    if convex_blocks(assembly).all():
+        rank = np.empty(assembly.n_blocks, dtype=np.int64)
+        rank[paint_order(assembly, vertices, planes, view, layer)] = np.arange(assembly.n_blocks)
+        order = front[np.lexsort((planes.centre[front] @ view[2], rank[assembly.face_block[front]]))]
+    else:
+        order = face_order(replace(assembly, vertices=vertices), planes, view, front, layer)
     light = np.array([0.35, -0.5, 0.8]) / np.linalg.norm([0.35, -0.5, 0.8])
     shade = 0.62 + 0.38 * np.clip(planes.normal[order] @ light, 0, 1)
-    flat = corners @ view[:2].T
-    polygons = [flat[assembly.face_start[f] : assembly.face_start[f + 1]] for f in order]
-    paint = colour[assembly.face_block[order]]
-    return polygons, np.clip(paint * np.column_stack([shade, shade, shade, np.ones(len(shade))]), 0, 1)
+    colour = colour[assembly.face_block[order]] * np.column_stack([shade, shade, shade, np.ones(len(shade))])
+    flat, sharp = corners @ view[:2].T, _sharp_edges(assembly, planes)
+    polygons, fill, line = [], [], []
+    for f, paint in zip(order, np.clip(colour, 0, 1), strict=True):
+        own = slice(assembly.face_start[f], assembly.face_start[f + 1])
+        polygon, edges, dark = flat[own], np.flatnonzero(sharp[own]), paint * OUTLINE
+        smooth = len(edges) < len(polygon)
+        segments = [polygon[[k, (k + 1) % len(polygon)]] for k in edges] if smooth else []
+        polygons += [polygon, *segments]
+        fill += [paint] * (1 + len(segments))
+        line += [paint if smooth else dark] + [dark] * len(segments)
+    return polygons, np.array(fill).reshape(-1, 4), np.array(line).reshape(-1, 4)
+
+
+def _sharp_edges(assembly: Assembly, planes: FacePlanes) -> np.ndarray:
+    """Mask of the edges, one after each corner of each face, at which the block turns, shape (n_corners,)."""
+    tail = assembly.face_vertices
+    head = tail[next_in_face(assembly.face_start)]
+    face = np.repeat(np.arange(len(planes.normal)), np.diff(assembly.face_start))
+    forward, backward = tail * len(assembly.vertices) + head, head * len(assembly.vertices) + tail
+    order = np.argsort(forward)
+    found = order[np.minimum(np.searchsorted(forward, backward, sorter=order), len(order) - 1)]
+    turn = np.einsum("ij,ij->i", planes.normal[face], planes.normal[face[found]])
+    return (forward[found] != backward) | (turn < SMOOTH)
 
 
 def paint_order(
@@ -118,6 +150,39 @@ def paint_order(
     if layer is not None:
         second = np.where(layer[a] * layer[b] < 0, layer[b] > 0, second)
     return _topological(n, np.where(second, a, b), np.where(second, b, a), depth)
+
+
+def face_order(assembly: Assembly, planes: FacePlanes, view: Floats, front: Ints, layer: Ints | None = None) -> Ints:
+    """Faces towards the eye from back to front, for blocks with notches, which may hide and be hidden by one neighbour.
+
+    Any two that overlap in the picture are compared there. front : the faces; layer : as in `paint_order`.
+    """
+    count = np.diff(assembly.face_start)[front]
+    corner = assembly.vertices[assembly.face_vertices] @ view.T
+    lower, upper = (f.reduceat(corner, assembly.face_start[:-1])[front] for f in (np.minimum, np.maximum))
+    lower[:, 2] = upper[:, 2] = 0.0
+    i, j = near_pairs(lower, upper, np.zeros(len(front))).T
+    frame, origin = np.broadcast_to(np.roll(view, 1, axis=0), (len(i), 3, 3)), np.zeros((len(i), 3))
+    sides = [planar(assembly, front[k], frame, origin, int(count.max())) for k in (i, j)]
+    shared, corners = clip.clip(*sides)
+    live = np.arange(shared.shape[1]) < corners[:, None]
+    middle = (shared * live[..., None]).sum(axis=1) / np.maximum(corners, 1)[:, None]
+    nearer = _depth_at(planes, view, front[j], middle) - _depth_at(planes, view, front[i], middle)
+    size = np.minimum(*(assembly.size[assembly.face_block[front[k]]] for k in (i, j)))
+    seen = (corners > 2) & (clip.area(shared, corners) > 1e-6 * size**2) & (np.abs(nearer) > 1e-9 * size)
+    i, j, second = i[seen], j[seen], nearer[seen] > 0
+    if layer is not None:
+        a, b = (layer[assembly.face_block[front[k]]] for k in (i, j))
+        second = np.where(a * b < 0, b > 0, second)
+    depth = planes.centre[front] @ view[2]
+    return front[_topological(len(front), np.where(second, i, j), np.where(second, j, i), depth)]
+
+
+def _depth_at(planes: FacePlanes, view: Floats, face: Ints, point: Floats) -> Floats:
+    """How near to the eye the plane of each face is at a point of the picture, shape (n,) [m]."""
+    local = planes.normal[face] @ view.T
+    offset = np.einsum("ij,ij->i", planes.normal[face], planes.centre[face])
+    return (offset - np.einsum("ij,ij->i", local[:, :2], point)) / local[:, 2]
 
 
 def _topological(n: int, behind: Ints, before: Ints, depth: Floats) -> list[int]:

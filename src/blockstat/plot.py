@@ -79,12 +79,10 @@ def picture(
 
     colour = np.column_stack([colour, np.full(assembly.n_blocks, opacity)])
     ghosts = np.empty(0, dtype=np.int64) if ghosts is None else ghosts
-    polygons, paint = _haunted(assembly, posed(assembly, displacement, rotation), view, colour, ghosts)
+    polygons, paint, outline = _haunted(assembly, posed(assembly, displacement, rotation), view, colour, ghosts)
     figure = Figure(figsize=(8, 6), dpi=150, layout=ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.1))
     axes = figure.add_subplot()
-    axes.add_collection(
-        PolyCollection(polygons, facecolors=paint, edgecolors=paint * (0.45, 0.45, 0.45, 1.0), linewidths=0.35)
-    )
+    axes.add_collection(PolyCollection(polygons, facecolors=paint, edgecolors=outline, linewidths=0.35))
     axes.autoscale_view()
     axes.set_aspect("equal")
     axes.axis("off")
@@ -103,7 +101,7 @@ def picture(
 
 def _haunted(
     assembly: Assembly, vertices: Floats, view: Floats, colour: Floats, ghosts: Ints
-) -> tuple[list[Floats], Floats]:
+) -> tuple[list[Floats], Floats, Floats]:
     """Polygons and colours of blocks moved to `vertices`, with ghosts of some of them where they were."""
     layer = np.zeros(assembly.n_blocks + len(ghosts), dtype=np.int64)
     layer[ghosts], layer[assembly.n_blocks :] = 1, -1

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from blockstat import Block, find_interfaces
+from blockstat.model import assemble, freeform, height_field
 from problems import arch, assembly, box, running_bond, slice_, stack
 
 
@@ -150,3 +151,13 @@ def test_points_of_a_wedge_shaped_joint_lie_between_its_faces():
     assert faces.n_points == 4
     assert faces.gap == pytest.approx([rise], rel=1e-3)
     np.testing.assert_allclose(faces.point[:, 2], rise / 2 * faces.point[:, 0] / 0.3, atol=1e-3 * rise)
+
+
+def test_blocks_that_meet_at_a_corner_have_no_joint():
+    # Stones of a twisted vault in stack bond: those across a corner share one edge, and patches of rounding there.
+    points = height_field(
+        lambda x, y: 3 + 0.09375 * y**2 + 0.03125 * x * y, x=(-2.0, 2.0), y=(-1.5, 1.5), courses=5, voussoirs=2
+    )
+    faces = find_interfaces(assemble(freeform(points, thickness=0.109375, springers=0.2, bond="stack")))
+    assert faces.area.min() > 1e-3
+    assert np.diff(faces.start).min() >= 3

@@ -1,8 +1,10 @@
 import numpy as np
 import pytest
+from shapely import Point, Polygon
 
 from blockstat import InputError, assess, limit_load
-from blockstat.paint import paint_order, view_of, with_copies
+from blockstat.model import assemble, dome, pavilion_vault
+from blockstat.paint import face_order, paint_order, view_of, visible, with_copies
 from blockstat.plot import (
     mechanism_pose,
     picture,
@@ -41,6 +43,39 @@ def test_no_brick_is_painted_over_one_that_hides_it(azimuth):
             inside = (path[:, None] > lower + 1e-9) & (path[:, None] < upper - 1e-9)
             for other in np.flatnonzero(inside.all(axis=2).any(axis=0)):
                 assert other == block or rank[other] > rank[block]
+
+
+@pytest.mark.parametrize("azimuth", [-55, 20, 130, 250])
+def test_no_face_of_notched_blocks_is_painted_over_one_that_hides_it(azimuth):
+    # L-shaped stones that grip one another: no order of whole blocks is right.
+    asm = assemble(pavilion_vault(spans=(4.0, 3.0), thickness=0.4, voussoirs=9, brick=0.8, springers=0.3))
+    view = view_of(azimuth, 25.0)
+    front = np.flatnonzero(asm.planes.normal @ view[2] > 1e-9)
+    order = list(face_order(asm, asm.planes, view, front))
+    # What is seen at a point is the face painted last there: it must be the one a ray from the eye meets first.
+    flat = asm.vertices @ view.T
+    shapes = {f: Polygon(flat[asm.face_vertices[asm.face_start[f] : asm.face_start[f + 1]], :2]) for f in order}
+    checked = 0
+    for x, y in np.random.default_rng(0).uniform(-2, 2, (400, 2)):
+        here = [f for f in order if shapes[f].contains(Point(x, y))]
+        ray = x * view[0] + y * view[1]
+        depth = [
+            (asm.planes.centre[f] - ray) @ asm.planes.normal[f] / (view[2] @ asm.planes.normal[f]) for f in here
+        ]  # fmt: skip
+        assert not here or depth[-1] == pytest.approx(max(depth))
+        checked += len(here) > 1
+    assert checked > 50
+
+
+def test_edges_within_a_curved_face_are_not_drawn():
+    # Voussoirs of a dome have two facets on either side: no line where they meet, 360 / 2 x 24 degrees from each other.
+    asm = assemble(dome(span=5.0, thickness=0.4, rings=3, voussoirs=24, oculus=2.0), supports=())
+    polygons, fill, line = visible(asm, asm.vertices, view_of(-55, 90), np.ones((asm.n_blocks, 4)))
+    assert len(polygons) == len(fill) == len(line)
+    # From above one sees two facets of extrados and two of upper bed of each; three edges of each facet are sharp.
+    facets = [(f == e).all() for p, f, e in zip(polygons, fill, line, strict=True) if len(p) > 2]
+    assert facets == [True] * (3 * 24 * 4)
+    assert sum(len(p) == 2 for p in polygons) == 3 * len(facets)
 
 
 def test_pictures_have_something_on_them(tmp_path):

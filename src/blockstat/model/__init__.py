@@ -1,5 +1,25 @@
-"""From a scene to blocks."""
+"""From a scene or from parameters to blocks."""
 
+from blockstat.model.arch import arch, jack_arch
 from blockstat.model.build import build
+from blockstat.model.column import column, pier
+from blockstat.model.dome import dome
+from blockstat.model.freeform import freeform, height_field
+from blockstat.model.placing import assemble, moved
+from blockstat.model.vaults import barrel_vault, groin_vault, pavilion_vault
 
-__all__ = ["build"]
+__all__ = [
+    "arch",
+    "assemble",
+    "barrel_vault",
+    "build",
+    "column",
+    "dome",
+    "freeform",
+    "groin_vault",
+    "height_field",
+    "jack_arch",
+    "moved",
+    "pavilion_vault",
+    "pier",
+]

@@ -1,0 +1,58 @@
+"""Elements put in place and assembled."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from blockstat.assembly import Assembly, Block
+from blockstat.errors import InputError
+
+
+def moved(
+    blocks: Iterable[Block], by: Sequence[float] = (0.0, 0.0, 0.0), *, turn: float = 0.0, prefix: str = ""
+) -> list[Block]:
+    """Blocks turned about the vertical through the origin and then moved.
+
+    by : displacement, shape (3,) [m]; turn : counter-clockwise seen from above [degrees]; prefix : put in front of
+    names and groups ("nave." makes "nave.vault.north"), so that an element can be used more than once.
+    """
+    # Quarter turns without rounding: faces that matched still do.
+    quarter, rest = divmod(turn, 90.0)
+    c, s = ((1, 0), (0, 1), (-1, 0), (0, -1))[int(quarter) % 4] if rest == 0 else _direction(turn)
+    matrix = np.array([(c, -s, 0), (s, c, 0), (0, 0, 1)], dtype=float)
+    return [
+        replace(
+            block,
+            vertices=np.asarray(block.vertices, dtype=float) @ matrix.T + np.asarray(by, dtype=float),
+            name=prefix + block.name,
+            group=prefix + block.group,
+        )
+        for block in blocks
+    ]
+
+
+def _direction(turn: float) -> tuple[float, float]:
+    angle = np.deg2rad(turn)
+    return float(np.cos(angle)), float(np.sin(angle))
+
+
+def assemble(blocks: Iterable[Block], *, supports: str | Sequence[str] = "springer", **options: Any) -> Assembly:
+    """An assembly of elements in which whole groups are supports.
+
+    supports : groups, each with its subgroups. options : those of `Assembly.from_blocks`.
+    Raises InputError when a group has no blocks.
+    """
+    blocks = list(blocks)
+    wanted = [supports] if isinstance(supports, str) else list(supports)
+    fixed: list[int | str] = []
+    for group in wanted:
+        found = [i for i, b in enumerate(blocks) if b.group == group or b.group.startswith(group + ".")]
+        if not found:
+            known = ", ".join(sorted({b.group for b in blocks if b.group})) or "none"
+            raise InputError(f'supports: no group "{group}"; groups are: {known}')
+        fixed += found
+    return Assembly.from_blocks(blocks, supports=fixed, **options)
