@@ -14,14 +14,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.assembly import DENSITY, Assembly, Block
+from blockstat.assembly import Block
 from blockstat.errors import InputError
 from blockstat.io.names import distinct_names
 from blockstat.io.obj import read_obj, split_solids, write_obj
+from blockstat.io.parts import Parts, chosen_supports
 from blockstat.io.triangles import triangulate
 
 if TYPE_CHECKING:
     import trimesh
+
+    from blockstat.assembly import Assembly
 
 #: x, y, z of a z-up scene to x, z, -y of a y-up one.
 Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
@@ -29,23 +32,20 @@ Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 WELD = 1e-6
 
 
-def read_mesh(path: Path, *, supports: Iterable[int | str] | None = None) -> Assembly:
-    """Read one block from each object or solid of a mesh file; coordinates are metres."""
+def mesh_parts(path: Path, *, supports: Iterable[int | str] | None = None) -> Parts:
+    """Read one block from each object or solid of a mesh file."""
     solids, shared = _solids(path)
     if not solids:
         raise InputError("the file holds no solid")
     marked = [i for i, solid in enumerate(solids) if solid.extras.get("support", False)]
-    chosen = marked if supports is None else list(supports)
-    if not chosen:
-        some = ", ".join(solid.name for solid in solids[:8])
-        raise InputError(f"a mesh does not say which blocks are supports; give their names or numbers (blocks: {some})")
+    chosen = chosen_supports(marked, supports, [solid.name for solid in solids], "a mesh")
     names = distinct_names([solid.name for solid in solids], chosen)
     blocks = [
         Block(s.vertices, s.faces, name, str(s.extras.get("group", "")), s.extras.get("density"))
         for name, s in zip(names, solids, strict=True)
     ]
     options = {key: shared[key] for key in ("friction", "gravity") if key in shared}
-    return Assembly.from_blocks(blocks, supports=chosen, name=path.stem, density=DENSITY, **options)
+    return Parts(blocks, chosen, {"name": path.stem, **options})
 
 
 @dataclass(frozen=True)
