@@ -161,7 +161,7 @@ def test_bad_compas_files(files, tmp_path, spoil, expected):
 
 
 def test_unknown_formats(tmp_path):
-    with pytest.raises(InputError, match=r'cannot be written as "ifc"; a \.json file can be: native, compas-assembly'):
+    with pytest.raises(InputError, match=r'cannot be written as "ifc"; it can be: native, compas-assembly'):
         write(arch(3, 0.2), tmp_path / "a.json", format="ifc")
     with pytest.raises(InputError, match='cannot be written as "compas-model"'):
         write(arch(3, 0.2), tmp_path / "a.obj", format="compas-model")

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from blockstat.errors import InputError
 
@@ -16,19 +16,20 @@ T = TypeVar("T")
 MESHES = (".obj", ".glb", ".stl", ".ply")
 READABLE = (".json", ".toml", *MESHES)
 WRITABLE = (".json", *MESHES)
-#: What a .json file may be written as besides the native format.
-JSON_FORMATS = ("native", "compas-assembly", "compas-model")
+#: What a .json file and a directory may be written as, the default first.
+FORMATS = {".json": ("native", "compas-assembly", "compas-model"), "": ("ply", "stl")}
 
 
 def read(path: str | Path, *, supports: Iterable[int | str] | None = None, units: str | None = None) -> Assembly:
-    """Read an assembly: native or COMPAS JSON, a scene in TOML (built on the spot), or a mesh with one solid a block.
+    """Read an assembly: native or COMPAS JSON, a scene in TOML (built on the spot), a mesh with one solid a block,
+    or a directory of PLY or STL files with one block a file (named like it, groups are directories).
 
     supports : replaces the supports named in the file; a mesh without them needs this.
     units : of the coordinates in the file ("mm", "cm", "in", ...); they are converted to metres.
     Raises InputError naming the file and the block or key at fault.
     """
     path = Path(path)
-    if path.suffix.lower() != ".toml":
+    if path.suffix.lower() != ".toml" or path.is_dir():
         parts = read_parts(path, supports=supports, units=units)
         return _blaming(path, parts.assembled)
     from blockstat.io.scene import load_scene
@@ -45,11 +46,9 @@ def read(path: str | Path, *, supports: Iterable[int | str] | None = None, units
 def read_parts(path: str | Path, *, supports: Iterable[int | str] | None = None, units: str | None = None) -> Parts:
     """Blocks and all else that a file says (any format but a scene), not yet checked to be closed solids."""
     path = Path(path)
-    if path.is_dir():
-        raise InputError(f"{path}: is a directory")
-    if path.suffix.lower() not in READABLE:
+    if not path.is_dir() and path.suffix.lower() not in READABLE:
         raise InputError(f'{path}: cannot read "{path.suffix.lower()}"; formats are: {", ".join(READABLE)}')
-    if not path.is_file():
+    if not path.exists():
         raise InputError(f"{path}: no such file")
     return _blaming(path, lambda: _parts(path, supports, units))
 
@@ -58,6 +57,10 @@ def _parts(path: Path, supports: Iterable[int | str] | None, units: str | None) 
     from blockstat.io.parts import metres_in
 
     metres = metres_in(units)
+    if path.is_dir():
+        from blockstat.io.folder import folder_parts
+
+        return folder_parts(path, supports=supports).scaled(metres)
     if path.suffix.lower() == ".json":
         from blockstat.io.compas import compas_parts, is_compas
         from blockstat.io.native import load_json, native_parts
@@ -80,21 +83,32 @@ def _blaming(path: Path, call: Callable[[], T]) -> T:
         raise InputError(message if message.startswith(str(path)) else f"{path}: {message}") from None
 
 
-def write(assembly: Assembly, path: str | Path, *, format: str | None = None) -> Path:
-    """Write an assembly as JSON (exact) or as a mesh with one named object a block; returns the path.
+def write(
+    assembly: Assembly, path: str | Path, *, format: str | None = None, values: Mapping[str, Any] | None = None
+) -> Path:
+    """Write an assembly as JSON (exact), as a mesh with one named object a block, or into a directory with one file
+    a block (a path without a suffix); returns the path.
 
-    format : of a .json file, "native" (the default), "compas-assembly" (compas_assembly) or "compas-model"
-    (a block model of compas_dem).
+    format : of a .json file "native" (the default), "compas-assembly" (compas_assembly) or "compas-model" (a block
+    model of compas_dem); of a directory "ply" (the default) or "stl".
+    values : for each key one number or list a block, kept as custom attributes of the objects of a .glb or .obj.
     """
     path = Path(path)
-    suffix = path.suffix.lower()
-    if suffix not in WRITABLE:
+    suffix = "" if path.is_dir() else path.suffix.lower()
+    if suffix not in ("", *WRITABLE):
         raise InputError(f'{path}: cannot write "{suffix}"; formats are: {", ".join(WRITABLE)}')
-    if format is not None and (suffix != ".json" or format not in JSON_FORMATS):
-        raise InputError(f'{path}: cannot be written as "{format}"; a .json file can be: {", ".join(JSON_FORMATS)}')
+    formats = FORMATS.get(suffix, ())
+    if format is not None and format not in formats:
+        raise InputError(f'{path}: cannot be written as "{format}"; it can be: {", ".join(formats) or suffix}')
     if not path.parent.is_dir():
         raise InputError(f"{path}: no such directory: {path.parent}")
-    if format in ("compas-assembly", "compas-model"):
+    if values and suffix in FORMATS:
+        raise InputError(f"{path}: values are written to .glb and .obj only")
+    if not suffix:
+        from blockstat.io.folder import write_folder
+
+        write_folder(assembly, path, f".{format or formats[0]}")
+    elif format in ("compas-assembly", "compas-model"):
         from blockstat.io.compas_write import write_compas
 
         write_compas(assembly, path, format)
@@ -105,5 +119,5 @@ def write(assembly: Assembly, path: str | Path, *, format: str | None = None) ->
     else:
         from blockstat.io.mesh import write_mesh
 
-        write_mesh(assembly, path)
+        write_mesh(assembly, path, values or {})
     return path
