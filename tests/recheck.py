@@ -23,7 +23,7 @@ FORCE = 1e-8  #: of a block's own load, what a balanced block may lack and a con
 ROUNDING = 1e-12  #: of the forces that meet in a block
 MANY_WEIGHTS = 1e6  #: no assembly stands by contact forces of so many weights
 ADHESION = 1e-5  #: of the total load and adhesion; forces of an unstable assembly are the solver's own
-PARALLEL = np.cos(np.deg2rad(6.0))
+PARALLEL = np.cos(np.deg2rad(8.0))  # a joint lies halfway between its faces, which turn by 15 degrees at most
 
 
 def following(start):

@@ -16,7 +16,7 @@ LAYERS = [
     {"solve"},
     {"coulomb"},
     {"result", "load"},
-    {"problem", "proof", "edges"},
+    {"problem", "proof", "edges", "export"},
     {"reuse"},
     {"analysis"},
     {"bounds", "limit"},

@@ -7,6 +7,7 @@ from blockstat.analysis import assess
 from blockstat.assembly import Assembly, Block
 from blockstat.contact import Interfaces, find_interfaces
 from blockstat.errors import InputError, InputWarning
+from blockstat.export import write_verdict
 from blockstat.io import read, write
 from blockstat.io.scene import load_scene
 from blockstat.joint import JointLaw
@@ -51,4 +52,5 @@ __all__ = [
     "tilt_limit",
     "with_values",
     "write",
+    "write_verdict",
 ]

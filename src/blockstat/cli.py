@@ -1,4 +1,4 @@
-"""The command `blockstat`: build, check, limit, tilt, plot."""
+"""The command `blockstat`: build, convert, check, limit, tilt, plot."""
 
 from __future__ import annotations
 
@@ -7,7 +7,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from blockstat.cli_options import AsJson, FileArgument, Friction, Gravity, Supports, Tilt, numbers, print_json, run_app
+from blockstat.cli_options import (
+    AsJson,
+    FileArgument,
+    Friction,
+    Gravity,
+    Supports,
+    Tilt,
+    Units,
+    numbers,
+    print_json,
+    run_app,
+)
 from blockstat.cli_options import load as load_assembly
 from blockstat.errors import InputError
 
@@ -41,23 +52,52 @@ def build(
 
 
 @app.command()
+def convert(
+    file: FileArgument,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Where to write (.json, .obj, .glb, .stl, .ply, or a directory).")
+    ],
+    format: Annotated[
+        str | None,
+        typer.Option(help="Of .json: native, compas-assembly or compas-model; of a directory: ply or stl."),
+    ] = None,
+    supports: Supports = None,
+    units: Units = None,
+) -> None:
+    """Read an assembly or a scene and write it in another format, in metres."""
+    from blockstat.io import write
+
+    assembly = load_assembly(file, friction=None, gravity=None, tilt=None, supports=supports, units=units)
+    write(assembly, output, format=format)
+    typer.echo(f"{output}: {assembly.n_blocks} blocks")
+
+
+@app.command()
 def check(
     file: FileArgument,
     friction: Friction = None,
     gravity: Gravity = None,
     tilt: Tilt = None,
     supports: Supports = None,
+    units: Units = None,
     gap: Annotated[float | None, typer.Option(help="Largest gap of a joint, relative to block size.")] = None,
     solver: Annotated[str, typer.Option(help="auto, interior-point, clarabel or cvxpy (the primal).")] = "auto",
     flow: Flow = "associated",
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="Also write the blocks with displacement and demand (.glb, .obj)."),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Does it stand? A static verdict with its certificate."""
     from blockstat.analysis import assess
     from blockstat.contact import GAP
+    from blockstat.export import write_verdict
 
-    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports)
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
     verdict = assess(assembly, gap=GAP if gap is None else gap, solver=solver, flow=flow)
+    if output is not None:
+        write_verdict(verdict, output)
     if as_json:
         summary = verdict.summary()
         print_json({"file": str(file), "verdict": summary.pop("outcome"), **summary})
@@ -78,13 +118,14 @@ def limit(
     gravity: Gravity = None,
     tilt: Tilt = None,
     supports: Supports = None,
+    units: Units = None,
     flow: Flow = "associated",
     as_json: AsJson = False,
 ) -> None:
     """How much of a horizontal (or any) acceleration does it carry? A bracket proven from both sides."""
     from blockstat.limit import limit_load
 
-    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports)
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
     result = limit_load(assembly, numbers(load, 3, "--load", "AX,AY,AZ"), flow=flow)
     if as_json:
         print_json({"file": str(file), **result.summary()})
@@ -100,6 +141,7 @@ def tilt_command(
     friction: Friction = None,
     gravity: Gravity = None,
     supports: Supports = None,
+    units: Units = None,
     as_json: AsJson = False,
 ) -> None:
     """By which angle may the ground tilt about an axis before the assembly falls?"""
@@ -107,7 +149,7 @@ def tilt_command(
 
     from blockstat.reserve import tilt_limit
 
-    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=None, supports=supports)
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=None, supports=supports, units=units)
     about = axis if "," not in axis else numbers(axis, 3, "--axis", "x, y, z or AX,AY,AZ")
     found = tilt_limit(assembly, about)
     stands, falls = (None if isnan(value) else value for value in (found.stands, found.falls))
@@ -133,6 +175,7 @@ def plot(
     gravity: Gravity = None,
     tilt: Tilt = None,
     supports: Supports = None,
+    units: Units = None,
     plain: Annotated[bool, typer.Option("--plain", help="Only the blocks, no verdict.")] = False,
     forces: Annotated[bool, typer.Option("--forces", help="The forces of the joints instead.")] = False,
     joints: Annotated[bool, typer.Option("--joints", help="How much of each joint's capacity is used.")] = False,
@@ -163,7 +206,7 @@ def plot(
     if stone and load is None:
         raise InputError("--stone asks what raises a limit load; give its direction by --load AX,AY,AZ")
     direction = None if load is None else numbers(load, 3, "--load", "AX,AY,AZ")
-    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports)
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
     if plain:
         picture(assembly, output, title=assembly.name, **look)
     elif stone and direction is not None:

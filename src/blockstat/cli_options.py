@@ -17,7 +17,7 @@ from blockstat.errors import InputError, InputWarning
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-FileArgument = Annotated[Path, typer.Argument(help="Assembly (.json, .obj, .glb, .stl, .ply) or scene (.toml).")]
+FileArgument = Annotated[Path, typer.Argument(help="Assembly (.json, .obj, .glb, .stl, .ply, directory) or scene.")]
 Friction = Annotated[
     float | None, typer.Option(help="Coefficient of friction in place of the file's; inf for no sliding.")
 ]
@@ -30,19 +30,28 @@ Supports = Annotated[
     str | None,
     typer.Option(metavar="NAME,...", help="Blocks that cannot move, by name or number, in place of the file's."),
 ]
+Units = Annotated[
+    str | None, typer.Option(help="Of the coordinates in the file, converted to metres: m, dm, cm, mm, in or ft.")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 def load(
-    path: Path, *, friction: float | None, gravity: str | None, tilt: str | None, supports: str | None = None
+    path: Path,
+    *,
+    friction: float | None,
+    gravity: str | None,
+    tilt: str | None,
+    supports: str | None = None,
+    units: str | None = None,
 ) -> Assembly:
     """Read a file and apply the options."""
     from blockstat.io import read
 
     chosen = supports.split(",") if supports else None
-    return modified(read(path, supports=chosen), friction=friction, gravity=gravity, tilt=tilt)
+    return modified(read(path, supports=chosen, units=units), friction=friction, gravity=gravity, tilt=tilt)
 
 
 def modified(assembly: Assembly, *, friction: float | None, gravity: str | None, tilt: str | None) -> Assembly:

@@ -29,7 +29,9 @@ if TYPE_CHECKING:
 GAP = 1e-2
 WIDTH = 1e-6  #: a patch narrower than this, relative to the smaller block, is two blocks meeting at an edge
 SPAN = 1e-9  #: corners closer than this to a line of their neighbours say nothing new (rounding of coordinates)
-ANGLE = np.deg2rad(5.0)  #: faces further from opposed than this are never one joint
+ANGLE = np.deg2rad(
+    15.0
+)  #: faces further from opposed than this are never one joint; nearer ones are judged by their gap
 NEAR_MISS = 5.0  #: gaps up to this many tolerances are reported as dropped
 
 

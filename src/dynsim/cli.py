@@ -15,6 +15,7 @@ from blockstat.cli_options import (
     Gravity,
     Supports,
     Tilt,
+    Units,
     load,
     modified,
     print_json,
@@ -40,6 +41,7 @@ def verify(
     gravity: Gravity = None,
     tilt: Tilt = None,
     supports: Supports = None,
+    units: Units = None,
     group: Group = None,
     threshold: Threshold = None,
     as_json: AsJson = False,
@@ -48,7 +50,7 @@ def verify(
     from dynsim.settings import Settings
     from dynsim.verify import verify as run
 
-    assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports)
+    assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
     settings = Settings(group=group, roof_threshold=threshold, brick_threshold=threshold)
     verdict = run(assembly, settings=settings)
     if as_json:
@@ -65,6 +67,7 @@ def compare(
     gravity: Gravity = None,
     tilt: Tilt = None,
     supports: Supports = None,
+    units: Units = None,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Also write the rows as CSV.")] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -79,7 +82,9 @@ def compare(
         for number, file in enumerate(files):
             status.update(f"{number + 1}/{len(files)} {file.name}")
             try:
-                rows.append(both(load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports)))
+                rows.append(
+                    both(load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units))
+                )
             except InputError as error:
                 rows.append(Comparison(name=file.stem, note=str(error)))
             if output is not None:

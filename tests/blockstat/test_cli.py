@@ -118,3 +118,24 @@ def test_our_own_failure_is_status_one(stones, monkeypatch, capsys):
 
     assert cli_options._status(broken, "blockstat") == 1
     assert "internal error (ZeroDivisionError: oops)" in capsys.readouterr().err
+
+
+def test_convert_and_units(tmp_path):
+    path = write(stack(2), tmp_path / "stack.obj")
+    target = tmp_path / "small.json"
+    answer = run("convert", path, "--units", "mm", "--format", "compas-model", "-o", target)
+    assert answer.returncode == 0, answer.stderr
+    assert read(target).volume[1] == pytest.approx(1e-9)
+    assert check(path, "--units", "cm")["verdict"] == "stable"
+    wrong = run("check", path, "--units", "furlong")
+    assert wrong.returncode == 2
+    assert "units are 'furlong'; known are: m, dm" in wrong.stderr
+
+
+def test_check_writes_the_verdict_beside_the_blocks(tmp_path):
+    path = write(arch(12, 0.08), tmp_path / "thin.json")
+    check(path, "-o", tmp_path / "thin.obj")
+    assert '"displacement": 1.0' in (tmp_path / "thin.obj").read_text()
+    wrong = run("check", path, "-o", tmp_path / "thin.stl")
+    assert wrong.returncode == 2
+    assert "values are written to .glb and .obj only" in wrong.stderr

@@ -3,7 +3,7 @@ import json
 import numpy as np
 import pytest
 
-from blockstat import InputError, InputWarning, assess, build, find_interfaces, load_scene, read, write
+from blockstat import InputError, InputWarning, assess, build, find_interfaces, load_scene, read, write, write_verdict
 from problems import arch, assembly, box
 
 
@@ -123,3 +123,141 @@ def test_writing_nowhere(tmp_path):
         write(arch(4, 0.2), tmp_path / "gone" / "a.json")
     with pytest.raises(InputError, match='cannot write "\\.doc"'):
         write(arch(4, 0.2), tmp_path / "a.doc")
+
+
+ODD = [
+    "plain",
+    "with blanks",
+    "two  blanks",
+    "a/b\\c",
+    "камень ☃",
+    "50 %",
+    "#3 {x}",
+    ".hidden",
+    "world",
+    "tab\there",
+    "nul.",
+]
+
+
+def odd_names():
+    """A tower of bricks with names that some format might not like, far from the origin."""
+    blocks = [
+        box((7, 8, k), (8, 9, k + 1 + (k + 1) / 300), name=name, group=["", "wall", "wall.north side", "a/b.c"][k % 4])
+        for k, name in enumerate(ODD)
+    ]
+    return assembly(blocks, supports=[0, 3], friction=0.55)
+
+
+def corners_of(asm, name):
+    corners = asm.block_vertices(asm.names.index(name))
+    return corners[np.lexsort(np.round(corners, 4).T)]
+
+
+@pytest.mark.parametrize("target", ["odd.json", "odd.obj", "odd.glb", "folder"])
+def test_names_groups_and_corners_survive(tmp_path, target):
+    asm = odd_names()
+    back = read(write(asm, tmp_path / target), supports=["plain", "a/b\\c"] if target == "folder" else None)
+    assert set(back.names) == set(ODD)
+    order = [back.names.index(name) for name in ODD]
+    assert [back.groups[i] for i in order] == list(asm.groups)
+    assert back.support[order].tolist() == asm.support.tolist()
+    if target != "folder":
+        assert back.names == asm.names
+        assert back.density.tolist() == asm.density.tolist()
+        assert (back.friction, back.gravity.tolist()) == (asm.friction, asm.gravity.tolist())
+    rtol = 0.0 if target in ("odd.json", "odd.obj") else 1e-6
+    for name in ODD:
+        np.testing.assert_allclose(corners_of(back, name), corners_of(asm, name), rtol=rtol)
+
+
+@pytest.mark.parametrize("format", [None, "ply", "stl"])
+def test_a_directory_holds_one_file_a_block(tmp_path, chapel, format):
+    directory = write(chapel, tmp_path / "chapel", format=format)
+    suffix = f".{format or 'ply'}"
+    files = [p for p in directory.rglob("*") if p.is_file()]
+    assert {p.suffix for p in files} == {suffix}
+    assert len(files) == chapel.n_blocks
+    supports = [chapel.names[i] for i in np.flatnonzero(chapel.support)]
+    back = read(directory, supports=supports)
+    assert sorted(zip(back.names, back.groups, strict=True)) == sorted(zip(chapel.names, chapel.groups, strict=True))
+    assert find_interfaces(back).n_interfaces == find_interfaces(chapel).n_interfaces
+    assert assess(back.with_(friction=chapel.friction)).outcome is assess(chapel).outcome
+    with pytest.raises(InputError, match="already holds"):
+        write(chapel, directory)
+
+
+def test_bad_directories(tmp_path):
+    with pytest.raises(InputError, match=r"the directory holds no \.ply or \.stl files"):
+        read(tmp_path, supports=[0])
+    (tmp_path / "stone.stl").write_text("not a mesh")
+    with pytest.raises(InputError, match=r"stone\.stl: cannot be read as a mesh|stone\.stl: is no surface"):
+        read(tmp_path, supports=[0])
+    with pytest.raises(InputError, match='cannot be written as "obj"; it can be: ply, stl'):
+        write(arch(3, 0.2), tmp_path, format="obj")
+
+
+@pytest.mark.parametrize(("units", "metres"), [("mm", 0.001), ("cm", 0.01), ("in", 0.0254), ("ft", 0.3048), ("m", 1.0)])
+def test_other_units_are_converted_on_request(tmp_path, units, metres):
+    asm = arch(4, 0.2)
+    for path in (
+        write(asm.with_(vertices=asm.vertices / metres), tmp_path / "arch.obj"),
+        write(asm.with_(vertices=asm.vertices / metres), tmp_path / "arch.json", format="compas-assembly"),
+    ):
+        np.testing.assert_allclose(read(path, units=units).vertices, asm.vertices, rtol=0, atol=1e-15)
+
+
+def test_units_that_a_file_names(tmp_path):
+    path = write(arch(4, 0.2), tmp_path / "arch.json")
+    with pytest.raises(InputError, match='units are "m" in the file and "mm" were asked for'):
+        read(path, units="mm")
+    data = json.loads(path.read_text())
+    path.write_text(json.dumps(data | {"units": "mm"}))
+    with pytest.raises(InputError, match='units are "mm"; only "m" is read unless others are asked for'):
+        read(path)
+    np.testing.assert_allclose(read(path, units="mm").vertices, arch(4, 0.2).vertices / 1000, rtol=1e-15)
+    del data["units"]
+    path.write_text(json.dumps(data))
+    np.testing.assert_allclose(read(path, units="cm").vertices, arch(4, 0.2).vertices / 100, rtol=1e-15)
+
+
+def test_unknown_units(tmp_path, root):
+    path = write(arch(4, 0.2), tmp_path / "arch.obj")
+    with pytest.raises(InputError, match="units are 'furlong'; known are: m, dm, cm, mm, in, ft"):
+        read(path, units="furlong")
+    with pytest.raises(InputError, match="a scene is in metres"):
+        read(root / "examples" / "chapel.toml", units="mm")
+
+
+def glb_nodes(path):
+    """Extras of the nodes of a GLB that have a mesh, read without trimesh."""
+    raw = path.read_bytes()
+    content = json.loads(raw[20 : 20 + int.from_bytes(raw[12:16], "little")])
+    return [node["extras"] for node in content["nodes"] if "mesh" in node]
+
+
+def test_a_verdict_becomes_attributes_of_the_blocks(tmp_path):
+    verdict = assess(arch(12, 0.08))
+    nodes = glb_nodes(write_verdict(verdict, tmp_path / "thin.glb"))
+    text = write_verdict(verdict, tmp_path / "thin.obj").read_text()
+    notes = [json.loads(line[len("# blockstat ") :]) for line in text.splitlines() if line.startswith("# blockstat")][
+        1:
+    ]
+    assert [node["name"] for node in nodes] == list(verdict.assembly.names)
+    for rows in (nodes, notes):
+        assert [row["displacement"] for row in rows] == verdict.motion.tolist()
+        assert [row["mechanism"] for row in rows] == verdict.mechanism.tolist()
+        assert [row["demand"] for row in rows] == verdict.demand().tolist()
+        assert [row["support"] for row in rows] == verdict.assembly.support.tolist()
+    assert max(row["displacement"] for row in nodes) == pytest.approx(1.0)
+    assert read(tmp_path / "thin.glb").names == read(tmp_path / "thin.obj").names == verdict.assembly.names
+
+
+def test_values_that_do_not_fit(tmp_path):
+    asm = arch(4, 0.2)
+    for values in ({"a": [1.0]}, {"a": [np.nan] * 6}, {"name": [1.0] * 6}, {"a": 1.0}, {"a": ["x"] * 6}):
+        with pytest.raises(InputError, match="one finite number or list a block"):
+            write(asm, tmp_path / "a.glb", values=values)
+    for target in ("a.json", "a.stl", "folder"):
+        with pytest.raises(InputError, match=r"values are written to \.glb and \.obj only"):
+            write(asm, tmp_path / target, values={"a": [1.0] * 6})

@@ -171,7 +171,7 @@ def test_wild_numbers_and_types(tmp_path):
         assess(stack(1), loads=[["a"] * 6] * 2)
     with pytest.raises(InputError, match="gap is 'x'"):
         assess(stack(1), gap="x")
-    with pytest.raises(InputError, match="is a directory"):
+    with pytest.raises(InputError, match=r"the directory holds no \.ply or \.stl files"):
         read(tmp_path)
     assert assess(arch(3, 0.2).with_(support=np.ones(5, dtype=bool))).warnings == (
         "all blocks are supports; there was nothing to check",

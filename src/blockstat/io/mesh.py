@@ -1,27 +1,30 @@
 """Meshes: OBJ and GLB with one named object a block, STL and PLY with one solid a block (trimesh reads all but OBJ).
 
 Triangles in one plane are joined to polygons again, so that a brick read from triangles has six faces. GLB is
-y-up by its specification; it is turned on the way in and out. Supports, groups and density travel in GLB's
-custom attributes and are lost in the other formats.
+y-up by its specification; it is turned on the way in and out. Supports, groups, densities and values travel in the
+extras of GLB's nodes (Blender's custom properties) and in comments of OBJ, and are lost in STL and PLY.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.assembly import DENSITY, Assembly, Block
+from blockstat.assembly import Block
 from blockstat.errors import InputError
 from blockstat.io.names import distinct_names
 from blockstat.io.obj import read_obj, split_solids, write_obj
+from blockstat.io.parts import Parts, chosen_supports
 from blockstat.io.triangles import triangulate
 
 if TYPE_CHECKING:
     import trimesh
+
+    from blockstat.assembly import Assembly
 
 #: x, y, z of a z-up scene to x, z, -y of a y-up one.
 Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
@@ -29,23 +32,20 @@ Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 WELD = 1e-6
 
 
-def read_mesh(path: Path, *, supports: Iterable[int | str] | None = None) -> Assembly:
-    """Read one block from each object or solid of a mesh file; coordinates are metres."""
+def mesh_parts(path: Path, *, supports: Iterable[int | str] | None = None) -> Parts:
+    """Read one block from each object or solid of a mesh file."""
     solids, shared = _solids(path)
     if not solids:
         raise InputError("the file holds no solid")
     marked = [i for i, solid in enumerate(solids) if solid.extras.get("support", False)]
-    chosen = marked if supports is None else list(supports)
-    if not chosen:
-        some = ", ".join(solid.name for solid in solids[:8])
-        raise InputError(f"a mesh does not say which blocks are supports; give their names or numbers (blocks: {some})")
+    chosen = chosen_supports(marked, supports, [solid.name for solid in solids], "a mesh")
     names = distinct_names([solid.name for solid in solids], chosen)
     blocks = [
         Block(s.vertices, s.faces, name, str(s.extras.get("group", "")), s.extras.get("density"))
         for name, s in zip(names, solids, strict=True)
     ]
     options = {key: shared[key] for key in ("friction", "gravity") if key in shared}
-    return Assembly.from_blocks(blocks, supports=chosen, name=path.stem, density=DENSITY, **options)
+    return Parts(blocks, chosen, {"name": path.stem, **options})
 
 
 @dataclass(frozen=True)
@@ -62,10 +62,10 @@ def _solids(path: Path) -> tuple[list[_Solid], dict[str, Any]]:
 
     suffix = path.suffix.lower()
     if suffix == ".obj":
-        solids = read_obj(path)
-        if len(solids) == 1 and not solids[0][0]:
-            solids = split_solids(*solids[0])
-        return [_Solid(*solid, extras={}) for solid in solids], {}
+        solids, shared = read_obj(path)
+        if len(solids) == 1 and not solids[0].name:
+            solids = split_solids(solids[0])
+        return [_Solid(*solid) for solid in solids], shared
     try:
         scene = trimesh.load_scene(path, process=False)
     except Exception as error:
@@ -79,11 +79,12 @@ def _solids(path: Path) -> tuple[list[_Solid], dict[str, Any]]:
         mesh = mesh.copy()
         mesh.apply_transform(np.linalg.inv(Y_UP) @ transform if suffix == ".glb" else transform)
         parts = [mesh] if suffix == ".glb" else _closed_runs(mesh)
-        name = str(mesh.metadata.get("name") or geometry).removesuffix(path.suffix)
+        extras = _extras(scene, node, mesh)
+        name = str(extras.get("name") or geometry).removesuffix(path.suffix)
         for number, part in enumerate(parts):
             part.merge_vertices(merge_tex=True, merge_norm=True, digits_vertex=_digits(part))
             label = f"{name}.{number}" if len(parts) > 1 else name
-            found.setdefault(str(geometry), []).append(_Solid(label, *_polygons(part), extras=_extras(mesh)))
+            found.setdefault(str(geometry), []).append(_Solid(label, *_polygons(part), extras=extras))
     return [solid for geometry in scene.geometry for solid in found.get(str(geometry), [])], scene.metadata
 
 
@@ -119,8 +120,25 @@ def _digits(mesh: trimesh.Trimesh) -> int:
     return int(np.ceil(-np.log10(WELD * max(float(mesh.extents.max()), 1e-12))))
 
 
-def _extras(mesh: trimesh.Trimesh) -> dict[str, Any]:
-    return {**mesh.metadata, **mesh.metadata.get("extras", {})}
+def _extras(scene: trimesh.Scene, node: str, mesh: trimesh.Trimesh) -> dict[str, Any]:
+    """What a file says of an object beside its surface: on the mesh or, first, on the node."""
+    above = scene.graph.transforms.parents.get(node)
+    own = scene.graph.transforms.edge_data[(above, node)].get("metadata") or {}
+    return {**mesh.metadata, **mesh.metadata.get("extras", {}), **own}
+
+
+def read_whole(path: Path) -> tuple[np.ndarray, list[list[int]]]:
+    """Vertices and faces of a file that holds one block."""
+    import trimesh
+
+    try:
+        mesh = trimesh.load_mesh(path, process=False)
+    except Exception as error:
+        raise InputError(f"{path.name}: cannot be read as a mesh: {error}") from None
+    if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
+        raise InputError(f"{path.name}: is no surface of faces")
+    mesh.merge_vertices(merge_tex=True, merge_norm=True, digits_vertex=_digits(mesh))
+    return _polygons(mesh)
 
 
 def _polygons(mesh: trimesh.Trimesh) -> tuple[np.ndarray, list[list[int]]]:
@@ -157,32 +175,56 @@ def _loop(triangles: np.ndarray, boundary: set[tuple[int, ...]]) -> list[int]:
     return loop if len(loop) == len(following) else []
 
 
-def write_mesh(assembly: Assembly, path: Path) -> None:
-    """Write one object a block; STL and PLY hold all blocks as one soup of solids."""
+def write_mesh(assembly: Assembly, path: Path, values: Mapping[str, Any]) -> None:
+    """Write one object a block; STL and PLY hold all blocks as one soup of solids.
+
+    values : for each key one number or list a block, for GLB and OBJ.
+    """
     import trimesh
 
-    if path.suffix.lower() == ".obj":
-        write_obj(assembly, path)
+    suffix = path.suffix.lower()
+    if values and suffix not in (".glb", ".obj"):
+        raise InputError(f"{path}: values are written to .glb and .obj only")
+    extras = [_described(assembly, i, values) for i in range(assembly.n_blocks)]
+    shared = {"friction": assembly.friction, "gravity": assembly.gravity.tolist()}
+    if suffix == ".obj":
+        write_obj(assembly, path, extras, shared)
         return
-    meshes = [_mesh(assembly, i) for i in range(assembly.n_blocks)]
-    if path.suffix.lower() in (".stl", ".ply"):
+    meshes = [block_mesh(assembly, i) for i in range(assembly.n_blocks)]
+    if suffix in (".stl", ".ply"):
         trimesh.util.concatenate(meshes).export(path)
         return
     scene = trimesh.Scene()
-    scene.metadata.update({"friction": assembly.friction, "gravity": assembly.gravity.tolist()})
-    for name, mesh in zip(assembly.names, meshes, strict=True):
-        scene.add_geometry(mesh, node_name=name, geom_name=name, transform=Y_UP)
+    scene.metadata.update(shared)
+    for name, mesh, own in zip(assembly.names, meshes, extras, strict=True):
+        # A node may not be named like the root of the scene.
+        node = f"{name}_" if name == scene.graph.base_frame else name
+        scene.add_geometry(mesh, node_name=node, geom_name=name, transform=Y_UP, metadata=own)
     scene.export(path)
 
 
-def _mesh(assembly: Assembly, block: int) -> trimesh.Trimesh:
+def block_mesh(assembly: Assembly, block: int) -> trimesh.Trimesh:
+    """The surface of one block in triangles."""
     import trimesh
 
     vertices = assembly.block_vertices(block)
-    extras = {
+    return trimesh.Trimesh(vertices, triangulate(vertices, assembly.faces_of(block)), process=False)
+
+
+def _described(assembly: Assembly, block: int, values: Mapping[str, Any]) -> dict[str, Any]:
+    """What is said of a block beside its surface. Raises InputError for values that are not one a block."""
+    extras: dict[str, Any] = {
         "name": assembly.names[block],
         "group": assembly.groups[block],
         "density": float(assembly.density[block]),
         "support": bool(assembly.support[block]),
     }
-    return trimesh.Trimesh(vertices, triangulate(vertices, assembly.faces_of(block)), process=False, metadata=extras)
+    for key, given in values.items():
+        try:
+            array = np.asarray(given, dtype=float)
+        except (TypeError, ValueError):
+            array = np.empty(0)
+        if key in extras or array.shape[:1] != (assembly.n_blocks,) or not np.isfinite(array).all():
+            raise InputError(f'values: "{key}" must be a name that is free with one finite number or list a block')
+        extras[key] = array[block].tolist()
+    return extras

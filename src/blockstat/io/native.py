@@ -20,6 +20,7 @@ import numpy as np
 from blockstat.assembly import DENSITY, FRICTION, STANDARD_GRAVITY, Assembly, Block
 from blockstat.errors import InputError
 from blockstat.io.names import distinct_names
+from blockstat.io.parts import Parts
 from blockstat.joint import JointLaw
 
 
@@ -53,36 +54,50 @@ class _Record(msgspec.Struct):
     joints: list[_JointRecord] = []
 
 
-def read_json(path: Path, *, supports: Iterable[int | str] | None = None) -> Assembly:
-    """Read the native format. Raises InputError with the line for bad JSON and the key for a bad value."""
+def load_json(path: Path) -> Any:
+    """What a JSON file holds. Raises InputError with the line for bad JSON."""
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        return json.loads(path.read_text(encoding="utf-8"))
     except json.JSONDecodeError as error:
         raise InputError(f"line {error.lineno}, column {error.colno}: not valid JSON ({error.msg})") from None
     except RecursionError:
         raise InputError("the JSON is nested too deeply") from None
     except UnicodeDecodeError:
         raise InputError("not a text file in UTF-8") from None
+
+
+def native_parts(
+    data: Any, name: str, *, supports: Iterable[int | str] | None = None, units: str | None = None
+) -> Parts:
+    """Read the native format. Raises InputError with the key for a bad value.
+
+    units : must be those that the file names, if it names any; other units than metres are converted only where
+    they are asked for.
+    """
     if not isinstance(data, dict):
         raise InputError(f'the file holds a {type(data).__name__}; an object with "blocks" is needed')
     try:
         record = msgspec.convert(data, _Record)
     except msgspec.ValidationError as error:
         raise InputError(_in_words(error, data)) from None
-    if record.units != "m":
-        raise InputError(f'units are "{record.units}"; only "m" is read')
+    if units is None and record.units != "m":
+        raise InputError(f'units are "{record.units}"; only "m" is read unless others are asked for')
+    if units is not None and data.get("units", units) != units:
+        raise InputError(f'units are "{record.units}" in the file and "{units}" were asked for')
     known = {field.name for field in msgspec.structs.fields(_Record)}
     chosen = record.supports if supports is None else list(supports)
     names = distinct_names([b.name for b in record.blocks], chosen)
-    return Assembly.from_blocks(
+    return Parts(
         [Block(b.vertices, b.faces, name, b.group, b.density) for b, name in zip(record.blocks, names, strict=True)],
-        supports=chosen,
-        name=record.name or path.stem,
-        density=record.density,
-        friction=record.friction,
-        gravity=record.gravity,
-        metadata={key: value for key, value in data.items() if key not in known},
-        joints=[JointLaw(**msgspec.structs.asdict(j)) for j in record.joints],
+        chosen,
+        {
+            "name": record.name or name,
+            "density": record.density,
+            "friction": record.friction,
+            "gravity": record.gravity,
+            "metadata": {key: value for key, value in data.items() if key not in known},
+            "joints": [JointLaw(**msgspec.structs.asdict(j)) for j in record.joints],
+        },
     )
 
 

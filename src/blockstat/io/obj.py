@@ -1,28 +1,43 @@
 """Wavefront OBJ, one named object a block, polygons kept as they are.
 
-Written here because mesh libraries cut polygons into fans of triangles, which is wrong for concave ones.
+Written here because mesh libraries cut polygons into fans of triangles, which is wrong for concave ones. What the
+format has no word for follows `o` as a comment, `# blockstat {"support": true, ...}` in JSON: support, density, values,
+and names that a line of OBJ cannot hold; one before the first object holds friction and gravity. Groups are `g` too.
 """
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from blockstat.errors import InputError
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-Solid = tuple[str, list[tuple[float, float, float]], list[list[int]]]
+NOTE = "# blockstat {"
+NO_GROUP = ("", "default", "off")  #: what exporters write for no group
 
 
-def read_obj(path: Path) -> list[Solid]:
-    """Objects (or groups, in a file without objects) as (name, vertices, faces), in the order of the file.
+class Solid(NamedTuple):
+    """One object of a file."""
+
+    name: str
+    vertices: list[tuple[float, float, float]]
+    faces: list[list[int]]
+    extras: dict[str, Any]
+
+
+def read_obj(path: Path) -> tuple[list[Solid], dict[str, Any]]:
+    """Objects (or groups, in a file without objects) in the order of the file, and what is noted of all of them.
 
     Raises InputError with the line for anything that is not well-formed.
     """
     vertices: list[tuple[float, float, float]] = []
     labels: dict[str, list[str]] = {"o": [], "g": []}
+    notes: dict[int, dict[str, Any]] = {}
     faces: list[tuple[int, int, list[int]]] = []
     for number, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), 1):
         word, *rest = line.split("#")[0].split() or [""]
@@ -37,46 +52,67 @@ def read_obj(path: Path) -> list[Solid]:
                     raise ValueError
                 faces.append((len(labels["o"]), len(labels["g"]), corners))
             elif word in labels:
-                labels[word].append(" ".join(rest))
+                labels[word].append(" ".join(line.split()[1:]))
+            elif line.startswith(NOTE):
+                notes.setdefault(len(labels["o"]), dict(json.loads(line[len(NOTE) - 1 :])))
         except ValueError:
             raise InputError(f"line {number}: cannot read {line.strip()!r}") from None
-    kind = 0 if labels["o"] else 1
-    names = labels["o" if kind == 0 else "g"]
-    named_faces: dict[int, list[list[int]]] = {}
-    for face in faces:
-        named_faces.setdefault(face[0] if kind == 0 else face[1], []).append(face[2])
-    return [_solid(names[i - 1] if i else "", vertices, own) for i, own in named_faces.items()]
+    objects = bool(labels["o"])
+    names = ["", *labels["o" if objects else "g"]]
+    own: dict[int, list[list[int]]] = {}
+    group_of: dict[int, str] = {}
+    for in_object, in_group, corners in faces:
+        number = in_object if objects else in_group
+        own.setdefault(number, []).append(corners)
+        group_of.setdefault(number, ["", *labels["g"]][in_group] if objects else "")
+    solids = []
+    for number, found in own.items():
+        name, group = names[number], group_of[number]
+        extras: dict[str, Any] = {"name": name, "group": "" if group in (name, *NO_GROUP) else group}
+        extras |= notes.get(number, {}) if objects and number else {}
+        solids.append(_solid(str(extras["name"]), vertices, found, extras))
+    return solids, notes.get(0, {})
 
 
-def split_solids(name: str, vertices: list[tuple[float, float, float]], faces: list[list[int]]) -> list[Solid]:
+def split_solids(solid: Solid) -> list[Solid]:
     """The parts of a file without objects that share no vertices, each a block."""
     from scipy import sparse
     from scipy.sparse.csgraph import connected_components
 
-    edges = [(face[0], corner) for face in faces for corner in face[1:]]
+    edges = [(face[0], corner) for face in solid.faces for corner in face[1:]]
     rows, cols = zip(*edges, strict=True)
-    n = len(vertices)
+    n = len(solid.vertices)
     _, label = connected_components(sparse.coo_array(([1.0] * len(edges), (rows, cols)), shape=(n, n)), directed=False)
     parts: dict[int, list[list[int]]] = {}
-    for face in faces:
+    for face in solid.faces:
         parts.setdefault(int(label[face[0]]), []).append(face)
-    return [_solid(name, vertices, own) for own in parts.values()]
+    return [_solid(solid.name, solid.vertices, own, {}) for own in parts.values()]
 
 
-def _solid(name: str, vertices: list[tuple[float, float, float]], faces: list[list[int]]) -> Solid:
+def _solid(
+    name: str, vertices: list[tuple[float, float, float]], faces: list[list[int]], extras: dict[str, Any]
+) -> Solid:
     used = sorted({corner for face in faces for corner in face})
     index = {corner: i for i, corner in enumerate(used)}
-    return name, [vertices[corner] for corner in used], [[index[corner] for corner in face] for face in faces]
+    return Solid(name, [vertices[corner] for corner in used], [[index[c] for c in face] for face in faces], extras)
 
 
-def write_obj(assembly: Assembly, path: Path) -> None:
-    """All digits, metres, z up; names may not hold blanks in this format."""
-    lines = [f"# {assembly.name}: {assembly.n_blocks} blocks, metres, z up"]
+def write_obj(assembly: Assembly, path: Path, extras: list[dict[str, Any]], shared: Mapping[str, Any]) -> None:
+    """All digits, metres, z up; extras : what is noted of each block, shared : of all."""
+    lines = [f"# {' '.join(assembly.name.split())}: {assembly.n_blocks} blocks, metres, z up", _note(shared)]
     offset = 1
     for block, name in enumerate(assembly.names):
         vertices = assembly.block_vertices(block)
-        lines.append(f"o {'_'.join(name.split())}")
+        label = " ".join(name.split())
+        note = {key: value for key, value in extras[block].items() if key != "name" or label != name}
+        lines += [f"o {label}", _note(note)]
+        if any(assembly.groups):
+            lines.append(f"g {' '.join(assembly.groups[block].split())}")
         lines += ["v " + " ".join(repr(float(x)) for x in vertex) for vertex in vertices]
         lines += ["f " + " ".join(str(int(corner) + offset) for corner in face) for face in assembly.faces_of(block)]
         offset += len(vertices)
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _note(values: Mapping[str, Any]) -> str:
+    return NOTE[:-1] + json.dumps(values)

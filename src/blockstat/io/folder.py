@@ -1,0 +1,60 @@
+"""A directory of PLY or STL files, one block a file: the file is named like the block, its directory is the group.
+
+The parts of a dotted group are directories in one another. Characters that file systems refuse are written as %XX.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from blockstat.assembly import Block
+from blockstat.errors import InputError
+from blockstat.io.mesh import block_mesh, read_whole
+from blockstat.io.names import distinct_names
+from blockstat.io.parts import Parts, chosen_supports
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+SOLIDS = (".ply", ".stl")
+#: What some file system does not allow in a name, and % itself.
+REFUSED = re.compile(r'[%/\\:*?"<>|\x00-\x1f]|^\.|[. ]$')
+EMPTY = "%"  #: stands for a part of a group that is empty
+
+
+def folder_parts(path: Path, *, supports: Iterable[int | str] | None = None) -> Parts:
+    """Read the files of a directory and of those below it, in the natural order of their names (2 before 10)."""
+    files = sorted((p for p in path.rglob("*") if p.suffix.lower() in SOLIDS and p.is_file()), key=_natural)
+    if not files:
+        raise InputError(f"the directory holds no {' or '.join(SOLIDS)} files")
+    groups = [".".join(map(_plain, file.relative_to(path).parts[:-1])) for file in files]
+    names = [_plain(file.stem) for file in files]
+    chosen = chosen_supports([], supports, names, "a mesh")
+    labels = distinct_names(names, chosen)
+    blocks = [Block(*read_whole(f), name, group) for f, name, group in zip(files, labels, groups, strict=True)]
+    return Parts(blocks, chosen, {"name": path.name})
+
+
+def write_folder(assembly: Assembly, path: Path, suffix: str) -> None:
+    """Write one file a block into a directory, which is made if need be and must not hold such files already."""
+    if path.is_dir() and any(p.suffix.lower() in SOLIDS for p in path.rglob("*")):
+        raise InputError(f"{path}: already holds {' or '.join(SOLIDS)} files, which would be read as blocks too")
+    for block, (name, group) in enumerate(zip(assembly.names, assembly.groups, strict=True)):
+        directory = path.joinpath(*map(_quoted, group.split("."))) if group else path
+        directory.mkdir(parents=True, exist_ok=True)
+        block_mesh(assembly, block).export(directory / f"{_quoted(name)}{suffix}")
+
+
+def _natural(path: Path) -> list[tuple[int, str]]:
+    return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", path.as_posix())]
+
+
+def _quoted(name: str) -> str:
+    return REFUSED.sub(lambda found: f"%{ord(found[0]):02X}", name) or EMPTY
+
+
+def _plain(text: str) -> str:
+    return "" if text == EMPTY else re.sub("%([0-9A-F]{2})", lambda found: chr(int(found[1], 16)), text)
