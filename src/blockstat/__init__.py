@@ -8,6 +8,7 @@ from blockstat.assembly import Assembly, Block
 from blockstat.contact import Interfaces, find_interfaces
 from blockstat.errors import InputError, InputWarning
 from blockstat.export import write_verdict
+from blockstat.heal import heal
 from blockstat.io import read, write
 from blockstat.io.scene import load_scene
 from blockstat.joint import JointLaw
@@ -40,6 +41,7 @@ __all__ = [
     "build",
     "find_interfaces",
     "friction_limit",
+    "heal",
     "limit_load",
     "load_domain",
     "load_scene",

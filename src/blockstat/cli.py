@@ -1,4 +1,4 @@
-"""The command `blockstat`: build, convert, check, limit, tilt, plot."""
+"""The command `blockstat`: build, convert, heal, check, limit, tilt, plot."""
 
 from __future__ import annotations
 
@@ -70,6 +70,27 @@ def convert(
     assembly = load_assembly(file, friction=None, gravity=None, tilt=None, supports=supports, units=units)
     write(assembly, output, format=format)
     typer.echo(f"{output}: {assembly.n_blocks} blocks")
+
+
+@app.command()
+def heal(
+    file: FileArgument,
+    output: Annotated[Path, typer.Option("-o", "--output", help="Where to write what was mended.")],
+    gap: Annotated[
+        float | None, typer.Option(help="Largest gap that is closed, relative to block size; 0 closes none.")
+    ] = None,
+    supports: Supports = None,
+    units: Units = None,
+) -> None:
+    """Mend rough geometry: merge vertices, turn and flatten faces, close joints; says what it changed."""
+    from blockstat.contact import GAP
+    from blockstat.heal import heal as mend
+    from blockstat.io import write
+
+    chosen = supports.split(",") if supports else None
+    assembly, report = mend(file, gap=GAP if gap is None else gap, supports=chosen, units=units)
+    write(assembly, output)
+    typer.echo(report.explain())
 
 
 @app.command()
