@@ -104,10 +104,10 @@ ELEMENTS: list[tuple[str, str, Callable[[], Assembly], dict]] = [
 
 
 def small(path: Path) -> None:
-    """Crop the margins of a picture and keep 64 colours."""
+    """Crop the margins of a picture and keep 256 colours."""
     image = Image.open(path).convert("RGB")
     margin = ImageChops.invert(image).getbbox()
-    image.crop(margin).quantize(64).save(path, optimize=True)
+    image.crop(margin).quantize(256).save(path, optimize=True)
 
 
 def main() -> None:
