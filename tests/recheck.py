@@ -59,6 +59,7 @@ def live_load(asm, load):
     load = np.asarray(load, dtype=float)
     if load.shape != (3,):
         return load
+    load = load / np.abs(load).max()
     wrench = np.zeros((asm.n_blocks, 6))
     wrench[:, :3] = np.outer(bodies(asm)[0], load) * np.linalg.norm(asm.gravity) / np.linalg.norm(load)
     return wrench

@@ -35,7 +35,9 @@ def refine(interfaces: Interfaces, divisions: Ints) -> Interfaces:
         shares.append(share)
         counts.append(len(own))
     start = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-    return replace(interfaces, point=np.concatenate(points), start=start, share=np.concatenate(shares))
+    outlines = tuple(interfaces.outline(k) for k in range(interfaces.n_interfaces))
+    changes = {"point": np.concatenate(points), "start": start, "share": np.concatenate(shares), "outlines": outlines}
+    return replace(interfaces, **changes)
 
 
 def centres(interfaces: Interfaces, rows: Ints) -> Floats:

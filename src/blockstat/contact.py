@@ -15,7 +15,7 @@ import numpy as np
 
 from blockstat import clip
 from blockstat.broad import near_pairs
-from blockstat.concave import concave_patches, outline_hull
+from blockstat.concave import concave_patches
 from blockstat.errors import InputError
 from blockstat.faces import convex_faces, frames, planar
 from blockstat.merge import Patch, merge_coplanar
@@ -60,6 +60,7 @@ class Interfaces:
     point: Floats  #: shape (n_points, 3) [m]
     start: Ints  #: shape (n_interfaces + 1,), points of interface k are start[k]:start[k+1]
     dropped: tuple[Dropped, ...] = ()
+    outlines: tuple[Floats, ...] | None = None  #: corners of the patches where the points are not those
     share: Floats | None = None  #: part of the interface's area that each point stands for; None: equal parts
 
     @property
@@ -83,12 +84,10 @@ class Interfaces:
         return (1.0 / np.maximum(np.diff(self.start), 1))[self.point_interface]
 
     def outline(self, interface: int) -> Floats:
-        """Corners of a patch in order, shape (n, 3) [m]; of cells, those of the hull of their centroids."""
-        own = self.point[self.start[interface] : self.start[interface + 1]]
-        if self.share is None:
-            return own
-        plane, centre = self.frame[interface, 1:], own.mean(axis=0)
-        return centre + outline_hull((own - centre) @ plane.T) @ plane
+        """Corners of a patch in order, shape (n, 3) [m]."""
+        if self.outlines is not None:
+            return self.outlines[interface]
+        return self.point[self.start[interface] : self.start[interface + 1]]
 
 
 def find_interfaces(assembly: Assembly, *, gap: float = GAP) -> Interfaces:

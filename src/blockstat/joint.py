@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 #: Cells along each side of a joint that may crush, unless the law says how many.
 CELLS = 8
 MOST_CELLS = 64
+#: Cohesion needs a cone with an apex, and one not so far away that the forces drown in it.
+LEAST_FRICTION = 1e-3
 
 
 @dataclass(frozen=True)
@@ -49,9 +51,15 @@ class JointLaw:
     cells: int = 0  #: contact cells along each side of the joint; 0: its corners, or 8 if it can crush
 
     def __post_init__(self) -> None:
-        label = " and ".join(str(group) for group in self.between)
-        if len(self.between) != 2 or not all(isinstance(group, str) for group in self.between):
+        pair = self.between
+        if not isinstance(pair, (tuple, list)) or len(pair) != 2 or not all(isinstance(group, str) for group in pair):
             raise InputError(f"joint law: between is {self.between!r}; it must be two group names")
+        label = " and ".join(self.between)
+        for name in ("friction", "tension", "bond", "cohesion", "bond_moment", "compression"):
+            value = getattr(self, name)
+            missing = value is None and name not in ("tension", "bond")
+            if not missing and (isinstance(value, bool) or not isinstance(value, (int, float, np.number))):
+                raise InputError(f"joint law between {label}: {name} is {value!r}; it must be a number")
         if self.friction is not None and not self.friction >= 0:
             raise InputError(f"joint law between {label}: friction is {self.friction!r}; it must be at least 0")
         for name in ("tension", "bond", "cohesion", "bond_moment"):
@@ -60,8 +68,13 @@ class JointLaw:
                 raise InputError(f"joint law between {label}: {name} is {value!r}; it must be at least 0")
         if self.compression is not None and not 0 < self.compression < np.inf:
             raise InputError(f"joint law between {label}: compression is {self.compression!r}; it must be above 0")
-        if not (isinstance(self.cells, int) and 0 <= self.cells <= MOST_CELLS):
+        if not (isinstance(self.cells, int) and not isinstance(self.cells, bool) and 0 <= self.cells <= MOST_CELLS):
             raise InputError(f"joint law between {label}: cells is {self.cells!r}; it must be 0 to {MOST_CELLS}")
+
+    @property
+    def strong(self) -> bool:
+        """Whether the joint has a strength of its own, which does not grow with the weight."""
+        return bool(set(self.as_dict()) - {"between", "friction", "cells"})
 
     @property
     def divisions(self) -> int:
@@ -102,7 +115,7 @@ def joint_friction(assembly: Assembly, interfaces: Interfaces) -> Floats:
 
 
 def point_law(assembly: Assembly, interfaces: Interfaces) -> PointLaw:
-    """The law of each contact point. Raises InputError for cohesion on a joint without friction."""
+    """The law of each contact point. Raises InputError for cohesion on a joint with next to no friction."""
     k = interfaces.point_interface
     friction = joint_friction(assembly, interfaces)
     n = interfaces.n_interfaces
@@ -112,9 +125,9 @@ def point_law(assembly: Assembly, interfaces: Interfaces) -> PointLaw:
         tension[rows] = law.tension * interfaces.area[rows] + spread
         cohesion[rows] = np.nan if law.cohesion is None else law.cohesion * interfaces.area[rows]
         compression[rows] = np.inf if law.compression is None else law.compression * interfaces.area[rows]
-        if law.cohesion and (friction[rows] == 0).any():
+        if law.cohesion and (friction[rows] < LEAST_FRICTION).any():
             label = " and ".join(law.between)
-            raise InputError(f"joint law between {label}: cohesion needs friction above 0, however little")
+            raise InputError(f"joint law between {label}: cohesion needs a friction of at least {LEAST_FRICTION:g}")
     with np.errstate(divide="ignore", invalid="ignore"):
         apex = np.where(np.isnan(cohesion) | (friction == 0) | np.isinf(friction), tension, cohesion / friction)
     share = interfaces.point_share

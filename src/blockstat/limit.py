@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 COULOMB_WIDTH = 5e-4
 #: A load carried this many times over is called unbounded.
 UNBOUNDED = 1e6
+#: Brackets narrower than this, for a load as strong as the weight, are closed whatever the multiplier.
+ROUNDING = 1e-9
 
 
 class LoadOutcome(Enum):
@@ -160,6 +162,8 @@ def limit_load(
     problem = pose(
         assembly, friction=friction, gravity=gravity, loads=None, gap=gap, interfaces=interfaces, solver=solver
     )
+    if not len(problem.assembly.free):
+        raise InputError(f'"{assembly.name}": all blocks are supports; there is nothing to load')
     direction = as_load(problem.assembly, load)
     timings = dict(problem.timings)
     with timed(timings, "solve"):
@@ -232,5 +236,5 @@ def _bracket(problem: Problem, direction: Floats) -> tuple[LoadOutcome, float, f
     lower, field = (low.value, low.evidence) if low else (0.0, dead.force)
     upper, twist = (high.value, high.evidence) if high else (np.inf, answer.twist)
     lower = min(lower, upper)  # both are proven to a tolerance, within which they may cross
-    close = upper - lower <= 1e-3 * max(abs(upper), 1e-9)
+    close = upper - lower <= max(1e-3 * abs(upper), ROUNDING)
     return LoadOutcome.LIMIT if close else LoadOutcome.UNDECIDED, lower / unit, upper / unit, field, twist

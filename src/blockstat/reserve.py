@@ -12,6 +12,7 @@ import numpy as np
 from blockstat.analysis import assess
 from blockstat.contact import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError
+from blockstat.joint import LEAST_FRICTION
 from blockstat.limit import LoadOutcome, limit_load
 from blockstat.load import acceleration
 from blockstat.polyhedron import Floats
@@ -46,8 +47,9 @@ def tilt_limit(
     """Angle [deg] by which gravity may be rotated about an axis before the assembly falls, in 0 to 180.
 
     axis : "x", "y", "z" or three numbers; the rotation is right-handed, so -axis tilts the other way.
-    Up to a right angle this is the limit load of a horizontal acceleration, tan(angle); beyond, verdicts are
-    asked for angle by angle. `falls` is nan when the assembly stands at every angle.
+    Up to a right angle this is the limit load of a horizontal acceleration, tan(angle); beyond, and where joints have
+    a strength that does not grow with the weight, verdicts are asked for angle by angle. `falls` is nan when the
+    assembly stands at every angle.
     """
     direction = np.asarray(AXES[axis] if isinstance(axis, str) and axis in AXES else axis, dtype=object)
     try:
@@ -56,7 +58,10 @@ def tilt_limit(
         unit = np.zeros(3)
     if unit.shape != (3,) or not np.isfinite(unit).all() or not unit.any():
         raise InputError(f"axis is {axis!r}; it must be x, y, z or three numbers, not all zero")
+    unit = unit / np.abs(unit).max()
     unit = unit / np.linalg.norm(unit)
+    if not len(assembly.free):
+        return Bracket(180.0, math.nan)
     asm = assembly if friction is None else assembly.with_(friction=friction)
     interfaces = find_interfaces(asm, gap=gap)
     sideways = np.cross(unit, asm.gravity)
@@ -68,7 +73,7 @@ def tilt_limit(
 
     if np.linalg.norm(sideways) < 1e-9 * size:
         return Bracket(180.0, math.nan) if verdict(0.0).outcome is Outcome.STABLE else Bracket(math.nan, 0.0)
-    if abs(unit @ asm.gravity) < 1e-9 * size:
+    if abs(unit @ asm.gravity) < 1e-9 * size and not any(law.strong for law in asm.joints):
         limit = limit_load(asm, acceleration(asm, sideways.tolist()), interfaces=interfaces)
         if limit.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE:
             return Bracket(math.nan, 0.0)
@@ -108,7 +113,7 @@ def friction_limit(
     """Least coefficient of friction with which the assembly still stands.
 
     More friction only adds admissible forces, so bisection is exact. `stands` is nan when not even `top` is enough;
-    `falls` is nan when the assembly stands without friction.
+    `falls` is nan when the assembly stands without friction (or, with cohesion, with the least that it may go with).
     """
     interfaces: Interfaces = find_interfaces(assembly, gap=gap)
 
@@ -117,9 +122,10 @@ def friction_limit(
 
     if outcome(top) is not Outcome.STABLE:
         return Bracket(math.nan, top)
-    if outcome(0.0) is Outcome.STABLE:
-        return Bracket(0.0, math.nan)
-    return _halve(outcome, top, 0.0)
+    least = LEAST_FRICTION if any(law.cohesion for law in assembly.joints) else 0.0
+    if outcome(least) is Outcome.STABLE:
+        return Bracket(least, math.nan)
+    return _halve(outcome, top, least)
 
 
 def _rotate(vector: Floats, axis: Floats, angle: float) -> Floats:

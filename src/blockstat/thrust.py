@@ -24,6 +24,9 @@ from blockstat.solve.raw import DualProgram
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
+#: Two loads whose cosine is nearer to one than this are one load.
+PARALLEL = 1e-9
+
 
 @dataclass(frozen=True, eq=False)
 class ThrustRange:
@@ -75,17 +78,19 @@ def settlement(
     Minimises -w' u over motions with the supports' velocity given (the state of least potential energy): the forces
     are those of the thrust that resists the movement least.
     """
-    problem, _ = _standing(assembly, gap, options)
+    problem, inside = _standing(assembly, gap, options)
     program = problem.program
     assert program is not None
     moving = _support_indices(problem.assembly, supports)
+    thrust = _functional(problem, moving, direction)
     imposed = np.zeros((problem.assembly.n_blocks, 6))
     unit = np.asarray(direction, dtype=float)
     imposed[moving, :3] = unit / np.linalg.norm(unit)
     rate = column_rates(problem.assembly, problem.eq, imposed)
     answer = dual.solve_dual(DualProgram(program, -program.load, offset=rate.reshape(-1)))
-    force = certificate.balance(program, answer.force)
-    thrust = _functional(problem, moving, direction)
+    if "Infeasible" in answer.status:
+        raise InputError(f'"{assembly.name}": the supports cannot move so; the blocks are jammed between them')
+    force = _admissible(problem, certificate.balance(program, answer.force), inside)
     reaction = _value(problem, thrust, force)
     return Settlement(problem.to_blocks(answer.twist) + imposed, problem.to_points(force), reaction)
 
@@ -98,6 +103,11 @@ def load_domain(assembly: Assembly, one: Any, two: Any, *, directions: int = 32,
     """
     first, second = as_load(assembly, one), as_load(assembly, two)
     shared = {"interfaces": find_interfaces(assembly, gap=options.pop("gap", GAP)), **options}
+    if directions < 3:
+        raise InputError(f"directions is {directions!r}; a polygon needs at least 3")
+    cosine = float((first * second).sum() / np.sqrt((first**2).sum() * (second**2).sum()))
+    if abs(cosine) > 1 - PARALLEL:
+        raise InputError("the two loads are the same but for their size; they span no domain")
     inner, outer = [], []
     for angle in np.linspace(0, 2 * np.pi, directions, endpoint=False):
         x, y = np.cos(angle), np.sin(angle)
@@ -123,6 +133,8 @@ def _standing(assembly: Assembly, gap: float, options: dict[str, Any]) -> tuple[
 
 def _support_indices(assembly: Assembly, supports: Sequence[int | str]) -> Ints:
     indices = []
+    if not len(supports):
+        raise InputError("no supports are named")
     for support in supports:
         index = assembly.names.index(support) if support in assembly.names else support
         if (
@@ -164,9 +176,16 @@ def _extreme(problem: Problem, functional: Floats, inside: Floats) -> tuple[floa
     answer = dual.solve_dual(DualProgram(program, -program.load, offset=-functional))
     if "Infeasible" in answer.status:
         return np.inf, problem.to_points(answer.force)
-    balanced = certificate.balance(program, answer.force)
+    field = _admissible(problem, certificate.balance(program, answer.force), inside)
+    return _value(problem, functional, field), problem.to_points(field)
+
+
+def _admissible(problem: Problem, balanced: Floats, inside: Floats) -> Floats:
+    """The field, mixed with as little as it takes of one with room in its cones to be proven."""
+    program = problem.program
+    assert program is not None
     for share in SHARES:
         mixed = (1 - share) * balanced + share * inside
         if certificate.check(program, mixed, np.zeros_like(program.load)).proves_stable:
-            return _value(problem, functional, mixed), problem.to_points(mixed)
-    raise RuntimeError("no force field near the extreme thrust could be proven")
+            return mixed
+    raise InputError(f'"{problem.assembly.name}": no force field near the extreme could be proven')

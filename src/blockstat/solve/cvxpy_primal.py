@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import warnings
 
 import numpy as np
@@ -46,7 +47,8 @@ def solve(program: PenaltyProgram) -> RawSolution:
     with warnings.catch_warnings():
         # The tolerance is out of reach on purpose: the solver goes as far as it can, our own checks judge.
         warnings.filterwarnings("ignore", message="Solution may be inaccurate")
-        problem.solve(solver=cp.CLARABEL, tol_gap_abs=1e-11, tol_gap_rel=1e-11, tol_feas=1e-11, max_iter=400)
+        with contextlib.suppress(cp.SolverError):  # then there is no answer, and the verdict is undecided
+            problem.solve(solver=cp.CLARABEL, tol_gap_abs=1e-11, tol_gap_rel=1e-11, tol_feas=1e-11, max_iter=400)
 
     bounded = normal.value is not None
     dual = np.asarray(balance.dual_value) if bounded else np.zeros(len(program.load))
