@@ -83,7 +83,10 @@ def _tilted(gravity: Any, tilt: str) -> Any:
     axis, _, degrees = tilt.partition(",")
     if axis not in AXES:
         raise InputError(f'--tilt is "{tilt}"; it must read AXIS,DEGREES with AXIS one of x, y, z')
-    angle = numbers(degrees, 1, "--tilt", "AXIS,DEGREES")[0]
+    try:
+        angle = numbers(degrees, 1, "--tilt", "AXIS,DEGREES")[0]
+    except InputError:
+        raise InputError(f'--tilt is "{tilt}"; it must read AXIS,DEGREES with DEGREES a number') from None
     return Rotation.from_rotvec(np.deg2rad(angle) * np.array(AXES[axis])).apply(np.asarray(gravity))
 
 

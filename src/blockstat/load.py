@@ -63,6 +63,6 @@ def as_load(assembly: Assembly, load: Any) -> Floats:
 def _direction(direction: Sequence[float]) -> Floats:
     vector = np.asarray(direction, dtype=float)
     if vector.shape != (3,) or not np.isfinite(vector).all() or not vector.any():
-        raise InputError(f"load direction is {direction!r}; it must be three numbers, not all zero")
+        raise InputError(f"load direction is {[*map(float, vector.flat)]}; it must be three numbers, not all zero")
     vector = vector / np.abs(vector).max()
     return vector / np.linalg.norm(vector)
