@@ -70,7 +70,7 @@ def picture(
         raise InputError(f"{path}: a picture needs a suffix, such as .png, .svg or .pdf")
     if path.suffix.lower() == ".glb":
         raise InputError(
-            f"{path}: only a mechanism is written as .glb (plot --mechanism); a picture is .png, .svg or .pdf"
+            f"{path}: only a mechanism is written as .glb (--mechanism); a picture is .png or .svg"
         )
     view = view_of(azimuth, elevation)
     colour = np.where(assembly.support[:, None], SUPPORT, STONE).astype(float)
