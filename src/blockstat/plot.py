@@ -69,9 +69,7 @@ def picture(
     if not path.suffix:
         raise InputError(f"{path}: a picture needs a suffix, such as .png, .svg or .pdf")
     if path.suffix.lower() == ".glb":
-        raise InputError(
-            f"{path}: only a mechanism is written as .glb (--mechanism); a picture is .png or .svg"
-        )
+        raise InputError(f"{path}: only a mechanism is written as .glb (--mechanism); a picture is .png or .svg")
     view = view_of(azimuth, elevation)
     colour = np.where(assembly.support[:, None], SUPPORT, STONE).astype(float)
     bar = None
