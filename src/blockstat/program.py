@@ -59,10 +59,10 @@ class PenaltyProgram:
     def local(self) -> Floats:
         """Entries of the columns of A in the rows of their blocks a and b, shape (3 m, 12)."""
         columns = sparse.csc_array(self.matrix)
-        column = np.repeat(np.arange(columns.shape[1]), np.diff(columns.indptr))
+        column = np.repeat(np.arange(3 * len(self.friction)), np.diff(columns.indptr))
         block, place = np.divmod(columns.indices, 6)
         place += np.where(block == self.point_blocks[column // 3, 1], 6, 0)
-        local = np.zeros((columns.shape[1], 12))
+        local = np.zeros((3 * len(self.friction), 12))
         local.reshape(-1)[12 * column + place] = columns.data
         return local
 
