@@ -108,7 +108,7 @@ def _step(blocks: list[Block], repeat: elements.Repeat, k: int) -> list[Block]:
     if repeat.turn:
         x, y = repeat.about
         blocks = moved(moved(blocks, (-x, -y, 0.0)), (x, y, 0.0), turn=k * repeat.turn)
-    return moved(blocks, k * np.array(repeat.by))
+    return moved(blocks, (k * np.array(repeat.by)).tolist())
 
 
 def _check_feet(blocks: Sequence[Block]) -> None:
