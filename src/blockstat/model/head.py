@@ -193,7 +193,7 @@ def _curve(opening: Opening, depth: float, beds: Floats, widest: float, narrowes
 def _voussoirs(inner: Floats, outward: Floats, outline: Floats) -> list[Floats]:
     """Wedges between joints and chords of the intrados, inside an outline, each a convex polygon."""
     far = inner + outward * 8 * np.ptp(outline)
-    window = np.stack([inner[1:], inner[:-1], far[:-1], far[1:]], axis=1)
+    window = np.stack([inner[:-1], inner[1:], far[1:], far[:-1]], axis=1)
     polygon, count = clip.clip(np.repeat(outline[None], len(window), axis=0), window)
     size = np.full(len(window), 1e-9 * np.ptp(outline))
     keep = clip.corners(polygon, count, size)

@@ -97,7 +97,7 @@ class Strip:
     def bricks(self, course: int, ends: Floats, leaves: Floats, names: list[str], group: str) -> list[Block]:
         """Blocks of one course.
 
-        ends : the edges that bound each, shape (n, 2, 3); leaves : from the right face (0) to the left (1), shape (n, 2).
+        ends : the edges that bound each, shape (n, 2, 3); leaves : from right face (0) to left (1), shape (n, 2).
         """
         if not len(ends):
             return []
