@@ -33,7 +33,7 @@ class Load(Action, Protocol):
 
     @property
     def end(self) -> float:
-        """Time since release after which the load no longer changes [s]; 0 for one that is there throughout."""
+        """Time since release after which the load no longer changes [s]; -inf for one that is there throughout."""
         ...
 
     @property
