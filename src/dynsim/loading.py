@@ -212,7 +212,7 @@ class Constant:
     def act(self, world: World, time: float) -> None:
         if self.each_step:
             wrench = np.asarray(self.load, dtype=float)
-            blocks = [b for b in np.flatnonzero(wrench.any(axis=1)) if not world.assembly.support[b]]
+            blocks = np.flatnonzero(wrench.any(axis=1) & ~world.assembly.support)
             centre = world.assembly.centroid[blocks] + world.poses()[0][blocks]
             world.push(blocks, wrench[blocks, :3], centre)
             # A moment is a couple of forces on two ends of an arm across it.
