@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
@@ -11,7 +12,9 @@ import numpy as np
 from blockstat.assembly import Assembly
 from blockstat.errors import InputError
 from blockstat.polyhedron import Floats, Ints
+from dynsim.action import Load
 from dynsim.criteria import default_threshold, drops, group_box_centre
+from dynsim.loaded import Calm, last_change, stays, threshold_under
 from dynsim.run import Run, simulate
 from dynsim.settings import Settings
 
@@ -98,11 +101,14 @@ class DynamicVerdict:
         }
 
 
-def verify(assembly: Assembly, *, settings: Settings | None = None) -> DynamicVerdict:
+def verify(assembly: Assembly, *, settings: Settings | None = None, loads: Sequence[Load] = ()) -> DynamicVerdict:
     """Simulate an assembly in Bullet and judge it by displacement.
 
-    The run ends early on a clear fall (a block beyond its threshold) or a clear rest. Raises InputError when
-    nothing is supported or nothing is free, or the group of Eq. 1 does not exist.
+    loads : what acts on it besides its weight (`dynsim.loading`, `dynsim.ground`). Under loads that last or change,
+    blocks rock and slide and come to rest elsewhere, so the default threshold is then the size of a block, and what
+    the loads themselves move is not counted. The run ends early on a clear fall (a block beyond its threshold) or a
+    clear rest after the last load. Raises InputError when nothing is supported or nothing is free, the group of
+    Eq. 1 does not exist, or a load names a block that does not.
     """
     settings = settings or Settings()
     if not assembly.support.any():
@@ -110,34 +116,40 @@ def verify(assembly: Assembly, *, settings: Settings | None = None) -> DynamicVe
     if not len(assembly.free):
         raise InputError(f'"{assembly.name}": all blocks are supports; there is nothing to simulate')
     group, blocks = _roof(assembly, settings.group)
-    limit = default_threshold(assembly)
+    judged = stays(assembly, loads)
+    limit = threshold_under(assembly, loads)
     roof, brick = settings.roof_threshold or limit, settings.brick_threshold or limit
+    last = last_change(loads)
+    calm = Calm(settings.rest * default_threshold(assembly), settings.rest_after)
 
     def decided(elapsed: float, moved: Floats) -> bool:
-        furthest = np.linalg.norm(moved, axis=1).max()
-        return bool(
-            furthest >= max(brick, roof) or (elapsed >= settings.rest_after and furthest < settings.rest * brick)
-        )
+        furthest = np.linalg.norm(moved[judged], axis=1).max()
+        if furthest >= max(brick, roof):
+            return True
+        if np.isfinite(last):
+            return calm.since(elapsed, moved[judged])
+        return bool(elapsed >= settings.rest_after and furthest < settings.rest * brick)
 
-    run = simulate(assembly, settings=settings, stop=decided)
-    since = run.since_release
+    run = simulate(assembly, settings=settings, stop=decided, actions=loads, hold=max(last, 0.0))
+    return _judged(run, group, np.intersect1d(blocks, judged), judged, roof, brick)
+
+
+def _judged(run: Run, group: str, blocks: Ints, judged: Ints, roof: float, brick: float) -> DynamicVerdict:
+    """The verdict on a run. blocks : of the group of Eq. 1; judged : all that count."""
+    assembly = run.assembly
+    since = np.zeros_like(run.displacement)
+    since[:, judged] = run.since_release[:, judged]
     length = np.linalg.norm(since, axis=2)
-    start = group_box_centre(assembly, blocks, run.displacement[0], run.rotation[0])
-    end = group_box_centre(assembly, blocks, run.displacement[-1], run.rotation[-1])
-    group_drop = float(drops(assembly, end - start))
+    group_drop = 0.0
+    if len(blocks):
+        start = group_box_centre(assembly, blocks, run.displacement[0], run.rotation[0])
+        end = group_box_centre(assembly, blocks, run.displacement[-1], run.rotation[-1])
+        group_drop = float(drops(assembly, end - start))
     max_drop = float(drops(assembly, since[-1]).max())
     beyond = length >= brick
     ever = np.flatnonzero(beyond.any(axis=0))
     falls = len(ever) > 0 or group_drop >= roof or max_drop >= brick
-    warnings = []
-    if run.initial_overlap > 0.1 * brick:
-        warnings.append(
-            f"shapes overlap by up to {1e3 * run.initial_overlap:.2g} mm before the first step; "
-            "motion is counted after settling"
-        )
     settling = float(np.linalg.norm(run.displacement[0], axis=1).max())
-    if settling > brick:
-        warnings.append(f"blocks moved {1e3 * settling:.2g} mm while settling, more than the threshold")
     return DynamicVerdict(
         outcome=DynamicOutcome.FALLS if falls else DynamicOutcome.STANDS,
         group=group,
@@ -150,8 +162,20 @@ def verify(assembly: Assembly, *, settings: Settings | None = None) -> DynamicVe
         moved=ever[np.argsort(-length[-1, ever], kind="stable")],
         first_block=_first(assembly, beyond, length) if len(ever) else None,
         run=run,
-        warnings=tuple(warnings),
+        warnings=_warnings(run, settling, brick),
     )
+
+
+def _warnings(run: Run, settling: float, brick: float) -> tuple[str, ...]:
+    warnings = []
+    if run.initial_overlap > 0.1 * brick:
+        warnings.append(
+            f"shapes overlap by up to {1e3 * run.initial_overlap:.2g} mm before the first step; "
+            "motion is counted after settling"
+        )
+    if settling > brick:
+        warnings.append(f"blocks moved {1e3 * settling:.2g} mm while settling, more than the threshold")
+    return tuple(warnings)
 
 
 def _roof(assembly: Assembly, group: str | None) -> tuple[str, Ints]:

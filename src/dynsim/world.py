@@ -27,6 +27,7 @@ from dynsim.settings import Settings
 
 BLOCK_SIZE = 0.3  #: [m] median block size in the simulation
 BLOCK_MASS = 100.0  #: [kg] median block mass in the simulation
+CARRIER_MASS = 1e10  #: [kg] of a support that is moved: nothing in the scene can push it
 GRAVITY = 9.81  #: [m/s2] in the simulation
 STICKY = 100.0  #: Bullet's stand-in for infinite friction
 
@@ -53,6 +54,10 @@ class World:
         self._directory: tempfile.TemporaryDirectory[str] | None = None
         self._client = -1
         self._bodies: list[int] = []
+        self._driven: dict[Action, Floats] = {}
+        self._gravity = np.asarray(assembly.gravity, dtype=float)
+        self._carried: set[int] = set()
+        self.removed: set[int] = set()  #: blocks taken out by `remove`
 
     def __enter__(self) -> World:
         self._directory = tempfile.TemporaryDirectory(prefix="dynsim-")
@@ -149,6 +154,7 @@ class World:
 
     def set_gravity(self, gravity: Sequence[float] | Floats) -> None:
         """Gravity from now on, shape (3,) [m/s2]."""
+        self._gravity = np.asarray(gravity, dtype=float)
         self._bullet.setGravity(*(np.asarray(gravity) * self._acceleration), physicsClientId=self._client)
 
     def push(self, blocks: Sequence[int] | Ints, forces: Floats, points: Floats) -> None:
@@ -182,6 +188,71 @@ class World:
         b.performCollisionDetection(physicsClientId=self._client)
         contacts = b.getContactPoints(physicsClientId=self._client) or ()
         return max((-contact[8] for contact in contacts), default=0.0) / self.length
+
+    def drive(self, source: Action, acceleration: Floats) -> None:
+        """Accelerate every block by a body force on top of gravity, shape (3,) [m/s2]; sources add up."""
+        self._driven[source] = np.asarray(acceleration, dtype=float)
+        self.set_gravity(np.sum([self.assembly.gravity, *self._driven.values()], axis=0))
+
+    def velocities(self) -> tuple[Floats, Floats]:
+        """Velocity of each centroid [m/s] and angular velocity [1/s], shape (n, 3) each."""
+        answers = [self._bullet.getBaseVelocity(body, physicsClientId=self._client) for body in self._bodies]
+        linear, angular = np.array(answers).swapaxes(0, 1)
+        return linear * (self.time / self.length), angular * self.time
+
+    def set_velocity(self, block: int, linear: Floats, angular: Floats) -> None:
+        """Velocity [m/s] and angular velocity [1/s] of a free block, shape (3,) each."""
+        self._bullet.resetBaseVelocity(
+            self._bodies[block], (np.asarray(linear) * (self.length / self.time)).tolist(),
+            (np.asarray(angular) / self.time).tolist(), physicsClientId=self._client,
+        )  # fmt: skip
+
+    def carry(self, support: int, displacement: Floats, velocity: Floats) -> None:
+        """Put a support at a displacement from where it was built [m], moving at a velocity [m/s], for one time step.
+
+        Bullet takes any static body to be at rest, so that it would slip under what stands on it: a support that
+        moves becomes a body of enormous mass, told its place and velocity before every step.
+        """
+        b, body = self._bullet, self._bodies[support]
+        if support not in self._carried:
+            self._carried.add(support)
+            heavy = [CARRIER_MASS * BLOCK_SIZE**2] * 3
+            b.changeDynamics(
+                body, -1, mass=CARRIER_MASS, localInertiaDiagonal=heavy, physicsClientId=self._client
+            )  # fmt: skip
+            for other in np.flatnonzero(self.assembly.support):
+                b.setCollisionFilterPair(body, self._bodies[other], -1, -1, 0, physicsClientId=self._client)
+        place = (self.assembly.centroid[support] + displacement) * self.length
+        turned = b.getBasePositionAndOrientation(body, physicsClientId=self._client)[1]
+        b.resetBasePositionAndOrientation(body, place.tolist(), turned, physicsClientId=self._client)
+        # The step adds gravity first.
+        fall = self._gravity * self._acceleration * self.settings.time_step
+        at = np.asarray(velocity) * (self.length / self.time) - fall
+        b.resetBaseVelocity(body, at.tolist(), [0.0, 0.0, 0.0], physicsClientId=self._client)
+
+    def remove(self, block: int) -> None:
+        """Take a block out: nothing touches it any more, and `poses` tells where it last was."""
+        b, body = self._bullet, self._bodies[block]
+        b.changeDynamics(body, -1, mass=0.0, physicsClientId=self._client)
+        b.setCollisionFilterGroupMask(body, -1, 0, 0, physicsClientId=self._client)
+        b.resetBaseVelocity(body, [0.0] * 3, [0.0] * 3, physicsClientId=self._client)
+        self.removed.add(block)
+
+    def contact_forces(self) -> tuple[Ints, Floats, Floats]:
+        """Forces of the last time step at every contact point.
+
+        Returns the two blocks, shape (k, 2); the point, shape (k, 3) [m]; the force on the second block, normal and
+        friction together, shape (k, 3) [N].
+        """
+        found = self._bullet.getContactPoints(physicsClientId=self._client) or ()
+        block = {body: i for i, body in enumerate(self._bodies)}
+        pairs = np.array([(block[c[1]], block[c[2]]) for c in found], dtype=np.int64).reshape(-1, 2)
+        point = np.array([c[6] for c in found]).reshape(-1, 3) / self.length
+        # Bullet's normal points to the first body, and forces are averaged over the sub-steps as if only one counted.
+        on_first = [np.multiply(c[9], c[7]) + np.multiply(c[10], c[11]) + np.multiply(c[12], c[13]) for c in found]
+        count = 1 if self._stepwise else self.settings.substeps
+        force = -np.array(on_first).reshape(-1, 3) * (count / (self._mass * self._acceleration))
+        return pairs, point, force
 
 
 def _import_bullet() -> Any:
