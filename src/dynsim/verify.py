@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
@@ -11,9 +12,11 @@ import numpy as np
 from blockstat.assembly import Assembly
 from blockstat.errors import InputError
 from blockstat.polyhedron import Floats, Ints
+from dynsim.action import Action
 from dynsim.criteria import default_threshold, drops, group_box_centre
 from dynsim.run import Run, simulate
 from dynsim.settings import Settings
+from dynsim.stiffness import caveats
 
 
 class DynamicOutcome(Enum):
@@ -98,10 +101,13 @@ class DynamicVerdict:
         }
 
 
-def verify(assembly: Assembly, *, settings: Settings | None = None) -> DynamicVerdict:
+def verify(
+    assembly: Assembly, *, settings: Settings | None = None, actions: Sequence[Action] = ()
+) -> DynamicVerdict:
     """Simulate an assembly in Bullet and judge it by displacement.
 
-    The run ends early on a clear fall (a block beyond its threshold) or a clear rest. Raises InputError when
+    actions : what acts on the blocks meanwhile, such as `AngularSprings` or `InertiaScale`; the bonds of the joint laws
+    come by themselves. The run ends early on a clear fall (a block beyond its threshold) or a clear rest. Raises InputError when
     nothing is supported or nothing is free, or the group of Eq. 1 does not exist.
     """
     settings = settings or Settings()
@@ -119,7 +125,7 @@ def verify(assembly: Assembly, *, settings: Settings | None = None) -> DynamicVe
             furthest >= max(brick, roof) or (elapsed >= settings.rest_after and furthest < settings.rest * brick)
         )
 
-    run = simulate(assembly, settings=settings, stop=decided)
+    run = simulate(assembly, settings=settings, stop=decided, actions=actions)
     since = run.since_release
     length = np.linalg.norm(since, axis=2)
     start = group_box_centre(assembly, blocks, run.displacement[0], run.rotation[0])
@@ -129,7 +135,7 @@ def verify(assembly: Assembly, *, settings: Settings | None = None) -> DynamicVe
     beyond = length >= brick
     ever = np.flatnonzero(beyond.any(axis=0))
     falls = len(ever) > 0 or group_drop >= roof or max_drop >= brick
-    warnings = []
+    warnings = caveats(actions)
     if run.initial_overlap > 0.1 * brick:
         warnings.append(
             f"shapes overlap by up to {1e3 * run.initial_overlap:.2g} mm before the first step; "

@@ -23,6 +23,7 @@ from blockstat.errors import InputError
 from blockstat.polyhedron import Floats, Ints
 from dynsim.action import Action
 from dynsim.bodies import Shape, hull_obj, shapes
+from dynsim.bonds import bonds_of
 from dynsim.settings import Settings
 
 BLOCK_SIZE = 0.3  #: [m] median block size in the simulation
@@ -38,8 +39,10 @@ class World:
         free = ~assembly.support
         if not free.any():
             raise InputError(f'"{assembly.name}": all blocks are supports; there is nothing to simulate')
-        if assembly.joints:
-            raise InputError(f'"{assembly.name}" has joint laws; Bullet simulates dry joints of one friction only')
+        for law in assembly.joints:
+            if law.friction not in (None, assembly.friction):
+                label = " and ".join(law.between)
+                raise InputError(f"joint law between {label}: friction is {law.friction!r}; Bullet takes one for all")
         self.assembly = assembly
         self.settings = settings
         self.length = BLOCK_SIZE / float(np.median(assembly.size[free]))  #: simulation metres a scene metre
@@ -47,7 +50,8 @@ class World:
         self.time = float(np.sqrt(self.length * strength / GRAVITY))  #: simulation seconds a scene second
         self._mass = BLOCK_MASS / float(np.median(assembly.mass[free]))
         self._acceleration = GRAVITY / strength
-        self._actions = tuple(actions)
+        self.time_step = settings.time_step / self.time  #: [s]
+        self._actions = (*bonds_of(assembly), *actions)
         self._stepwise = any(action.each_step for action in self._actions)
         self._shapes = shapes(assembly)
         self._directory: tempfile.TemporaryDirectory[str] | None = None
@@ -144,7 +148,7 @@ class World:
         for step in range(steps):
             for action in self._actions:
                 if step == 0 or action.each_step:
-                    action.act(self, time + step * self.settings.time_step / self.time)
+                    action.act(self, time + step * self.time_step)
             self._bullet.stepSimulation(physicsClientId=self._client)
 
     def set_gravity(self, gravity: Sequence[float] | Floats) -> None:
@@ -153,11 +157,28 @@ class World:
 
     def push(self, blocks: Sequence[int] | Ints, forces: Floats, points: Floats) -> None:
         """Forces on some blocks until the end of the next step of `advance`; forces, points : shape (k, 3) [N], [m]."""
-        scaled = np.asarray(forces, dtype=float) * self._mass * self._acceleration
-        for block, force, point in zip(blocks, scaled, np.asarray(points, dtype=float) * self.length, strict=True):
+        scaled = (np.asarray(forces, dtype=float) * self._mass * self._acceleration).tolist()
+        where = (np.asarray(points, dtype=float) * self.length).tolist()
+        for block, force, point in zip(blocks, scaled, where, strict=True):
             self._bullet.applyExternalForce(
-                self._bodies[block], -1, force.tolist(), point.tolist(), self._bullet.WORLD_FRAME,
-                physicsClientId=self._client,
+                self._bodies[block], -1, force, point, self._bullet.WORLD_FRAME, physicsClientId=self._client
+            )
+
+    def turn(self, blocks: Sequence[int] | Ints, couples: Floats) -> None:
+        """Couples on some blocks until the end of the next step of `advance`; couples : shape (k, 3) [N m]."""
+        scaled = np.asarray(couples, dtype=float) * (self._mass * self._acceleration * self.length)
+        for block, couple in zip(blocks, scaled.tolist(), strict=True):
+            self._bullet.applyExternalTorque(
+                self._bodies[block], -1, couple, self._bullet.WORLD_FRAME, physicsClientId=self._client
+            )
+
+    def scale_inertia(self, scale: float) -> None:
+        """Multiply the moments of inertia of all blocks from now on; the masses stay."""
+        for block in self.assembly.free:
+            moments = scale * self._shapes[block].inertia * self._mass * self.length**2
+            self._bullet.changeDynamics(
+                self._bodies[block], -1, mass=self.assembly.mass[block] * self._mass,
+                localInertiaDiagonal=moments.tolist(), physicsClientId=self._client,
             )  # fmt: skip
 
     def poses(self) -> tuple[Floats, Floats]:
