@@ -1,11 +1,10 @@
 """Springs across joints, elastic up to a capacity and perfectly plastic beyond it.
 
-Bullet steps with symplectic Euler, which is stable while dt^2 K + 2 dt C < 4 M (as an eigenvalue). With K = sum_j k_j B_j' B_j, and
-|B_j y|^2 <= 2 |B_ja|^2 |y_a|^2 + 2 |B_jb|^2 |y_b|^2 for the two blocks of a joint, the largest eigenvalue of M^-1 K is at most the
-largest sum over the joints of one block of 2 k_j |B_jc|^2; |B_jc|^2 is 1/m + r^2/I for a force at a distance r from the
-centroid and 1/I for a moment, I the least principal moment of inertia. So a joint may be as stiff as
-k = 1 / (4 dt^2 z_c |B_jc|^2) at either of its blocks c, z_c the number of its joints, and as viscous as k dt: forces and moments then
-come to 3/2 each. Stiffer ones are made so.
+Each joint has four: tension, shear, bending and torsion. Bullet steps with symplectic Euler, which is stable while the largest
+eigenvalue of M^-1 (dt^2 K + 2 dt C) is below 4. With K = sum_j k_j B_j' B_j and |B_j y|^2 <= 2 |B_ja|^2 |y_a|^2 + 2 |B_jb|^2 |y_b|^2
+for the two blocks of a joint, that of M^-1 K is at most the largest sum over the springs of one block of 2 k_j |B_jc|^2, where
+|B_jc|^2 is the mobility of the block along the spring. So a spring may be as stiff as k = 1 / (8 dt^2 z_c |B_jc|^2) at either of its
+blocks c, z_c the number of its joints, and as viscous as k dt: all together then come to 3. Stiffer ones are made so.
 """
 
 from __future__ import annotations
@@ -33,10 +32,10 @@ class Springs:
     centre: Floats  #: as built, shape (n, 3) [m]
     frame: Floats  #: as built, rows n, t1, t2, shape (n, 3, 3)
     size: Floats  #: side of a square of the joint's area [m], the arm of a rotation
-    stiffness: Floats  #: [N/m], 0 for none
-    angular: Floats  #: [N m/rad]
-    viscous: Floats  #: [N s/m]
-    angular_viscous: Floats  #: [N m s/rad]
+    stiffness: Floats  #: along n, t1, t2, shape (n, 3) [N/m], 0 for none
+    angular: Floats  #: about n, t1, t2, shape (n, 3) [N m/rad]
+    viscous: Floats  #: shape (n, 3) [N s/m]
+    angular_viscous: Floats  #: shape (n, 3) [N m s/rad]
     force: Floats  #: capacity in tension and in shear [N]
     moment: Floats  #: capacity in bending and in torsion [N m]
     reach: Floats  #: motion that breaks it [m], inf for none
@@ -60,8 +59,8 @@ class Springs:
         last_shift, last_angle = self._before or (shift, angle)
         self._before = shift, angle
         # The difference of two places is the velocity of symplectic Euler, exactly.
-        force = _pull(self.stiffness, shift, self.viscous, (shift - last_shift) / self.time_step)
-        couple = _pull(self.angular, angle, self.angular_viscous, (angle - last_angle) / self.time_step)
+        force = -self.stiffness * shift - self.viscous * (shift - last_shift) / self.time_step
+        couple = -self.angular * angle - self.angular_viscous * (angle - last_angle) / self.time_step
         force = np.where(self.broken[:, None], 0.0, _capped(force, self.force))
         force[:, 0] = np.minimum(force[:, 0], 0.0)  # pressure is the contact's
         couple = np.where(self.broken[:, None], 0.0, _capped(couple, self.moment))
@@ -69,11 +68,6 @@ class Springs:
         apply_on_pairs(
             world, poses, self.pair, at, np.einsum("nij,nj->ni", back, force), np.einsum("nij,nj->ni", back, couple)
         )
-
-
-def _pull(stiffness: Floats, amount: Floats, viscous: Floats, rate: Floats) -> Floats:
-    """Force on block b, shape (n, 3)."""
-    return -(stiffness[:, None] * amount + viscous[:, None] * rate)
 
 
 def _capped(value: Floats, capacity: Floats) -> Floats:
@@ -113,20 +107,23 @@ def spring_set(
     damping : of each spring, as a share of the critical one of its joint.
     """
     assembly = world.assembly
-    pair, centre = interfaces.pair[rows], centres(interfaces, rows)
-    mass, turning = _mobility(assembly, pair, centre)
+    pair, centre, frame = interfaces.pair[rows], centres(interfaces, rows), interfaces.frame[rows]
     joints = np.bincount(pair.reshape(-1), minlength=assembly.n_blocks)[pair]
-    most, most_angular = (1.0 / (4.0 * world.time_step**2 * (joints * m).max(axis=1)) for m in (mass, turning))
-    k, angular_k = np.minimum(stiffness, most), np.minimum(angular, most_angular)
+    found = []
+    for wanted, mobility in zip((stiffness, angular), _mobilities(assembly, pair, centre), strict=True):
+        along = _along(frame, mobility)
+        most = 1.0 / (8.0 * world.time_step**2 * (joints[:, :, None] * along).max(axis=1))
+        k = np.minimum(wanted, most)
+        found += [k, np.minimum(2 * damping * np.sqrt(k / along.sum(axis=1)), most * world.time_step)]
     return Springs(
         pair=pair,
         centre=centre,
-        frame=interfaces.frame[rows],
+        frame=frame,
         size=np.sqrt(interfaces.area[rows]),
-        stiffness=k,
-        angular=angular_k,
-        viscous=np.minimum(2 * damping * np.sqrt(k / mass.sum(axis=1)), most * world.time_step),
-        angular_viscous=np.minimum(2 * damping * np.sqrt(angular_k / turning.sum(axis=1)), most_angular * world.time_step),
+        stiffness=found[0],
+        viscous=found[1],
+        angular=found[2],
+        angular_viscous=found[3],
         force=force,
         moment=moment,
         reach=reach(assembly, pair) if breaks else np.full(len(rows), np.inf),
@@ -134,10 +131,21 @@ def spring_set(
     )
 
 
-def _mobility(assembly: Assembly, pair: Ints, centre: Floats) -> tuple[Floats, Floats]:
-    """Bounds on |B_jc|^2 of forces [1/kg] and moments [1/(kg m2)] at both blocks of joints, shape (n, 2); 0 for a support."""
-    free = ~assembly.support
-    least = np.linalg.eigvalsh(assembly.inertia)[:, 0]
-    arm = ((centre[:, None] - assembly.centroid[pair]) ** 2).sum(axis=2)
-    turning = np.where(free, 1.0 / least, 0.0)[pair]
-    return np.where(free, 1.0 / assembly.mass, 0.0)[pair] + arm * turning, turning
+def _mobilities(assembly: Assembly, pair: Ints, centre: Floats) -> tuple[Floats, Floats]:
+    """What a unit force at the centres and a unit moment do to each block of joints, 0 for a support.
+
+    Two arrays of shape (n, 2, 3, 3): acceleration of the centre [1/kg], and of the rotation [1/(kg m2)].
+    """
+    free = (~assembly.support)[pair][:, :, None, None]
+    turning = np.linalg.inv(assembly.inertia)[pair] * free
+    arm = centre[:, None] - assembly.centroid[pair]
+    cross = np.cross(np.eye(3)[None, None], arm[:, :, None])  # row i is e_i x r, the rotation's effect seen along e_i
+    moving = np.eye(3) / assembly.mass[pair][:, :, None, None] * free + cross @ turning @ cross.swapaxes(2, 3)
+    return moving, turning
+
+
+def _along(frame: Floats, mobility: Floats) -> Floats:
+    """Largest mobility along the normal and across it, shape (n, 2, 3) for n, t1, t2."""
+    local = frame[:, None] @ mobility @ frame[:, None].swapaxes(2, 3)
+    across = np.linalg.eigvalsh(local[:, :, 1:, 1:])[..., -1]
+    return np.stack([local[:, :, 0, 0], across, across], axis=2)
