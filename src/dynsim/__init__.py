@@ -6,4 +6,14 @@ from dynsim.stiffness import AngularSprings, InertiaScale
 from dynsim.verify import DynamicOutcome, DynamicVerdict, verify
 from dynsim.world import World
 
-__all__ = ["AngularSprings", "DynamicOutcome", "DynamicVerdict", "InertiaScale", "Run", "Settings", "World", "simulate", "verify"]
+__all__ = [
+    "AngularSprings",
+    "DynamicOutcome",
+    "DynamicVerdict",
+    "InertiaScale",
+    "Run",
+    "Settings",
+    "World",
+    "simulate",
+    "verify",
+]

@@ -125,5 +125,5 @@ class CentreBonds:
         self.broken = np.zeros_like(self.broken)
 
     def act(self, world: World, time: float) -> None:
-        self._springs.act(world)
+        self._springs.act(world, time)
         self.broken[self._rows] = self._springs.broken

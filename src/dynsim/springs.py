@@ -1,10 +1,8 @@
 """Springs across joints, elastic up to a capacity and perfectly plastic beyond it.
 
-Each joint has four: tension, shear, bending and torsion. Bullet steps with symplectic Euler, which is stable while the largest
-eigenvalue of M^-1 (dt^2 K + 2 dt C) is below 4. With K = sum_j k_j B_j' B_j and |B_j y|^2 <= 2 |B_ja|^2 |y_a|^2 + 2 |B_jb|^2 |y_b|^2
-for the two blocks of a joint, that of M^-1 K is at most the largest sum over the springs of one block of 2 k_j |B_jc|^2, where
-|B_jc|^2 is the mobility of the block along the spring. So a spring may be as stiff as k = 1 / (8 dt^2 z_c |B_jc|^2) at either of its
-blocks c, z_c the number of its joints, and as viscous as k dt: all together then come to 3. Stiffer ones are made so.
+Each joint has four: tension, shear, bending and torsion. Bullet steps with symplectic Euler, which is stable while no eigenvalue of
+M^-1 (dt^2 K + 2 dt C) passes 4. A spring may be as stiff as k, its share of a K whose dt^2 M^-1 K has the largest eigenvalue 1, and
+as viscous as k dt: together that is 3. Stiffer ones are made so.
 """
 
 from __future__ import annotations
@@ -15,13 +13,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from blockstat.assembly import Assembly
+from blockstat.bonds import bond_columns
 from blockstat.cells import centres
 from blockstat.contact import Interfaces
+from blockstat.equilibrium import equilibrium
 from blockstat.polyhedron import Floats, Ints
 from dynsim.joint_motion import Poses, apply_on_pairs, at_points, reach
 
 if TYPE_CHECKING:
     from dynsim.world import World
+
+#: Bullet's damping while settling. Springs give, and with all velocity taken away they would hardly begin to: this leaves
+#: exp(-16) of it after a second at simulation scale, the critical damping of a mode of 8 rad/s. Once a joint has failed all of
+#: it is taken, so that nothing falls before its release.
+SETTLING = 1.0 - float(np.exp(-16.0))
 
 
 @dataclass(eq=False)
@@ -38,16 +43,18 @@ class Springs:
     angular_viscous: Floats  #: shape (n, 3) [N m s/rad]
     force: Floats  #: capacity in tension and in shear [N]
     moment: Floats  #: capacity in bending and in torsion [N m]
-    reach: Floats  #: motion that breaks it [m], inf for none
+    reach: Floats  #: motion beyond which a joint has failed [m]
+    breaks: bool  #: whether its spring is then gone
     time_step: float  #: [s]
     broken: np.ndarray = field(init=False)  #: bool
+    _damping: float = field(init=False, default=0.0)
     _before: tuple[Floats, Floats] | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
         self.broken = np.zeros(len(self.pair), dtype=bool)
 
-    def act(self, world: World) -> None:
-        """Apply what the springs carry now for one time step."""
+    def act(self, world: World, time: float) -> None:
+        """Apply what the springs carry now for one time step; time : as for `Action.act`."""
         poses = Poses(world)
         at, apart, turn = at_points(poses, self.pair, self.centre)
         frame = self.frame @ turn.swapaxes(1, 2)
@@ -55,7 +62,10 @@ class Springs:
         relative = poses.rotation[self.pair[:, 1]] @ turn.swapaxes(1, 2)
         angle = np.einsum("nij,nj->ni", frame, rotation_vector(relative))
         moved = np.maximum(np.linalg.norm(shift, axis=1), self.size * np.linalg.norm(angle, axis=1))
-        self.broken |= moved > self.reach
+        beyond = moved > self.reach
+        if time < 0:
+            self._damp(world, 1.0 if beyond.any() else SETTLING)
+        self.broken |= beyond & self.breaks
         last_shift, last_angle = self._before or (shift, angle)
         self._before = shift, angle
         # The difference of two places is the velocity of symplectic Euler, exactly.
@@ -68,6 +78,11 @@ class Springs:
         apply_on_pairs(
             world, poses, self.pair, at, np.einsum("nij,nj->ni", back, force), np.einsum("nij,nj->ni", back, couple)
         )
+
+    def _damp(self, world: World, value: float) -> None:
+        if value != self._damping:
+            world.damp(value)
+            self._damping = value
 
 
 def _capped(value: Floats, capacity: Floats) -> Floats:
@@ -107,28 +122,60 @@ def spring_set(
     damping : of each spring, as a share of the critical one of its joint.
     """
     assembly = world.assembly
-    pair, centre, frame = interfaces.pair[rows], centres(interfaces, rows), interfaces.frame[rows]
-    joints = np.bincount(pair.reshape(-1), minlength=assembly.n_blocks)[pair]
-    found = []
-    for wanted, mobility in zip((stiffness, angular), _mobilities(assembly, pair, centre), strict=True):
-        along = _along(frame, mobility)
-        most = 1.0 / (8.0 * world.time_step**2 * (joints[:, :, None] * along).max(axis=1))
-        k = np.minimum(wanted, most)
-        found += [k, np.minimum(2 * damping * np.sqrt(k / along.sum(axis=1)), most * world.time_step)]
+    pair, centre = interfaces.pair[rows], centres(interfaces, rows)
+    reduced = _reduced(assembly, pair, centre, interfaces.frame[rows])
+    wanted = np.array([stiffness, angular])[:, None, None]
+    joints = np.bincount(pair.reshape(-1), minlength=assembly.n_blocks)[pair].max(axis=1)
+    share = np.where(wanted > 0, reduced / joints[:, None], 0.0)
+    most = share / (world.time_step**2 * _fastest(assembly, interfaces, rows, share))
+    k = np.minimum(wanted, most)
+    viscous = np.minimum(2 * damping * np.sqrt(k * reduced), most * world.time_step)
     return Springs(
         pair=pair,
         centre=centre,
-        frame=frame,
+        frame=interfaces.frame[rows],
         size=np.sqrt(interfaces.area[rows]),
-        stiffness=found[0],
-        viscous=found[1],
-        angular=found[2],
-        angular_viscous=found[3],
+        stiffness=k[0],
+        angular=k[1],
+        viscous=viscous[0],
+        angular_viscous=viscous[1],
         force=force,
         moment=moment,
-        reach=reach(assembly, pair) if breaks else np.full(len(rows), np.inf),
+        reach=reach(assembly, pair),
+        breaks=breaks,
         time_step=world.time_step,
     )
+
+
+def _fastest(assembly: Assembly, interfaces: Interfaces, rows: Ints, stiffness: Floats) -> float:
+    """Largest eigenvalue of M^-1 K [1/s2]; stiffness : forces and moments along n, t1, t2, shape (2, n_rows, 3)."""
+    from scipy import sparse
+    from scipy.sparse.linalg import eigsh
+
+    free = assembly.free
+    columns = bond_columns(interfaces, rows)
+    matrix = equilibrium(assembly, interfaces, np.zeros((assembly.n_blocks, 6)), free, rows[:0], columns).matrix
+    (tension, *shear), (torsion, *bending) = stiffness.transpose(0, 2, 1)
+    arm2 = interfaces.area[rows]
+    none = np.zeros(len(rows))
+    k = [(tension, none, none), (none, *shear), (none, *(b / arm2 for b in bending)), (none, torsion / arm2, none)]
+    # A mass matrix' root: of the mass, and of the inertia by its Cholesky factor.
+    root = np.linalg.inv(np.linalg.cholesky(assembly.inertia[free]))
+    inverse = np.zeros((len(free), 6, 6))
+    inverse[:, :3, :3] = np.eye(3) / np.sqrt(assembly.mass[free])[:, None, None]
+    inverse[:, 3:, 3:] = root
+    weighted = (
+        sparse.block_diag(list(inverse)) @ matrix @ sparse.diags(np.sqrt(np.moveaxis(np.array(k), 2, 0).reshape(-1)))
+    )
+    gram = (weighted @ weighted.T).tocsr()
+    start = np.random.default_rng(0).normal(size=gram.shape[0])
+    return float(eigsh(gram, k=1, v0=start, return_eigenvectors=False, tol=1e-3)[0])
+
+
+def _reduced(assembly: Assembly, pair: Ints, centre: Floats, frame: Floats) -> Floats:
+    """Mass [kg] and inertia [kg m2] that the springs of each joint move, along n, t1, t2, shape (2, n, 3)."""
+    moving, turning = (_along(frame, mobility).sum(axis=1) for mobility in _mobilities(assembly, pair, centre))
+    return 1.0 / np.array([moving, turning])
 
 
 def _mobilities(assembly: Assembly, pair: Ints, centre: Floats) -> tuple[Floats, Floats]:

@@ -91,7 +91,7 @@ class AngularSprings:
         ]  # fmt: skip
 
     def act(self, world: World, time: float) -> None:
-        self._springs[0].act(world)
+        self._springs[0].act(world, time)
 
 
 def caveats(actions: Iterable[Action]) -> list[str]:

@@ -101,9 +101,7 @@ class DynamicVerdict:
         }
 
 
-def verify(
-    assembly: Assembly, *, settings: Settings | None = None, actions: Sequence[Action] = ()
-) -> DynamicVerdict:
+def verify(assembly: Assembly, *, settings: Settings | None = None, actions: Sequence[Action] = ()) -> DynamicVerdict:
     """Simulate an assembly in Bullet and judge it by displacement.
 
     actions : what acts on the blocks meanwhile, such as `AngularSprings` or `InertiaScale`; the bonds of the joint laws
