@@ -2,7 +2,18 @@
 
 from dynsim.run import Run, simulate
 from dynsim.settings import Settings
+from dynsim.stiffness import AngularSprings, InertiaScale
 from dynsim.verify import DynamicOutcome, DynamicVerdict, verify
 from dynsim.world import World
 
-__all__ = ["DynamicOutcome", "DynamicVerdict", "Run", "Settings", "World", "simulate", "verify"]
+__all__ = [
+    "AngularSprings",
+    "DynamicOutcome",
+    "DynamicVerdict",
+    "InertiaScale",
+    "Run",
+    "Settings",
+    "World",
+    "simulate",
+    "verify",
+]
