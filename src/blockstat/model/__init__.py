@@ -1,5 +1,6 @@
 """From a scene or from parameters to blocks."""
 
+from blockstat.model.arc_wall import arc_wall
 from blockstat.model.arch import arch, jack_arch
 from blockstat.model.build import build
 from blockstat.model.column import column, pier
@@ -17,6 +18,7 @@ __all__ = [
     "Opening",
     "Run",
     "Through",
+    "arc_wall",
     "arch",
     "assemble",
     "barrel_vault",

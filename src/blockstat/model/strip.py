@@ -45,18 +45,26 @@ class Line:
 
 @dataclass(frozen=True, eq=False)
 class Ring:
-    """A round axis, counter-clockwise, d towards its centre."""
+    """A round axis, counter-clockwise, d towards its centre; with tails, straight stretches along its tangents."""
 
     centre: Floats
     radius: float
-    start: float  #: [rad]
-    length: float
+    start: float  #: angle where the arc begins [rad]
+    arc: float  #: length of the arc [m]
+    tails: tuple[float, float] = (0.0, 0.0)  #: lengths of the stretches before and after it [m]
+
+    @property
+    def length(self) -> float:
+        return self.arc + sum(self.tails)
 
     def place(self, s: Floats, d: Floats) -> Floats:
         """Points x, y, shape (..., 2)."""
-        angle = self.start + s / self.radius
-        r = self.radius - d
-        return self.centre + np.stack([r * np.cos(angle), r * np.sin(angle)], axis=-1)
+        beyond = s - self.tails[0]
+        on_arc = np.clip(beyond, 0.0, self.arc) if any(self.tails) else beyond
+        angle = self.start + on_arc / self.radius
+        out = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        along = np.stack([-out[..., 1], out[..., 0]], axis=-1)
+        return self.centre + (self.radius - d)[..., None] * out + (beyond - on_arc)[..., None] * along
 
 
 @dataclass(frozen=True, eq=False)
