@@ -47,8 +47,9 @@ def arc_wall(
     360 apart for a closed ring. tails : lengths of straight stretches before and after the arc, along its tangents [m],
     in the same bond.
     thickness, height : [m]. brick, sliver : as in `walls`.
-    options : those of `Run` (bond, leaves, half, through, batter (inner and outer face), coping, openings). Openings have
-    jambs towards the centre and lintels; `Opening.at` is measured along the middle of the wall from its start.
+    options : those of `Run` (bond, leaves, half, through, batter (inner and outer face), coping, openings). Joints of
+    all leaves are above each other in plan, so that their straight sides match. Openings have jambs towards the centre
+    and lintels; `Opening.at` is measured along the middle of the wall from its start.
 
     Returns blocks of the groups "wall.<name>", "wall.<name>.lintel" and "wall.<name>.coping".
     """
@@ -100,7 +101,7 @@ def _strip(
     return Strip(run, axis, (-t / 2, right), (t / 2, -left), levels, top, top, f"wall.{run.name}")
 
 
-def _ring_pattern(strip: Strip, nominal: float) -> Pattern:
+def _closed(strip: Strip, nominal: float) -> Pattern:
     """The bond of a closed ring: a whole number of bricks, or of a stretcher and a header."""
     run, around = strip.run, strip.axis.length
     unit = 1 + HEADER if run.bond == "flemish" else 1.0
