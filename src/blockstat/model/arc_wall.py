@@ -61,9 +61,8 @@ def arc_wall(
     check_sizes([run], brick, sliver)
     strip = _strip(run, centre, radius, (start, end), tails, bed_levels([height], brick[1], sliver))
     closed = math.isclose(end - start, 360.0)
-    pattern = (
-        _ring_pattern(strip, brick[0]) if closed else fitted(run, brick[0], (0.0, None), (strip.axis.length, None))
-    )
+    pattern = _closed(strip, brick[0]) if closed else fitted(run, brick[0], (0.0, None), (strip.axis.length, None))
+    pattern = replace(pattern, staggered=False)
     if pattern.brick / radius > WIDEST:
         raise InputError(f'wall "{name}": bricks of {pattern.brick:.3g} m are too long for a radius of {radius:g} m')
     found = heads(strip, pattern.brick, brick[1])
