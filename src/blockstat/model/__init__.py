@@ -3,6 +3,7 @@
 from blockstat.model.arc_wall import arc_wall
 from blockstat.model.arch import arch, jack_arch
 from blockstat.model.build import build
+from blockstat.model.buttresses import buttress
 from blockstat.model.column import column, pier
 from blockstat.model.dome import dome
 from blockstat.model.flyer import flying_buttress
@@ -23,6 +24,7 @@ __all__ = [
     "assemble",
     "barrel_vault",
     "build",
+    "buttress",
     "column",
     "dome",
     "flying_buttress",

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from blockstat.assembly import Block
 from blockstat.errors import InputError
-from blockstat.model.brickwork import brickwork, head_stones
+from blockstat.model.brickwork import SLIVER, brickwork, head_stones
 from blockstat.model.head import Head, heads
 from blockstat.model.levels import bed_levels
 from blockstat.model.pattern import HEADER, Pattern, fitted
@@ -18,7 +19,7 @@ from blockstat.model.profile import positive
 from blockstat.model.row import Gap, Row
 from blockstat.model.run import Run
 from blockstat.model.strip import Edge, Ring, Strip, upright
-from blockstat.model.walls import SLIVER, check_sizes
+from blockstat.model.walls import check_sizes
 
 WIDEST = math.radians(60.0)  #: angle of one stone or opening: a straight side of it is then inside the thickness
 

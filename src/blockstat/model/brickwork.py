@@ -13,6 +13,7 @@ from blockstat.model.strip import Strip
 
 #: Number of the next block of each group and course: stretches of one run go on counting. The builders move it on.
 Numbers = dict[tuple[str, int], int]
+SLIVER = 1 / 3  #: of a brick: the least rest of one that is laid by itself
 HEADS = -1  #: in place of a course, for the openings of a group
 
 

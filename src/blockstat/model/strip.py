@@ -98,6 +98,18 @@ class Strip:
         z, over = self.levels[course], self.run.coping.overhang
         return (self.right[0] + self.right[1] * z - over, 0.0), (self.left[0] + self.left[1] * z + over, 0.0)
 
+    def far_end(self, course: int) -> Edge:
+        """The plane of the free far end in a course."""
+        if not self.ends:
+            return upright(self.axis.length)
+        z0, z1 = self.bed(course)
+        rounding = 1e-9 * (z1 - z0)
+        for (za, sa), (zb, sb) in zip(self.ends, self.ends[1:], strict=False):
+            if za <= z0 + rounding and zb >= z1 - rounding:
+                slope = (sb - sa) / (zb - za)
+                return (sa - slope * za, 0.0, slope)
+        raise AssertionError("the corners of a far end are on beds")
+
     def points(self, s: Floats, d: Floats, z: Floats) -> Floats:
         """Points x, y, z, shape (..., 3)."""
         return np.concatenate([self.axis.place(s, d), z[..., None]], axis=-1)

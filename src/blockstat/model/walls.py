@@ -8,7 +8,7 @@ import numpy as np
 
 from blockstat.assembly import Block
 from blockstat.errors import InputError
-from blockstat.model.brickwork import Numbers, brickwork, head_stones
+from blockstat.model.brickwork import SLIVER, Numbers, brickwork, head_stones
 from blockstat.model.buttresses import buttress_strips
 from blockstat.model.gable import raked_coping, slopes
 from blockstat.model.head import Head, heads
@@ -18,9 +18,7 @@ from blockstat.model.pattern import Pattern, fitted
 from blockstat.model.profile import positive
 from blockstat.model.row import Gap, Row
 from blockstat.model.run import Buttress, Run, check_run
-from blockstat.model.strip import Edge, Line, Strip, upright
-
-SLIVER = 1 / 3
+from blockstat.model.strip import Line, Strip, upright
 
 
 def walls(
@@ -124,7 +122,7 @@ def _build(
 
 def _pattern(strip: Strip, of_strip: Sequence[Join], nominal: float) -> Pattern:
     """The bond of a strip between its ends: whole bricks from the corners in the courses that butt there."""
-    places: list[tuple[float, int | None]] = [(0.0, None), (_free_end(strip, 0)[0], None)]
+    places: list[tuple[float, int | None]] = [(0.0, None), (strip.far_end(0)[0], None)]
     centre = (strip.right[0] + strip.left[0]) / 2
     for join in of_strip:
         if join.role == "across":
@@ -138,19 +136,6 @@ def _pattern(strip: Strip, of_strip: Sequence[Join], nominal: float) -> Pattern:
     if not places[1][0] > places[0][0]:
         raise InputError(f'wall "{strip.run.name}" has no length between the walls that it meets')
     return fitted(strip.run, nominal, *places)
-
-
-def _free_end(strip: Strip, course: int) -> Edge:
-    """The plane of the free far end of a strip in a course."""
-    if not strip.ends:
-        return upright(strip.axis.length)
-    z0, z1 = strip.bed(course)
-    rounding = 1e-9 * (z1 - z0)
-    for (za, sa), (zb, sb) in zip(strip.ends, strip.ends[1:], strict=False):
-        if za <= z0 + rounding and zb >= z1 - rounding:
-            slope = (sb - sa) / (zb - za)
-            return (sa - slope * za, 0.0, slope)
-    raise AssertionError("the corners of a far end are on beds")
 
 
 def _feet(strip: Strip, of_strip: Sequence[Join]) -> tuple[float, float]:
@@ -168,7 +153,7 @@ def _feet(strip: Strip, of_strip: Sequence[Join]) -> tuple[float, float]:
 
 
 def _row(strip: Strip, course: int, of_strip: Sequence[Join], found: Sequence[Head], foot: tuple[float, float]) -> Row:
-    end = _free_end(strip, min(course, strip.top - 1))
+    end = strip.far_end(course)
     bounds = [Gap(upright(0.0), upright(0.0), "its end"), Gap(end, end, "its end")]
     gaps = [head.gaps[course] for head in found if course in head.gaps]
     if course >= strip.top:
@@ -177,7 +162,7 @@ def _row(strip: Strip, course: int, of_strip: Sequence[Join], found: Sequence[He
     avoid: list[tuple[float, float]] = []
     plain = Row(strip, course, bounds[0], bounds[1])
     for join in of_strip:
-        edges, what = join.edges(course), f'wall "{join.other.run.name}"'
+        edges, what = join.edges(course), f'"{join.other.group}"'
         owned = join.owns(course)
         tied = join.bonded and course <= join.other.top  # the course below or above is cut there
         if join.role == "across":
