@@ -1,7 +1,9 @@
 """From a scene or from parameters to blocks."""
 
+from blockstat.model.arc_wall import arc_wall
 from blockstat.model.arch import arch, jack_arch, rib
 from blockstat.model.build import build
+from blockstat.model.buttresses import buttress
 from blockstat.model.column import column, pier
 from blockstat.model.dome import dome, drum
 from blockstat.model.fan import fan_vault, sail_vault
@@ -19,10 +21,12 @@ __all__ = [
     "Opening",
     "Run",
     "Through",
+    "arc_wall",
     "arch",
     "assemble",
     "barrel_vault",
     "build",
+    "buttress",
     "column",
     "dome",
     "drum",

@@ -33,7 +33,7 @@ def sail_vault(
     """
     _check_spans(spans)
     positive(rise=rise)
-    reach = float(np.hypot(*spans)) / 2
+    reach = float(np.hypot(spans[0], spans[1])) / 2
     if not rise < reach:
         raise InputError(f"rise is {rise!r}; over this bay it must be less than half the diagonal, {reach:.4g} m")
     radius = (reach**2 + rise**2) / (2 * rise)
@@ -88,7 +88,7 @@ def _quarter(half: Floats, rise: float, thickness: float, foot: float, rings: in
 
     Rows go from the springing up, columns from the edge along x to that along y.
     """
-    reach = float(np.hypot(*half))
+    reach = float(np.hypot(half[0], half[1]))
     diagonal = np.arctan2(half[1], half[0])
     angle = np.concatenate(
         [np.linspace(0, diagonal, voussoirs + 1), np.linspace(diagonal, np.pi / 2, voussoirs + 1)[1:]]
