@@ -11,7 +11,9 @@ import numpy as np
 from blockstat.assembly import Block
 from blockstat.errors import InputError
 from blockstat.model import run
+from blockstat.model.arc_wall import arc_wall
 from blockstat.model.arch import arch, jack_arch, rib
+from blockstat.model.buttresses import buttress
 from blockstat.model.column import column, pier
 from blockstat.model.dome import dome, drum
 from blockstat.model.fan import fan_vault, sail_vault
@@ -25,10 +27,11 @@ from blockstat.polyhedron import Floats
 from blockstat.spec import elements
 from blockstat.spec.element import Element
 from blockstat.spec.expression import evaluate
-from blockstat.spec.walls import Run, Walls
+from blockstat.spec.walls import ArcWall, Buttress, Run, Walls
 
 #: Builders whose options are the keys of the element.
 PLAIN: dict[type[Element], Callable[..., list[Block]]] = {
+    Buttress: buttress,
     elements.Column: column,
     elements.Pier: pier,
     elements.FlyingButtress: flying_buttress,
@@ -48,14 +51,18 @@ PLAIN: dict[type[Element], Callable[..., list[Block]]] = {
 def blocks_of(element: Element) -> list[Block]:
     """The blocks of an element about its own origin. Raises InputError for keys that do not fit together."""
     if type(element) in PLAIN:
-        placing = Element.__struct_fields__
-        return PLAIN[type(element)](**{key: value for key, value in _own(element).items() if key not in placing})
+        return PLAIN[type(element)](**_built(element))
     return _SPECIAL[type(element)](element)
 
 
 def _own(keys: msgspec.Struct) -> dict[str, Any]:
     """The keys of a table but for its presence."""
     return {key: value for key, value in msgspec.structs.asdict(keys).items() if key != "present"}
+
+
+def _built(element: Element) -> dict[str, Any]:
+    """The keys of an element without those of placing."""
+    return {key: value for key, value in _own(element).items() if key not in Element.__struct_fields__}
 
 
 def _box(element: elements.Box) -> list[Block]:
@@ -79,13 +86,21 @@ def _walls(element: Walls) -> list[Block]:
     )
 
 
+def _arc_wall(element: ArcWall) -> list[Block]:
+    return arc_wall(**_built(element) | _parts(element))
+
+
 def _run(name: str, keys: Run) -> run.Run:
-    changes: dict[str, Any] = {"openings": [run.Opening(**_own(o)) for o in keys.openings if o.present]}
-    if keys.coping is not None:
-        changes["coping"] = run.Coping(**_own(keys.coping))
-    if keys.through is not None:
-        changes["through"] = run.Through(**_own(keys.through))
-    return run.Run(name=name, **_own(keys) | changes)
+    return run.Run(name=name, **_own(keys) | _parts(keys))
+
+
+def _parts(keys: Run | ArcWall) -> dict[str, Any]:
+    """Openings, coping and through-stones of a wall."""
+    return {
+        "openings": [run.Opening(**_own(opening)) for opening in keys.openings if opening.present],
+        "coping": None if keys.coping is None else run.Coping(**_own(keys.coping)),
+        "through": None if keys.through is None else run.Through(**_own(keys.through)),
+    }
 
 
 def _freeform(element: elements.Freeform) -> list[Block]:
@@ -142,6 +157,7 @@ def _mesh(element: elements.Mesh) -> list[Block]:
 _SPECIAL: dict[type[Element], Callable[[Any], list[Block]]] = {
     elements.Box: _box,
     Walls: _walls,
+    ArcWall: _arc_wall,
     elements.Freeform: _freeform,
     elements.MeshVault: _mesh_vault,
     elements.Mesh: _mesh,

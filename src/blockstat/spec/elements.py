@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 import msgspec
 
 from blockstat.spec.element import Count, Element, Ends, Length, Size
-from blockstat.spec.walls import Walls
+from blockstat.spec.walls import ArcWall, Buttress, Walls
 
 Bond = Literal["running", "stack"]
 Groins = Literal["solid", "mitred"]
@@ -218,7 +218,7 @@ class FlyingButtress(Element, tag="flying_buttress", kw_only=True, frozen=True):
 
 
 KIND_LIST: tuple[type[Element], ...] = (
-    Walls, Box, Column, Pier, FlyingButtress, Arch, JackArch, Rib, Barrel, Groin, Pavilion, Dome, Drum, Sail, Fan,
+    Walls, ArcWall, Buttress, Box, Column, Pier, FlyingButtress, Arch, JackArch, Rib, Barrel, Groin, Pavilion, Dome, Drum, Sail, Fan,
     Freeform, MeshVault, Mesh,
 )  # fmt: skip
 KINDS: dict[str, type[Element]] = {str(kind.__struct_config__.tag): kind for kind in KIND_LIST}

@@ -87,3 +87,35 @@ class Walls(Element, tag="walls", kw_only=True, frozen=True):
     buttresses: tuple[WallButtress, ...] = ()  #: of the runs
     bonded: bool = True  #: false leaves straight joints where runs meet
     sliver: float = 1 / 3  #: a rest shorter than this fraction of a brick is joined to its neighbour
+
+
+class ArcWall(Element, tag="arc_wall", kw_only=True, frozen=True):
+    """A round wall from z = 0 up about its origin: an apse, or with a full turn a tower."""
+
+    radius: Length  #: of the middle of the wall [m]
+    start: float = 0.0  #: angle from the x axis, counter-clockwise [degrees]
+    end: float = 360.0  #: 360 beyond the start for a closed ring [degrees]
+    tails: tuple[Size, Size] = (0.0, 0.0)  #: lengths of straight stretches before and after the arc [m]
+    thickness: Length  #: [m]
+    height: Length  #: [m]
+    brick: tuple[Length, Length] = (0.5, 0.25)  #: nominal length and height [m]
+    bond: Literal["running", "stack", "english", "flemish"] = "running"  #: how its bricks are laid
+    leaves: Count = 1  #: in the thickness; 2 for English and Flemish bond
+    half: float = 0.5  #: length of the half brick of running bond, as a fraction of a whole one
+    through: Through | None = None  #: through-stones
+    batter: Ends = (0.0, 0.0)  #: inward slope of the inner and of the outer face [m per m of height]
+    coping: Coping | None = None  #: longer stones on top
+    openings: tuple[WallOpening, ...] = ()  #: doors and windows under lintels
+    sliver: float = 1 / 3  #: a rest shorter than this fraction of a brick is joined to its neighbour
+
+
+class Buttress(Element, tag="buttress", kw_only=True, frozen=True):
+    """A buttress that stands against an upright face in the plane y = 0, centred on its origin, towards y > 0."""
+
+    width: Length  #: along x [m]
+    projection: Length  #: along y [m]
+    height: Length  #: [m]
+    steps: tuple[Ends, ...] = ()  #: height and projection above it, lowest first [m]
+    weathering: Size = 0.0  #: height over which a step slopes back [m]
+    rake: Size = 0.0  #: slope of the outer face [m per m of height]
+    brick: tuple[Length, Length] = (0.5, 0.25)  #: nominal length and height of its stones [m]
