@@ -94,9 +94,7 @@ def rib(
     if not ((np.diff(joints[:, 0, 0]) < 0).all() and (np.diff(joints[:, 0, 1]) > 0).all() and joints[0, 0, 0] > 0):
         raise InputError(f"thickness is {thickness!r}; a rib under a curve of {span:g} m must be thinner [m]")
     blocks = _ring(whole_joints(joints, number), depth, springers)
-    return [
-        Block(b.vertices, b.faces, b.name.replace("arch", "rib"), b.group.replace("arch", "rib")) for b in blocks
-    ]
+    return [Block(b.vertices, b.faces, b.name.replace("arch", "rib"), b.group.replace("arch", "rib")) for b in blocks]
 
 
 def _ring(joints: Floats, depth: float, springers: float) -> list[Block]:

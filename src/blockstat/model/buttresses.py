@@ -6,11 +6,15 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from blockstat.assembly import Block
 from blockstat.errors import InputError
-from blockstat.model.levels import nearest
+from blockstat.model.brickwork import SLIVER, brickwork
+from blockstat.model.levels import bed_levels, nearest
+from blockstat.model.pattern import fitted
 from blockstat.model.profile import at_least, positive
+from blockstat.model.row import Gap, Row
 from blockstat.model.run import Buttress, Run, one_of, spaced
-from blockstat.model.strip import Line, Strip
+from blockstat.model.strip import Line, Strip, upright
 
 
 def buttress_strips(strips: Sequence[Strip], buttresses: Sequence[Buttress]) -> Iterator[tuple[int, Strip, bool]]:
@@ -88,6 +92,41 @@ def far_end(levels: Sequence[float], spec: Buttress, face: float, label: str) ->
         before = projection
     outline.append((levels[-1], before))
     ends = [(z, face + p - spec.rake * z) for z, p in outline]
-    if min(s for _, s in ends) < face - 1e-9 * face:
+    if min(s for _, s in ends) < face - 1e-9 * spec.projection:
         raise InputError(f"{label}: its outer face slopes back into the wall; reduce rake or raise the projection")
     return tuple((float(z), float(s)) for z, s in ends)
+
+
+def buttress(
+    *,
+    width: float,
+    projection: float,
+    height: float,
+    steps: Sequence[tuple[float, float]] = (),
+    weathering: float = 0.0,
+    rake: float = 0.0,
+    brick: tuple[float, float] = (0.5, 0.25),
+) -> list[Block]:
+    """One buttress that stands against an upright face in the plane y = 0, centred at x = 0, towards y > 0.
+
+    Parameters as those of `Buttress`; brick : nominal length and height of its stones [m]. Group "buttress", names
+    "buttress.<course>.<i>". Buttresses bonded into a wall are made with the wall, by `blockstat.model.walls`.
+    """
+    spec = Buttress(
+        wall="", width=width, projection=projection, height=height, steps=steps, weathering=weathering, rake=rake
+    )
+    _check(spec, "buttress")
+    positive(**{"brick[0]": brick[0], "brick[1]": brick[1]})
+    levels = bed_levels([height], brick[1], SLIVER)
+    ends = far_end(levels, spec, 0.0, "buttress")
+    run = Run(name="buttress", path=[(0, 0), (0, 1)], thickness=width, height=height)
+    axis = Line(np.zeros(2), np.array([0.0, 1.0]), projection)
+    top = len(levels) - 1
+    strip = Strip(run, axis, (-width / 2, 0.0), (width / 2, 0.0), levels, top, top, "buttress", ends=ends)
+    pattern = fitted(run, brick[0], (0.0, None), (projection, None))
+    foot = Gap(upright(0.0), upright(0.0), "the wall")
+    rows = []
+    for course in range(top):
+        end = strip.far_end(course)
+        rows.append(Row(strip, course, foot, Gap(end, end, "its end"), pointed=True))
+    return brickwork(rows, pattern, SLIVER, {})

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from itertools import product
@@ -14,42 +14,19 @@ import numpy as np
 from blockstat.assembly import Assembly, Block
 from blockstat.errors import InputError
 from blockstat.joint import JointLaw
-from blockstat.model.arch import arch, jack_arch
-from blockstat.model.column import column, pier
-from blockstat.model.dome import dome
 from blockstat.model.ground import ground
+from blockstat.model.kinds import blocks_of
 from blockstat.model.placing import moved
-from blockstat.model.solids import box
-from blockstat.model.vaults import barrel_vault, groin_vault, pavilion_vault
 from blockstat.overlap import overlaps
-from blockstat.spec import Composition, Plan, elements, parameters, resolve
+from blockstat.spec import Composition, Plan, parameters, resolve
 from blockstat.spec.composition import GROUND
+from blockstat.spec.element import Element, Repeat, repeats_of
 
 MOST_COPIES = 10_000
 #: Depth of an overlap of elements that is an error, relative to the smaller block; rounding makes less.
 OVERLAP = 1e-4
 #: A block stands on the ground when its foot is as near to z = 0 as this, relative to its height.
 FOOT = 1e-6
-PLACING = set(elements.Element.__struct_fields__)
-
-
-def _box(*, size: Sequence[float]) -> list[Block]:
-    x, y, z = size
-    return [box((-x / 2, -y / 2, 0.0), (x / 2, y / 2, z), name="box", group="")]
-
-
-#: What builds each kind of element from its keys.
-BUILDERS: dict[type[elements.Element], Callable[..., list[Block]]] = {
-    elements.Box: _box,
-    elements.Column: column,
-    elements.Pier: pier,
-    elements.Arch: arch,
-    elements.JackArch: jack_arch,
-    elements.Barrel: barrel_vault,
-    elements.Groin: groin_vault,
-    elements.Pavilion: pavilion_vault,
-    elements.Dome: dome,
-}
 
 
 def compose(composition: Composition) -> Assembly:
@@ -82,15 +59,14 @@ def compose(composition: Composition) -> Assembly:
     return assembly
 
 
-def _placed(name: str, element: elements.Element) -> Iterator[Block]:
+def _placed(name: str, element: Element) -> Iterator[Block]:
     """The blocks of an element and its copies, in place."""
-    options = {key: value for key, value in msgspec.structs.asdict(element).items() if key not in PLACING}
     try:
-        own = BUILDERS[type(element)](**options)
+        own = blocks_of(element)
     except InputError as error:
         raise InputError(f"elements.{name}: {error}") from None
     own = moved(own, element.at, turn=element.turn)
-    repeats = elements.repeats_of(element)
+    repeats = repeats_of(element)
     copies = list(product(*(range(repeat.number) for repeat in repeats)))
     if len(copies) > MOST_COPIES:
         raise InputError(f"elements.{name}.repeat: it makes {len(copies)} copies; at most {MOST_COPIES} are built")
@@ -103,7 +79,7 @@ def _placed(name: str, element: elements.Element) -> Iterator[Block]:
             yield replace(block, name=block.name.rstrip("."), group=block.group.rstrip("."), density=density)
 
 
-def _step(blocks: list[Block], repeat: elements.Repeat, k: int) -> list[Block]:
+def _step(blocks: list[Block], repeat: Repeat, k: int) -> list[Block]:
     """Blocks k steps on."""
     if repeat.turn:
         x, y = repeat.about

@@ -90,7 +90,7 @@ def drum(
 
 
 def _on_meridians(joints: Floats, voussoirs: int) -> Floats:
-    """Corners on every half meridian, by joint, meridian and side (intrados, extrados), shape (n, 2 voussoirs, 2, 3)."""
+    """Corners by joint, half meridian and side (intrados, extrados), shape (n, 2 voussoirs, 2, 3)."""
     angle = np.pi * np.arange(2 * voussoirs) / voussoirs
     meridian = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     plan = joints[:, None, :, :1] * meridian[None, :, None, :]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import product
 
 import numpy as np
 
@@ -29,12 +28,12 @@ def sail_vault(
 ) -> list[Block]:
     """A sail vault: a sphere over a rectangle, through its four corners at z = 0, centred at the origin.
 
-    spans : along x and y [m]; rise : of the crown above the corners, less than half the diagonal [m]; thickness : normal
-    to the middle surface, which is the sphere [m]. The rest as in `freeform`, and so are the groups.
+    spans : along x and y [m]; rise : of the crown above the corners, less than half the diagonal [m]; thickness :
+    normal to the middle surface, which is the sphere [m]. The rest as in `freeform`, and so are the groups.
     """
     _check_spans(spans)
     positive(rise=rise)
-    reach = float(np.hypot(*spans)) / 2
+    reach = float(np.hypot(spans[0], spans[1])) / 2
     if not rise < reach:
         raise InputError(f"rise is {rise!r}; over this bay it must be less than half the diagonal, {reach:.4g} m")
     radius = (reach**2 + rise**2) / (2 * rise)
@@ -89,27 +88,30 @@ def _quarter(half: Floats, rise: float, thickness: float, foot: float, rings: in
 
     Rows go from the springing up, columns from the edge along x to that along y.
     """
-    reach = float(np.hypot(*half))
+    reach = float(np.hypot(half[0], half[1]))
     diagonal = np.arctan2(half[1], half[0])
     angle = np.concatenate(
         [np.linspace(0, diagonal, voussoirs + 1), np.linspace(diagonal, np.pi / 2, voussoirs + 1)[1:]]
     )
-    c, s = np.cos(angle), np.sin(angle)
-    c[-1] = s[0] = 0.0
+    c, d = np.cos(angle), np.sin(angle)
+    c[-1] = d[0] = 0.0
     with np.errstate(divide="ignore"):
-        last = np.minimum(half[0] / c, half[1] / s)
+        last = np.minimum(half[0] / c, half[1] / d)
     last[voussoirs] = reach
     # The ellipse r = reach - (reach - foot) cos a, z = rise sin a; equal lengths of it on each meridian.
     table = np.linspace(0, np.pi / 2, 2049)
     speed = np.hypot((reach - foot) * np.sin(table), rise * np.cos(table))
     length = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2 * np.diff(table))])
     whole = np.interp(np.arccos((reach - last) / (reach - foot)), table, length)
-    turn = np.interp(np.linspace(0, 1, rings + 1)[:, None] * whole, length, table)
+    s = np.linspace(0, 1, rings + 1)[:, None]
+    # Level at the springing; what a meridian is longer than the shortest is made up towards the crown.
+    along = s * whole.min() + s**2 * (whole - whole.min())
+    turn = np.interp(along, length, table)
     turn[-1] = np.arccos((reach - last) / (reach - foot))
     radius, height = reach - (reach - foot) * np.cos(turn), rise * np.sin(turn)
-    inner = np.stack([half[0] - radius * c, half[1] - radius * s, height], axis=2)
+    inner = np.stack([half[0] - radius * c, half[1] - radius * d, height], axis=2)
     # Normal to the meridian, towards the axis at the springing and up at the crown.
-    normal = np.stack([rise * np.cos(turn) * c, rise * np.cos(turn) * s, (reach - foot) * np.sin(turn)], axis=2)
+    normal = np.stack([rise * np.cos(turn) * c, rise * np.cos(turn) * d, (reach - foot) * np.sin(turn)], axis=2)
     normal /= np.linalg.norm(normal, axis=2)[..., None]
     offset = normal.copy()
     # Where conoids meet, their joint is in the upright plane between them.
@@ -131,7 +133,5 @@ def _conoid(sides: Floats, corner: str, springers: float) -> Iterator[Block]:
     if springers:
         positive(springers=springers)
         inner, outer = sides[:, 0] * sign
-        parts = [
-            below(np.array([inner[k], outer[k], outer[k + 1], inner[k + 1]]), springers) for k in range(columns)
-        ]
+        parts = [below(np.array([inner[k], outer[k], outer[k + 1], inner[k + 1]]), springers) for k in range(columns)]
         yield fuse(parts, name=f"springer.{corner}", group=f"springer.{corner}")

@@ -182,10 +182,10 @@ class Cells:
         vertices = self.corners.reshape(-1, 3)[index]
         rank = np.empty(8, dtype=int)
         rank[order] = np.arange(8)
-        return polyhedron(vertices, [part for face in FACES for part in _split(vertices, face, rank)])
+        return polyhedron(vertices, [part for face in FACES for part in split_face(vertices, face, rank)])
 
 
-def _split(vertices: Floats, face: Sequence[int], rank: Any) -> list[list[int]]:
+def split_face(vertices: Floats, face: Sequence[int], rank: Any) -> list[list[int]]:
     """A plane quadrilateral as it is, another one as two triangles.
 
     Judged and split by the order of its corners in the grid, so that both blocks that share it do the same.

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from blockstat.assembly import Block
 from blockstat.errors import InputError
 from blockstat.model.row import Gap
+from blockstat.model.run import Coping
 from blockstat.model.strip import Strip
 from blockstat.polyhedron import Floats
 
@@ -19,8 +21,16 @@ def slopes(strip: Strip, foot: tuple[float, float]) -> tuple[Gap, Gap]:
     return Gap(left, left, "its slope"), Gap(right, right, "its slope")
 
 
-def raked_stones(strip: Strip, foot: tuple[float, float], height: float, length: float) -> list[Floats]:
-    """Outlines in s, z of coping stones on both slopes, joints square to them; foot and ridge joints are upright."""
+def raked_coping(strip: Strip, foot: tuple[float, float], coping: Coping, brick: tuple[float, float]) -> list[Block]:
+    """Coping stones on both slopes, of the group "wall.<run>.coping", from left to right."""
+    group, over = f"{strip.group}.coping", coping.overhang
+    faces = ((strip.right[0] - over, strip.right[1]), (strip.left[0] + over, strip.left[1]))
+    sections = _stones(strip, foot, coping.height or brick[1], coping.length or 2 * brick[0])
+    return [strip.slab(section, f"{group}.0.{i}", group, faces) for i, section in enumerate(sections)]
+
+
+def _stones(strip: Strip, foot: tuple[float, float], height: float, length: float) -> list[Floats]:
+    """Outlines in s, z of coping stones, joints square to the slope; foot and ridge joints are upright."""
     if not height > 0 or not length > 0:
         raise InputError(f'wall "{strip.run.name}": height and length of its coping must be above 0')
     z0, z1 = strip.levels[strip.top], strip.levels[strip.ridge]

@@ -29,6 +29,7 @@ class Pattern:
     half: float = 0.5
     leaves: int = 1
     through: Through | None = None
+    staggered: bool = True  #: whether joints of neighbouring leaves are half a brick apart in running bond
 
     def leaves_in(self, course: int) -> int:
         return 1 if self.bond == "english" and course % 2 else self.leaves
@@ -39,7 +40,7 @@ class Pattern:
             return np.empty(0)
         if self.bond == "english" and course % 2:
             return self._lattice(self.brick / 4, HEADER * self.brick, low, high)
-        turn = {"running": course + leaf, "stack": self.phase, "english": 0}[self.bond] + self.phase
+        turn = {"running": course + leaf * self.staggered, "stack": self.phase, "english": 0}[self.bond] + self.phase
         return self._lattice(self._offset(turn), self.brick, low, high)
 
     def headers(self, course: int, low: float, high: float) -> Floats:

@@ -56,7 +56,7 @@ class Row:
                 continue
             if width.min() < least * (1 - 1e-9) and not (self.pointed and width.min() > -1e-9 * least):
                 raise InputError(
-                    f'wall "{self.strip.run.name}": {width.min():.3g} m is left between {before.what} and '
+                    f'"{self.strip.group}": {width.min():.3g} m is left between {before.what} and '
                     f"{after.what} at a height of {self.strip.bed(self.course)[0]:.3g} m; leave at least {least:.3g} m"
                 )
             found.append((before.high, after.low))

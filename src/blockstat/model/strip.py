@@ -45,18 +45,26 @@ class Line:
 
 @dataclass(frozen=True, eq=False)
 class Ring:
-    """A round axis, counter-clockwise, d towards its centre."""
+    """A round axis, counter-clockwise, d towards its centre; with tails, straight stretches along its tangents."""
 
     centre: Floats
     radius: float
-    start: float  #: [rad]
-    length: float
+    start: float  #: angle where the arc begins [rad]
+    arc: float  #: length of the arc [m]
+    tails: tuple[float, float] = (0.0, 0.0)  #: lengths of the stretches before and after it [m]
+
+    @property
+    def length(self) -> float:
+        return self.arc + sum(self.tails)
 
     def place(self, s: Floats, d: Floats) -> Floats:
         """Points x, y, shape (..., 2)."""
-        angle = self.start + s / self.radius
-        r = self.radius - d
-        return self.centre + np.stack([r * np.cos(angle), r * np.sin(angle)], axis=-1)
+        beyond = s - self.tails[0]
+        on_arc = np.clip(beyond, 0.0, self.arc) if any(self.tails) else beyond
+        angle = self.start + on_arc / self.radius
+        out = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        along = np.stack([-out[..., 1], out[..., 0]], axis=-1)
+        return self.centre + (self.radius - d)[..., None] * out + (beyond - on_arc)[..., None] * along
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +97,18 @@ class Strip:
             return self.right, self.left
         z, over = self.levels[course], self.run.coping.overhang
         return (self.right[0] + self.right[1] * z - over, 0.0), (self.left[0] + self.left[1] * z + over, 0.0)
+
+    def far_end(self, course: int) -> Edge:
+        """The plane of the free far end in a course."""
+        if not self.ends:
+            return upright(self.axis.length)
+        z0, z1 = self.bed(course)
+        rounding = 1e-9 * (z1 - z0)
+        for (za, sa), (zb, sb) in zip(self.ends, self.ends[1:], strict=False):
+            if za <= z0 + rounding and zb >= z1 - rounding:
+                slope = (sb - sa) / (zb - za)
+                return (sa - slope * za, 0.0, slope)
+        raise AssertionError("the corners of a far end are on beds")
 
     def points(self, s: Floats, d: Floats, z: Floats) -> Floats:
         """Points x, y, z, shape (..., 3)."""

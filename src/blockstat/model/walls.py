@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from blockstat.assembly import Block
 from blockstat.errors import InputError
+from blockstat.model.brickwork import SLIVER, Numbers, brickwork, head_stones
 from blockstat.model.buttresses import buttress_strips
-from blockstat.model.gable import raked_stones, slopes
+from blockstat.model.gable import raked_coping, slopes
 from blockstat.model.head import Head, heads
 from blockstat.model.junction import Join, joins
 from blockstat.model.levels import bed_levels, nearest
 from blockstat.model.pattern import Pattern, fitted
 from blockstat.model.profile import positive
-from blockstat.model.row import Gap, Row, lay
+from blockstat.model.row import Gap, Row
 from blockstat.model.run import Buttress, Run, check_run
-from blockstat.model.strip import Edge, Line, Strip, upright
-
-SLIVER = 1 / 3
+from blockstat.model.strip import Line, Strip, upright
 
 
 def walls(
@@ -53,7 +52,7 @@ def walls(
     number of the opening or 0, and of the stone.
     """
     runs = [runs] if isinstance(runs, Run) else list(runs)
-    _check(runs, brick, sliver)
+    check_sizes(runs, brick, sliver)
     marks = [h for run in runs for h in ((run.height, run.height + run.gable) if run.gable else (run.height,))]
     levels = bed_levels(marks, brick[1], sliver)
     strips = [strip for run in runs for strip in _strips(run, levels)]
@@ -62,13 +61,13 @@ def walls(
         loose += [] if tied else [(host, len(strips))]
         strips.append(strip)
     blocks: list[Block] = []
-    numbers: dict[tuple[str, str], int] = {}
+    numbers: Numbers = {}
     for strip, of_strip in zip(strips, joins(strips, loose, bonded=bonded), strict=True):
         blocks += _build(strip, of_strip, brick, sliver, numbers)
     return blocks
 
 
-def _check(runs: Sequence[Run], brick: Sequence[float], sliver: float) -> None:
+def check_sizes(runs: Sequence[Run], brick: Sequence[float], sliver: float) -> None:
     if len(brick) != 2:
         raise InputError(f"brick is {brick!r}; it must be its nominal length and height [m]")
     positive(**{"brick[0]": brick[0], "brick[1]": brick[1]})
@@ -108,31 +107,22 @@ def _strips(run: Run, levels: tuple[float, ...]) -> list[Strip]:
 
 
 def _build(
-    strip: Strip, of_strip: Sequence[Join], brick: tuple[float, float], sliver: float, numbers: dict
+    strip: Strip, of_strip: Sequence[Join], brick: tuple[float, float], sliver: float, numbers: Numbers
 ) -> list[Block]:
-    """Blocks of one strip. numbers : of the next block in each group and course, moved on here."""
+    """Blocks of one strip."""
     pattern = _pattern(strip, of_strip, brick[0])
     found = heads(strip, pattern.brick, brick[1])
-    least = sliver * pattern.brick
     foot = _feet(strip, of_strip)
-    blocks = []
-    for course in range(strip.ridge):
-        bond, group = pattern, strip.group
-        if course == strip.coped and strip.run.coping is not None:
-            long = strip.run.coping.length or 2 * pattern.brick
-            bond, group = Pattern("running", long, pattern.anchor, pattern.phase), f"{group}.coping"
-        row = _row(strip, course, of_strip, found, foot)
-        ends, leaves = lay(row, bond, least)
-        first = numbers.get((group, str(course)), 0)
-        numbers[group, str(course)] = first + len(ends)
-        names = [f"{group}.{course}.{first + i}" for i in range(len(ends))]
-        blocks += strip.bricks(course, ends, leaves, names, group)
-    return blocks + list(_stones(strip, found, foot, pattern.brick, brick[1], numbers))
+    rows = [_row(strip, course, of_strip, found, foot) for course in range(strip.ridge)]
+    blocks = brickwork(rows, pattern, sliver, numbers) + head_stones(strip, found, numbers)
+    if strip.run.coping is not None and strip.ridge > strip.top:
+        blocks += raked_coping(strip, foot, strip.run.coping, (pattern.brick, brick[1]))
+    return blocks
 
 
 def _pattern(strip: Strip, of_strip: Sequence[Join], nominal: float) -> Pattern:
     """The bond of a strip between its ends: whole bricks from the corners in the courses that butt there."""
-    places: list[tuple[float, int | None]] = [(0.0, None), (_free_end(strip, 0)[0], None)]
+    places: list[tuple[float, int | None]] = [(0.0, None), (strip.far_end(0)[0], None)]
     centre = (strip.right[0] + strip.left[0]) / 2
     for join in of_strip:
         if join.role == "across":
@@ -146,19 +136,6 @@ def _pattern(strip: Strip, of_strip: Sequence[Join], nominal: float) -> Pattern:
     if not places[1][0] > places[0][0]:
         raise InputError(f'wall "{strip.run.name}" has no length between the walls that it meets')
     return fitted(strip.run, nominal, *places)
-
-
-def _free_end(strip: Strip, course: int) -> Edge:
-    """The plane of the free far end of a strip in a course."""
-    if not strip.ends:
-        return upright(strip.axis.length)
-    z0, z1 = strip.bed(course)
-    rounding = 1e-9 * (z1 - z0)
-    for (za, sa), (zb, sb) in zip(strip.ends, strip.ends[1:], strict=False):
-        if za <= z0 + rounding and zb >= z1 - rounding:
-            slope = (sb - sa) / (zb - za)
-            return (sa - slope * za, 0.0, slope)
-    raise AssertionError("the corners of a far end are on beds")
 
 
 def _feet(strip: Strip, of_strip: Sequence[Join]) -> tuple[float, float]:
@@ -176,7 +153,7 @@ def _feet(strip: Strip, of_strip: Sequence[Join]) -> tuple[float, float]:
 
 
 def _row(strip: Strip, course: int, of_strip: Sequence[Join], found: Sequence[Head], foot: tuple[float, float]) -> Row:
-    end = _free_end(strip, min(course, strip.top - 1))
+    end = strip.far_end(course)
     bounds = [Gap(upright(0.0), upright(0.0), "its end"), Gap(end, end, "its end")]
     gaps = [head.gaps[course] for head in found if course in head.gaps]
     if course >= strip.top:
@@ -185,7 +162,7 @@ def _row(strip: Strip, course: int, of_strip: Sequence[Join], found: Sequence[He
     avoid: list[tuple[float, float]] = []
     plain = Row(strip, course, bounds[0], bounds[1])
     for join in of_strip:
-        edges, what = join.edges(course), f'wall "{join.other.run.name}"'
+        edges, what = join.edges(course), f'"{join.other.group}"'
         owned = join.owns(course)
         tied = join.bonded and course <= join.other.top  # the course below or above is cut there
         if join.role == "across":
@@ -200,22 +177,3 @@ def _row(strip: Strip, course: int, of_strip: Sequence[Join], found: Sequence[He
         if owned and tied:
             avoid.append(plain.span(edges[1 - side]))
     return Row(strip, course, bounds[0], bounds[1], gaps, avoid, pointed=bool(strip.ends))
-
-
-def _stones(
-    strip: Strip, found: Sequence[Head], foot: tuple[float, float], length: float, height: float, numbers: dict
-) -> Iterable[Block]:
-    """Lintels, voussoirs and raked coping stones."""
-    for head in found:
-        group = f"{strip.group}.{head.kind}"
-        k = numbers.get((group, ""), 0)
-        numbers[group, ""] = k + 1
-        for i, stone in enumerate(head.stones):
-            yield strip.slab(stone, f"{group}.{k}.{i}", group)
-    coping = strip.run.coping
-    if coping is not None and strip.ridge > strip.top:
-        group, over = f"{strip.group}.coping", coping.overhang
-        faces = ((strip.right[0] - over, strip.right[1]), (strip.left[0] + over, strip.left[1]))
-        sizes = (coping.height or height, coping.length or 2 * length)
-        for i, stone in enumerate(raked_stones(strip, foot, *sizes)):
-            yield strip.slab(stone, f"{group}.0.{i}", group, faces)

@@ -9,33 +9,13 @@ from typing import Annotated, Literal
 
 import msgspec
 
-Length = Annotated[float, msgspec.Meta(gt=0)]
-Size = Annotated[float, msgspec.Meta(ge=0)]
-Count = Annotated[int, msgspec.Meta(ge=1)]
-Ends = tuple[float, float]
-Point = tuple[float, float, float]
+from blockstat.spec.element import Count, Element, Ends, Length, Size
+from blockstat.spec.walls import ArcWall, Buttress, Walls
+
 Bond = Literal["running", "stack"]
 Groins = Literal["solid", "mitred"]
 Edge = Literal["south", "north", "west", "east"]
-
-
-class Repeat(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
-    """Copies in a row or round a vertical axis: copy k is turned by k x turn about a point, and moved by k x by."""
-
-    number: Count  #: of copies, the first included
-    by: Point = (0.0, 0.0, 0.0)  #: step from one to the next [m]
-    turn: float = 0.0  #: from one to the next, counter-clockwise seen from above [degrees]
-    about: Ends = (0.0, 0.0)  #: x and y of the axis of turning [m]
-
-
-class Element(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True, tag_field="kind"):
-    """Keys that every element has."""
-
-    present: bool = True  #: true, false or "search"; an element that is not there makes no block
-    at: Point = (0.0, 0.0, 0.0)  #: where the element's origin goes: x, y, z [m]
-    turn: float = 0.0  #: about the vertical through its origin, counter-clockwise seen from above [degrees]
-    repeat: Repeat | tuple[Repeat, ...] = ()  #: copies; of several, each repeats what the one before made
-    density: Length | None = None  #: [kg/m3], by default the material's
+EDGES: tuple[Edge, ...] = ("south", "north", "west", "east")
 
 
 class Box(Element, tag="box", kw_only=True, frozen=True):
@@ -139,10 +119,106 @@ class Dome(Element, tag="dome", kw_only=True, frozen=True):
     springers: Size = 0.0  #: height of the blocks under the first ring, 0 for none [m]
 
 
-KIND_LIST: tuple[type[Element], ...] = (Box, Column, Pier, Arch, JackArch, Barrel, Groin, Pavilion, Dome)
+class Rib(Element, tag="rib", kw_only=True, frozen=True):
+    """A rib under a barrel vault that spans x; its extrados corners are the corners of the vault's intrados."""
+
+    shape: str = "semicircular"  #: of the vault above
+    span: Length  #: of the vault above [m]
+    rise: Length | None = None  #: of the vault above [m]
+    thickness: Length  #: inwards from the vault's intrados [m]
+    depth: Length  #: along y [m]
+    voussoirs: int | None = None  #: of the vault above
+    voussoir: Length | None = None  #: or their length along the vault's intrados [m]
+    springers: Size = 0.0  #: height of the blocks under the springings, 0 for none [m]
+
+
+class Drum(Element, tag="drum", kw_only=True, frozen=True):
+    """The round wall under a dome of the same span and voussoirs, from z = 0 up, about its origin."""
+
+    span: Length  #: clear diameter [m]
+    thickness: Length  #: [m]
+    height: Length  #: [m]
+    courses: Count  #: their number
+    voussoirs: Annotated[int, msgspec.Meta(ge=3)]  #: stones in each course
+    bond: Bond = "running"  #: or stack
+
+
+class Sail(Element, tag="sail", kw_only=True, frozen=True):
+    """A sail vault: a sphere over a rectangle through its corners at z = 0, centred on its origin."""
+
+    spans: tuple[Length, Length]  #: along x and y [m]
+    rise: Length  #: of the crown above the corners [m]
+    thickness: Length  #: normal to the sphere, which is the middle surface [m]
+    courses: Annotated[int, msgspec.Meta(ge=2)]  #: along y
+    voussoirs: Count  #: in each course
+    supports: tuple[Edge, ...] = EDGES  #: edges that have springers
+    springers: Size = 0.0  #: length of the blocks beyond these edges, 0 for none [m]
+
+
+class Fan(Element, tag="fan", kw_only=True, frozen=True):
+    """A fan vault: four conoids about the corners of a bay, springing at z = 0, centred on its origin."""
+
+    spans: tuple[Length, Length]  #: between the axes of the conoids, along x and y [m]
+    rise: Length  #: of the intrados at the middle of the bay [m]
+    thickness: Length  #: normal to the surface [m]
+    foot: Length  #: radius of the conoids' intrados at the springing, at least the thickness [m]
+    rings: Annotated[int, msgspec.Meta(ge=2)]  #: of each quarter conoid
+    voussoirs: Annotated[int, msgspec.Meta(ge=2)]  #: in each ring of a quarter, an even number
+    springers: Size = 0.0  #: height of the blocks under the conoids, 0 for none [m]
+
+
+class Freeform(Element, tag="freeform", kw_only=True, frozen=True):
+    """A vault in bonded courses over a surface above a rectangle: a formula, or a mesh file."""
+
+    height: str | None = None  #: of the middle surface [m], arithmetic over x, y and the constants: "2 * (1 - y ** 2)"
+    constants: dict[str, float] = msgspec.field(default_factory=dict)  #: names that the formula may use
+    file: str | None = None  #: or a mesh of it, beside the scene: .obj, .ply, .stl or .glb
+    units: str = "m"  #: of the file
+    x: Ends | None = None  #: ends of the rectangle [m]; by default those of the mesh
+    y: Ends | None = None  #: ends of the rectangle [m]; by default those of the mesh
+    courses: Annotated[int, msgspec.Meta(ge=2)]  #: along y
+    voussoirs: Count  #: in each course, along x
+    thickness: Length  #: normal to the surface [m]
+    supports: tuple[Edge, ...] = ("south", "north")  #: edges that have springers
+    springers: Size = 0.0  #: length of the blocks beyond these edges, 0 for none [m]
+    bond: Bond = "running"  #: or stack
+
+
+class MeshVault(Element, tag="mesh_vault", kw_only=True, frozen=True):
+    """A vault whose voussoirs are the faces of a mesh, with joints normal to it."""
+
+    file: str  #: the middle surface, beside the scene: .obj (polygons), .ply, .stl or .glb
+    units: str = "m"  #: of the file
+    thickness: Length  #: normal to the surface [m]
+    supports: Literal["lowest", "all"] = "lowest"  #: edges of the boundary that have springers
+    springers: Size = 0.0  #: length of the blocks beyond these edges, 0 for none [m]
+
+
+class Mesh(Element, tag="mesh", kw_only=True, frozen=True):
+    """Blocks of a file, as they are."""
+
+    file: str  #: beside the scene: .json, .obj, .glb, .stl, .ply or a directory, one solid a block
+    units: str | None = None  #: of the file, by default metres
+
+
+class FlyingButtress(Element, tag="flying_buttress", kw_only=True, frozen=True):
+    """A raking arch in the plane x, z from a wall's face at x = 0 to a pier's face at x = span."""
+
+    form: str = "arc"  #: a ring whose soffit is level at the wall, or a "straight" strut
+    span: Length  #: clear between the faces [m]
+    low: Size  #: height of the soffit at the pier [m]
+    high: Length  #: height of the soffit at the wall [m]
+    depth: Length  #: of the voussoirs, normal to the soffit [m]
+    width: Length  #: along y [m]
+    voussoirs: Annotated[int, msgspec.Meta(ge=2)]  #: their number
+    pier: tuple[Length, Length] | None = None  #: its size along x and y, none by default [m]
+    pier_height: Length | None = None  #: by default the top of the flyer there [m]
+    courses: Count = 1  #: of the pier
+    pinnacle: Size = 0.0  #: height of a block that weighs the pier down, 0 for none [m]
+
+
+KIND_LIST: tuple[type[Element], ...] = (
+    Walls, ArcWall, Buttress, Box, Column, Pier, FlyingButtress, Arch, JackArch, Rib, Barrel, Groin, Pavilion, Dome, Drum, Sail, Fan,
+    Freeform, MeshVault, Mesh,
+)  # fmt: skip
 KINDS: dict[str, type[Element]] = {str(kind.__struct_config__.tag): kind for kind in KIND_LIST}
-
-
-def repeats_of(element: Element) -> tuple[Repeat, ...]:
-    """The repetitions of an element, none or several."""
-    return (element.repeat,) if isinstance(element.repeat, Repeat) else element.repeat
