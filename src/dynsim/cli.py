@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -22,6 +22,9 @@ from blockstat.cli_options import (
     run_app,
 )
 from blockstat.errors import InputError
+
+if TYPE_CHECKING:
+    from blockstat.search import Margin
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 
@@ -145,6 +148,15 @@ def optimise(
         str | None,
         typer.Option("--parameters", metavar="PATH,...", help="Parameters to move, in order; all ranges by default."),
     ] = None,
+    strategy: Annotated[str, typer.Option(help='"paper", "pruned", "gradient" or "pareto".')] = "pruned",
+    over: Annotated[
+        str, typer.Option(help='"line": one parameter after the other; "grid": every combination.')
+    ] = "line",
+    reserve: Annotated[
+        str | None,
+        typer.Option(metavar="X,Y,Z,LEAST", help='For "gradient", "pareto": push in this direction to be carried [g].'),
+    ] = None,
+    snap: Annotated[bool, typer.Option(help='"gradient": only designs on the steps of the ranges.')] = False,
     friction: Friction = None,
     gravity: Gravity = None,
     tilt: Tilt = None,
@@ -153,16 +165,16 @@ def optimise(
     preset: Preset = "default",
     as_json: AsJson = False,
 ) -> None:
-    """Thin a building down: statics prune, Bullet verifies, a report tells."""
+    """Make a building lighter: statics prune, Bullet verifies, a report tells."""
     from blockstat.io.scene import load_scene
-    from blockstat.search import check_names
+    from blockstat.search import space_of
     from dynsim.optimise import optimise as run
     from dynsim.settings import Settings
 
     building = load_scene(scene)
     directory = output or Path("out") / building.name
     names = only.split(",") if only else None
-    check_names(building, names)
+    space_of(building, names)
     directory.mkdir(parents=True, exist_ok=True)
     settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
     given = {"friction": friction, "gravity": gravity, "tilt": tilt}
@@ -173,6 +185,10 @@ def optimise(
         settings=settings,
         under=lambda assembly: modified(assembly, friction=friction, gravity=gravity, tilt=tilt),
         conditions=", ".join(f"{name} {value}" for name, value in given.items() if value is not None),
+        strategy=strategy,
+        over=over,
+        margin=_margin(reserve) if reserve is not None else None,
+        snap=snap,
     )
     if as_json:
         print_json(
@@ -180,6 +196,10 @@ def optimise(
                 "best": result.best_parameters,
                 "finished": result.finished,
                 "history": [asdict(candidate) for candidate in result.history],
+                "front": [asdict(candidate) for candidate in result.front],
+                "static_solves": result.static_solves,
+                "certificates_reused": result.certificates_reused,
+                "dynamic_runs": result.dynamic_runs,
                 "report": str(report),
             }
         )
@@ -189,6 +209,16 @@ def optimise(
         typer.echo(f"best: {words}\nreport: {report}")
     if not result.finished:
         raise KeyboardInterrupt
+
+
+def _margin(text: str) -> Margin:
+    from blockstat.search import Margin
+
+    try:
+        x, y, z, least = (float(number) for number in text.split(","))
+    except ValueError:
+        raise InputError(f'--reserve is "{text}"; it must be X,Y,Z,LEAST such as 0,1,0,0.05') from None
+    return Margin((x, y, z), least)
 
 
 def main() -> None:
