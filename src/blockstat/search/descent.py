@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import product
 from time import process_time
@@ -28,7 +29,13 @@ MOST = 64
 AIM = 2e-6
 #: Where a design does not stand in the dynamic verifier, this much reserve more is asked for, then twice that, ...
 MORE, TRIES = 0.01, 6
-ITERATIONS, ACCURACY = 60, 1e-9
+ACCURACY = 1e-9
+#: A descent ends after this many designs, or this many without a lighter one by more than this share.
+DESIGNS, IDLE, GAIN = 80, 12, 1e-6
+
+
+class _Enough(Exception):
+    """A descent no longer gains."""
 
 
 @dataclass(frozen=True)
@@ -80,10 +87,19 @@ class Descent:
 
         n, (low, high) = len(self.moved), self._bounds()
         seen: list[Candidate] = []
+        best, idle = np.inf, 0
 
         def at(x: Floats) -> Candidate:
-            seen.append(self.measured(x))
-            return seen[-1]
+            nonlocal best, idle
+            found = self.measured(x)
+            if found in seen:
+                return found
+            seen.append(found)
+            lighter = _enough(found, least) and (found.volume or 0.0) < best * (1 - GAIN)
+            best, idle = (found.volume or 0.0, 0) if lighter else (best, idle + 1)
+            if len(seen) >= DESIGNS or (idle >= IDLE and np.isfinite(best)):
+                raise _Enough
+            return found
 
         first = at(np.ones(n))
         if n and first.volume:
@@ -98,12 +114,12 @@ class Descent:
                 "fun": lambda x: (at(x).reserve or 0.0) - least - AIM,
                 "jac": lambda x: np.array(at(x).slopes[n:]) * scale,
             }
-            minimize(
-                volume, np.ones(n), jac=True, bounds=[(0.0, 1.0)] * n, constraints=constraint, method="SLSQP",
-                options={"maxiter": ITERATIONS, "ftol": ACCURACY},
-            )  # fmt: skip
-        enough = [c for c in seen if c.volume is not None and c.reserve is not None and c.reserve >= least]
-        return min(enough, key=lambda c: c.volume or 0.0) if enough else None
+            with suppress(_Enough):
+                minimize(
+                    volume, np.ones(n), jac=True, bounds=[(0.0, 1.0)] * n, constraints=constraint, method="SLSQP",
+                    options={"maxiter": DESIGNS, "ftol": ACCURACY},
+                )  # fmt: skip
+        return min((c for c in seen if _enough(c, least)), key=lambda c: c.volume or 0.0, default=None)
 
     def snapped(self, found: Candidate, least: float) -> Candidate | None:
         """The lightest of the designs round about on the steps of the ranges that has the reserve."""
@@ -114,8 +130,12 @@ class Descent:
             ends.append(sorted({steps[max(place - 1, 0)], steps[min(place, len(steps) - 1)]}))
         low, high = self._bounds()
         near = [self.measured((np.array(c) - low) / np.where(high > low, high - low, 1.0)) for c in product(*ends)]
-        enough = [c for c in near if c.volume is not None and c.reserve is not None and c.reserve >= least]
-        return min(enough, key=lambda c: c.volume or 0.0) if enough else None
+        return min((c for c in near if _enough(c, least)), key=lambda c: c.volume or 0.0, default=None)
+
+
+def _enough(found: Candidate, least: float) -> bool:
+    """Whether a design was built and has the reserve."""
+    return found.volume is not None and found.reserve is not None and found.reserve >= least
 
 
 def descents(judge: Judge, margin: Margin) -> Iterator[Descent]:
