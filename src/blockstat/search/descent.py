@@ -1,6 +1,7 @@
 """Least volume with a required reserve, by exact derivatives; what must be counted is gone through one by one.
 
-scipy's SLSQP moves the continuous parameters of each combination of the others. A design is offered when its limit load
+Linear programs (scipy's HiGHS) with tangents as cutting planes (Kelley 1960), in a box that grows and shrinks with
+success, move the continuous parameters of each combination of the others. A design is offered when its limit load
 is certified and the dynamic verifier agrees; where it does not, more reserve is asked for, and the search goes on.
 """
 
@@ -8,7 +9,6 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import product
 from time import process_time
@@ -29,13 +29,10 @@ MOST = 64
 AIM = 2e-6
 #: Where a design does not stand in the dynamic verifier, this much reserve more is asked for, then twice that, ...
 MORE, TRIES = 0.01, 6
-ACCURACY = 1e-9
-#: A descent ends after this many designs, or this many without a lighter one by more than this share.
-DESIGNS, IDLE, GAIN = 80, 12, 1e-6
-
-
-class _Enough(Exception):
-    """A descent no longer gains."""
+#: Price of reserve that is lacking, in volumes of the largest design; more than any reserve costs.
+PENALTY = 50.0
+#: A descent ends after this many designs, when it can gain less than this share, or within this distance (scaled).
+DESIGNS, GAIN, CLOSE = 60, 1e-7, 1e-6
 
 
 @dataclass(frozen=True)
@@ -50,7 +47,7 @@ class Descent:
     def measured(self, x: Floats) -> Candidate:
         """The candidate at scaled parameters x, each from 0 (least) to 1 (most)."""
         judge, low, high = self.judge, *self._bounds()
-        place = dict(zip(self.moved, np.clip(low + x * (high - low), low, high).tolist(), strict=True))
+        place = dict(zip(self.moved, np.clip(low + x * (high - low), low, high).round(12).tolist(), strict=True))
         values = {name: place.get(name, self.counted.get(name, 0.0)) for name in judge.space.names}
         key = tuple(values.values())
         before = judge.rows.get(key, judge.known.get(key))
@@ -74,7 +71,9 @@ class Descent:
         slopes = (*found.volume_slopes.tolist(), *found.reserve_slopes.tolist())
         if before is not None:
             return replace(before, reserve=found.reserve, slopes=slopes)
-        word = PRUNED if found.reserve < 0 else BY_STATICS if self.judge.judges.verify is None else UNASKED
+        word = PRUNED if found.static == "unstable" else UNASKED
+        if self.judge.judges.verify is None and found.static == "stable":
+            word = BY_STATICS
         return Candidate(
             parameters=values, static=found.static, score=max(-found.reserve, 0.0), dynamic=word, volume=found.volume,
             blocks=found.blocks, static_seconds=seconds, dynamic_seconds=0.0, evidence=SOLVED,
@@ -82,44 +81,57 @@ class Descent:
         )  # fmt: skip
 
     def down(self, least: float) -> Candidate | None:
-        """The lightest design with that reserve that was found; None if there was none."""
-        from scipy.optimize import minimize
+        """The lightest design with that reserve that was found; None if there was none.
 
-        n, (low, high) = len(self.moved), self._bounds()
-        seen: list[Candidate] = []
-        best, idle = np.inf, 0
+        Around the best design so far, the volume is taken as linear and the reserve as the least of the tangents at all
+        designs seen nearby, for it has kinks where one mechanism gives way to another. The linear program that follows
+        gives the next design; where it is no better, the next one is looked for closer by.
+        """
+        seen = [self.measured(np.ones(len(self.moved)))]
+        reach = 1.0
 
-        def at(x: Floats) -> Candidate:
-            nonlocal best, idle
-            found = self.measured(x)
-            if found in seen:
-                return found
-            seen.append(found)
-            lighter = _enough(found, least) and (found.volume or 0.0) < best * (1 - GAIN)
-            best, idle = (found.volume or 0.0, 0) if lighter else (best, idle + 1)
-            if len(seen) >= DESIGNS or (idle >= IDLE and np.isfinite(best)):
-                raise _Enough
-            return found
+        def cost(found: Candidate) -> float:
+            lacking = max(least + AIM - (found.reserve if found.reserve is not None else -TOP), 0.0)
+            return (found.volume or 0.0) / (seen[0].volume or 1.0) + PENALTY * lacking if _built(found) else np.inf
 
-        first = at(np.ones(n))
-        if n and first.volume:
-            unit, scale = first.volume, high - low
-
-            def volume(x: Floats) -> tuple[float, Floats]:
-                found = at(x)
-                return (found.volume or unit) / unit, np.array(found.slopes[:n]) * scale / unit
-
-            constraint = {
-                "type": "ineq",
-                "fun": lambda x: (at(x).reserve or 0.0) - least - AIM,
-                "jac": lambda x: np.array(at(x).slopes[n:]) * scale,
-            }
-            with suppress(_Enough):
-                minimize(
-                    volume, np.ones(n), jac=True, bounds=[(0.0, 1.0)] * n, constraints=constraint, method="SLSQP",
-                    options={"maxiter": DESIGNS, "ftol": ACCURACY},
-                )  # fmt: skip
+        while self.moved and _built(seen[0]) and len(seen) < DESIGNS and reach > CLOSE:
+            centre = min(seen, key=cost)
+            x, promised = self._step(centre, seen, least, reach)
+            if cost(centre) - promised < GAIN:
+                reach /= 4  # tangents at designs further away may stand in the way for no reason
+                continue
+            seen.append(self.measured(x))
+            reach = min(2 * reach, 1.0) if cost(seen[-1]) < cost(centre) else reach / 2
         return min((c for c in seen if _enough(c, least)), key=lambda c: c.volume or 0.0, default=None)
+
+    def _step(self, centre: Candidate, seen: list[Candidate], least: float, reach: float) -> tuple[Floats, float]:
+        """Least cost of the linear model in a box about a design, in scaled parameters, and that cost."""
+        from scipy.optimize import linprog
+
+        n, unit = len(self.moved), seen[0].volume or 1.0
+        (low, high), middle = self._bounds(), self._place(centre)
+        scale = high - low
+        near = [c for c in seen if _built(c) and np.abs(self._place(c) - middle).max() <= max(2 * reach, CLOSE)]
+        tangents = np.array([np.array(c.slopes[n:]) * scale for c in near])
+        offset = np.array([(c.reserve or 0.0) - t @ self._place(c) for c, t in zip(near, tangents, strict=True)])
+        # Where the reserve is not concave a tangent may pass below what the centre has; it is lifted up to it.
+        offset += np.maximum((centre.reserve or 0.0) - offset - tangents @ middle, 0.0)
+        # offset + tangent x + lacking >= least + AIM
+        room = offset - least - AIM
+        slope = np.array(centre.slopes[:n]) * scale / unit
+        box = np.column_stack([np.maximum(middle - reach, 0.0), np.minimum(middle + reach, 1.0)])
+        answer = linprog(
+            np.append(slope, PENALTY), A_ub=np.column_stack([-tangents, -np.ones(len(near))]), b_ub=room,
+            bounds=[*box.tolist(), (0.0, None)],
+        )  # fmt: skip
+        if not answer.success:
+            return middle, np.inf
+        return answer.x[:n], float(answer.fun + (centre.volume or 0.0) / unit - slope @ middle)
+
+    def _place(self, found: Candidate) -> Floats:
+        """Scaled parameters of a candidate."""
+        low, high = self._bounds()
+        return (np.array([found.parameters[name] for name in self.moved]) - low) / np.where(high > low, high - low, 1.0)
 
     def snapped(self, found: Candidate, least: float) -> Candidate | None:
         """The lightest of the designs round about on the steps of the ranges that has the reserve."""
@@ -135,7 +147,11 @@ class Descent:
 
 def _enough(found: Candidate, least: float) -> bool:
     """Whether a design was built and has the reserve."""
-    return found.volume is not None and found.reserve is not None and found.reserve >= least
+    return _built(found) and found.reserve is not None and found.reserve >= least
+
+
+def _built(found: Candidate) -> bool:
+    return found.volume is not None
 
 
 def descents(judge: Judge, margin: Margin) -> Iterator[Descent]:

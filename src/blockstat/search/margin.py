@@ -14,8 +14,10 @@ from blockstat.limit import LoadOutcome, limit_load
 from blockstat.load import acceleration
 from blockstat.polyhedron import Floats
 from blockstat.reserve import AXES
+from blockstat.result import Outcome
 from blockstat.sensitivity import limit_load_gradient, score_gradient
 
+STABLE = Outcome.STABLE.word
 Make = Callable[[Mapping[str, float]], Assembly]
 
 TOP = 10.0  #: reserves are told apart up to this multiple of the load
@@ -87,32 +89,30 @@ def measure(make: Make, values: Mapping[str, float], moved: Sequence[str], margi
 
     point = {name: values[name] for name in moved}
     volume_slopes = _slopes(lambda v: _volume(made(v)), point, SMALL)
-    reserve, slopes = _reserve(made, point, margin)
-    word = "stable" if reserve >= 0 else "unstable"
+    reserve, slopes, word = _reserve(made, point, margin)
     return Measured(_volume(assembly), reserve, word, assembly.n_blocks, volume_slopes, slopes)
 
 
-def _reserve(made: Make, point: Mapping[str, float], margin: Margin) -> tuple[float, Floats]:
+def _reserve(made: Make, point: Mapping[str, float], margin: Margin) -> tuple[float, Floats, str]:
     def load(assembly: Assembly) -> Floats:
         return acceleration(assembly, margin.direction)
 
     try:
         limit, gradient = limit_load_gradient(made, point, load)
-        return limit.lower, np.array([gradient[name] for name in point])
+        return limit.lower, np.array([gradient[name] for name in point]), STABLE
     except InputError:
         pass
     assembly = made(point)
-    outcome = limit_load(assembly, load(assembly)).outcome
-    if outcome is LoadOutcome.UNBOUNDED:
-        return TOP, np.zeros(len(point))
-    if outcome is LoadOutcome.LIMIT:
-        value = limit_load(assembly, load(assembly)).lower
-        return value, _slopes(lambda v: limit_load(made(v), load(made(v))).lower, point, WIDE)
+    limit = limit_load(assembly, load(assembly))
+    if limit.outcome is LoadOutcome.UNBOUNDED:
+        return TOP, np.zeros(len(point)), STABLE
+    if limit.outcome is LoadOutcome.LIMIT:
+        return limit.lower, _slopes(lambda v: limit_load(made(v), load(made(v))).lower, point, WIDE), STABLE
     try:
         verdict, gradient = score_gradient(made, point)
-        return -verdict.score, -np.array([gradient[name] for name in point])
+        return -verdict.score, -np.array([gradient[name] for name in point]), verdict.outcome.word
     except InputError:
-        return -TOP, np.zeros(len(point))
+        return -TOP, np.zeros(len(point)), Outcome.UNSTABLE.word
 
 
 def _slopes(value: Callable[[Mapping[str, float]], float], point: Mapping[str, float], step: float) -> Floats:
