@@ -2,14 +2,15 @@
 
 Two kinds of bond, each with the static one of `blockstat.joint` as its exact twin.
 
-A joint in tension without a moment capacity is a **cohesive preload**: equal and opposite forces along the normal at the
-corners of the joint, T in total, as if a spring of no stiffness pressed the blocks together. The contact then carries
-f' = f + T with f'_n >= 0 and |f'_t| <= mu f'_n, which is Coulomb's law with a tension cut-off T and a cohesion mu T.
+A joint in tension without a moment capacity is a **cohesive preload**: equal and opposite forces along the normal at
+the corners of the joint, T in total, as if a spring of no stiffness pressed the blocks together. The contact then
+carries f' = f + T with f'_n >= 0 and |f'_t| <= mu f'_n: Coulomb's law with a tension cut-off T and a cohesion mu T.
 
 A bond with a moment capacity is a **perfectly plastic spring** at the centre of the joint, as stiff as the time step
 allows (see `dynsim.springs`): it holds so much tension, shear, bending and torsion, each by itself.
 
-Either breaks for good when its blocks have moved apart or slid by more than the gap of a joint (`blockstat.contact.GAP`).
+Either breaks for good when its blocks have moved apart or slid by more than the gap up to which a joint is one
+(`blockstat.contact.GAP`); a moment also when the blocks have turned by that much over the size of the joint.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Poses:
-    """Where the blocks are: centroids, shape (n_blocks, 3) [m], and rotations since they were built (n_blocks, 3, 3)."""
+    """Where the blocks are: centroids, shape (n_blocks, 3) [m], and rotations since built, shape (n_blocks, 3, 3)."""
 
     def __init__(self, world: World) -> None:
         moved, self.rotation = world.poses()

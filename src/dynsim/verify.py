@@ -105,8 +105,9 @@ def verify(assembly: Assembly, *, settings: Settings | None = None, actions: Seq
     """Simulate an assembly in Bullet and judge it by displacement.
 
     actions : what acts on the blocks meanwhile, such as `AngularSprings` or `InertiaScale`; the bonds of the joint laws
-    come by themselves. The run ends early on a clear fall (a block beyond its threshold) or a clear rest. Raises InputError when
-    nothing is supported or nothing is free, or the group of Eq. 1 does not exist.
+    come by themselves. The run ends early on a clear fall (a block beyond its threshold) or a clear rest. Raises
+    InputError when nothing is supported or nothing is free, the group of Eq. 1 does not exist, or a joint law cannot be
+    simulated (see `dynsim.bonds`).
     """
     settings = settings or Settings()
     if not assembly.support.any():

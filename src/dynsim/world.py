@@ -51,8 +51,8 @@ class World:
         self._mass = BLOCK_MASS / float(np.median(assembly.mass[free]))
         self._acceleration = GRAVITY / strength
         self.time_step = settings.time_step / self.time  #: [s]
-        self._actions = (*bonds_of(assembly), *actions)
-        self._stepwise = any(action.each_step for action in self._actions)
+        self.actions: tuple[Action, ...] = (*bonds_of(assembly), *actions)
+        self._stepwise = any(action.each_step for action in self.actions)
         self._shapes = shapes(assembly)
         self._directory: tempfile.TemporaryDirectory[str] | None = None
         self._client = -1
@@ -64,7 +64,7 @@ class World:
         self._client = self._bullet.connect(self._bullet.DIRECT)
         try:
             self._set_up()
-            for action in self._actions:
+            for action in self.actions:
                 action.begin(self)
         except BaseException:
             self.__exit__(None, None, None)
@@ -146,7 +146,7 @@ class World:
         """Go forward by one look (`Settings.look_every` of simulated time); time : since release at its start [s]."""
         steps = self.settings.substeps if self._stepwise else 1
         for step in range(steps):
-            for action in self._actions:
+            for action in self.actions:
                 if step == 0 or action.each_step:
                     action.act(self, time + step * self.time_step)
             self._bullet.stepSimulation(physicsClientId=self._client)
