@@ -77,7 +77,7 @@ def _reason(rule: JointLaw) -> str:
 class CohesivePreload:
     """Forces that press the blocks of each joint together until it breaks."""
 
-    each_step = False  # Bullet keeps forces through the steps of a look, and until a joint breaks they do not change
+    each_step = True
 
     def __init__(self, interfaces: Interfaces, tension: Floats) -> None:
         """tension : of each contact point, shape (n_points,) [N]."""

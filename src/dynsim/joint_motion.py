@@ -51,6 +51,4 @@ def apply_on_pairs(
         turning = np.cross(point - poses.centroid[block], force)
         np.add.at(total, block, sign * force)
         np.add.at(moment, block, sign * (turning if couple is None else turning + couple))
-    blocks = np.flatnonzero(~world.assembly.support & (total.any(axis=1) | moment.any(axis=1)))
-    world.push(blocks, total[blocks], poses.centroid[blocks])
-    world.turn(blocks, moment[blocks])
+    world.load(total, moment)

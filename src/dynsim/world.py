@@ -25,6 +25,7 @@ from dynsim.action import Action
 from dynsim.bodies import Shape, hull_obj, shapes
 from dynsim.bonds import bonds_of
 from dynsim.settings import Settings
+from dynsim.step_loads import StepLoads
 
 BLOCK_SIZE = 0.3  #: [m] median block size in the simulation
 BLOCK_MASS = 100.0  #: [kg] median block mass in the simulation
@@ -56,6 +57,7 @@ class World:
         self._shapes = shapes(assembly)
         self._directory: tempfile.TemporaryDirectory[str] | None = None
         self._client = -1
+        self._loads = StepLoads(self) if self._stepwise else None
         self._bodies: list[int] = []
 
     def __enter__(self) -> World:
@@ -137,6 +139,9 @@ class World:
 
     def damp(self, value: float) -> None:
         """Set linear and angular damping of all blocks; 1 takes all velocity away at every step."""
+        if self._loads is not None:
+            self._loads.keep = (1.0 - value) ** self.settings.time_step
+            value = 0.0
         for body in self._bodies:
             self._bullet.changeDynamics(
                 body, -1, linearDamping=value, angularDamping=value, physicsClientId=self._client
@@ -149,6 +154,8 @@ class World:
             for action in self.actions:
                 if step == 0 or action.each_step:
                     action.act(self, time + step * self.time_step)
+            if self._loads is not None:
+                self._loads.apply(self.poses()[1])
             self._bullet.stepSimulation(physicsClientId=self._client)
 
     def set_gravity(self, gravity: Sequence[float] | Floats) -> None:
@@ -164,16 +171,29 @@ class World:
                 self._bodies[block], -1, force, point, self._bullet.WORLD_FRAME, physicsClientId=self._client
             )
 
-    def turn(self, blocks: Sequence[int] | Ints, couples: Floats) -> None:
-        """Couples on some blocks until the end of the next step of `advance`; couples : shape (k, 3) [N m]."""
-        scaled = np.asarray(couples, dtype=float) * (self._mass * self._acceleration * self.length)
-        for block, couple in zip(blocks, scaled.tolist(), strict=True):
-            self._bullet.applyExternalTorque(
-                self._bodies[block], -1, couple, self._bullet.WORLD_FRAME, physicsClientId=self._client
-            )
+    def load(self, forces: Floats, couples: Floats) -> None:
+        """Forces at the centroids and couples for the next time step, shape (n_blocks, 3) [N], [N m].
+
+        Only from actions that act at each step; for couples this is the way, see `dynsim.step_loads`.
+        """
+        assert self._loads is not None
+        self._loads.add(forces, couples)
+
+    def velocities(self) -> tuple[Floats, Floats]:
+        """Velocities of the centroids and of rotation, each shape (n_blocks, 3) [m/s], [rad/s]."""
+        found = np.array([self._bullet.getBaseVelocity(body, physicsClientId=self._client) for body in self._bodies])
+        return found[:, 0] * (self.time / self.length), found[:, 1] * self.time
+
+    def set_velocities(self, linear: Floats, angular: Floats) -> None:
+        """Set the velocities of the free blocks, each shape (n_blocks, 3) [m/s], [rad/s]."""
+        one, two = (linear * (self.length / self.time)).tolist(), (angular / self.time).tolist()
+        for block in self.assembly.free:
+            self._bullet.resetBaseVelocity(self._bodies[block], one[block], two[block], physicsClientId=self._client)
 
     def scale_inertia(self, scale: float) -> None:
-        """Multiply the moments of inertia of all blocks from now on; the masses stay."""
+        """Moments of inertia of all blocks times `scale` from now on; the masses stay."""
+        if self._loads is not None:
+            self._loads.inertia_scale = scale
         for block in self.assembly.free:
             moments = scale * self._shapes[block].inertia * self._mass * self.length**2
             self._bullet.changeDynamics(
