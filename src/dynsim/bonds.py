@@ -26,7 +26,7 @@ from blockstat.errors import InputError
 from blockstat.joint import JointLaw, PointLaw, last_law, point_law
 from blockstat.polyhedron import Floats
 from dynsim.action import Action
-from dynsim.joint_motion import Poses, apply_on_pairs, at_points, reach
+from dynsim.joint_motion import Poses, apply_on_pairs, at_points, reach, removed
 from dynsim.springs import Springs, spring_set
 
 if TYPE_CHECKING:
@@ -99,7 +99,8 @@ class CohesivePreload:
         normal = np.einsum("nij,nj->ni", turn, self._normal)
         opening = np.einsum("ni,ni->n", apart, normal)
         slip = np.linalg.norm(apart - opening[:, None] * normal, axis=1)
-        self.broken[self._interface[np.maximum(opening, slip) > self._reach]] = True
+        gone = (np.maximum(opening, slip) > self._reach) | removed(world, self._pair)
+        self.broken[self._interface[gone]] = True
         pull = np.where(self.broken[self._interface], 0.0, self._tension)
         apply_on_pairs(world, poses, self._pair, at, -pull[:, None] * normal)
 

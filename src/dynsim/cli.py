@@ -27,6 +27,7 @@ app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_
 
 Group = Annotated[str | None, typer.Option(help='Group of Eq. 1; "vault" if there is one, else everything.')]
 Threshold = Annotated[float | None, typer.Option(help="Displacement that counts as falling, in metres.")]
+Preset = Annotated[str, typer.Option(help='"fast", "default" or "careful".')]
 
 
 @app.callback()
@@ -44,6 +45,7 @@ def verify(
     units: Units = None,
     group: Group = None,
     threshold: Threshold = None,
+    preset: Preset = "default",
     as_json: AsJson = False,
 ) -> None:
     """Simulate an assembly and judge it by displacement (Eq. 1, Eq. 2)."""
@@ -51,7 +53,7 @@ def verify(
     from dynsim.verify import verify as run
 
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
-    settings = Settings(group=group, roof_threshold=threshold, brick_threshold=threshold)
+    settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
     verdict = run(assembly, settings=settings)
     if as_json:
         print_json({"file": str(file), **verdict.summary()})
@@ -148,6 +150,7 @@ def optimise(
     tilt: Tilt = None,
     group: Group = None,
     threshold: Threshold = None,
+    preset: Preset = "default",
     as_json: AsJson = False,
 ) -> None:
     """Thin a building down: statics prune, Bullet verifies, a report tells."""
@@ -161,7 +164,7 @@ def optimise(
     names = only.split(",") if only else None
     check_names(building, names)
     directory.mkdir(parents=True, exist_ok=True)
-    settings = Settings(group=group, roof_threshold=threshold, brick_threshold=threshold)
+    settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
     given = {"friction": friction, "gravity": gravity, "tilt": tilt}
     result, report = run(
         building,

@@ -23,6 +23,11 @@ class Poses:
         self.centroid = self.built + moved
 
 
+def removed(world: World, pair: Ints) -> np.ndarray:
+    """Whether one of the two blocks of each joint has been taken out, shape (n,) bool."""
+    return np.isin(pair, list(world.removed)).any(axis=1)
+
+
 def reach(assembly: Assembly, pair: Ints) -> Floats:
     """Opening or slip at which the bond of a pair of blocks is broken [m]: the gap up to which a joint is one."""
     return GAP * assembly.size[pair].min(axis=1)

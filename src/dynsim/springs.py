@@ -18,7 +18,7 @@ from blockstat.cells import centres
 from blockstat.contact import Interfaces
 from blockstat.equilibrium import equilibrium
 from blockstat.polyhedron import Floats, Ints
-from dynsim.joint_motion import Poses, apply_on_pairs, at_points, reach
+from dynsim.joint_motion import Poses, apply_on_pairs, at_points, reach, removed
 
 if TYPE_CHECKING:
     from dynsim.world import World
@@ -65,7 +65,7 @@ class Springs:
         beyond = moved > self.reach
         if time < 0:
             self._damp(world, 1.0 if beyond.any() else SETTLING)
-        self.broken |= beyond & self.breaks
+        self.broken |= (beyond & self.breaks) | removed(world, self.pair)
         last_shift, last_angle = self._before or (shift, angle)
         self._before = shift, angle
         # The difference of two places is the velocity of symplectic Euler, exactly.

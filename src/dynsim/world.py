@@ -7,14 +7,10 @@ time going as sqrt(length / gravity), so units change nothing, and Bullet sees w
 
 from __future__ import annotations
 
-import importlib
-import os
-import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any
 
 import numpy as np
 
@@ -24,12 +20,15 @@ from blockstat.polyhedron import Floats, Ints
 from dynsim.action import Action
 from dynsim.bodies import Shape, hull_obj, shapes
 from dynsim.bonds import bonds_of
+from dynsim.bullet import ENGINE, import_bullet, matrices, quaternion
 from dynsim.settings import Settings
 from dynsim.step_loads import StepLoads
 
 BLOCK_SIZE = 0.3  #: [m] median block size in the simulation
 BLOCK_MASS = 100.0  #: [kg] median block mass in the simulation
+CARRIER_MASS = 1e10  #: [kg] of a support that is moved: nothing in the scene can push it
 GRAVITY = 9.81  #: [m/s2] in the simulation
+ANCHOR = 1
 STICKY = 100.0  #: Bullet's stand-in for infinite friction
 
 
@@ -59,10 +58,14 @@ class World:
         self._client = -1
         self._loads = StepLoads(self) if self._stepwise else None
         self._bodies: list[int] = []
+        self._driven: dict[Action, Floats] = {}
+        self._gravity = np.asarray(assembly.gravity, dtype=float)
+        self._carried: set[int] = set()
+        self.removed: set[int] = set()  #: blocks taken out by `remove`
 
     def __enter__(self) -> World:
         self._directory = tempfile.TemporaryDirectory(prefix="dynsim-")
-        self._bullet = _import_bullet()
+        self._bullet = import_bullet()
         self._client = self._bullet.connect(self._bullet.DIRECT)
         try:
             self._set_up()
@@ -85,8 +88,7 @@ class World:
         b.setPhysicsEngineParameter(
             fixedTimeStep=s.time_step if self._stepwise else s.substeps * s.time_step,
             numSubSteps=0 if self._stepwise else s.substeps, numSolverIterations=s.iterations,
-            warmStartingFactor=0.85, contactSlop=1e-6, contactERP=0.2, solverResidualThreshold=0.0, enableSAT=1,
-            enableFileCaching=0, physicsClientId=self._client,
+            physicsClientId=self._client, **ENGINE,
         )  # fmt: skip
         self.set_gravity(self.assembly.gravity)
         # Boxes and hulls never mix: Bullet keeps a margin on one kind and not on the other.
@@ -119,7 +121,7 @@ class World:
             baseMass=mass,
             baseCollisionShapeIndex=collision,
             basePosition=(assembly.centroid[block] * self.length).tolist(),
-            baseOrientation=_quaternion(shape.rotation).tolist(),
+            baseOrientation=quaternion(shape.rotation).tolist(),
             useMaximalCoordinates=1,
             physicsClientId=self._client,
         )
@@ -128,7 +130,7 @@ class World:
         friction = min(assembly.friction, STICKY)
         options = {
             "lateralFriction": float(np.sqrt(friction)), "spinningFriction": 0.0, "rollingFriction": 0.0,
-            "restitution": 0.0, "linearDamping": 0.0, "angularDamping": 0.0, "frictionAnchor": 1,
+            "restitution": 0.0, "linearDamping": 0.0, "angularDamping": 0.0, "frictionAnchor": ANCHOR,
             "activationState": b.ACTIVATION_STATE_DISABLE_SLEEPING,
         }  # fmt: skip
         if mass > 0:
@@ -160,6 +162,7 @@ class World:
 
     def set_gravity(self, gravity: Sequence[float] | Floats) -> None:
         """Gravity from now on, shape (3,) [m/s2]."""
+        self._gravity = np.asarray(gravity, dtype=float)
         self._bullet.setGravity(*(np.asarray(gravity) * self._acceleration), physicsClientId=self._client)
 
     def push(self, blocks: Sequence[int] | Ints, forces: Floats, points: Floats) -> None:
@@ -178,17 +181,6 @@ class World:
         """
         assert self._loads is not None
         self._loads.add(forces, couples)
-
-    def velocities(self) -> tuple[Floats, Floats]:
-        """Velocities of the centroids and of rotation, each shape (n_blocks, 3) [m/s], [rad/s]."""
-        found = np.array([self._bullet.getBaseVelocity(body, physicsClientId=self._client) for body in self._bodies])
-        return found[:, 0] * (self.time / self.length), found[:, 1] * self.time
-
-    def set_velocities(self, linear: Floats, angular: Floats) -> None:
-        """Set the velocities of the free blocks, each shape (n_blocks, 3) [m/s], [rad/s]."""
-        one, two = (linear * (self.length / self.time)).tolist(), (angular / self.time).tolist()
-        for block in self.assembly.free:
-            self._bullet.resetBaseVelocity(self._bodies[block], one[block], two[block], physicsClientId=self._client)
 
     def scale_inertia(self, scale: float) -> None:
         """Moments of inertia of all blocks times `scale` from now on; the masses stay."""
@@ -214,7 +206,7 @@ class World:
         if not (np.isfinite(position).all() and np.isfinite(orientation).all()):
             raise RuntimeError("Bullet lost a block (its position is not a number)")
         initial = np.stack([shape.rotation for shape in self._shapes])
-        rotation = _matrices(orientation) @ initial.swapaxes(1, 2)
+        rotation = matrices(orientation) @ initial.swapaxes(1, 2)
         return position - self.assembly.centroid, rotation
 
     def deepest_overlap(self) -> float:
@@ -224,32 +216,70 @@ class World:
         contacts = b.getContactPoints(physicsClientId=self._client) or ()
         return max((-contact[8] for contact in contacts), default=0.0) / self.length
 
+    def drive(self, source: Action, acceleration: Floats) -> None:
+        """Accelerate every block by a body force on top of gravity, shape (3,) [m/s2]; sources add up."""
+        self._driven[source] = np.asarray(acceleration, dtype=float)
+        self.set_gravity(np.sum([self.assembly.gravity, *self._driven.values()], axis=0))
 
-def _import_bullet() -> Any:
-    """Import pybullet without its greeting, which it writes past Python's own streams."""
-    if "pybullet" in sys.modules:
-        return sys.modules["pybullet"]
-    sys.stdout.flush()
-    kept = [(stream, os.dup(stream)) for stream in (1, 2)]
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    try:
-        for stream, _ in kept:
-            os.dup2(nowhere, stream)
-        return importlib.import_module("pybullet")
-    finally:
-        for stream, copy in kept:
-            os.dup2(copy, stream)
-            os.close(copy)
-        os.close(nowhere)
+    def velocities(self) -> tuple[Floats, Floats]:
+        """Velocity of each centroid [m/s] and angular velocity [1/s], shape (n, 3) each."""
+        answers = [self._bullet.getBaseVelocity(body, physicsClientId=self._client) for body in self._bodies]
+        linear, angular = np.array(answers).swapaxes(0, 1)
+        return linear * (self.time / self.length), angular * self.time
 
+    def set_velocity(self, block: int, linear: Floats, angular: Floats) -> None:
+        """Velocity [m/s] and angular velocity [1/s] of a free block, shape (3,) each."""
+        self.set_velocities([block], np.atleast_2d(linear), np.atleast_2d(angular))
 
-def _quaternion(rotation: Floats) -> Floats:
-    from scipy.spatial.transform import Rotation
+    def set_velocities(self, blocks: Sequence[int] | Ints, linear: Floats, angular: Floats) -> None:
+        """Velocities [m/s] and angular velocities [1/s] of free blocks, shape (k, 3) each."""
+        one, two = (linear * (self.length / self.time)).tolist(), (angular / self.time).tolist()
+        for block, v, w in zip(blocks, one, two, strict=True):
+            self._bullet.resetBaseVelocity(self._bodies[block], v, w, physicsClientId=self._client)
 
-    return Rotation.from_matrix(rotation).as_quat()
+    def carry(self, support: int, displacement: Floats, velocity: Floats) -> None:
+        """Put a support at a displacement from where it was built [m], moving at a velocity [m/s], for one time step.
 
+        Bullet takes any static body to be at rest, so that it would slip under what stands on it: a support that
+        moves becomes a body of enormous mass, told its place and velocity before every step.
+        """
+        b, body = self._bullet, self._bodies[support]
+        if support not in self._carried:
+            self._carried.add(support)
+            heavy = [CARRIER_MASS * BLOCK_SIZE**2] * 3
+            b.changeDynamics(
+                body, -1, mass=CARRIER_MASS, localInertiaDiagonal=heavy, physicsClientId=self._client
+            )  # fmt: skip
+            for other in np.flatnonzero(self.assembly.support):
+                b.setCollisionFilterPair(body, self._bodies[other], -1, -1, 0, physicsClientId=self._client)
+        place = (self.assembly.centroid[support] + displacement) * self.length
+        turned = b.getBasePositionAndOrientation(body, physicsClientId=self._client)[1]
+        b.resetBasePositionAndOrientation(body, place.tolist(), turned, physicsClientId=self._client)
+        # The step adds gravity first.
+        fall = self._gravity * self._acceleration * self.settings.time_step
+        at = np.asarray(velocity) * (self.length / self.time) - fall
+        b.resetBaseVelocity(body, at.tolist(), [0.0, 0.0, 0.0], physicsClientId=self._client)
 
-def _matrices(quaternion: Floats) -> Floats:
-    from scipy.spatial.transform import Rotation
+    def remove(self, block: int) -> None:
+        """Take a block out: nothing touches it any more, and `poses` tells where it last was."""
+        b, body = self._bullet, self._bodies[block]
+        b.changeDynamics(body, -1, mass=0.0, physicsClientId=self._client)
+        b.setCollisionFilterGroupMask(body, -1, 0, 0, physicsClientId=self._client)
+        b.resetBaseVelocity(body, [0.0] * 3, [0.0] * 3, physicsClientId=self._client)
+        self.removed.add(block)
 
-    return Rotation.from_quat(quaternion).as_matrix()
+    def contact_forces(self) -> tuple[Ints, Floats, Floats]:
+        """Forces of the last time step at every contact point.
+
+        Returns the two blocks, shape (k, 2); the point, shape (k, 3) [m]; the force on the second block, normal and
+        friction together, shape (k, 3) [N].
+        """
+        found = self._bullet.getContactPoints(physicsClientId=self._client) or ()
+        block = {body: i for i, body in enumerate(self._bodies)}
+        pairs = np.array([(block[c[1]], block[c[2]]) for c in found], dtype=np.int64).reshape(-1, 2)
+        point = np.array([c[6] for c in found]).reshape(-1, 3) / self.length
+        # Bullet's normal points to the first body, and forces are averaged over the sub-steps as if only one counted.
+        on_first = [np.multiply(c[9], c[7]) + np.multiply(c[10], c[11]) + np.multiply(c[12], c[13]) for c in found]
+        count = 1 if self._stepwise else self.settings.substeps
+        force = -np.array(on_first).reshape(-1, 3) * (count / (self._mass * self._acceleration))
+        return pairs, point, force
