@@ -22,6 +22,7 @@ from blockstat.cli_options import (
     run_app,
 )
 from blockstat.errors import InputError
+from dynsim.cli_bonds import AngularStiffness, Glue, ScaleInertia, stiffness_of, with_glue
 
 if TYPE_CHECKING:
     from blockstat.search import Margin
@@ -49,6 +50,9 @@ def verify(
     group: Group = None,
     threshold: Threshold = None,
     preset: Preset = "default",
+    glue: Glue = None,
+    inertia_scale: ScaleInertia = None,
+    angular_stiffness: AngularStiffness = None,
     as_json: AsJson = False,
 ) -> None:
     """Simulate an assembly and judge it by displacement (Eq. 1, Eq. 2)."""
@@ -57,7 +61,8 @@ def verify(
 
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
     settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
-    verdict = run(assembly, settings=settings)
+    actions = stiffness_of(inertia_scale, angular_stiffness)
+    verdict = run(with_glue(assembly, glue), settings=settings, actions=actions)
     if as_json:
         print_json({"file": str(file), **verdict.summary()})
         return

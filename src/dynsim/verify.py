@@ -44,14 +44,14 @@ def verify(
     `InertiaScale`; the bonds of the joint laws come by themselves.
 
     Raises InputError when nothing is supported or nothing is free, the group of Eq. 1 does not exist, a load names a
-    block that does not, or for what Bullet cannot simulate.
+    block that does not, a joint law cannot be simulated (see `dynsim.bonds`), or for what Bullet cannot simulate.
     """
     settings = settings or Settings()
     if not assembly.support.any():
         raise InputError(f'"{assembly.name}" has no supports; list the blocks that cannot move under "supports"')
     if not len(assembly.free):
         raise InputError(f'"{assembly.name}": all blocks are supports; there is nothing to simulate')
-    judge = _Judge(assembly, settings, loads, caveats(actions))
+    judge = _Judge(assembly, settings, loads, actions)
     alone = not (loads or actions or assembly.joints)
     if alone and settings.quick_step > settings.time_step:
         quick = judge(replace(settings, time_step=settings.quick_step), ())
@@ -69,7 +69,9 @@ def _clear(verdict: DynamicVerdict, within: float) -> bool:
 class _Judge:
     """What counts in one assembly, and the verdict on a run of it."""
 
-    def __init__(self, assembly: Assembly, settings: Settings, loads: Sequence[Load], warnings: Sequence[str]) -> None:
+    def __init__(
+        self, assembly: Assembly, settings: Settings, loads: Sequence[Load], actions: Sequence[Action]
+    ) -> None:
         self._assembly = assembly
         self._group, blocks = _roof(assembly, settings.group)
         self._judged = stays(assembly, loads)
@@ -79,7 +81,7 @@ class _Judge:
         self._brick = settings.brick_threshold or limit
         self._hold = max(last_change(loads), 0.0)
         self._rest = settings.rest * default_threshold(assembly)
-        self._warnings = warnings
+        self._actions = actions
         self._crack = settings.crack_threshold
 
     def __call__(self, settings: Settings, actions: Sequence[Action], spent: float = 0.0) -> DynamicVerdict:
@@ -122,7 +124,7 @@ class _Judge:
                 assembly, (run.displacement[0], run.rotation[0]), (run.displacement[-1], run.rotation[-1]),
                 threshold=self._crack,
             ),
-            run=run, warnings=(*self._warnings, *_warnings(run, settling, self._brick)),
+            run=run, warnings=(*caveats(self._actions), *_warnings(run, settling, self._brick)),
         )  # fmt: skip
 
     def _group_drop(self, run: Run) -> float:
