@@ -7,7 +7,7 @@ import shapely
 
 from blockstat import Assembly, find_interfaces
 from blockstat.model.solids import box
-from elements import sound
+from blockstat.overlap import convex_blocks, overlaps
 
 
 def grounded(blocks, **options):
@@ -25,21 +25,34 @@ def band(path, thickness):
     return shapely.LineString(path).buffer(thickness / 2, cap_style="flat", join_style="mitre", mitre_limit=100)
 
 
-def check_solid(blocks, *, area: float, height: float, girth: float, volume: float | None = None):
-    """Sound walls of upright faces without openings: the volume is that of the union, every joint is closed.
+def check_solid(blocks, *, area: float, height: float, girth: float, tolerance: float = 1e-9):
+    """Sound walls of upright faces without openings. area, girth : of the plan of their union [m2, m].
 
-    All faces of all blocks are in contact or outside: their total area is twice that of the joints, plus the foot on
-    the ground, plus the surface of the union. area, girth : of its plan [m2, m]. Returns the assembly and interfaces.
+    Returns the assembly and its interfaces.
     """
     asm = grounded(blocks)
-    faces = sound(asm, convex=True)
-    volume = area * height if volume is None else volume
-    np.testing.assert_allclose(asm.volume[1:].sum(), volume, rtol=1e-9)
-    foot = faces.area[(faces.pair == 0).any(axis=1)].sum()
-    joints = faces.area.sum() - foot
-    np.testing.assert_allclose(foot, area, rtol=1e-9)
-    np.testing.assert_allclose(surface(asm), 2 * joints + 2 * area + girth * height, rtol=1e-9)
+    faces = check(asm, volume=area * height, foot=area, outside=2 * area + girth * height, tolerance=tolerance)
     return asm, faces
+
+
+def check(asm, *, volume: float, foot: float, outside: float, tolerance: float = 1e-9):
+    """Convex blocks that do not overlap, fill a volume [m3], and leave no joint open; returns the interfaces.
+
+    Every face of a block is in a joint or outside: the area of all faces is twice that of the joints, less the ground's
+    side of the foot, plus the outer surface with the foot. foot, outside : areas of the union [m2].
+    The finder takes small gaps for joints, as of faces that meet at an edge only; those count for nothing here.
+    """
+    faces = find_interfaces(asm)
+    assert convex_blocks(asm).all()
+    assert len(overlaps(asm, gap=1e-9)[0]) == 0
+    closed = faces.gap < 1e-9 * asm.size.max()
+    grounds = (faces.pair == 0).any(axis=1)
+    assert np.unique(faces.pair[closed]).tolist() == list(range(asm.n_blocks))
+    np.testing.assert_allclose(asm.volume[1:].sum(), volume, rtol=tolerance)
+    np.testing.assert_allclose(faces.area[closed & grounds].sum(), foot, rtol=tolerance)
+    joints = faces.area[closed & ~grounds].sum()
+    np.testing.assert_allclose(surface(asm), 2 * joints + outside, rtol=tolerance)
+    return faces
 
 
 def surface(asm) -> float:

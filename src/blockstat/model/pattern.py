@@ -66,7 +66,7 @@ class Pattern:
     def _lattice(self, offset: float, step: float, low: float, high: float) -> Floats:
         first = int(np.ceil((low - self.anchor - offset) / step))
         last = int(np.floor((high - self.anchor - offset) / step))
-        return self.anchor + offset + step * np.arange(first, last + 1)
+        return self.anchor + offset + step * np.arange(first, last + 1, dtype=float)
 
 
 def fitted(run: Run, nominal: float, start: tuple[float, int | None], end: tuple[float, int | None]) -> Pattern:
