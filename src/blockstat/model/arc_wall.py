@@ -121,7 +121,8 @@ def _row(strip: Strip, course: int, found: Sequence[Head], pattern: Pattern, clo
         return Row(strip, course, first, Gap(_on(first.low, around), _on(first.high, around), first.what), gaps[1:])
     headers = pattern.headers(course, 0.0, around)
     seam = float(headers[0, 0] if pattern.bond == "flemish" else pattern.joints(course, 0, 0.0, around)[0])
-    return Row(strip, course, *(Gap(upright(s), upright(s), "its seam") for s in (seam, seam + around)))
+    ends = [Gap(upright(s), upright(s), "its seam") for s in (seam, seam + around)]
+    return Row(strip, course, ends[0], ends[1])
 
 
 def _on(edge: Edge, by: float) -> Edge:

@@ -66,20 +66,20 @@ class Pattern:
     def _lattice(self, offset: float, step: float, low: float, high: float) -> Floats:
         first = int(np.ceil((low - self.anchor - offset) / step))
         last = int(np.floor((high - self.anchor - offset) / step))
-        return self.anchor + offset + step * np.arange(first, last + 1)
+        return self.anchor + offset + step * np.arange(first, last + 1, dtype=float)
 
 
 def fitted(run: Run, nominal: float, start: tuple[float, int | None], end: tuple[float, int | None]) -> Pattern:
     """The bond whose bricks are nearest to a nominal length and fit whole between two places.
 
-    start, end : place [m] and phase there, None for a free end. Between two free ends a course is whole bricks and one
-    half brick: LongitudeRow = NumberOfPoints x SizeOfBrick + HalfBrick (the procedural-masonry paper, Eq. 4).
+    start, end : place [m] and phase there, None for a free end. In running bond a course between two free ends is whole
+    bricks and one half brick: LongitudeRow = NumberOfPoints x SizeOfBrick + HalfBrick (the procedural-masonry paper,
+    Eq. 4).
     """
     half = run.half if run.bond == "running" else 0.5
-    # In English bond the even courses are those of stretchers: both ends of them fit, or the odd ones end in a half.
     choices = [(p, q) for p in _phases(start[1]) for q in _phases(end[1])]
     if start[1] is None and end[1] is None:
-        choices = [(0, 0)] if run.bond in ("stack", "flemish") else [(0, 1)]
+        choices = [(0, 1)] if run.bond == "running" else [(0, 0)]
     clear = end[0] - start[0]
     best: tuple[float, int, float] | None = None
     for p, q in choices:

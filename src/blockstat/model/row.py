@@ -86,9 +86,9 @@ def lay(row: Row, pattern: Pattern, sliver: float) -> tuple[Floats, Floats]:
                 shares = [(k / number, (k + 1) / number) for k in range(number)]
             whole = len(shares) < number
             for leaf, share in enumerate(shares):
-                joints = [] if whole else pattern.joints(row.course, leaf, inner, outer)
-                if len(joints):
-                    joints = _within(spread(joints, row.avoid, lap, drop=drop), inner + sliver, outer - sliver, sliver)
+                joints = np.empty(0) if whole else pattern.joints(row.course, leaf, inner, outer)
+                joints = spread(joints, row.avoid, lap, drop=drop)
+                joints = _within(joints, inner + sliver, outer - sliver, sliver)
                 cuts = [a, *map(upright, joints), b]
                 ends += zip(cuts, cuts[1:], strict=False)
                 leaves += [share] * (len(cuts) - 1)
