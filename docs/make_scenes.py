@@ -16,8 +16,8 @@ FIELD = re.compile(r"^    (\w+): .*?(?:  #: (.*))?$")
 
 HEAD = f"""# Scene files
 
-Written by `docs/make_scenes.py` from the structs in `blockstat.spec`. Lengths are in metres, densities in kg/m3, z is up
-and the ground is z = 0. Unknown keys are refused with the keys that are allowed.
+Written by `docs/make_scenes.py` from the structs in `blockstat.spec`. Lengths are in metres, densities in kg/m3, z is
+up and the ground is z = 0. Unknown keys are refused with the keys that are allowed.
 
 A scene has one of two forms: a **composition** of elements, or the **short form**, a rectangular building with a barrel
 vault. `parameters`, `with_values`, `build`, the search and the command lines take both.
@@ -47,18 +47,18 @@ at = [0, 0, 1.5]
 ```
 
 - A string that begins with `=` is arithmetic over the parameters: `+ - * / // % **`, parentheses, comparisons (1 or 0),
-  {", ".join(f"`{name}`" for name in [*FUNCTIONS, *CONSTANTS])}; angles of the functions are in radians. It may stand for
-  any number of a composition, in a parameter too.
+  {", ".join(f"`{name}`" for name in [*FUNCTIONS, *CONSTANTS])}; angles are in radians. It may
+  stand for any number of a composition, in a parameter too.
 - A range `{{value, min, max, step}}` may stand for any number; the search moves it. Its path is that of the file:
   `parameters.t`, `elements.ring.thickness`.
-- `present` of an element, a run, an opening or a buttress is `true`, `false` or `"search"`: a range of 1 (there, as it is
-  built by default) and 0. The search keeps such an element only where the building does not stand without it.
+- `present` of an element, a run, an opening or a buttress is `true`, `false` or `"search"`: a range of 1 (there, as
+  it is built by default) and 0. The search keeps such an element only where the building does not stand without it.
 - Groups of an element's blocks begin with its name: `ring.arch`; where it is repeated with the number of the copy:
   `piers.1.pier`, `piers.2.pier`.
 - Elements that overlap are refused with their names.
 
-In Python the same tables are dicts: `blockstat.build(blockstat.scene_from({{"name": ..., "elements": {{...}}}}))`; or call
-the builders of `blockstat.model` and put their blocks together with `moved` and `assemble`.
+In Python the same tables are dicts: `blockstat.build(blockstat.scene_from({{"name": ..., "elements": {{...}}}}))`; or
+call the builders of `blockstat.model` and put their blocks together with `moved` and `assemble`.
 """
 
 

@@ -218,7 +218,7 @@ class FlyingButtress(Element, tag="flying_buttress", kw_only=True, frozen=True):
 
 
 KIND_LIST: tuple[type[Element], ...] = (
-    Walls, ArcWall, Buttress, Box, Column, Pier, FlyingButtress, Arch, JackArch, Rib, Barrel, Groin, Pavilion, Dome, Drum, Sail, Fan,
-    Freeform, MeshVault, Mesh,
+    Walls, ArcWall, Buttress, FlyingButtress, Box, Column, Pier, Arch, JackArch, Rib, Barrel, Groin, Pavilion, Dome,
+    Drum, Sail, Fan, Freeform, MeshVault, Mesh,
 )  # fmt: skip
 KINDS: dict[str, type[Element]] = {str(kind.__struct_config__.tag): kind for kind in KIND_LIST}
