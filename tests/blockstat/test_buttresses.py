@@ -7,7 +7,7 @@ from blockstat import InputError, limit_load
 from blockstat.model import Buttress, Run, buttress, flying_buttress, walls
 from blockstat.model.solids import box
 from elements import joint_areas, sound
-from walls import check_solid, grounded, straight_joints
+from walls import check_solid, grounded, straight_joints, tight
 
 
 @settings(max_examples=25, deadline=None)
