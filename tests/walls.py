@@ -40,19 +40,28 @@ def check(asm, *, volume: float, foot: float, outside: float, tolerance: float =
 
     Every face of a block is in a joint or outside: the area of all faces is twice that of the joints, less the ground's
     side of the foot, plus the outer surface with the foot. foot, outside : areas of the union [m2].
-    The finder takes small gaps for joints, as of faces that meet at an edge only; those count for nothing here.
     """
-    faces = find_interfaces(asm)
-    assert convex_blocks(asm).all()
-    assert len(overlaps(asm, gap=1e-9)[0]) == 0
-    closed = faces.gap < 1e-9 * asm.size.max()
+    faces, closed = tight(asm)
     grounds = (faces.pair == 0).any(axis=1)
-    assert np.unique(faces.pair[closed]).tolist() == list(range(asm.n_blocks))
     np.testing.assert_allclose(asm.volume[1:].sum(), volume, rtol=tolerance)
     np.testing.assert_allclose(faces.area[closed & grounds].sum(), foot, rtol=tolerance)
     joints = faces.area[closed & ~grounds].sum()
     np.testing.assert_allclose(surface(asm), 2 * joints + outside, rtol=tolerance)
     return faces
+
+
+def tight(asm):
+    """Convex blocks that do not overlap, each in a joint without a gap; returns the interfaces and which have none.
+
+    The finder takes small gaps for joints, also those of sloping and upright faces that meet at an edge only; such
+    count for nothing here.
+    """
+    faces = find_interfaces(asm)
+    assert convex_blocks(asm).all()
+    assert len(overlaps(asm, gap=1e-9)[0]) == 0
+    closed = faces.gap < 1e-9 * asm.size.max()
+    assert np.unique(faces.pair[closed]).tolist() == list(range(asm.n_blocks))
+    return faces, closed
 
 
 def surface(asm) -> float:

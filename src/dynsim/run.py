@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from time import process_time
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from blockstat.assembly import Assembly
 from blockstat.polyhedron import Floats
+from dynsim.action import Action
 from dynsim.settings import Settings
 from dynsim.world import World
 
@@ -39,27 +40,29 @@ def simulate(
     *,
     settings: Settings | None = None,
     stop: Callable[[float, Floats], bool] | None = None,
+    actions: Sequence[Action] = (),
 ) -> Run:
     """Settle an assembly and let it go.
 
     stop : called at every look with the simulated share of `Settings.end` that has gone since release and the
-    displacement since then, shape (n_blocks, 3) [m]; True ends the run.
+    displacement since then, shape (n_blocks, 3) [m]; True ends the run. actions : what acts on the blocks meanwhile.
     """
     settings = settings or Settings()
     start = process_time()
     times, displacement, rotation = [], [], []
-    with World(assembly, settings) as world:
+    with World(assembly, settings, actions) as world:
         overlap = world.deepest_overlap()
         stretch = np.sqrt(max(_height(assembly) * world.length / TALL, 1.0))
         look = settings.substeps * settings.time_step
         world.damp(1.0)
-        for _ in range(round(settings.settle * stretch / look)):
-            world.advance()
+        settling = round(settings.settle * stretch / look)
+        for frame in range(settling):
+            world.advance((frame - settling) * look / world.time)
         world.damp(0.0)
         looks = round(settings.end * stretch / look)
         for frame in range(looks + 1):
             if frame:
-                world.advance()
+                world.advance((frame - 1) * look / world.time)
             moved, turned = world.poses()
             times.append(frame * look / world.time)
             displacement.append(moved)

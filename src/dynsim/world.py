@@ -11,6 +11,7 @@ import importlib
 import os
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -19,7 +20,8 @@ import numpy as np
 
 from blockstat.assembly import Assembly
 from blockstat.errors import InputError
-from blockstat.polyhedron import Floats
+from blockstat.polyhedron import Floats, Ints
+from dynsim.action import Action
 from dynsim.bodies import Shape, hull_obj, shapes
 from dynsim.settings import Settings
 
@@ -32,7 +34,7 @@ STICKY = 100.0  #: Bullet's stand-in for infinite friction
 class World:
     """A context manager around one client; poses go in and out in the scene's own units."""
 
-    def __init__(self, assembly: Assembly, settings: Settings) -> None:
+    def __init__(self, assembly: Assembly, settings: Settings, actions: Sequence[Action] = ()) -> None:
         free = ~assembly.support
         if not free.any():
             raise InputError(f'"{assembly.name}": all blocks are supports; there is nothing to simulate')
@@ -44,6 +46,9 @@ class World:
         strength = float(np.linalg.norm(assembly.gravity))
         self.time = float(np.sqrt(self.length * strength / GRAVITY))  #: simulation seconds a scene second
         self._mass = BLOCK_MASS / float(np.median(assembly.mass[free]))
+        self._acceleration = GRAVITY / strength
+        self._actions = tuple(actions)
+        self._stepwise = any(action.each_step for action in self._actions)
         self._shapes = shapes(assembly)
         self._directory: tempfile.TemporaryDirectory[str] | None = None
         self._client = -1
@@ -55,6 +60,8 @@ class World:
         self._client = self._bullet.connect(self._bullet.DIRECT)
         try:
             self._set_up()
+            for action in self._actions:
+                action.begin(self)
         except BaseException:
             self.__exit__(None, None, None)
             raise
@@ -70,12 +77,12 @@ class World:
     def _set_up(self) -> None:
         b, s = self._bullet, self.settings
         b.setPhysicsEngineParameter(
-            fixedTimeStep=s.substeps * s.time_step, numSubSteps=s.substeps, numSolverIterations=s.iterations,
+            fixedTimeStep=s.time_step if self._stepwise else s.substeps * s.time_step,
+            numSubSteps=0 if self._stepwise else s.substeps, numSolverIterations=s.iterations,
             warmStartingFactor=0.85, contactSlop=1e-6, contactERP=0.2, solverResidualThreshold=0.0, enableSAT=1,
             enableFileCaching=0, physicsClientId=self._client,
         )  # fmt: skip
-        gravity = self.assembly.gravity * GRAVITY / np.linalg.norm(self.assembly.gravity)
-        b.setGravity(*gravity, physicsClientId=self._client)
+        self.set_gravity(self.assembly.gravity)
         # Boxes and hulls never mix: Bullet keeps a margin on one kind and not on the other.
         as_boxes = all(shape.half_extents is not None for shape in self._shapes)
         for block, shape in enumerate(self._shapes):
@@ -131,9 +138,27 @@ class World:
                 body, -1, linearDamping=value, angularDamping=value, physicsClientId=self._client
             )
 
-    def advance(self) -> None:
-        """Go forward by one look (`Settings.look_every` of simulated time)."""
-        self._bullet.stepSimulation(physicsClientId=self._client)
+    def advance(self, time: float = 0.0) -> None:
+        """Go forward by one look (`Settings.look_every` of simulated time); time : since release at its start [s]."""
+        steps = self.settings.substeps if self._stepwise else 1
+        for step in range(steps):
+            for action in self._actions:
+                if step == 0 or action.each_step:
+                    action.act(self, time + step * self.settings.time_step / self.time)
+            self._bullet.stepSimulation(physicsClientId=self._client)
+
+    def set_gravity(self, gravity: Sequence[float] | Floats) -> None:
+        """Gravity from now on, shape (3,) [m/s2]."""
+        self._bullet.setGravity(*(np.asarray(gravity) * self._acceleration), physicsClientId=self._client)
+
+    def push(self, blocks: Sequence[int] | Ints, forces: Floats, points: Floats) -> None:
+        """Forces on some blocks until the end of the next step of `advance`; forces, points : shape (k, 3) [N], [m]."""
+        scaled = np.asarray(forces, dtype=float) * self._mass * self._acceleration
+        for block, force, point in zip(blocks, scaled, np.asarray(points, dtype=float) * self.length, strict=True):
+            self._bullet.applyExternalForce(
+                self._bodies[block], -1, force.tolist(), point.tolist(), self._bullet.WORLD_FRAME,
+                physicsClientId=self._client,
+            )  # fmt: skip
 
     def poses(self) -> tuple[Floats, Floats]:
         """Displacement of each centroid from where it was built, shape (n, 3) [m], and rotation matrices (n, 3, 3).
