@@ -161,7 +161,8 @@ ELEMENTS: list[tuple[str, str, Callable[[], Assembly], dict]] = [
      {"elevation": 12.0}),
     ("wall-round", "round wall with openings",
      lambda: standing(arc_wall(radius=2.0, thickness=0.5, height=3.0, brick=BRICK, openings=[
-         Opening(width=0.9, height=2.0, at=[10.5]), Opening(width=0.6, height=0.75, sill=1.25, number=3)])),
+         Opening(width=0.9, height=2.0, at=[10.5]),
+         Opening(width=0.6, height=0.75, sill=1.25, at=[2.0, 5.0, 8.0])])),
      {"azimuth": -70.0}),
     ("buttress", "buttress, stepped, standing by itself",
      lambda: standing(buttress(width=0.6, projection=1.0, height=2.5, steps=[(1.5, 0.5)], weathering=0.5,
