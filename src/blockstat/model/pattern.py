@@ -88,8 +88,7 @@ def fitted(run: Run, nominal: float, start: tuple[float, int | None], end: tuple
         if best is None or misfit < best[0] - 1e-12:
             best = (misfit, p, brick)
     assert best is not None
-    leaves = max(run.leaves, 2) if run.bond in ("english", "flemish") else run.leaves
-    return Pattern(run.bond, best[2], start[0], best[1], half, leaves, run.through)
+    return Pattern(run.bond, best[2], start[0], best[1], half, run.leaves_laid, run.through)
 
 
 def _phases(phase: int | None) -> tuple[int, ...]:

@@ -91,6 +91,11 @@ class Run:
     coping: Coping | None = None
     openings: Sequence[Opening] = ()
 
+    @property
+    def leaves_laid(self) -> int:
+        """Leaves in the thickness as they are laid."""
+        return max(self.leaves, 2) if self.bond in ("english", "flemish") else self.leaves
+
 
 @dataclass(frozen=True, kw_only=True)
 class Buttress:
