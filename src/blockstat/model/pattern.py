@@ -110,11 +110,14 @@ def spread(joints: Floats, avoid: list[tuple[float, float]], lap: float, *, drop
 
     avoid : (low, high) of each such place along the strip; ascending joints, also those returned.
     """
-    for low, high in avoid:
-        near = (joints > low - lap) & (joints < high + lap)
-        if drop:
-            joints = joints[~near]
+    bands: list[list[float]] = []
+    for low, high in sorted((low - lap, high + lap) for low, high in avoid):
+        if bands and low < bands[-1][1]:
+            bands[-1][1] = max(bands[-1][1], high)
         else:
-            middle = (low + high) / 2
-            joints = np.where(near, np.where(joints < middle, low - lap, high + lap), joints)
+            bands.append([low, high])
+    for low, high in bands:
+        inside = (joints > low) & (joints < high)
+        nearest = np.where(joints < (low + high) / 2, low, high)
+        joints = joints[~inside] if drop else np.where(inside, nearest, joints)
     return np.unique(joints)
