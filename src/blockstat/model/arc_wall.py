@@ -105,9 +105,8 @@ def _closed(strip: Strip, nominal: float) -> Pattern:
     """The bond of a closed ring: a whole number of bricks, or of a stretcher and a header."""
     run, around = strip.run, strip.axis.length
     unit = 1 + HEADER if run.bond == "flemish" else 1.0
-    leaves = max(run.leaves, 2) if run.bond in ("english", "flemish") else run.leaves
     brick = around / (max(round(around / (nominal * unit)), 3) * unit)
-    return Pattern(run.bond, brick, 0.0, 0, run.half if run.bond == "running" else 0.5, leaves, run.through)
+    return Pattern(run.bond, brick, 0.0, 0, run.half if run.bond == "running" else 0.5, run.leaves_laid, run.through)
 
 
 def _row(strip: Strip, course: int, found: Sequence[Head], pattern: Pattern, closed: bool) -> Row:

@@ -88,8 +88,7 @@ def fitted(run: Run, nominal: float, start: tuple[float, int | None], end: tuple
         if best is None or misfit < best[0] - 1e-12:
             best = (misfit, p, brick)
     assert best is not None
-    leaves = max(run.leaves, 2) if run.bond in ("english", "flemish") else run.leaves
-    return Pattern(run.bond, best[2], start[0], best[1], half, leaves, run.through)
+    return Pattern(run.bond, best[2], start[0], best[1], half, run.leaves_laid, run.through)
 
 
 def _phases(phase: int | None) -> tuple[int, ...]:
@@ -111,11 +110,14 @@ def spread(joints: Floats, avoid: list[tuple[float, float]], lap: float, *, drop
 
     avoid : (low, high) of each such place along the strip; ascending joints, also those returned.
     """
-    for low, high in avoid:
-        near = (joints > low - lap) & (joints < high + lap)
-        if drop:
-            joints = joints[~near]
+    bands: list[list[float]] = []
+    for low, high in sorted((low - lap, high + lap) for low, high in avoid):
+        if bands and low < bands[-1][1]:
+            bands[-1][1] = max(bands[-1][1], high)
         else:
-            middle = (low + high) / 2
-            joints = np.where(near, np.where(joints < middle, low - lap, high + lap), joints)
+            bands.append([low, high])
+    for low, high in bands:
+        inside = (joints > low) & (joints < high)
+        nearest = np.where(joints < (low + high) / 2, low, high)
+        joints = joints[~inside] if drop else np.where(inside, nearest, joints)
     return np.unique(joints)

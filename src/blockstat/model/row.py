@@ -39,6 +39,11 @@ class Row:
         s = self.corners(edge)
         return float(s.min()), float(s.max())
 
+    def at_faces(self, edge: Edge) -> list[tuple[float, float]]:
+        """Least and largest s of a plane on the right face and on the left face."""
+        sides = self.corners(edge).reshape(2, 2).T
+        return [(float(s.min()), float(s.max())) for s in sides]
+
     def corners(self, edge: Edge) -> Floats:
         """s of a plane at the four edges of the course, shape (4,)."""
         z = np.repeat(self.strip.bed(self.course), 2)
@@ -71,7 +76,8 @@ def lay(row: Row, pattern: Pattern, sliver: float) -> tuple[Floats, Floats]:
     ends: list[tuple[Edge, Edge]] = []
     leaves: list[tuple[float, float]] = []
     number = pattern.leaves_in(row.course)
-    lap, drop = LAP * pattern.brick, pattern.bond == "stack"
+    drop = pattern.bond == "stack"
+    lap = (0.05 if drop else LAP) * pattern.brick  # in stack bond joints stay in line; one at a corner is left out
     for first, last in row.stretches(sliver):
         low, high = row.span(first)[1] + sliver, row.span(last)[0] - sliver
         headers = pattern.headers(row.course, low, high)

@@ -11,6 +11,7 @@ from blockstat.model.profile import at_least, positive
 
 ALIGN = ("centre", "left", "right")
 BONDS = ("running", "stack", "english", "flemish")
+HEADER_BONDS = ("english", "flemish")  #: with stones through the thickness, so of two leaves at least
 HEADS = ("lintel", "flat", "semicircular", "segmental", "pointed", "elliptic")
 
 
@@ -90,6 +91,11 @@ class Run:
     gable: float = 0.0
     coping: Coping | None = None
     openings: Sequence[Opening] = ()
+
+    @property
+    def leaves_laid(self) -> int:
+        """Leaves in the thickness as they are laid."""
+        return max(self.leaves, 2) if self.bond in HEADER_BONDS else self.leaves
 
 
 @dataclass(frozen=True, kw_only=True)
