@@ -82,8 +82,9 @@ def main() -> None:
         rows.append(json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout))
     for before, row in zip(rows, rows[1:], strict=False):
         for step in STEPS:
-            # Exponent of the number of blocks; n log n has one of 1 + 1 / log n, about 1.1.
             row[f"{step}_growth"] = math.log(row[step] / before[step]) / math.log(row["blocks"] / before["blocks"])
+        more = [n["blocks"] * math.log(n["blocks"]) for n in (before, row)]
+        row["n_log_n"] = math.log(more[1] / more[0]) / math.log(row["blocks"] / before["blocks"])
     if options.json:
         print(json.dumps(rows))
         return

@@ -106,7 +106,7 @@ def flyer() -> Assembly:
     wall = walls(
         Run(name="wall", path=[(0, -1.5), (0, 1.5)], align="left", thickness=0.8, height=5.0), brick=(0.8, 0.4)
     )
-    stones = flying_buttress(span=2.6, low=2.4, high=3.9, depth=0.4, width=0.6, voussoirs=8, pier=(1.0, 0.8), courses=8,
+    stones = flying_buttress(span=2.6, low=2.4, high=3.9, depth=0.4, width=0.6, voussoirs=8, pier=(1.4, 0.8), courses=8,
                              pinnacle=0.8)  # fmt: skip
     return standing([*wall, *stones])
 
