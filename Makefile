@@ -8,7 +8,7 @@ STAMP := $(VENV)/.installed
 # that has it.
 COMPAS ?=
 
-.PHONY: demo test test-all lint benchmark solvers validation pictures gallery clean
+.PHONY: demo test test-all lint benchmark solvers validation hard pictures gallery scenes clean
 
 demo: $(STAMP)
 	$(BIN)/dynsim optimise examples/chapel.toml -o out/chapel
@@ -28,6 +28,7 @@ benchmark: $(STAMP)
 	$(BIN)/python benchmarks/assess.py
 	$(BIN)/python benchmarks/bullet.py
 	$(BIN)/python benchmarks/compare_verdicts.py
+	$(BIN)/python benchmarks/building.py
 
 solvers: $(STAMP)
 	$(BIN)/python benchmarks/solvers.py --write --sizes 100 1000 3000 10000 --limit 300 $(if $(COMPAS),--compas $(COMPAS))
@@ -35,11 +36,17 @@ solvers: $(STAMP)
 validation: $(STAMP)
 	$(BIN)/python docs/make_validation.py
 
+hard: $(STAMP)
+	$(BIN)/python docs/make_hard.py
+
 pictures: $(STAMP)
 	$(BIN)/python docs/make_pictures.py
 
 gallery: $(STAMP)
 	$(BIN)/python docs/make_gallery.py
+
+scenes: $(STAMP)
+	$(BIN)/python docs/make_scenes.py
 
 clean:
 	rm -rf $(VENV) out build dist src/*.egg-info

@@ -19,7 +19,11 @@ def surface() -> tuple[np.ndarray, list[list[int]]]:
     density = np.where(rim, 3.0, 1.0)  # stronger edges span between the feet
     near = SPAN / 2 - FOOT * SPAN / CELLS - 1e-9
     corner = (np.abs(x) > near) & (np.abs(y) > near)
-    fixed = corner & (np.abs(x) + np.abs(y) > SPAN / 2 + near - 1e-9) & ((np.abs(x) > SPAN / 2 - 1e-9) | (np.abs(y) > SPAN / 2 - 1e-9))
+    fixed = (
+        corner
+        & (np.abs(x) + np.abs(y) > SPAN / 2 + near - 1e-9)
+        & ((np.abs(x) > SPAN / 2 - 1e-9) | (np.abs(y) > SPAN / 2 - 1e-9))
+    )
     # Schek (1974): C' Q C z = p, horizontal positions kept.
     laplace = np.zeros((n * n, n * n))
     for (a, b), q in zip(edges, density, strict=True):

@@ -105,9 +105,8 @@ def _closed(strip: Strip, nominal: float) -> Pattern:
     """The bond of a closed ring: a whole number of bricks, or of a stretcher and a header."""
     run, around = strip.run, strip.axis.length
     unit = 1 + HEADER if run.bond == "flemish" else 1.0
-    leaves = max(run.leaves, 2) if run.bond in ("english", "flemish") else run.leaves
     brick = around / (max(round(around / (nominal * unit)), 3) * unit)
-    return Pattern(run.bond, brick, 0.0, 0, run.half if run.bond == "running" else 0.5, leaves, run.through)
+    return Pattern(run.bond, brick, 0.0, 0, run.half if run.bond == "running" else 0.5, run.leaves_laid, run.through)
 
 
 def _row(strip: Strip, course: int, found: Sequence[Head], pattern: Pattern, closed: bool) -> Row:
@@ -121,7 +120,8 @@ def _row(strip: Strip, course: int, found: Sequence[Head], pattern: Pattern, clo
         return Row(strip, course, first, Gap(_on(first.low, around), _on(first.high, around), first.what), gaps[1:])
     headers = pattern.headers(course, 0.0, around)
     seam = float(headers[0, 0] if pattern.bond == "flemish" else pattern.joints(course, 0, 0.0, around)[0])
-    return Row(strip, course, *(Gap(upright(s), upright(s), "its seam") for s in (seam, seam + around)))
+    ends = [Gap(upright(s), upright(s), "its seam") for s in (seam, seam + around)]
+    return Row(strip, course, ends[0], ends[1])
 
 
 def _on(edge: Edge, by: float) -> Edge:

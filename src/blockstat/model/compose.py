@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from fnmatch import fnmatchcase
 from itertools import product
 from typing import Any
@@ -16,7 +15,7 @@ from blockstat.errors import InputError
 from blockstat.joint import JointLaw
 from blockstat.model.ground import ground
 from blockstat.model.kinds import blocks_of
-from blockstat.model.placing import moved
+from blockstat.model.placing import moved, rotation
 from blockstat.overlap import overlaps
 from blockstat.spec import Composition, Plan, parameters, resolve
 from blockstat.spec.composition import GROUND
@@ -65,26 +64,26 @@ def _placed(name: str, element: Element) -> Iterator[Block]:
         own = blocks_of(element)
     except InputError as error:
         raise InputError(f"elements.{name}: {error}") from None
-    own = moved(own, element.at, turn=element.turn)
     repeats = repeats_of(element)
     copies = list(product(*(range(repeat.number) for repeat in repeats)))
     if len(copies) > MOST_COPIES:
         raise InputError(f"elements.{name}.repeat: it makes {len(copies)} copies; at most {MOST_COPIES} are built")
     for number, steps in enumerate(copies, 1):
-        copy = own
-        for repeat, k in zip(repeats, steps, strict=True):
-            copy = _step(copy, repeat, k) if k else copy
-        for block in moved(copy, prefix=f"{name}.{number}." if len(copies) > 1 else f"{name}."):
+        prefix = f"{name}.{number}." if len(copies) > 1 else f"{name}."
+        turn, place = _pose(element, repeats, steps)
+        for block in moved(own, place, turn=turn, prefix=prefix):
             density = element.density if block.density is None else block.density
-            yield replace(block, name=block.name.rstrip("."), group=block.group.rstrip("."), density=density)
+            yield Block(block.vertices, block.faces, block.name.rstrip("."), block.group.rstrip("."), density)
 
 
-def _step(blocks: list[Block], repeat: Repeat, k: int) -> list[Block]:
-    """Blocks k steps on."""
-    if repeat.turn:
-        x, y = repeat.about
-        blocks = moved(moved(blocks, (-x, -y, 0.0)), (x, y, 0.0), turn=k * repeat.turn)
-    return moved(blocks, (k * np.array(repeat.by)).tolist())
+def _pose(element: Element, repeats: Sequence[Repeat], steps: Sequence[int]) -> tuple[float, list[float]]:
+    """Turn [degrees] and place [m] of a copy so many steps on."""
+    turn, place = element.turn, np.array(element.at, dtype=float)
+    for repeat, k in zip(repeats, steps, strict=True):
+        about = np.array([*repeat.about, 0.0])
+        place = about + rotation(k * repeat.turn) @ (place - about) + k * np.array(repeat.by)
+        turn += k * repeat.turn
+    return turn, place.tolist()
 
 
 def _check_feet(blocks: Sequence[Block]) -> None:

@@ -20,6 +20,7 @@ from blockstat.model.strip import Strip, upright
 from blockstat.polyhedron import Floats
 
 FLATTEST = 1.0  #: slope of the top facets of an extrados: the feather edge of a brick over it has at least 45 degrees
+SKEWBACK = 0.5  #: sine of the least slope of a skewback (30 degrees); flatter springing joints are made level
 KEY = 0.5  #: least half width of the flat top of an extrados, as a fraction of the depth of the arch
 
 
@@ -130,7 +131,10 @@ def _round(opening: Opening, depth: float, nominal: float) -> tuple[Floats, Floa
     across = joints[:, 1] - joints[:, 0]
     if half.crown_joint:
         across[number // 2] = (0.0, 1.0)
-    return joints[:, 0], across / np.linalg.norm(across, axis=1)[:, None]
+    across = across / np.linalg.norm(across, axis=1)[:, None]
+    if across[-1, 1] < SKEWBACK:
+        across[0], across[-1] = (-1.0, 0.0), (1.0, 0.0)
+    return joints[:, 0], across
 
 
 def _flat(opening: Opening, depth: float, nominal: float) -> tuple[Floats, Floats]:

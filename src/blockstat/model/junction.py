@@ -11,7 +11,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
+import numpy as np
+
 from blockstat.errors import InputError
+from blockstat.model.run import HEADER_BONDS
 from blockstat.model.strip import Edge, Face, Line, Strip
 
 LEAST_ANGLE = 30.0  #: between two runs that meet [degrees]; below it the overlap is longer than two thicknesses
@@ -42,6 +45,14 @@ class Join:
             faces = tuple((c + k * z, 0.0) for c, k in (self.other.right, self.other.left))
         edges = [_across(self.strip, self.other, face) for face in faces]
         return (edges[0], edges[1]) if edges[0][0] < edges[1][0] else (edges[1], edges[0])
+
+    def joints(self, course: int) -> list[Edge]:
+        """Where the other's stones end beside the overlap and in it: its faces, and joints between leaves that headers
+        cover in the next course.
+        """
+        low, high = np.array(self.edges(course))
+        leaves = self.other.run.leaves_laid if self.other.run.bond in HEADER_BONDS else 1
+        return [tuple(map(float, low + (high - low) * k / leaves)) for k in range(leaves + 1)]  # type: ignore[misc]
 
 
 def _across(strip: Strip, other: Strip, face: Face) -> Edge:

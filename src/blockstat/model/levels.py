@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from blockstat.errors import InputError
+from blockstat.polyhedron import Floats
 
 
 def bed_levels(heights: Iterable[float], nominal: float, sliver: float) -> tuple[float, ...]:
@@ -27,6 +28,6 @@ def bed_levels(heights: Iterable[float], nominal: float, sliver: float) -> tuple
     return tuple(levels)
 
 
-def nearest(levels: Sequence[float], height: float) -> int:
+def nearest(levels: Sequence[float] | Floats, height: float) -> int:
     """Index of the level nearest to a height."""
     return int(np.abs(np.asarray(levels) - height).argmin())

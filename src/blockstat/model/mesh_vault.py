@@ -51,10 +51,10 @@ def mesh_vault(
     positive(thickness=thickness)
     if supports not in SUPPORTS:
         raise InputError(f"supports is {supports!r}; it must be one of: {', '.join(SUPPORTS)}")
+    boundary = _boundary(faces)
     normal = _normals(corners, faces)
     if normal[:, 2].sum() < 0:
-        faces, normal = [list(face)[::-1] for face in faces], -normal
-    boundary = _boundary(faces)
+        faces, boundary, normal = [list(f)[::-1] for f in faces], [(b, a) for a, b in boundary], -normal
     sides = np.concatenate([corners - thickness / 2 * normal, corners + thickness / 2 * normal])
     n = len(corners)
     blocks = []

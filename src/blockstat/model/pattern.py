@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,20 +67,20 @@ class Pattern:
     def _lattice(self, offset: float, step: float, low: float, high: float) -> Floats:
         first = int(np.ceil((low - self.anchor - offset) / step))
         last = int(np.floor((high - self.anchor - offset) / step))
-        return self.anchor + offset + step * np.arange(first, last + 1)
+        return self.anchor + offset + step * np.arange(first, last + 1, dtype=float)
 
 
 def fitted(run: Run, nominal: float, start: tuple[float, int | None], end: tuple[float, int | None]) -> Pattern:
     """The bond whose bricks are nearest to a nominal length and fit whole between two places.
 
-    start, end : place [m] and phase there, None for a free end. Between two free ends a course is whole bricks and one
-    half brick: LongitudeRow = NumberOfPoints x SizeOfBrick + HalfBrick (the procedural-masonry paper, Eq. 4).
+    start, end : place [m] and phase there, None for a free end. In running bond a course between two free ends is whole
+    bricks and one half brick: LongitudeRow = NumberOfPoints x SizeOfBrick + HalfBrick (the procedural-masonry paper,
+    Eq. 4).
     """
     half = run.half if run.bond == "running" else 0.5
-    # In English bond the even courses are those of stretchers: both ends of them fit, or the odd ones end in a half.
     choices = [(p, q) for p in _phases(start[1]) for q in _phases(end[1])]
     if start[1] is None and end[1] is None:
-        choices = [(0, 0)] if run.bond in ("stack", "flemish") else [(0, 1)]
+        choices = [(0, 1)] if run.bond == "running" else [(0, 0)]
     clear = end[0] - start[0]
     best: tuple[float, int, float] | None = None
     for p, q in choices:
@@ -88,8 +89,7 @@ def fitted(run: Run, nominal: float, start: tuple[float, int | None], end: tuple
         if best is None or misfit < best[0] - 1e-12:
             best = (misfit, p, brick)
     assert best is not None
-    leaves = max(run.leaves, 2) if run.bond in ("english", "flemish") else run.leaves
-    return Pattern(run.bond, best[2], start[0], best[1], half, leaves, run.through)
+    return Pattern(run.bond, best[2], start[0], best[1], half, run.leaves_laid, run.through)
 
 
 def _phases(phase: int | None) -> tuple[int, ...]:
@@ -106,16 +106,27 @@ def _brick(bond: str, clear: float, nominal: float, rest: float, same: bool) -> 
     return clear / ((whole + rest) * unit)
 
 
-def spread(joints: Floats, avoid: list[tuple[float, float]], lap: float, *, drop: bool) -> Floats:
-    """Joints kept a lap away from places where the courses above and below have theirs: moved, or dropped.
+def bands(avoid: Sequence[tuple[float, float]], lap: float) -> Floats:
+    """Stretches where a course has no joint, (low, high), ascending and apart, shape (n, 2) [m].
 
-    avoid : (low, high) of each such place along the strip; ascending joints, also those returned.
+    avoid : (low, high) of each place along the strip where the courses above and below have joints; lap : kept from it.
     """
-    for low, high in avoid:
-        near = (joints > low - lap) & (joints < high + lap)
-        if drop:
-            joints = joints[~near]
+    found: list[list[float]] = []
+    for low, high in sorted((low - lap, high + lap) for low, high in avoid):
+        if found and low < found[-1][1]:
+            found[-1][1] = max(found[-1][1], high)
         else:
-            middle = (low + high) / 2
-            joints = np.where(near, np.where(joints < middle, low - lap, high + lap), joints)
-    return np.unique(joints)
+            found.append([low, high])
+    return np.array(found, dtype=float).reshape(-1, 2)
+
+
+def spread(joints: Floats, bands: Floats, *, drop: bool) -> Floats:
+    """Joints kept out of bands: moved to the nearer end, or dropped; ascending joints, also those returned."""
+    if not len(joints) or not len(bands):
+        return joints
+    low, high = bands[np.maximum(np.searchsorted(bands[:, 0], joints) - 1, 0)].T
+    inside = (joints > low) & (joints < high)
+    if drop:
+        return joints[~inside]
+    joints = np.where(inside, np.where(joints < (low + high) / 2, low, high), joints)
+    return joints[np.append(True, np.diff(joints) > 0)]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from blockstat.errors import InputError
-from blockstat.model.pattern import LAP, Pattern, spread
+from blockstat.model.pattern import LAP, Pattern, bands, spread
 from blockstat.model.strip import Edge, Strip, upright
 from blockstat.polyhedron import Floats
 
@@ -38,6 +38,11 @@ class Row:
         """Least and largest s of a plane inside the course."""
         s = self.corners(edge)
         return float(s.min()), float(s.max())
+
+    def at_faces(self, edge: Edge) -> list[tuple[float, float]]:
+        """Least and largest s of a plane on the right face and on the left face."""
+        sides = self.corners(edge).reshape(2, 2).T
+        return [(float(s.min()), float(s.max())) for s in sides]
 
     def corners(self, edge: Edge) -> Floats:
         """s of a plane at the four edges of the course, shape (4,)."""
@@ -71,11 +76,13 @@ def lay(row: Row, pattern: Pattern, sliver: float) -> tuple[Floats, Floats]:
     ends: list[tuple[Edge, Edge]] = []
     leaves: list[tuple[float, float]] = []
     number = pattern.leaves_in(row.course)
-    lap, drop = LAP * pattern.brick, pattern.bond == "stack"
+    drop = pattern.bond == "stack"
+    # In stack bond joints stay in line; one at a corner is left out.
+    closed = bands(row.avoid, (0.05 if drop else LAP) * pattern.brick)
     for first, last in row.stretches(sliver):
         low, high = row.span(first)[1] + sliver, row.span(last)[0] - sliver
         headers = pattern.headers(row.course, low, high)
-        marks = _within(spread(np.unique(headers), row.avoid, lap, drop=drop), low, high, sliver)
+        marks = _within(spread(np.unique(headers), closed, drop=drop), low, high, sliver)
         bounds = [first, *map(upright, marks), last]
         for a, b in zip(bounds, bounds[1:], strict=False):
             inner, outer = row.span(a)[1], row.span(b)[0]
@@ -86,9 +93,9 @@ def lay(row: Row, pattern: Pattern, sliver: float) -> tuple[Floats, Floats]:
                 shares = [(k / number, (k + 1) / number) for k in range(number)]
             whole = len(shares) < number
             for leaf, share in enumerate(shares):
-                joints = [] if whole else pattern.joints(row.course, leaf, inner, outer)
-                if len(joints):
-                    joints = _within(spread(joints, row.avoid, lap, drop=drop), inner + sliver, outer - sliver, sliver)
+                joints = np.empty(0) if whole else pattern.joints(row.course, leaf, inner, outer)
+                joints = spread(joints, closed, drop=drop)
+                joints = _within(joints, inner + sliver, outer - sliver, sliver)
                 cuts = [a, *map(upright, joints), b]
                 ends += zip(cuts, cuts[1:], strict=False)
                 leaves += [share] * (len(cuts) - 1)

@@ -11,6 +11,7 @@ from blockstat.model.profile import at_least, positive
 
 ALIGN = ("centre", "left", "right")
 BONDS = ("running", "stack", "english", "flemish")
+HEADER_BONDS = ("english", "flemish")  #: with stones through the thickness, so of two leaves at least
 HEADS = ("lintel", "flat", "semicircular", "segmental", "pointed", "elliptic")
 
 
@@ -19,9 +20,8 @@ class Opening:
     """One or several equal openings of a run: doors (sill 0) or windows.
 
     width : clear [m]. height : of the jambs, from the sill to the springing or to the soffit of a lintel [m]; sill and
-    springing go to the nearest bed. at : where their centres are along the path of their segment from its first point [m]; without it
-    `number` of them are evenly spaced, at length x (k + 1) / (number + 1). segment : which stretch of a path with
-    several.
+    springing go to the nearest bed. segment : which stretch of a path with several. at : where their centres are
+    along it from its first point [m]; without it `number` of them are evenly spaced, at length x k / (number + 1).
     head : "lintel", "flat" (a jack arch) or the shape of a voussoir arch, with its `rise` [m] (none for
     "semicircular"). depth : of lintel or arch, normal to the soffit [m], by default one course; a lintel's goes to
     whole courses. voussoirs : their number, by default as many as courses are high. bearing : of a lintel on each
@@ -91,6 +91,11 @@ class Run:
     gable: float = 0.0
     coping: Coping | None = None
     openings: Sequence[Opening] = ()
+
+    @property
+    def leaves_laid(self) -> int:
+        """Leaves in the thickness as they are laid."""
+        return max(self.leaves, 2) if self.bond in HEADER_BONDS else self.leaves
 
 
 @dataclass(frozen=True, kw_only=True)

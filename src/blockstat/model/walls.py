@@ -169,11 +169,11 @@ def _row(strip: Strip, course: int, of_strip: Sequence[Join], found: Sequence[He
             if not owned:
                 gaps.append(Gap(*edges, what))
             elif tied:
-                avoid += [plain.span(edge) for edge in edges]
+                avoid += [place for edge in join.joints(course) for place in plain.at_faces(edge)]
             continue
         side = 0 if join.role == "start" else 1
         cut = edges[side] if owned else edges[1 - side]
         bounds[side] = Gap(cut, cut, what)
         if owned and tied:
-            avoid.append(plain.span(edges[1 - side]))
+            avoid += [place for edge in join.joints(course) for place in plain.at_faces(edge)]
     return Row(strip, course, bounds[0], bounds[1], gaps, avoid, pointed=bool(strip.ends))

@@ -78,6 +78,7 @@ class Building(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     vault: Vault | None = None  #: from the south to the north wall
     material: Material = Material()  #: stone and joints
     joints: tuple[Joint, ...] = ()  #: laws of particular joints
+    description: str = ""  #: one line
 
     def __post_init__(self) -> None:
         check_name(self.name)

@@ -41,7 +41,7 @@ class Pier(Element, tag="pier", kw_only=True, frozen=True):
     size: tuple[Length, Length]  #: along x and y [m]
     height: Length  #: [m]
     courses: Count  #: their number
-    bond: Literal["single", "halves"] = "single"  #: one stone a course, or two with their joint across x and y in turn
+    bond: Literal["single", "halves"] = "single"  #: one stone a course, or two with a joint across x and y in turn
     plinth: Size = 0.0  #: height of the block under the foot, 0 for none [m]
 
 
@@ -93,7 +93,7 @@ class Bay(Element, kw_only=True, frozen=True):
     thickness: Length  #: normal to the intrados, where the profile is that along x [m]
     voussoirs: Annotated[int, msgspec.Meta(ge=3)]  #: number of courses of a whole barrel
     brick: Length  #: nominal length of a voussoir along its course [m]
-    groins: Groins = "solid"  #: stones of both webs, or a joint in the diagonal plane
+    groins: Groins = "solid"  #: stones of both webs in one, or a joint in the diagonal plane
     springers: Size = 0.0  #: height of the blocks under the springings, 0 for none [m]
 
 
@@ -115,7 +115,7 @@ class Dome(Element, tag="dome", kw_only=True, frozen=True):
     rings: Count  #: of equal height along the intrados
     voussoirs: Annotated[int, msgspec.Meta(ge=3)]  #: in each ring
     oculus: Size = 0.0  #: clear diameter of the opening at the crown, 0 for a keystone [m]
-    bond: Bond = "running"  #: or stack, for continuous meridian joints
+    bond: Bond = "running"  #: staggered, or with continuous meridian joints
     springers: Size = 0.0  #: height of the blocks under the first ring, 0 for none [m]
 
 
@@ -140,7 +140,7 @@ class Drum(Element, tag="drum", kw_only=True, frozen=True):
     height: Length  #: [m]
     courses: Count  #: their number
     voussoirs: Annotated[int, msgspec.Meta(ge=3)]  #: stones in each course
-    bond: Bond = "running"  #: or stack
+    bond: Bond = "running"  #: staggered, or with continuous joints
 
 
 class Sail(Element, tag="sail", kw_only=True, frozen=True):
@@ -181,7 +181,7 @@ class Freeform(Element, tag="freeform", kw_only=True, frozen=True):
     thickness: Length  #: normal to the surface [m]
     supports: tuple[Edge, ...] = ("south", "north")  #: edges that have springers
     springers: Size = 0.0  #: length of the blocks beyond these edges, 0 for none [m]
-    bond: Bond = "running"  #: or stack
+    bond: Bond = "running"  #: staggered, or with continuous joints
 
 
 class MeshVault(Element, tag="mesh_vault", kw_only=True, frozen=True):
@@ -218,7 +218,7 @@ class FlyingButtress(Element, tag="flying_buttress", kw_only=True, frozen=True):
 
 
 KIND_LIST: tuple[type[Element], ...] = (
-    Walls, ArcWall, Buttress, Box, Column, Pier, FlyingButtress, Arch, JackArch, Rib, Barrel, Groin, Pavilion, Dome, Drum, Sail, Fan,
-    Freeform, MeshVault, Mesh,
+    Walls, ArcWall, Buttress, FlyingButtress, Box, Column, Pier, Arch, JackArch, Rib, Barrel, Groin, Pavilion, Dome,
+    Drum, Sail, Fan, Freeform, MeshVault, Mesh,
 )  # fmt: skip
 KINDS: dict[str, type[Element]] = {str(kind.__struct_config__.tag): kind for kind in KIND_LIST}
