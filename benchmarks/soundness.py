@@ -106,27 +106,9 @@ def judged(name: str, rng: Random) -> dict:
     return row
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--designs", type=int, default=500)
-    parser.add_argument("--seed", type=int, default=11)
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--rows", type=Path, help="also append each row to this file as it comes")
-    options = parser.parse_args()
-    names, shares = list(FAMILIES), np.array([share for _, share, _ in FAMILIES.values()])
-    draw = np.random.default_rng(options.seed)
-    rows = []
-    for number in range(options.designs):
-        family = str(draw.choice(names, p=shares / shares.sum()))
-        rows.append({"number": number, **judged(family, np.random.default_rng([options.seed, number]))})
-        if options.rows:
-            with options.rows.open("a") as file:
-                file.write(json.dumps(rows[-1]) + "\n")
-    if options.json:
-        print(json.dumps(rows))
-        return
+def _print(rows: list[dict]) -> None:
     print(f"{'family':>15} {'designs':>8} {'excluded':>9} {'fell':>6} {'fell later':>11} {'creep':>6} {'stood':>6}")
-    for name in [*names, "all"]:
+    for name in [*FAMILIES, "all"]:
         own = [row for row in rows if name in (row["family"], "all")]
         count = Counter(row.get("dynamic") for row in own)
         later = sum(row.get("dynamic") == "falls" and row["first"] != "falls" for row in own)
@@ -138,6 +120,34 @@ def main() -> None:
     for row in rows:
         if row.get("dynamic") == "stands":
             print("counter-example:", row)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--designs", type=int, default=500)
+    parser.add_argument("--seed", type=int, default=11)
+    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--rows", type=Path, help="file of rows: those in it are taken from it, others appended")
+    options = parser.parse_args()
+    known = []
+    if options.rows and options.rows.is_file():
+        known = [json.loads(line) for line in options.rows.read_text().splitlines()]
+    names, shares = list(FAMILIES), np.array([share for _, share, _ in FAMILIES.values()])
+    draw = np.random.default_rng(options.seed)
+    rows = []
+    for number in range(options.designs):
+        family = str(draw.choice(names, p=shares / shares.sum()))
+        if number < len(known):
+            rows.append(known[number])
+            continue
+        rows.append({"number": number, **judged(family, np.random.default_rng([options.seed, number]))})
+        if options.rows:
+            with options.rows.open("a") as file:
+                file.write(json.dumps(rows[-1]) + "\n")
+    if options.json:
+        print(json.dumps(rows))
+        return
+    _print(rows)
 
 
 if __name__ == "__main__":
