@@ -1,4 +1,4 @@
-"""What statics exclude does not stand in Bullet: some random designs of each family (500 in benchmarks/soundness.py)."""
+"""What statics exclude does not stand in Bullet: a few random designs of each family of benchmarks/soundness.py."""
 
 import sys
 from pathlib import Path
