@@ -126,11 +126,13 @@ def test_positions_and_segments():
         ({"head": "semicircular", "height": 1.5}, "a semicircular head over it reaches above the wall of 2 m"),
         ({"height": 3}, "sill and height reach beyond the wall of 2 m"),
         ({"at": [9.0]}, r"at is \[9.0\]; the wall is 4 m long"),
-        ({"at": [0.7]}, "m is left between its end and"),
-        ({"at": [1.0, 2.1]}, r"m is left between .* and .* leave at least"),
+        ({"at": [0.7]}, "is left between its end and"),
+        ({"at": [1.0, 2.1]}, r"is left between .* and .* leave at least"),
         ({"head": "pointed", "rise": 0.7, "voussoirs": 7}, "voussoirs is 7"),
         ({"head": "flat", "skew": 80}, "skew is 80"),
         ({"sill": -1}, "sill is -1"),
+        ({"rise": 0.3}, "rise says nothing about a lintel head"),
+        ({"head": "flat", "bearing": 0.3}, "bearing says nothing about a flat head; it is for: lintel"),
     ],
 )
 def test_bad_openings_are_named(change, match):

@@ -163,6 +163,16 @@ def check_opening(label: str, opening: Opening) -> None:
     at_least(0, **{f"{label}: number": opening.number})
     if not 0 <= opening.sill < math.inf:
         raise InputError(f"{label}: sill is {opening.sill!r}; it must be a height of at least 0 [m]")
+    of_heads = {
+        "rise": ("segmental", "pointed", "elliptic", "semicircular"),
+        "voussoirs": tuple(head for head in HEADS if head != "lintel"),
+        "bearing": ("lintel",),
+    }
+    for key, allowed in of_heads.items():
+        if getattr(opening, key) is not None and opening.head not in allowed:
+            raise InputError(
+                f"{label}: {key} says nothing about a {opening.head} head; it is for: {', '.join(allowed)}"
+            )
 
 
 def one_of(label: str, **words: tuple[str, Sequence[str]]) -> None:
