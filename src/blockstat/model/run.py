@@ -47,7 +47,8 @@ class Coping:
     """The last course, or the slopes of a gable, in longer stones that overhang both faces.
 
     overhang : beyond each face [m]; length : of the stones [m], by default two bricks; height : of raked stones on
-    a gable, normal to the slope [m], by default one course.
+    a gable, normal to the slope [m], by default one course. Raked stones have no kneelers: they slide off a slope that
+    is steeper than the angle of friction.
     """
 
     overhang: float = 0.05
