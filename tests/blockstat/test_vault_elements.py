@@ -260,6 +260,6 @@ def test_a_rough_curved_vault_is_mended_without_being_flattened(noise):
     before, after = find_interfaces(exact), find_interfaces(mended)
     assert after.gap.max() < 1e-9 * exact.size.max()
     assert set(map(tuple, after.pair.tolist())) == set(map(tuple, before.pair.tolist()))
-    # A few corners of springers also go into the planes of their faces.
-    assert np.abs(mended.vertices - exact.vertices).max() <= (noise + 1e-3) * exact.size.max()
+    # The springers have quadrilaterals that are not quite flat; these are made so.
+    assert np.abs(mended.vertices - exact.vertices).max() <= (noise + 2e-3) * exact.size.max()
     assert len(report.changed) == exact.n_blocks
