@@ -94,6 +94,17 @@ def test_an_unbonded_corner_has_a_straight_joint_and_a_bonded_one_none(bond):
         assert bool(inner) != bonded
 
 
+@pytest.mark.parametrize("bond", BONDS)
+@pytest.mark.parametrize("thickness", [0.2, 0.37, 0.5, 0.81, 1.3])
+def test_stones_at_a_corner_are_neither_slivers_nor_beams(bond, thickness):
+    blocks = wall(CORNER, thickness=thickness, bond=bond)
+    sizes = np.array([np.ptp(b.vertices, axis=0)[:2] for b in blocks])
+    assert sizes.max() < 2 * 0.5 + thickness
+    along = np.array([s[0] if b.vertices[:, 1].max() < thickness / 2 + 1e-9 else s[1]
+                      for b, s in zip(blocks, sizes, strict=True)])  # fmt: skip
+    assert along.min() > 0.5 / 3 * 0.9  # bricks are not exactly 0.5 m long
+
+
 def test_area_of_the_corner_stone_by_hand():
     # Stones of 1 x 0.5 m at the corner lie crosswise on each other: they share 0.5 x 0.5 m.
     asm, faces = check_solid(wall(CORNER, brick=(1.0, 0.25)), area=0.5 * 7, height=1.5, girth=15)

@@ -13,6 +13,7 @@ from blockstat.polyhedron import Floats
 HEADER = 0.5  #: width of a header, as a fraction of the length of a stretcher: two headers and a joint make one
 #: Least distance of head joints in courses on each other, as a fraction of a brick; English and Flemish bond have 1/4.
 LAP = 0.24
+STACK_LAP = 0.05  #: in stack bond, where joints stay in line; one that would lie nearer a corner than this is left out
 
 
 @dataclass(frozen=True)

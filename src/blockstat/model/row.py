@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from blockstat.errors import InputError
-from blockstat.model.pattern import LAP, Pattern, bands, spread
+from blockstat.model.pattern import LAP, STACK_LAP, Pattern, bands, spread
 from blockstat.model.strip import Edge, Strip, upright
 from blockstat.polyhedron import Floats
 
@@ -60,9 +60,10 @@ class Row:
             if np.abs(width).max() < 1e-9 * least:
                 continue
             if width.min() < least * (1 - 1e-9) and not (self.pointed and width.min() > -1e-9 * least):
+                at = f"at a height of {self.strip.bed(self.course)[0]:.3g} m"
+                left = f"{width.min():.3g} m is left between" if width.min() > 0 else "nothing is left between"
                 raise InputError(
-                    f'"{self.strip.group}": {width.min():.3g} m is left between {before.what} and '
-                    f"{after.what} at a height of {self.strip.bed(self.course)[0]:.3g} m; leave at least {least:.3g} m"
+                    f'"{self.strip.group}": {left} {before.what} and {after.what} {at}; leave at least {least:.3g} m'
                 )
             found.append((before.high, after.low))
         return found
@@ -77,8 +78,7 @@ def lay(row: Row, pattern: Pattern, sliver: float) -> tuple[Floats, Floats]:
     leaves: list[tuple[float, float]] = []
     number = pattern.leaves_in(row.course)
     drop = pattern.bond == "stack"
-    # In stack bond joints stay in line; one at a corner is left out.
-    closed = bands(row.avoid, (0.05 if drop else LAP) * pattern.brick)
+    closed = bands(row.avoid, (STACK_LAP if drop else LAP) * pattern.brick)
     for first, last in row.stretches(sliver):
         low, high = row.span(first)[1] + sliver, row.span(last)[0] - sliver
         headers = pattern.headers(row.course, low, high)

@@ -47,7 +47,8 @@ class Coping:
     """The last course, or the slopes of a gable, in longer stones that overhang both faces.
 
     overhang : beyond each face [m]; length : of the stones [m], by default two bricks; height : of raked stones on
-    a gable, normal to the slope [m], by default one course.
+    a gable, normal to the slope [m], by default one course. Raked stones have no kneelers: they slide off a slope that
+    is steeper than the angle of friction.
     """
 
     overhang: float = 0.05
@@ -163,6 +164,16 @@ def check_opening(label: str, opening: Opening) -> None:
     at_least(0, **{f"{label}: number": opening.number})
     if not 0 <= opening.sill < math.inf:
         raise InputError(f"{label}: sill is {opening.sill!r}; it must be a height of at least 0 [m]")
+    of_heads = {
+        "rise": ("segmental", "pointed", "elliptic", "semicircular"),
+        "voussoirs": tuple(head for head in HEADS if head != "lintel"),
+        "bearing": ("lintel",),
+    }
+    for key, allowed in of_heads.items():
+        if getattr(opening, key) is not None and opening.head not in allowed:
+            raise InputError(
+                f"{label}: {key} says nothing about a {opening.head} head; it is for: {', '.join(allowed)}"
+            )
 
 
 def one_of(label: str, **words: tuple[str, Sequence[str]]) -> None:
