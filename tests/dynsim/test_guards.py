@@ -1,4 +1,4 @@
-"""What Bullet would take without a word is refused with one of ours; hostile scenes end in an error or a right verdict."""
+"""What Bullet would take without a word is refused; hostile scenes end in an error of ours or in a right verdict."""
 
 import dataclasses
 
