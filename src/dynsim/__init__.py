@@ -8,14 +8,17 @@ from dynsim.pool import run_many, verify_many
 from dynsim.record import read_record
 from dynsim.run import Run, simulate
 from dynsim.settings import Settings
+from dynsim.stiffness import AngularSprings, InertiaScale
 from dynsim.verify import DynamicOutcome, DynamicVerdict, verify
 from dynsim.world import World
 
 __all__ = [
+    "AngularSprings",
     "Constant",
     "DynamicLimit",
     "DynamicOutcome",
     "DynamicVerdict",
+    "InertiaScale",
     "Pulse",
     "Push",
     "Ramp",

@@ -53,6 +53,7 @@ app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_
 
 Group = Annotated[str | None, typer.Option(help='Group of Eq. 1; "vault" if there is one, else everything.')]
 Threshold = Annotated[float | None, typer.Option(help="Displacement that counts as falling, in metres.")]
+Preset = Annotated[str, typer.Option(help='"fast", "default" or "careful".')]
 
 
 @app.callback()
@@ -77,13 +78,14 @@ def verify(
     output: Output = None,
     jobs: Jobs = None,
     timeout: Timeout = None,
+    preset: Preset = "default",
     as_json: AsJson = False,
 ) -> None:
     """Simulate assemblies and judge them by displacement (Eq. 1, Eq. 2); several files go side by side."""
     from dynsim.settings import Settings
 
     read = partial(load, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
-    settings = Settings(group=group, roof_threshold=threshold, brick_threshold=threshold)
+    settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
     loads = loads_of(remove, settle, push, tilt_to)
     if len(files) == 1 and timeout is None:
         _verify_one(files[0], read(files[0]), settings, loads, output, as_json)
@@ -136,6 +138,7 @@ def shake(
     units: Units = None,
     group: Group = None,
     threshold: Threshold = None,
+    preset: Preset = "default",
     output: Output = None,
     as_json: AsJson = False,
 ) -> None:
@@ -147,7 +150,7 @@ def shake(
 
     motion = ground_of(record, pulse, ramp, direction, scale)
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
-    settings = Settings(group=group, roof_threshold=threshold, brick_threshold=threshold)
+    settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
     _verify_one(file, assembly, settings, [motion], output, as_json)
 
 
@@ -162,18 +165,20 @@ def limit(
     tilt: Tilt = None,
     supports: Supports = None,
     units: Units = None,
+    preset: Preset = "default",
     as_json: AsJson = False,
 ) -> None:
     """Bracket the multiplier, in units of gravity, at which an assembly ceases to stand in Bullet."""
     from rich.console import Console
 
     from dynsim.limit import limit as run
+    from dynsim.settings import Settings
 
     along = numbers(direction, 3, "--load", "X,Y,Z")
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
     with Console(stderr=True).status("static limit") as status:
         found = run(
-            assembly, along, width=width, check=check,
+            assembly, along, settings=Settings.named(preset), width=width, check=check,
             progress=lambda trial: status.update(f"{trial.multiplier:.5g}: {trial.verdict}"),
         )  # fmt: skip
     if as_json:
@@ -231,6 +236,7 @@ def optimise(
     tilt: Tilt = None,
     group: Group = None,
     threshold: Threshold = None,
+    preset: Preset = "default",
     as_json: AsJson = False,
 ) -> None:
     """Thin a building down: statics prune, Bullet verifies, a report tells."""
@@ -244,7 +250,7 @@ def optimise(
     names = only.split(",") if only else None
     check_names(building, names)
     directory.mkdir(parents=True, exist_ok=True)
-    settings = Settings(group=group, roof_threshold=threshold, brick_threshold=threshold)
+    settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
     given = {"friction": friction, "gravity": gravity, "tilt": tilt}
     result, report = run(
         building,

@@ -13,6 +13,9 @@ from dynsim.criteria import default_threshold
 from dynsim.given import blocks_named
 from dynsim.loading import Removal
 
+#: Blocks rock for long: after the last change of a load a run may take this many times `Settings.end`.
+AFTERWARDS = 3.0
+
 
 def last_change(loads: Sequence[Load]) -> float:
     """Time since release of the last change of a load [s]; -inf where none changes."""

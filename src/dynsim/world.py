@@ -7,14 +7,10 @@ time going as sqrt(length / gravity), so units change nothing, and Bullet sees w
 
 from __future__ import annotations
 
-import importlib
-import os
-import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any
 
 import numpy as np
 
@@ -23,12 +19,15 @@ from blockstat.errors import InputError
 from blockstat.polyhedron import Floats, Ints
 from dynsim.action import Action
 from dynsim.bodies import Shape, hull_obj, shapes
+from dynsim.bonds import bonds_of
+from dynsim.bullet import ENGINE, import_bullet, matrices, quaternion
 from dynsim.settings import Settings
 
 BLOCK_SIZE = 0.3  #: [m] median block size in the simulation
 BLOCK_MASS = 100.0  #: [kg] median block mass in the simulation
 CARRIER_MASS = 1e10  #: [kg] of a support that is moved: nothing in the scene can push it
 GRAVITY = 9.81  #: [m/s2] in the simulation
+ANCHOR = 1
 STICKY = 100.0  #: Bullet's stand-in for infinite friction
 
 
@@ -39,8 +38,10 @@ class World:
         free = ~assembly.support
         if not free.any():
             raise InputError(f'"{assembly.name}": all blocks are supports; there is nothing to simulate')
-        if assembly.joints:
-            raise InputError(f'"{assembly.name}" has joint laws; Bullet simulates dry joints of one friction only')
+        for law in assembly.joints:
+            if law.friction not in (None, assembly.friction):
+                label = " and ".join(law.between)
+                raise InputError(f"joint law between {label}: friction is {law.friction!r}; Bullet takes one for all")
         self.assembly = assembly
         self.settings = settings
         self.length = BLOCK_SIZE / float(np.median(assembly.size[free]))  #: simulation metres a scene metre
@@ -48,7 +49,8 @@ class World:
         self.time = float(np.sqrt(self.length * strength / GRAVITY))  #: simulation seconds a scene second
         self._mass = BLOCK_MASS / float(np.median(assembly.mass[free]))
         self._acceleration = GRAVITY / strength
-        self._actions = tuple(actions)
+        self.time_step = settings.time_step / self.time  #: [s]
+        self._actions = (*bonds_of(assembly), *actions)
         self._stepwise = any(action.each_step for action in self._actions)
         self._shapes = shapes(assembly)
         self._directory: tempfile.TemporaryDirectory[str] | None = None
@@ -61,7 +63,7 @@ class World:
 
     def __enter__(self) -> World:
         self._directory = tempfile.TemporaryDirectory(prefix="dynsim-")
-        self._bullet = _import_bullet()
+        self._bullet = import_bullet()
         self._client = self._bullet.connect(self._bullet.DIRECT)
         try:
             self._set_up()
@@ -84,8 +86,7 @@ class World:
         b.setPhysicsEngineParameter(
             fixedTimeStep=s.time_step if self._stepwise else s.substeps * s.time_step,
             numSubSteps=0 if self._stepwise else s.substeps, numSolverIterations=s.iterations,
-            warmStartingFactor=0.85, contactSlop=1e-6, contactERP=0.2, solverResidualThreshold=0.0, enableSAT=1,
-            enableFileCaching=0, physicsClientId=self._client,
+            physicsClientId=self._client, **ENGINE,
         )  # fmt: skip
         self.set_gravity(self.assembly.gravity)
         # Boxes and hulls never mix: Bullet keeps a margin on one kind and not on the other.
@@ -118,7 +119,7 @@ class World:
             baseMass=mass,
             baseCollisionShapeIndex=collision,
             basePosition=(assembly.centroid[block] * self.length).tolist(),
-            baseOrientation=_quaternion(shape.rotation).tolist(),
+            baseOrientation=quaternion(shape.rotation).tolist(),
             useMaximalCoordinates=1,
             physicsClientId=self._client,
         )
@@ -127,7 +128,7 @@ class World:
         friction = min(assembly.friction, STICKY)
         options = {
             "lateralFriction": float(np.sqrt(friction)), "spinningFriction": 0.0, "rollingFriction": 0.0,
-            "restitution": 0.0, "linearDamping": 0.0, "angularDamping": 0.0, "frictionAnchor": 1,
+            "restitution": 0.0, "linearDamping": 0.0, "angularDamping": 0.0, "frictionAnchor": ANCHOR,
             "activationState": b.ACTIVATION_STATE_DISABLE_SLEEPING,
         }  # fmt: skip
         if mass > 0:
@@ -149,7 +150,7 @@ class World:
         for step in range(steps):
             for action in self._actions:
                 if step == 0 or action.each_step:
-                    action.act(self, time + step * self.settings.time_step / self.time)
+                    action.act(self, time + step * self.time_step)
             self._bullet.stepSimulation(physicsClientId=self._client)
 
     def set_gravity(self, gravity: Sequence[float] | Floats) -> None:
@@ -159,11 +160,28 @@ class World:
 
     def push(self, blocks: Sequence[int] | Ints, forces: Floats, points: Floats) -> None:
         """Forces on some blocks until the end of the next step of `advance`; forces, points : shape (k, 3) [N], [m]."""
-        scaled = np.asarray(forces, dtype=float) * self._mass * self._acceleration
-        for block, force, point in zip(blocks, scaled, np.asarray(points, dtype=float) * self.length, strict=True):
+        scaled = (np.asarray(forces, dtype=float) * self._mass * self._acceleration).tolist()
+        where = (np.asarray(points, dtype=float) * self.length).tolist()
+        for block, force, point in zip(blocks, scaled, where, strict=True):
             self._bullet.applyExternalForce(
-                self._bodies[block], -1, force.tolist(), point.tolist(), self._bullet.WORLD_FRAME,
-                physicsClientId=self._client,
+                self._bodies[block], -1, force, point, self._bullet.WORLD_FRAME, physicsClientId=self._client
+            )
+
+    def turn(self, blocks: Sequence[int] | Ints, couples: Floats) -> None:
+        """Couples on some blocks until the end of the next step of `advance`; couples : shape (k, 3) [N m]."""
+        scaled = np.asarray(couples, dtype=float) * (self._mass * self._acceleration * self.length)
+        for block, couple in zip(blocks, scaled.tolist(), strict=True):
+            self._bullet.applyExternalTorque(
+                self._bodies[block], -1, couple, self._bullet.WORLD_FRAME, physicsClientId=self._client
+            )
+
+    def scale_inertia(self, scale: float) -> None:
+        """Multiply the moments of inertia of all blocks from now on; the masses stay."""
+        for block in self.assembly.free:
+            moments = scale * self._shapes[block].inertia * self._mass * self.length**2
+            self._bullet.changeDynamics(
+                self._bodies[block], -1, mass=self.assembly.mass[block] * self._mass,
+                localInertiaDiagonal=moments.tolist(), physicsClientId=self._client,
             )  # fmt: skip
 
     def poses(self) -> tuple[Floats, Floats]:
@@ -179,7 +197,7 @@ class World:
         if not (np.isfinite(position).all() and np.isfinite(orientation).all()):
             raise RuntimeError("Bullet lost a block (its position is not a number)")
         initial = np.stack([shape.rotation for shape in self._shapes])
-        rotation = _matrices(orientation) @ initial.swapaxes(1, 2)
+        rotation = matrices(orientation) @ initial.swapaxes(1, 2)
         return position - self.assembly.centroid, rotation
 
     def deepest_overlap(self) -> float:
@@ -253,33 +271,3 @@ class World:
         count = 1 if self._stepwise else self.settings.substeps
         force = -np.array(on_first).reshape(-1, 3) * (count / (self._mass * self._acceleration))
         return pairs, point, force
-
-
-def _import_bullet() -> Any:
-    """Import pybullet without its greeting, which it writes past Python's own streams."""
-    if "pybullet" in sys.modules:
-        return sys.modules["pybullet"]
-    sys.stdout.flush()
-    kept = [(stream, os.dup(stream)) for stream in (1, 2)]
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    try:
-        for stream, _ in kept:
-            os.dup2(nowhere, stream)
-        return importlib.import_module("pybullet")
-    finally:
-        for stream, copy in kept:
-            os.dup2(copy, stream)
-            os.close(copy)
-        os.close(nowhere)
-
-
-def _quaternion(rotation: Floats) -> Floats:
-    from scipy.spatial.transform import Rotation
-
-    return Rotation.from_matrix(rotation).as_quat()
-
-
-def _matrices(quaternion: Floats) -> Floats:
-    from scipy.spatial.transform import Rotation
-
-    return Rotation.from_quat(quaternion).as_matrix()

@@ -77,7 +77,7 @@ def test_npz_there_and_back(falling, tmp_path):
     size = falling.assembly.size.max()
     np.testing.assert_allclose(back.displacement, falling.displacement, atol=1e-6 * size)
     np.testing.assert_allclose(back.rotation, falling.rotation, atol=1e-6)
-    for name in ("times", "kinetic", "removed", "initial_overlap", "process_seconds"):
+    for name in ("times", "kinetic", "removed", "initial_overlap", "process_seconds", "time_step", "pace"):
         np.testing.assert_array_equal(getattr(back, name), getattr(falling, name))
     for name in ("pairs", "point", "force"):
         np.testing.assert_array_equal(getattr(back.contacts, name), getattr(falling.contacts, name))
