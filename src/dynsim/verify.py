@@ -44,7 +44,7 @@ def verify(
     `InertiaScale`; the bonds of the joint laws come by themselves.
 
     Raises InputError when nothing is supported or nothing is free, the group of Eq. 1 does not exist, a load names a
-    block that does not, or for what Bullet cannot simulate.
+    block that does not, a joint law cannot be simulated (see `dynsim.bonds`), or for what Bullet cannot simulate.
     """
     settings = settings or Settings()
     if not assembly.support.any():
