@@ -157,7 +157,7 @@ class World:
                 if step == 0 or action.each_step:
                     action.act(self, time + step * self.time_step)
             if self._loads is not None:
-                self._loads.apply(self.poses()[1])
+                self._loads.apply()
             self._bullet.stepSimulation(physicsClientId=self._client)
 
     def set_gravity(self, gravity: Sequence[float] | Floats) -> None:
