@@ -94,10 +94,10 @@ class _Judge:
 
         run = simulate(self._assembly, settings=settings, stop=decided, actions=actions, hold=self._hold)
         run = replace(run, process_seconds=run.process_seconds + spent)
-        return self._verdict(run, settings.rest_after / run.pace)
+        return self._verdict(run, settings.rest_after / run.pace, calm.reached)
 
-    def _verdict(self, run: Run, window: float) -> DynamicVerdict:
-        """window [s] : in which blocks at rest move by less than the rest distance."""
+    def _verdict(self, run: Run, window: float, resting: bool) -> DynamicVerdict:
+        """window [s] : in which blocks at rest move by less than the rest distance; resting : the run ended on that."""
         assembly, judged = self._assembly, self._judged
         since = np.zeros_like(run.displacement)
         since[:, judged] = run.since_release[:, judged]
@@ -108,7 +108,8 @@ class _Judge:
         beyond = (length >= self._brick) | (turned * ARM * assembly.size >= self._brick)
         ever = np.flatnonzero(beyond.any(axis=0))
         speed = rate(run.times, since, window)
-        outcome = DynamicOutcome.STANDS if speed <= self._rest / window else DynamicOutcome.CREEPS
+        stands = resting or speed <= self._rest / window
+        outcome = DynamicOutcome.STANDS if stands else DynamicOutcome.CREEPS
         if len(ever) or group_drop >= self._roof or max_drop >= self._brick:
             outcome = DynamicOutcome.FALLS
         settling = float(np.linalg.norm(run.displacement[0], axis=1).max())
