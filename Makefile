@@ -27,6 +27,7 @@ lint: $(STAMP)
 benchmark: $(STAMP)
 	$(BIN)/python benchmarks/assess.py
 	$(BIN)/python benchmarks/bullet.py
+	$(BIN)/python benchmarks/loads.py
 	$(BIN)/python benchmarks/compare_verdicts.py
 
 solvers: $(STAMP)
