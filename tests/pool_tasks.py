@@ -3,6 +3,9 @@
 import os
 import signal
 import time
+import warnings
+
+from blockstat.errors import InputWarning
 
 
 def mixed(number):
@@ -25,3 +28,8 @@ def mixed(number):
 def slow(seconds):
     time.sleep(seconds)
     return seconds
+
+
+def warned(text):
+    warnings.warn(InputWarning(text), stacklevel=2)
+    return text

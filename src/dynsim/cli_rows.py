@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from blockstat.errors import InputError
+from blockstat.errors import InputError, InputWarning
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -48,6 +49,8 @@ def side_by_side(
         def progress(index: int, row: Row[T]) -> None:
             done.append(index)
             rows[number[index]] = row
+            for text in row.warnings:
+                warnings.warn(InputWarning(f"{files[number[index]]}: {text}"), stacklevel=2)
             status.update(f"{len(done)}/{len(assemblies)} {files[number[index]].name}")
             if save is not None:
                 save(rows)

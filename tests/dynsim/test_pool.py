@@ -91,6 +91,11 @@ def test_a_task_that_other_processes_cannot_import():
     assert "pickle" in rows[0].error
 
 
+def test_warnings_come_with_the_row():
+    rows = run_many(pool_tasks.warned, ["the joint is thin", "the joint is thin"], jobs=1)
+    assert [row.warnings for row in rows] == [("the joint is thin",)] * 2
+
+
 def test_bad_numbers():
     with pytest.raises(InputError, match="jobs is 0"):
         run_many(pool_tasks.slow, [0.0], jobs=0)
