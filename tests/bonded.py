@@ -19,7 +19,8 @@ def cluster(rng: np.random.Generator) -> Assembly:
             if tuple(cell) not in cells and cell.min() >= 0 and cell.max() <= 6:
                 cells.append(tuple(cell))
                 break
-    corners = [tuple(zip(*((edge[i], edge[i + 1]) for edge, i in zip(edges, cell, strict=True)))) for cell in cells]
+    axes = np.arange(3)
+    corners = [(np.array(edges)[axes, cell], np.array(edges)[axes, np.add(cell, 1)]) for cell in cells]
     gravity = rng.normal(size=3)
     return assembly(
         [box(*pair, group="cell") for pair in corners],

@@ -2,14 +2,15 @@
 
 Two kinds of bond, each with the static one of `blockstat.joint` as its exact twin.
 
-A joint in tension without a moment capacity is a **cohesive preload**: equal and opposite forces along the normal at the
-corners of the joint, T in total, as if a spring of no stiffness pressed the blocks together. The contact then carries
-f' = f + T with f'_n >= 0 and |f'_t| <= mu f'_n, which is Coulomb's law with a tension cut-off T and a cohesion mu T.
+A joint in tension without a moment capacity is a **cohesive preload**: equal and opposite forces along the normal at
+the corners of the joint, T in total, as if a spring of no stiffness pressed the blocks together. The contact then
+carries f' = f + T with f'_n >= 0 and |f'_t| <= mu f'_n: Coulomb's law with a tension cut-off T and a cohesion mu T.
 
 A bond with a moment capacity is a **perfectly plastic spring** at the centre of the joint, as stiff as the time step
 allows (see `dynsim.springs`): it holds so much tension, shear, bending and torsion, each by itself.
 
-Either breaks for good when its blocks have moved apart or slid by more than the gap of a joint (`blockstat.contact.GAP`).
+Either breaks for good when its blocks have moved apart or slid by more than the gap up to which a joint is one
+(`blockstat.contact.GAP`); a moment also when the blocks have turned by that much over the size of the joint.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from blockstat.errors import InputError
 from blockstat.joint import JointLaw, PointLaw, last_law, point_law
 from blockstat.polyhedron import Floats
 from dynsim.action import Action
-from dynsim.joint_motion import Poses, apply_on_pairs, at_points, reach
+from dynsim.joint_motion import Poses, apply_on_pairs, at_points, reach, removed
 from dynsim.springs import Springs, spring_set
 
 if TYPE_CHECKING:
@@ -76,7 +77,7 @@ def _reason(rule: JointLaw) -> str:
 class CohesivePreload:
     """Forces that press the blocks of each joint together until it breaks."""
 
-    each_step = False  # Bullet keeps forces through the steps of a look, and until a joint breaks they do not change
+    each_step = True
 
     def __init__(self, interfaces: Interfaces, tension: Floats) -> None:
         """tension : of each contact point, shape (n_points,) [N]."""
@@ -98,7 +99,8 @@ class CohesivePreload:
         normal = np.einsum("nij,nj->ni", turn, self._normal)
         opening = np.einsum("ni,ni->n", apart, normal)
         slip = np.linalg.norm(apart - opening[:, None] * normal, axis=1)
-        self.broken[self._interface[np.maximum(opening, slip) > self._reach]] = True
+        gone = (np.maximum(opening, slip) > self._reach) | removed(world, self._pair)
+        self.broken[self._interface[gone]] = True
         pull = np.where(self.broken[self._interface], 0.0, self._tension)
         apply_on_pairs(world, poses, self._pair, at, -pull[:, None] * normal)
 

@@ -15,12 +15,17 @@ if TYPE_CHECKING:
 
 
 class Poses:
-    """Where the blocks are: centroids, shape (n_blocks, 3) [m], and rotations since they were built (n_blocks, 3, 3)."""
+    """Where the blocks are: centroids, shape (n_blocks, 3) [m], and rotations since built, shape (n_blocks, 3, 3)."""
 
     def __init__(self, world: World) -> None:
         moved, self.rotation = world.poses()
         self.built = world.assembly.centroid
         self.centroid = self.built + moved
+
+
+def removed(world: World, pair: Ints) -> np.ndarray:
+    """Whether one of the two blocks of each joint has been taken out, shape (n,) bool."""
+    return np.isin(pair, list(world.removed)).any(axis=1)
 
 
 def reach(assembly: Assembly, pair: Ints) -> Floats:
@@ -51,6 +56,4 @@ def apply_on_pairs(
         turning = np.cross(point - poses.centroid[block], force)
         np.add.at(total, block, sign * force)
         np.add.at(moment, block, sign * (turning if couple is None else turning + couple))
-    blocks = np.flatnonzero(~world.assembly.support & (total.any(axis=1) | moment.any(axis=1)))
-    world.push(blocks, total[blocks], poses.centroid[blocks])
-    world.turn(blocks, moment[blocks])
+    world.load(total, moment)

@@ -1,8 +1,8 @@
 """Springs across joints, elastic up to a capacity and perfectly plastic beyond it.
 
-Each joint has four: tension, shear, bending and torsion. Bullet steps with symplectic Euler, which is stable while no eigenvalue of
-M^-1 (dt^2 K + 2 dt C) passes 4. A spring may be as stiff as k, its share of a K whose dt^2 M^-1 K has the largest eigenvalue 1, and
-as viscous as k dt: together that is 3. Stiffer ones are made so.
+Each joint has four: tension, shear, bending and torsion. Bullet steps with symplectic Euler, which is stable while no
+eigenvalue of M^-1 (dt^2 K + 2 dt C) passes 4. A spring may be as stiff as k, its share of a K whose dt^2 M^-1 K has the
+largest eigenvalue 1, and as viscous as k dt: together that is 3. Stiffer ones are made so.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from blockstat.cells import centres
 from blockstat.contact import Interfaces
 from blockstat.equilibrium import equilibrium
 from blockstat.polyhedron import Floats, Ints
-from dynsim.joint_motion import Poses, apply_on_pairs, at_points, reach
+from dynsim.joint_motion import Poses, apply_on_pairs, at_points, reach, removed
 
 if TYPE_CHECKING:
     from dynsim.world import World
 
-#: Bullet's damping while settling. Springs give, and with all velocity taken away they would hardly begin to: this leaves
-#: exp(-16) of it after a second at simulation scale, the critical damping of a mode of 8 rad/s. Once a joint has failed all of
-#: it is taken, so that nothing falls before its release.
+#: Bullet's damping while settling. Springs give, and with all velocity taken away they would hardly begin to: this
+#: leaves exp(-16) of it after a second at simulation scale, the critical damping of a mode of 8 rad/s. Once a joint has
+#: failed, all of it is taken, so that nothing falls before its release.
 SETTLING = 1.0 - float(np.exp(-16.0))
 
 
@@ -65,7 +65,7 @@ class Springs:
         beyond = moved > self.reach
         if time < 0:
             self._damp(world, 1.0 if beyond.any() else SETTLING)
-        self.broken |= beyond & self.breaks
+        self.broken |= (beyond & self.breaks) | removed(world, self.pair)
         last_shift, last_angle = self._before or (shift, angle)
         self._before = shift, angle
         # The difference of two places is the velocity of symplectic Euler, exactly.

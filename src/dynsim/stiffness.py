@@ -1,14 +1,14 @@
 """Rotational stiffness in its two readings: a scale of the inertia, and angular springs at the joints.
 
-The **inertia scale** is what an animation package makes of it: every rotation is slower by the square root of the scale, and
-nothing else changes. Statics do not see inertia, so it has no static counterpart: what falls with true inertia falls with
-any, later.
+The **inertia scale** is what animation packages make of it: rotations are slower, in the end by the square root of the
+scale, and nothing else changes. Statics do not see inertia, so it has no static counterpart: what falls with true
+inertia falls with any, later.
 
-An **angular spring** turns two neighbours back by k times their relative rotation. In the shape that was built its moment is
-nothing, so limit analysis does not see it either: it cannot keep a mechanism from starting, only stop it at a finite
-rotation if k exceeds what the weight gains (W h / 2 for a block on a hinge). With a capacity M the moment is bounded and
-the twin is a bond of no force and of moment M (`blockstat.glued(assembly, 0.0, moment=M)`): statics with that bond are
-an upper bound for any k, and what they call unstable falls.
+An **angular spring** turns two neighbours back by k times their relative rotation. In the shape that was built its
+moment is nothing, so limit analysis does not see it either: it cannot keep a mechanism from starting, only stop it at
+a finite rotation if k exceeds what the weight gains (W h / 2 for a block on a hinge). With a capacity M the moment is
+bounded and the twin is a bond of no force and of moment M (`blockstat.glued(assembly, 0.0, moment=M)`): statics with
+that bond are an upper bound for any k, and what they call unstable does not rest near the shape that was built.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ class InertiaScale:
     @property
     def caveat(self) -> str:
         return (
-            f"the inertia of every block is scaled by {self.scale:g}: rotations are {np.sqrt(self.scale):.3g} times slower, so "
-            "a fall may not show in the simulated time, and statics know nothing of it"
+            f"the inertia of every block is scaled by {self.scale:g}: rotations take up to {np.sqrt(self.scale):.3g} times "
+            "as long, so a fall may not show in the simulated time; statics know nothing of it"
         )
 
     def begin(self, world: World) -> None:
@@ -77,8 +77,11 @@ class AngularSprings:
 
     @property
     def caveat(self) -> str:
-        bound = "no moment capacity is given" if self.moment is None else f"the moment is at most {self.moment:g} N m"
-        return f"angular springs of {self.stiffness:g} N m/rad at the joints; {bound}"
+        """What a verdict must say; after a run also which springs the time step made softer."""
+        bound = "of any moment, which statics know nothing of" if self.moment is None else f"up to {self.moment:g} N m"
+        text = f"angular springs of {self.stiffness:g} N m/rad at the joints, {bound}"
+        used = min((float(springs.angular.min()) for springs in self._springs), default=self.stiffness)
+        return text + (f"; some only {used:.3g} N m/rad, the most at this time step" if used < self.stiffness else "")
 
     def begin(self, world: World) -> None:
         interfaces = find_interfaces(world.assembly)

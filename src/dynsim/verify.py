@@ -14,7 +14,7 @@ from dynsim.action import Action, Load
 from dynsim.cracks import find_cracks
 from dynsim.criteria import ARM, angles, default_threshold, drops, group_box_centre, rate
 from dynsim.guards import check_assembly
-from dynsim.loaded import Calm, last_change, stays, threshold_under
+from dynsim.loaded import AFTERWARDS, Calm, last_change, stays, threshold_under
 from dynsim.run import Run, simulate
 from dynsim.settings import Settings
 from dynsim.stiffness import caveats
@@ -44,12 +44,14 @@ def verify(
     `InertiaScale`; the bonds of the joint laws come by themselves.
 
     Raises InputError when nothing is supported or nothing is free, the group of Eq. 1 does not exist, a load names a
-    block that does not, or for what Bullet cannot simulate.
+    block that does not, a joint law cannot be simulated (see `dynsim.bonds`), or for what Bullet cannot simulate.
     """
     settings = settings or Settings()
     check_assembly(assembly)
+    if np.isfinite(last_change(loads)):
+        settings = replace(settings, end=AFTERWARDS * settings.end)
     judge = _Judge(assembly, settings, loads, caveats(actions))
-    if loads or actions or assembly.joints:
+    if loads or actions or any(law.strong for law in assembly.joints):
         return judge(settings, [*loads, *actions])
     first = judge(replace(settings, time_step=settings.quick_step), ())
     settled = first.outcome is DynamicOutcome.STANDS or _clear(first, settings.clear_fall)
@@ -89,10 +91,10 @@ class _Judge:
 
         run = simulate(self._assembly, settings=settings, stop=decided, actions=actions, hold=self._hold)
         run = replace(run, process_seconds=run.process_seconds + spent)
-        return self._verdict(run, settings.rest_after / run.pace)
+        return self._verdict(run, settings.rest_after / run.pace, calm.reached)
 
-    def _verdict(self, run: Run, window: float) -> DynamicVerdict:
-        """window [s] : in which blocks at rest move by less than the rest distance."""
+    def _verdict(self, run: Run, window: float, resting: bool) -> DynamicVerdict:
+        """window [s] : in which blocks at rest move by less than the rest distance; resting : the run ended on that."""
         assembly, judged = self._assembly, self._judged
         since = np.zeros_like(run.displacement)
         since[:, judged] = run.since_release[:, judged]
@@ -103,7 +105,8 @@ class _Judge:
         beyond = (length >= self._brick) | (turned * ARM * assembly.size >= self._brick)
         ever = np.flatnonzero(beyond.any(axis=0))
         speed = rate(run.times, since, window)
-        outcome = DynamicOutcome.STANDS if speed <= self._rest / window else DynamicOutcome.CREEPS
+        stands = resting or speed <= self._rest / window
+        outcome = DynamicOutcome.STANDS if stands else DynamicOutcome.CREEPS
         if len(ever) or group_drop >= self._roof or max_drop >= self._brick:
             outcome = DynamicOutcome.FALLS
         settling = float(np.linalg.norm(run.displacement[0], axis=1).max())

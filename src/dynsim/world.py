@@ -24,6 +24,7 @@ from dynsim.bullet import ENGINE, import_bullet, matrices, quaternion
 from dynsim.friction import block_friction
 from dynsim.guards import check_assembly, check_blocks, check_overlap, check_rotations
 from dynsim.settings import Settings
+from dynsim.step_loads import StepLoads
 
 BLOCK_SIZE = 0.3  #: [m] median block size in the simulation
 BLOCK_MASS = 100.0  #: [kg] median block mass in the simulation
@@ -46,13 +47,14 @@ class World:
         self._mass = BLOCK_MASS / float(np.median(assembly.mass[free]))
         self._acceleration = GRAVITY / strength
         self.time_step = settings.time_step / self.time  #: [s]
-        self._actions = (*bonds_of(assembly), *actions)
-        self._stepwise = any(action.each_step for action in self._actions)
+        self.actions: tuple[Action, ...] = (*bonds_of(assembly), *actions)
+        self._stepwise = any(action.each_step for action in self.actions)
         self._shapes = shapes(assembly)
         check_rotations(assembly, np.stack([shape.rotation for shape in self._shapes]))
         self._friction = block_friction(assembly)
         self._directory: tempfile.TemporaryDirectory[str] | None = None
         self._client = -1
+        self._loads = StepLoads(self) if self._stepwise else None
         self._bodies: list[int] = []
         self._driven: dict[Action, Floats] = {}
         self._gravity = np.asarray(assembly.gravity, dtype=float)
@@ -65,7 +67,7 @@ class World:
         self._client = self._bullet.connect(self._bullet.DIRECT)
         try:
             self._set_up()
-            for action in self._actions:
+            for action in self.actions:
                 action.begin(self)
         except BaseException:
             self.__exit__(None, None, None)
@@ -136,6 +138,9 @@ class World:
 
     def damp(self, value: float) -> None:
         """Set linear and angular damping of all blocks; 1 takes all velocity away at every step."""
+        if self._loads is not None:
+            self._loads.keep = (1.0 - value) ** self.settings.time_step
+            value = 0.0
         for body in self._bodies:
             self._bullet.changeDynamics(
                 body, -1, linearDamping=value, angularDamping=value, physicsClientId=self._client
@@ -145,9 +150,11 @@ class World:
         """Go forward by one look (`Settings.look_every` of simulated time); time : since release at its start [s]."""
         steps = self.settings.substeps if self._stepwise else 1
         for step in range(steps):
-            for action in self._actions:
+            for action in self.actions:
                 if step == 0 or action.each_step:
                     action.act(self, time + step * self.time_step)
+            if self._loads is not None:
+                self._loads.apply()
             self._bullet.stepSimulation(physicsClientId=self._client)
 
     def set_gravity(self, gravity: Sequence[float] | Floats) -> None:
@@ -167,16 +174,18 @@ class World:
                 self._bodies[block], -1, force, point, self._bullet.WORLD_FRAME, physicsClientId=self._client
             )
 
-    def turn(self, blocks: Sequence[int] | Ints, couples: Floats) -> None:
-        """Couples on some blocks until the end of the next step of `advance`; couples : shape (k, 3) [N m]."""
-        scaled = np.asarray(couples, dtype=float) * (self._mass * self._acceleration * self.length)
-        for block, couple in zip(blocks, scaled.tolist(), strict=True):
-            self._bullet.applyExternalTorque(
-                self._bodies[block], -1, couple, self._bullet.WORLD_FRAME, physicsClientId=self._client
-            )
+    def load(self, forces: Floats, couples: Floats) -> None:
+        """Forces at the centroids and couples for the next time step, shape (n_blocks, 3) [N], [N m].
+
+        Only from actions that act at each step; for couples this is the way, see `dynsim.step_loads`.
+        """
+        assert self._loads is not None
+        self._loads.add(forces, couples)
 
     def scale_inertia(self, scale: float) -> None:
-        """Multiply the moments of inertia of all blocks from now on; the masses stay."""
+        """Moments of inertia of all blocks times `scale` from now on; the masses stay."""
+        if self._loads is not None:
+            self._loads.inertia_scale = scale
         for block in self.assembly.free:
             moments = scale * self._shapes[block].inertia * self._mass * self.length**2
             self._bullet.changeDynamics(
@@ -228,10 +237,13 @@ class World:
 
     def set_velocity(self, block: int, linear: Floats, angular: Floats) -> None:
         """Velocity [m/s] and angular velocity [1/s] of a free block, shape (3,) each."""
-        self._bullet.resetBaseVelocity(
-            self._bodies[block], (np.asarray(linear) * (self.length / self.time)).tolist(),
-            (np.asarray(angular) / self.time).tolist(), physicsClientId=self._client,
-        )  # fmt: skip
+        self.set_velocities([block], np.atleast_2d(linear), np.atleast_2d(angular))
+
+    def set_velocities(self, blocks: Sequence[int] | Ints, linear: Floats, angular: Floats) -> None:
+        """Velocities [m/s] and angular velocities [1/s] of free blocks, shape (k, 3) each."""
+        one, two = (linear * (self.length / self.time)).tolist(), (angular / self.time).tolist()
+        for block, v, w in zip(blocks, one, two, strict=True):
+            self._bullet.resetBaseVelocity(self._bodies[block], v, w, physicsClientId=self._client)
 
     def carry(self, support: int, displacement: Floats, velocity: Floats) -> None:
         """Put a support at a displacement from where it was built [m], moving at a velocity [m/s], for one time step.
