@@ -35,6 +35,7 @@ solvers: $(STAMP)
 
 validation: $(STAMP)
 	$(BIN)/python docs/make_validation.py
+	$(BIN)/python docs/make_dynamics_validation.py
 
 hard: $(STAMP)
 	$(BIN)/python docs/make_hard.py
