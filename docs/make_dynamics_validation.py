@@ -72,7 +72,7 @@ def rests() -> list[str]:
 
 
 def main() -> None:
-    sections = [HEADER.splitlines(), slips(), rocks(), rests(), limits()]
+    sections = [HEADER.splitlines(), slips(), rocks(), limits(), rests()]
     text = "\n\n".join("\n".join(lines) for lines in sections)
     print(text)
     (HERE / "dynamics_validation.md").write_text(text.rstrip() + "\n")

@@ -29,6 +29,7 @@ class Settings:
     quick_step: float = 2e-3  #: [s] of a verdict's first run, believed where blocks stand or clearly fall
     fine_step: float = 5e-4  #: [s] of its second run, where they fall or creep; if it is the same there is none
     iterations: int = 50  #: of the contact solver, a step
+    fine_iterations: int = 100  #: in a verdict's second run
     look_every: float = 0.02  #: [s] between looks at the blocks
     settle: float = 0.5  #: [s] under full damping before the free run
     rest_after: float = 0.5  #: [s] blocks must have been at rest
@@ -60,8 +61,10 @@ class Settings:
                 continue
             if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 < value < float("inf"):
                 raise InputError(f"settings: {name} is {value!r}; it must be a positive number")
-        if isinstance(self.iterations, bool) or not isinstance(self.iterations, int) or self.iterations < 1:
-            raise InputError(f"settings: iterations is {self.iterations!r}; it must be a whole number of at least 1")
+        for name in ("iterations", "fine_iterations"):
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+                raise InputError(f"settings: {name} is {value!r}; it must be a whole number of at least 1")
         longest = max(self.time_step, self.quick_step, self.fine_step)
         if longest > LONGEST_STEP:
             raise InputError(

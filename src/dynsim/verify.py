@@ -57,7 +57,8 @@ def verify(
     settled = first.outcome is DynamicOutcome.STANDS or _clear(first, settings.clear_fall)
     if settled or settings.fine_step == settings.quick_step:
         return first
-    return judge(replace(settings, time_step=settings.fine_step), (), spent=first.run.process_seconds)
+    fine = replace(settings, time_step=settings.fine_step, iterations=settings.fine_iterations)
+    return judge(fine, (), spent=first.run.process_seconds)
 
 
 def _clear(verdict: DynamicVerdict, within: float) -> bool:
