@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -24,6 +25,7 @@ from blockstat.cli_options import (
     run_app,
 )
 from blockstat.errors import InputError
+from dynsim.cli_bonds import AngularStiffness, Glue, ScaleInertia, stiffness_of, with_glue
 from dynsim.cli_loads import (
     Direction,
     Jobs,
@@ -40,14 +42,13 @@ from dynsim.cli_loads import (
     ground_of,
     loads_of,
 )
-from dynsim.cli_rows import end_of, print_comparisons, side_by_side, verify_one, verify_summary
+from dynsim.cli_rows import end_of, print_comparisons, side_by_side, verify_summary
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
-    from dynsim.action import Load
     from dynsim.compare import Comparison
     from dynsim.pool import Row
-    from dynsim.settings import Settings
+    from dynsim.verify import DynamicVerdict
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 
@@ -75,24 +76,33 @@ def verify(
     settle: Settle = None,
     push: Pushed = None,
     tilt_to: TiltTo = None,
+    glue: Glue = None,
+    inertia_scale: ScaleInertia = None,
+    angular_stiffness: AngularStiffness = None,
+    preset: Preset = "default",
     output: Output = None,
     jobs: Jobs = None,
     timeout: Timeout = None,
-    preset: Preset = "default",
     as_json: AsJson = False,
 ) -> None:
     """Simulate assemblies and judge them by displacement (Eq. 1, Eq. 2); several files go side by side."""
     from dynsim.settings import Settings
+    from dynsim.verify import verify as run
 
-    read = partial(load, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    def read(file: Path) -> Assembly:
+        return with_glue(
+            load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units), glue
+        )  # fmt: skip
+
     settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
     loads = loads_of(remove, settle, push, tilt_to)
+    judge = partial(run, settings=settings, loads=loads, actions=stiffness_of(inertia_scale, angular_stiffness))
     if len(files) == 1 and timeout is None:
-        _verify_one(files[0], read(files[0]), settings, loads, output, as_json)
+        _verify_one(files[0], read(files[0]), judge, output, as_json)
         return
     if output is not None:
         raise InputError("-o writes the run of one file without --timeout")
-    rows = side_by_side(files, read, partial(verify_one, settings=settings, loads=tuple(loads)), jobs, timeout)
+    rows = side_by_side(files, read, judge, jobs, timeout)
     if as_json:
         print_json({"rows": [{"file": str(f), **verify_summary(r)} for f, r in zip(files, rows, strict=True)]})
     else:
@@ -103,15 +113,14 @@ def verify(
 
 
 def _verify_one(
-    file: Path, assembly: Assembly, settings: Settings, loads: list[Load], output: Path | None, as_json: bool
+    file: Path, assembly: Assembly, judge: Callable[[Assembly], DynamicVerdict], output: Path | None, as_json: bool
 ) -> None:
     """One verdict, its run written where that is asked for."""
     from dynsim.export import check_path, write_run
-    from dynsim.verify import verify as run
 
     if output is not None:
         check_path(output)
-    verdict = run(assembly, settings=settings, loads=loads)
+    verdict = judge(assembly)
     if output is not None:
         write_run(verdict.run, output)
     if as_json:
@@ -138,6 +147,9 @@ def shake(
     units: Units = None,
     group: Group = None,
     threshold: Threshold = None,
+    glue: Glue = None,
+    inertia_scale: ScaleInertia = None,
+    angular_stiffness: AngularStiffness = None,
     preset: Preset = "default",
     output: Output = None,
     as_json: AsJson = False,
@@ -147,11 +159,14 @@ def shake(
     A block falls when it moves further than its own size, or than the threshold, relative to the ground.
     """
     from dynsim.settings import Settings
+    from dynsim.verify import verify as run
 
     motion = ground_of(record, pulse, ramp, direction, scale)
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
     settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
-    _verify_one(file, assembly, settings, [motion], output, as_json)
+    actions = stiffness_of(inertia_scale, angular_stiffness)
+    judge = partial(run, settings=settings, loads=[motion], actions=actions)
+    _verify_one(file, with_glue(assembly, glue), judge, output, as_json)
 
 
 @app.command()
@@ -165,6 +180,7 @@ def limit(
     tilt: Tilt = None,
     supports: Supports = None,
     units: Units = None,
+    glue: Glue = None,
     preset: Preset = "default",
     as_json: AsJson = False,
 ) -> None:
@@ -178,7 +194,7 @@ def limit(
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
     with Console(stderr=True).status("static limit") as status:
         found = run(
-            assembly, along, settings=Settings.named(preset), width=width, check=check,
+            with_glue(assembly, glue), along, settings=Settings.named(preset), width=width, check=check,
             progress=lambda trial: status.update(f"{trial.multiplier:.5g}: {trial.verdict}"),
         )  # fmt: skip
     if as_json:

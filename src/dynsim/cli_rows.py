@@ -11,9 +11,7 @@ from blockstat.errors import InputError, InputWarning
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
-    from dynsim.action import Load
     from dynsim.pool import Row
-    from dynsim.settings import Settings
     from dynsim.verify import DynamicVerdict
 
 T = TypeVar("T")
@@ -70,13 +68,6 @@ def end_of(rows: list[Row[Any]]) -> None:
         raise KeyboardInterrupt
     if all(row.result is None for row in rows):
         raise InputError("none of the files gave a verdict")
-
-
-def verify_one(assembly: Assembly, *, settings: Settings, loads: tuple[Load, ...]) -> DynamicVerdict:
-    """One verdict in a process of its own."""
-    from dynsim.verify import verify
-
-    return verify(assembly, settings=settings, loads=loads)
 
 
 def verify_summary(row: Row[DynamicVerdict]) -> dict[str, Any]:

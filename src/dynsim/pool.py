@@ -12,12 +12,13 @@ import tempfile
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from blockstat.assembly import Assembly
 from blockstat.errors import InputError
-from dynsim.action import Load
+from dynsim.action import Action, Load
 from dynsim.settings import Settings
 from dynsim.verify import DynamicVerdict, verify
 
@@ -56,35 +57,24 @@ class Rows(Generic[T]):
         return self.rows[index]
 
 
-@dataclass(frozen=True, eq=False)
-class _Task:
-    assembly: Assembly
-    settings: Settings | None
-    loads: tuple[Load, ...]
-
-
 def verify_many(
     designs: Iterable[Assembly],
     *,
     settings: Settings | None = None,
     loads: Sequence[Load] = (),
+    actions: Sequence[Action] = (),
     jobs: int | None = None,
     timeout: float | None = None,
     progress: Callable[[int, Row[DynamicVerdict]], None] | None = None,
 ) -> Rows[DynamicVerdict]:
     """`dynsim.verify` of many assemblies, the same bit by bit whatever the number of processes.
 
-    jobs, timeout, progress : as in `run_many`.
+    settings, loads, actions : as in `verify`; jobs, timeout, progress : as in `run_many`.
     """
     designs = list(designs)
-    tasks = [_Task(design, settings, tuple(loads)) for design in designs]
-    return run_many(
-        _verify, tasks, names=[d.name for d in designs], jobs=jobs, timeout=timeout, progress=progress
-    )  # fmt: skip
-
-
-def _verify(task: _Task) -> DynamicVerdict:
-    return verify(task.assembly, settings=task.settings, loads=task.loads)
+    judge = partial(verify, settings=settings, loads=tuple(loads), actions=tuple(actions))
+    names = [design.name for design in designs]
+    return run_many(judge, designs, names=names, jobs=jobs, timeout=timeout, progress=progress)
 
 
 def run_many(

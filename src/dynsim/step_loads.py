@@ -1,7 +1,7 @@
 """Forces and couples that act on the blocks for one time step, given to them as velocities.
 
-Bullet's rows of friction leave the external torque of the step out (those of the normal force have it), so what leans on
-friction under an external torque creeps. A velocity they see.
+Bullet's rows of friction leave the external torque of the step out (those of the normal force have it), so what leans
+on friction under an external torque creeps. A velocity they see.
 """
 
 from __future__ import annotations

@@ -42,8 +42,8 @@ class InertiaScale:
     @property
     def caveat(self) -> str:
         return (
-            f"the inertia of every block is scaled by {self.scale:g}: rotations take up to {np.sqrt(self.scale):.3g} times "
-            "as long, so a fall may not show in the simulated time; statics know nothing of it"
+            f"the inertia of every block is scaled by {self.scale:g}: rotations take up to {np.sqrt(self.scale):.3g} "
+            "times as long, so a fall may not show in the simulated time; statics know nothing of it"
         )
 
     def begin(self, world: World) -> None:

@@ -50,7 +50,7 @@ def verify(
     check_assembly(assembly)
     if np.isfinite(last_change(loads)):
         settings = replace(settings, end=AFTERWARDS * settings.end)
-    judge = _Judge(assembly, settings, loads, caveats(actions))
+    judge = _Judge(assembly, settings, loads, actions)
     if loads or actions or any(law.strong for law in assembly.joints):
         return judge(settings, [*loads, *actions])
     first = judge(replace(settings, time_step=settings.quick_step), ())
@@ -69,7 +69,9 @@ def _clear(verdict: DynamicVerdict, within: float) -> bool:
 class _Judge:
     """What counts in one assembly, and the verdict on a run of it."""
 
-    def __init__(self, assembly: Assembly, settings: Settings, loads: Sequence[Load], warnings: Sequence[str]) -> None:
+    def __init__(
+        self, assembly: Assembly, settings: Settings, loads: Sequence[Load], actions: Sequence[Action]
+    ) -> None:
         self._assembly = assembly
         self._group, blocks = _roof(assembly, settings.group)
         self._judged = stays(assembly, loads)
@@ -79,7 +81,7 @@ class _Judge:
         self._brick = settings.brick_threshold or limit
         self._hold = max(last_change(loads), 0.0)
         self._rest = settings.rest * default_threshold(assembly)
-        self._warnings = warnings
+        self._actions = actions
         self._crack = settings.crack_threshold
 
     def __call__(self, settings: Settings, actions: Sequence[Action], spent: float = 0.0) -> DynamicVerdict:
@@ -123,7 +125,7 @@ class _Judge:
                 assembly, (run.displacement[0], run.rotation[0]), (run.displacement[-1], run.rotation[-1]),
                 threshold=self._crack,
             ),
-            run=run, warnings=(*self._warnings, *_warnings(run, settling, self._brick)),
+            run=run, warnings=(*caveats(self._actions), *_warnings(run, settling, self._brick)),
         )  # fmt: skip
 
     def _group_drop(self, run: Run) -> float:

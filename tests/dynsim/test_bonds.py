@@ -1,12 +1,17 @@
 """Glue in Bullet against closed forms, and against statics on random bonded scenes."""
 
+import json
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
-from blockstat import Assembly, InputError, JointLaw, assess, glued
+from blockstat import Assembly, InputError, JointLaw, assess, glued, write
 from bonded import bonded_scene
 from dynsim import DynamicOutcome, InertiaScale, Settings, World, simulate, verify
 from dynsim.bonds import bonds_of
+from dynsim.loading import Removal
 from problems import assembly, box
 
 STANDS, FALLS = DynamicOutcome.STANDS, DynamicOutcome.FALLS
@@ -129,6 +134,37 @@ def test_glue_keeps_the_other_laws_of_an_assembly():
 
 def test_glue_and_inertia_go_together():
     assert verify(glued(bell(), 1.5), actions=[InertiaScale(100.0)]).outcome is STANDS
+
+
+def test_glue_and_stiffness_on_the_command_line(tmp_path):
+    path = write(bell(), tmp_path / "bell.json")
+    answers = [command("verify", path, "--json", *options) for options in ((), ("--glue", 1.01), ("--glue", 0.99))]
+    assert [json.loads(answer.stdout)["verdict"] for answer in answers] == ["falls", "stands", "falls"]
+    answer = command("verify", path, "--glue", 2, "--inertia-scale", 50, "--angular-stiffness", 9, "--json")
+    one, two = json.loads(answer.stdout)["warnings"][:2]
+    assert "scaled by 50" in one
+    assert "9 N m/rad" in two
+    for bad in ("--glue", "--inertia-scale", "--angular-stiffness"):
+        answer = command("verify", path, bad, "-1")
+        assert (answer.returncode, answer.stdout) == (2, "")
+        assert "it must be" in answer.stderr
+
+
+def command(*arguments):
+    code = "from dynsim.cli import main; main()"
+    return subprocess.run([sys.executable, "-c", code, *map(str, arguments)], capture_output=True, text=True)
+
+
+@pytest.mark.parametrize("moment", [None, 1.0])
+def test_glue_does_not_hang_on_a_block_that_was_taken_out(moment):
+    blocks = [
+        box((0, 0, 0), (1, 1, 1), name="ground"),
+        box((0, 0, 1), (1, 1, 2)),
+        box((1, 0, 1), (2, 1, 2), name="left"),
+    ]
+    asm = glued(assembly(blocks), 2.5, moment=moment)
+    assert verify(asm).outcome is STANDS
+    assert verify(asm, loads=[Removal(1)]).outcome is FALLS
 
 
 def agree(asm: Assembly) -> bool:

@@ -65,12 +65,12 @@ def test_a_block_leans_on_an_angular_spring(share):
     assert tilt(run)[-1] == pytest.approx(exact, rel=0.02)
 
 
-@pytest.mark.parametrize(("share", "outcome"), [(0.9, DynamicOutcome.FALLS), (1.15, DynamicOutcome.STANDS)])
+@pytest.mark.parametrize(("share", "outcome"), [(0.8, DynamicOutcome.FALLS), (1.3, DynamicOutcome.STANDS)])
 def test_buckling_on_an_angular_spring(share, outcome):
-    # At the very edge of tipping the spring decides: k against the slope of the overturning moment, near W h / 2.
-    push = 1.001 * WIDTH / HEIGHT
+    # Just past tipping the spring decides: k against the slope of the overturning moment, near W h / 2.
+    push = 1.02 * WIDTH / HEIGHT
     slope = MASS * G * (push * WIDTH / 2 + HEIGHT / 2)
-    verdict = verify(block(push), settings=Settings(end=8.0, rest_after=8.0), actions=[AngularSprings(share * slope)])
+    verdict = verify(block(push), settings=Settings(end=8.0), actions=[AngularSprings(share * slope, damping=0.5)])
     assert verdict.outcome is outcome
     assert "N m/rad" in verdict.explain()
 
