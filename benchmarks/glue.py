@@ -37,7 +37,7 @@ def beam(strength: float, part: float) -> Assembly:
 
 
 def slab(strength: float, moment: float | None) -> Assembly:
-    """A flat slab of weight 1 under a push of 2: it needs mu (W + F) = 2 or, with a bond at its centre, mu W + F = 2."""
+    """A flat slab of weight 1 pushed by 2: mu (W + F) = 2 or, with a bond at its centre, mu W + F = 2."""
     force = (3.0 if moment is None else 1.5) * strength
     blocks = [box((-5, -5, -1), (5, 5, 0)), box((-2, -2, 0), (2, 2, 0.0625))]
     return glued(assembly(blocks, friction=0.5, gravity=(2, 0, -1)), force, moment=moment)

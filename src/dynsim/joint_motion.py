@@ -25,7 +25,7 @@ class Poses:
 
 def removed(world: World, pair: Ints) -> np.ndarray:
     """Whether one of the two blocks of each joint has been taken out, shape (n,) bool."""
-    return np.isin(pair, list(world.removed)).any(axis=1)
+    return np.asarray(np.isin(pair, list(world.removed)).any(axis=1))
 
 
 def reach(assembly: Assembly, pair: Ints) -> Floats:

@@ -169,7 +169,7 @@ def _fastest(assembly: Assembly, interfaces: Interfaces, rows: Ints, stiffness: 
     )
     gram = (weighted @ weighted.T).tocsr()
     start = np.random.default_rng(0).normal(size=gram.shape[0])
-    return float(eigsh(gram, k=1, v0=start, return_eigenvectors=False, tol=1e-3)[0])
+    return float(eigsh(gram, k=1, v0=start, return_eigenvectors=False)[0])
 
 
 def _reduced(assembly: Assembly, pair: Ints, centre: Floats, frame: Floats) -> Floats:
@@ -188,11 +188,11 @@ def _mobilities(assembly: Assembly, pair: Ints, centre: Floats) -> tuple[Floats,
     arm = centre[:, None] - assembly.centroid[pair]
     cross = np.cross(np.eye(3)[None, None], arm[:, :, None])  # row i is e_i x r, the rotation's effect seen along e_i
     moving = np.eye(3) / assembly.mass[pair][:, :, None, None] * free + cross @ turning @ cross.swapaxes(2, 3)
-    return moving, turning
+    return np.asarray(moving, dtype=float), np.asarray(turning, dtype=float)
 
 
 def _along(frame: Floats, mobility: Floats) -> Floats:
     """Largest mobility along the normal and across it, shape (n, 2, 3) for n, t1, t2."""
     local = frame[:, None] @ mobility @ frame[:, None].swapaxes(2, 3)
     across = np.linalg.eigvalsh(local[:, :, 1:, 1:])[..., -1]
-    return np.stack([local[:, :, 0, 0], across, across], axis=2)
+    return np.stack([local[:, :, 0, 0], across, across], axis=2).astype(float)
