@@ -64,7 +64,7 @@ def latin_hypercube(
     if number < 1:
         raise InputError(f"a Latin hypercube of {number!r} designs; it must be at least 1")
     ranges = _ranges(scene, names)
-    samples = qmc.LatinHypercube(d=len(ranges), seed=seed).random(number)
+    samples = qmc.LatinHypercube(d=len(ranges), rng=seed).random(number)
     designs = []
     for sample in samples:
         design = {}
@@ -133,9 +133,10 @@ def sweep(
 
     computed = 0
     tasks = (delayed(_judged)(data, part, measure) for part in _batched(missing(), batch))
-    parallel = Parallel(n_jobs=-1 if jobs is None else jobs, return_as="generator_unordered", batch_size=1)
+    options: Any = {"return_as": "generator_unordered", "batch_size": 1}  # rows as they come
+    finished: Any = Parallel(n_jobs=-1 if jobs is None else jobs, **options)(tasks)
     with path.open("a") as file:
-        for rows in parallel(tasks):
+        for rows in finished:
             file.writelines(json.dumps(row) + "\n" for row in rows)
             file.flush()
             os.fsync(file.fileno())

@@ -20,7 +20,7 @@ from blockstat.spec import Building, Range, value_of
 from dynsim.verify import DynamicVerdict
 
 #: Walls from which a barrel vault springs: cracks of the vault alone are theirs.
-SPRINGING = ("south", "north")
+SPRINGING: tuple[str, ...] = ("south", "north")
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ def _judged(building: Building, verify: Callable[[Assembly], DynamicVerdict]) ->
     verdict = verify(assembly)
     cracks = cracks_by_wall(verdict.cracks.per_group())
     if not cracks and verdict.outcome.word != "stands":
-        cracks = dict.fromkeys(SPRINGING, 1)
+        cracks = {wall: 1 for wall in SPRINGING}
     return ButtressStep(
         number={wall: int(value_of(spec.number)) for wall, spec in building.buttresses.items()},
         thickness={wall: float(value_of(spec.thickness)) for wall, spec in building.buttresses.items()},
