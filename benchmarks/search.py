@@ -52,10 +52,19 @@ def row(name: str, result: SearchResult, seconds: float) -> dict:
 def pruned(chapel: Scene) -> tuple[dict, SearchResult]:
     begin, memory = process_time(), Memory()
     result = search(
-        chapel, names=NAMES, over="grid", verify=verify, static=lambda a: assess(a, memory=memory), memory=memory,
-        remark=likely_reason,
-    )  # fmt: skip
+        chapel, names=NAMES, over="grid", verify=verify, static=lambda a: assess(a, memory=memory), memory=memory
+    )
     return row("pruned", result, process_time() - begin), result
+
+
+def reasons(chapel: Scene, result: SearchResult) -> list[tuple]:
+    """Why statics and Bullet differ, asked afterwards: Coulomb states take longer than the search itself."""
+    found = []
+    for candidate in result.disagreements:
+        assembly = build(space_of(chapel, NAMES).at(candidate.parameters))
+        note = likely_reason(assess(assembly), verify(assembly))
+        found.append((candidate.parameters, candidate.dynamic, note))
+    return found
 
 
 def gradient(chapel: Scene, least: float) -> dict:
@@ -124,6 +133,7 @@ def main() -> None:
     parser.add_argument("--reserve", type=float, default=0.0, help="of the search by gradients [g]")
     parser.add_argument("--lighter", action="store_true")
     parser.add_argument("--no-gradient", action="store_true")
+    parser.add_argument("--reasons", action="store_true", help="say why statics and Bullet differ")
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--write", type=Path, help="also write the table to this file")
     options = parser.parse_args()
@@ -139,6 +149,8 @@ def main() -> None:
         "static_seconds": sum(c.static_seconds for c in result.history),
         "dynamic_seconds": sum(c.dynamic_seconds for c in result.history),
     }  # fmt: skip
+    if options.reasons:
+        quick["disagreements"] = reasons(chapel, result)
     if options.lighter and quick["volume"] is not None:
         figures["lighter"] = lighter(chapel, quick["volume"])
     print(json.dumps(figures, indent=1) if options.json else table(figures))
