@@ -8,7 +8,7 @@ STAMP := $(VENV)/.installed
 # that has it.
 COMPAS ?=
 
-.PHONY: demo test test-all lint benchmark solvers validation pictures gallery clean
+.PHONY: demo test test-all lint benchmark solvers validation hard pictures gallery clean
 
 demo: $(STAMP)
 	$(BIN)/dynsim optimise examples/chapel.toml -o out/chapel
@@ -27,6 +27,7 @@ lint: $(STAMP)
 benchmark: $(STAMP)
 	$(BIN)/python benchmarks/assess.py
 	$(BIN)/python benchmarks/bullet.py
+	$(BIN)/python benchmarks/loads.py
 	$(BIN)/python benchmarks/compare_verdicts.py
 
 solvers: $(STAMP)
@@ -34,6 +35,10 @@ solvers: $(STAMP)
 
 validation: $(STAMP)
 	$(BIN)/python docs/make_validation.py
+	$(BIN)/python docs/make_dynamics_validation.py
+
+hard: $(STAMP)
+	$(BIN)/python docs/make_hard.py
 
 pictures: $(STAMP)
 	$(BIN)/python docs/make_pictures.py

@@ -44,15 +44,27 @@ def _shape(assembly: Assembly, block: int) -> Shape:
         rotation, half = box
         moments = assembly.mass[block] / 3 * (half @ half - half**2)
         return Shape(rotation, half, (local @ rotation,), moments)
-    moments, rotation = np.linalg.eigh(assembly.inertia[block])
-    if np.linalg.det(rotation) < 0:
-        rotation[:, 0] *= -1
+    moments, rotation = _axes(assembly.inertia[block], bool(assembly.support[block]))
     local = local @ rotation
     hull = _hull(local)
     excess = hull.volume / assembly.volume[block] - 1.0
     if excess <= CONVEX:
         return Shape(rotation, None, (local[hull.vertices],), moments)
     return Shape(rotation, None, _pieces(local, faces, assembly.size[block]), moments)
+
+
+def _axes(inertia: Floats, fixed: bool) -> tuple[Floats, Floats]:
+    """Principal moments and axes (columns, right-handed); the axes of the scene where those do as well.
+
+    A fixed block needs no principal axes, and faces square to the axes of its frame are exact in Bullet (`on_grid`).
+    """
+    own = np.diag(inertia)
+    if fixed or np.abs(inertia - np.diag(own)).max() <= SQUARE * own.max():
+        return own.copy(), np.eye(3)
+    moments, rotation = np.linalg.eigh(inertia)
+    if np.linalg.det(rotation) < 0:
+        rotation[:, 0] *= -1
+    return moments, rotation
 
 
 def _as_box(local: Floats, faces: Sequence[np.ndarray], size: float) -> tuple[Floats, Floats] | None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -21,11 +23,11 @@ AngularStiffness = Annotated[
 ]
 
 
-def with_glue(assembly: Assembly, glue: float | None) -> Assembly:
-    """The assembly with the glue that was asked for."""
+def with_glue(file: Path, *, read: Callable[[Path], Assembly], glue: float | None) -> Assembly:
+    """The assembly of a file with the glue that was asked for."""
     from blockstat.joint import glued
 
-    return assembly if glue is None else glued(assembly, glue)
+    return read(file) if glue is None else glued(read(file), glue)
 
 
 def stiffness_of(inertia_scale: float | None, angular_stiffness: float | None) -> list[Action]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import zipfile
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -66,16 +67,10 @@ def write_npz(run: Run, path: str | Path) -> Path:
             file,
             format=FORMAT,
             assembly=_packed(run.assembly),
-            times=run.times,
             displacement=run.displacement.astype(np.float32),
             quaternion=_quaternions(run.rotation).astype(np.float32),
-            kinetic=run.kinetic,
-            removed=run.removed,
-            initial_overlap=run.initial_overlap,
-            process_seconds=run.process_seconds,
-            contact_pairs=run.contacts.pairs,
-            contact_points=run.contacts.point,
-            contact_forces=run.contacts.force,
+            **{f"contact_{field.name}": getattr(run.contacts, field.name) for field in fields(Contacts)},
+            **{name: getattr(run, name) for name in _others()},
         )
     return path
 
@@ -96,17 +91,18 @@ def read_run(path: str | Path) -> Run:
         raise InputError(f"{path}: not a run of this version of dynsim")
     quaternion = kept["quaternion"].astype(float)
     rotation = Rotation.from_quat(quaternion.reshape(-1, 4)).as_matrix().reshape(*quaternion.shape[:2], 3, 3)
+    contacts = Contacts(**{field.name: kept[f"contact_{field.name}"] for field in fields(Contacts)})
+    others = {name: kept[name] if kept[name].ndim else kept[name].item() for name in _others()}
     return Run(
-        assembly=_unpacked(kept["assembly"]),
-        times=kept["times"],
-        displacement=kept["displacement"].astype(float),
-        rotation=rotation,
-        initial_overlap=float(kept["initial_overlap"]),
-        process_seconds=float(kept["process_seconds"]),
-        kinetic=kept["kinetic"],
-        removed=kept["removed"],
-        contacts=Contacts(kept["contact_pairs"], kept["contact_points"], kept["contact_forces"]),
-    )
+        assembly=_unpacked(kept["assembly"]), displacement=kept["displacement"].astype(float), rotation=rotation,
+        contacts=contacts, **others,
+    )  # fmt: skip
+
+
+def _others() -> list[str]:
+    """Fields of a run that are kept as they are: arrays and numbers."""
+    apart = ("assembly", "displacement", "rotation", "contacts")
+    return [field.name for field in fields(Run) if field.name not in apart]
 
 
 def _packed(assembly: Assembly) -> np.ndarray:

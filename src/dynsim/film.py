@@ -13,7 +13,9 @@ from blockstat.plot import SUPPORT
 from blockstat.polyhedron import Floats, Ints
 from dynsim.run import Run
 
-MARGIN = 0.2  #: around the free blocks as built, as a share of their larger extent; what flies further is cut
+#: The picture holds what falls up to this far beyond the blocks as built, and a margin, as shares of their larger
+#: extent; what flies further is cut.
+REACH, MARGIN = 0.6, 0.06
 MOVED = "YlOrRd"  #: pale where nothing moved, so that joints are seen there
 HEIGHT, WIDEST = 3.0, 24.0  #: of a panel and of the strip [inches]
 
@@ -46,7 +48,7 @@ def film_strip(
     assembly, view = run.assembly, view_of(azimuth, elevation)
     length = np.linalg.norm(run.since_release[chosen], axis=2)
     shown = ScalarMappable(Normalize(0.0, max(float(length[:, assembly.free].max()) * 1e3, 1e-9)), colormaps[MOVED])
-    lower, upper = _window(run, view)
+    lower, upper = _window(run, view, chosen)
     width, height = upper - lower
     panel = min(HEIGHT * width / height, WIDEST / len(chosen))
     figure = Figure(figsize=(panel * len(chosen) + 0.9, panel * height / width + 0.5), dpi=150, layout="constrained")
@@ -83,11 +85,14 @@ def _moments(run: Run, frames: int, times: Sequence[float] | None) -> Ints:
     return np.abs(run.times[:, None] - given).argmin(axis=0)
 
 
-def _window(run: Run, view: Floats) -> tuple[Floats, Floats]:
+def _window(run: Run, view: Floats, chosen: Ints) -> tuple[Floats, Floats]:
     """Corners of the picture plane to show, shape (2,) each [m]."""
     assembly = run.assembly
     free = ~assembly.support[assembly.vertex_block]
-    flat = assembly.vertices[free] @ view[:2].T
-    lower, upper = flat.min(axis=0), flat.max(axis=0)
-    margin = MARGIN * (upper - lower).max()
-    return lower - margin, upper + margin
+    built = assembly.vertices[free] @ view[:2].T
+    lower, upper = built.min(axis=0), built.max(axis=0)
+    extent = (upper - lower).max()
+    seen = np.concatenate([posed(assembly, run.displacement[k], run.rotation[k])[free] for k in chosen]) @ view[:2].T
+    lower = np.clip(seen.min(axis=0), lower - REACH * extent, lower)
+    upper = np.clip(seen.max(axis=0), upper, upper + REACH * extent)
+    return lower - MARGIN * extent, upper + MARGIN * extent

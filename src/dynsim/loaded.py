@@ -13,6 +13,9 @@ from dynsim.criteria import default_threshold
 from dynsim.given import blocks_named
 from dynsim.loading import Removal
 
+#: Blocks rock for long: after the last change of a load a run may take this many times `Settings.end`.
+AFTERWARDS = 3.0
+
 
 def last_change(loads: Sequence[Load]) -> float:
     """Time since release of the last change of a load [s]; -inf where none changes."""
@@ -38,9 +41,11 @@ class Calm:
     def __init__(self, distance: float, duration: float) -> None:
         self._distance, self._duration = distance, duration
         self._start, self._place = -np.inf, np.empty((0, 3))
+        self.reached = False
 
     def since(self, time: float, moved: Floats) -> bool:
         """Look at displacements, shape (n, 3) [m], at a time; before 0 nothing is calm."""
         if time <= 0 or np.linalg.norm(moved - self._place, axis=1).max() >= self._distance:
             self._start, self._place = max(time, 0.0), moved
-        return time > 0 and time - self._start >= self._duration
+        self.reached = time > 0 and time - self._start >= self._duration
+        return self.reached

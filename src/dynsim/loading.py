@@ -211,14 +211,5 @@ class Constant:
 
     def act(self, world: World, time: float) -> None:
         if self.each_step:
-            wrench = np.asarray(self.load, dtype=float)
-            blocks = np.flatnonzero(wrench.any(axis=1) & ~world.assembly.support)
-            centre = world.assembly.centroid[blocks] + world.poses()[0][blocks]
-            world.push(blocks, wrench[blocks, :3], centre)
-            # A moment is a couple of forces on two ends of an arm across it.
-            moment = wrench[blocks, 3:]
-            arm = np.cross(moment, np.eye(3)[np.abs(moment).argmin(axis=1)])
-            arm *= world.assembly.size[blocks, None] / np.maximum(np.linalg.norm(arm, axis=1), 1e-300)[:, None]
-            force = np.cross(moment, arm) / (world.assembly.size[blocks, None] ** 2)
-            world.push(blocks, force, centre + arm / 2)
-            world.push(blocks, -force, centre - arm / 2)
+            wrench = np.where(world.assembly.support[:, None], 0.0, np.asarray(self.load, dtype=float))
+            world.load(wrench[:, :3], wrench[:, 3:])

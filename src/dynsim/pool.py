@@ -22,6 +22,7 @@ from dynsim.settings import Settings
 from dynsim.verify import DynamicVerdict, verify
 
 T = TypeVar("T")
+Answer = tuple[Any, str, tuple[str, ...]]  #: what a worker says: fields of a row after its name
 
 INTERRUPTED = "interrupted before it was done"
 #: One thread of linear algebra a process: as many processes as cores, and the same sums in the same order.
@@ -35,6 +36,7 @@ class Row(Generic[T]):
     name: str
     result: T | None  #: None when there is none
     error: str = ""  #: why there is none
+    warnings: tuple[str, ...] = ()  #: InputWarnings on the way
 
 
 @dataclass(frozen=True)
@@ -110,7 +112,7 @@ def run_many(
     waiting: queue.SimpleQueue[int] = queue.SimpleQueue()
     for index in range(len(arguments)):
         waiting.put(index)
-    done: queue.SimpleQueue[tuple[int, Any, str]] = queue.SimpleQueue()
+    done: queue.SimpleQueue[tuple[int, Answer]] = queue.SimpleQueue()
     found: dict[int, Row[T]] = {}
     finished = True
     # A process that is killed leaves its files behind: they go with this directory.
@@ -120,8 +122,8 @@ def run_many(
         for line in lines:
             line.start()
         while len(found) < len(arguments):
-            index, result, error = done.get()
-            found[index] = Row(names[index], result, error)
+            index, answer = done.get()
+            found[index] = Row(names[index], *answer)
             if progress is not None:
                 progress(index, found[index])
     except KeyboardInterrupt:
@@ -151,7 +153,7 @@ class _Line(threading.Thread):
         function: Callable[[Any], Any],
         arguments: Sequence[Any],
         waiting: queue.SimpleQueue[int],
-        done: queue.SimpleQueue[tuple[int, Any, str]],
+        done: queue.SimpleQueue[tuple[int, Answer]],
         timeout: float | None,
         scratch: str,
     ) -> None:
@@ -170,11 +172,12 @@ class _Line(threading.Thread):
                 index = self._waiting.get_nowait()
             except queue.Empty:
                 break
+            answer: Answer
             try:
-                result, error = self._ask(self._arguments[index])
+                answer = self._ask(self._arguments[index])
             except Exception as failure:
-                result, error = None, f"internal error ({type(failure).__name__}: {failure})"
-            self._done.put((index, result, error))
+                answer = None, f"internal error ({type(failure).__name__}: {failure})", ()
+            self._done.put((index, answer))
         self.stop()
 
     def stop(self) -> None:
@@ -183,11 +186,11 @@ class _Line(threading.Thread):
             self._stopped = True
             _end(self._process)
 
-    def _ask(self, argument: Any) -> tuple[Any, str]:
+    def _ask(self, argument: Any) -> Answer:
         task = pickle.dumps((self._function, argument), protocol=pickle.HIGHEST_PROTOCOL)
         process = self._living()
         if process is None:
-            return None, INTERRUPTED
+            return None, INTERRUPTED, ()
         assert process.stdin is not None
         assert process.stdout is not None
         late = threading.Event()
@@ -207,8 +210,8 @@ class _Line(threading.Thread):
             process.kill()
             status = process.wait()
             if late.is_set():
-                return None, f"took longer than {self._timeout:g} s"
-            return None, INTERRUPTED if self._stopped else f"its process {_death(status)}"
+                return None, f"took longer than {self._timeout:g} s", ()
+            return None, INTERRUPTED if self._stopped else f"its process {_death(status)}", ()
         finally:
             if timer is not None:
                 timer.cancel()

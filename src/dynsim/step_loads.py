@@ -33,11 +33,12 @@ class StepLoads:
         self._sum += forces, couples
         self._used = True
 
-    def apply(self, rotation: Floats) -> None:
-        """Change the velocities; rotation : of the blocks since they were built, shape (n_blocks, 3, 3)."""
+    def apply(self) -> None:
+        """Change the velocities."""
         if not self._used and self.keep == 1.0:
             return
         world = self._world
+        rotation = world.poses()[1]
         inverse = rotation @ self._inverse @ rotation.swapaxes(1, 2) / self.inertia_scale
         linear, angular = (self.keep * value for value in world.velocities())
         linear += self._sum[0] * (world.time_step / world.assembly.mass[:, None])

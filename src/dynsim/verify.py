@@ -9,12 +9,12 @@ from math import degrees
 import numpy as np
 
 from blockstat.assembly import Assembly
-from blockstat.errors import InputError
 from blockstat.polyhedron import Floats, Ints
 from dynsim.action import Action, Load
 from dynsim.cracks import find_cracks
 from dynsim.criteria import ARM, angles, default_threshold, drops, group_box_centre, rate
-from dynsim.loaded import Calm, last_change, stays, threshold_under
+from dynsim.guards import check_assembly
+from dynsim.loaded import AFTERWARDS, Calm, last_change, stays, threshold_under
 from dynsim.run import Run, simulate
 from dynsim.settings import Settings
 from dynsim.stiffness import caveats
@@ -35,8 +35,8 @@ def verify(
     Falls: a block went beyond its threshold, by Eq. 1, Eq. 2, the length of its displacement or its rotation.
     Stands: it did not, and at the end all blocks moved by less than `Settings.rest` thresholds in
     `Settings.rest_after`. Creeps: neither. A run ends early on a fall and on a rest. Where nothing acts but weight, a
-    quick run at `Settings.quick_step` comes first and is believed where it stands or clearly falls: coarse time steps
-    make blocks fall that stand, and not the other way round.
+    quick run at `Settings.quick_step` comes first and is believed where blocks stand or clearly fall: coarse time steps
+    make blocks fall that stand, and not the other way round. Otherwise a run at `Settings.fine_step` decides.
 
     loads : what acts on it besides its weight (`dynsim.loading`, `dynsim.ground`). Under loads that last or change,
     blocks rock and slide and come to rest elsewhere, so the default threshold is then the size of a block, and what
@@ -47,18 +47,18 @@ def verify(
     block that does not, a joint law cannot be simulated (see `dynsim.bonds`), or for what Bullet cannot simulate.
     """
     settings = settings or Settings()
-    if not assembly.support.any():
-        raise InputError(f'"{assembly.name}" has no supports; list the blocks that cannot move under "supports"')
-    if not len(assembly.free):
-        raise InputError(f'"{assembly.name}": all blocks are supports; there is nothing to simulate')
+    check_assembly(assembly)
+    if np.isfinite(last_change(loads)):
+        settings = replace(settings, end=AFTERWARDS * settings.end)
     judge = _Judge(assembly, settings, loads, actions)
-    alone = not (loads or actions or assembly.joints)
-    if alone and settings.quick_step > settings.time_step:
-        quick = judge(replace(settings, time_step=settings.quick_step), ())
-        if quick.outcome is DynamicOutcome.STANDS or _clear(quick, settings.clear_fall):
-            return quick
-        return judge(settings, (), spent=quick.run.process_seconds)
-    return judge(settings, [*loads, *actions])
+    if loads or actions or any(law.strong for law in assembly.joints):
+        return judge(settings, [*loads, *actions])
+    first = judge(replace(settings, time_step=settings.quick_step), ())
+    settled = first.outcome is DynamicOutcome.STANDS or _clear(first, settings.clear_fall)
+    if settled or settings.fine_step == settings.quick_step:
+        return first
+    fine = replace(settings, time_step=settings.fine_step, iterations=settings.fine_iterations)
+    return judge(fine, (), spent=first.run.process_seconds)
 
 
 def _clear(verdict: DynamicVerdict, within: float) -> bool:
@@ -94,10 +94,10 @@ class _Judge:
 
         run = simulate(self._assembly, settings=settings, stop=decided, actions=actions, hold=self._hold)
         run = replace(run, process_seconds=run.process_seconds + spent)
-        return self._verdict(run, settings.rest_after / run.pace)
+        return self._verdict(run, settings.rest_after / run.pace, calm.reached)
 
-    def _verdict(self, run: Run, window: float) -> DynamicVerdict:
-        """window [s] : in which blocks at rest move by less than the rest distance."""
+    def _verdict(self, run: Run, window: float, resting: bool) -> DynamicVerdict:
+        """window [s] : in which blocks at rest move by less than the rest distance; resting : the run ended on that."""
         assembly, judged = self._assembly, self._judged
         since = np.zeros_like(run.displacement)
         since[:, judged] = run.since_release[:, judged]
@@ -108,7 +108,8 @@ class _Judge:
         beyond = (length >= self._brick) | (turned * ARM * assembly.size >= self._brick)
         ever = np.flatnonzero(beyond.any(axis=0))
         speed = rate(run.times, since, window)
-        outcome = DynamicOutcome.STANDS if speed <= self._rest / window else DynamicOutcome.CREEPS
+        stands = resting or speed <= self._rest / window
+        outcome = DynamicOutcome.STANDS if stands else DynamicOutcome.CREEPS
         if len(ever) or group_drop >= self._roof or max_drop >= self._brick:
             outcome = DynamicOutcome.FALLS
         settling = float(np.linalg.norm(run.displacement[0], axis=1).max())

@@ -21,6 +21,8 @@ from dynsim.action import Action
 from dynsim.bodies import Shape, hull_obj, shapes
 from dynsim.bonds import bonds_of
 from dynsim.bullet import ENGINE, import_bullet, matrices, quaternion
+from dynsim.friction import block_friction
+from dynsim.guards import check_assembly, check_blocks, check_overlap, check_rotations
 from dynsim.settings import Settings
 from dynsim.step_loads import StepLoads
 
@@ -28,21 +30,15 @@ BLOCK_SIZE = 0.3  #: [m] median block size in the simulation
 BLOCK_MASS = 100.0  #: [kg] median block mass in the simulation
 CARRIER_MASS = 1e10  #: [kg] of a support that is moved: nothing in the scene can push it
 GRAVITY = 9.81  #: [m/s2] in the simulation
-ANCHOR = 1
-STICKY = 100.0  #: Bullet's stand-in for infinite friction
+ANCHOR = 1  #: a contact point that does not slide is held where it was
 
 
 class World:
     """A context manager around one client; poses go in and out in the scene's own units."""
 
     def __init__(self, assembly: Assembly, settings: Settings, actions: Sequence[Action] = ()) -> None:
+        check_assembly(assembly)
         free = ~assembly.support
-        if not free.any():
-            raise InputError(f'"{assembly.name}": all blocks are supports; there is nothing to simulate')
-        for law in assembly.joints:
-            if law.friction not in (None, assembly.friction):
-                label = " and ".join(law.between)
-                raise InputError(f"joint law between {label}: friction is {law.friction!r}; Bullet takes one for all")
         self.assembly = assembly
         self.settings = settings
         self.length = BLOCK_SIZE / float(np.median(assembly.size[free]))  #: simulation metres a scene metre
@@ -54,6 +50,8 @@ class World:
         self.actions: tuple[Action, ...] = (*bonds_of(assembly), *actions)
         self._stepwise = any(action.each_step for action in self.actions)
         self._shapes = shapes(assembly)
+        check_rotations(assembly, np.stack([shape.rotation for shape in self._shapes]))
+        self._friction = block_friction(assembly)
         self._directory: tempfile.TemporaryDirectory[str] | None = None
         self._client = -1
         self._loads = StepLoads(self) if self._stepwise else None
@@ -127,9 +125,8 @@ class World:
         )
         if collision < 0 or body < 0:
             raise RuntimeError(f'Bullet refused block "{assembly.names[block]}"')
-        friction = min(assembly.friction, STICKY)
         options = {
-            "lateralFriction": float(np.sqrt(friction)), "spinningFriction": 0.0, "rollingFriction": 0.0,
+            "lateralFriction": float(self._friction[block]), "spinningFriction": 0.0, "rollingFriction": 0.0,
             "restitution": 0.0, "linearDamping": 0.0, "angularDamping": 0.0, "frictionAnchor": ANCHOR,
             "activationState": b.ACTIVATION_STATE_DISABLE_SLEEPING,
         }  # fmt: skip
@@ -157,7 +154,7 @@ class World:
                 if step == 0 or action.each_step:
                     action.act(self, time + step * self.time_step)
             if self._loads is not None:
-                self._loads.apply(self.poses()[1])
+                self._loads.apply()
             self._bullet.stepSimulation(physicsClientId=self._client)
 
     def set_gravity(self, gravity: Sequence[float] | Floats) -> None:
@@ -167,6 +164,9 @@ class World:
 
     def push(self, blocks: Sequence[int] | Ints, forces: Floats, points: Floats) -> None:
         """Forces on some blocks until the end of the next step of `advance`; forces, points : shape (k, 3) [N], [m]."""
+        check_blocks(self.assembly, np.asarray(blocks))
+        if not (np.isfinite(forces).all() and np.isfinite(points).all()):
+            raise InputError("a force or its point is not a number")
         scaled = (np.asarray(forces, dtype=float) * self._mass * self._acceleration).tolist()
         where = (np.asarray(points, dtype=float) * self.length).tolist()
         for block, force, point in zip(blocks, scaled, where, strict=True):
@@ -210,11 +210,19 @@ class World:
         return position - self.assembly.centroid, rotation
 
     def deepest_overlap(self) -> float:
-        """Deepest penetration between two blocks as they stand, in scene metres; 0 for none."""
+        """Deepest penetration between two blocks as they stand [m]; 0 for none.
+
+        Raises InputError naming the two blocks for one that would throw them apart.
+        """
         b = self._bullet
         b.performCollisionDetection(physicsClientId=self._client)
         contacts = b.getContactPoints(physicsClientId=self._client) or ()
-        return max((-contact[8] for contact in contacts), default=0.0) / self.length
+        deepest = min(contacts, key=lambda contact: contact[8], default=None)
+        if deepest is None or deepest[8] >= 0:
+            return 0.0
+        depth = -deepest[8] / self.length
+        check_overlap(self.assembly, (self._bodies.index(deepest[1]), self._bodies.index(deepest[2])), depth)
+        return depth
 
     def drive(self, source: Action, acceleration: Floats) -> None:
         """Accelerate every block by a body force on top of gravity, shape (3,) [m/s2]; sources add up."""
