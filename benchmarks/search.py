@@ -108,7 +108,9 @@ def table(figures: dict) -> str:
     ]
     for found in figures["ways"]:
         volume = "" if found.get("volume") is None else f"{found['volume']:.3f}"
-        guessed = f" (from {found['sample']} designs, +- {found['error'] * found['designs']:.0f})" * ("sample" in found)
+        guessed = ""
+        if "sample" in found:
+            guessed = f" (from {found['sample']} designs, +- {found['error'] * found['designs']:.0f})"
         lines.append(
             f"| {found['way']} | {found['designs']} | {found['static_solves']} | {found['certificates_reused']} | "
             f"{found['dynamic_runs']} | {found['seconds']:.1f}{guessed} | {volume} |"
