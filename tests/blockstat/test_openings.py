@@ -17,12 +17,12 @@ def soffit(head, width, rise, number):
         x, z = half * np.cos(np.pi * t), rise * np.sin(np.pi * t)
     elif head == "pointed":
         radius = (half**2 + rise**2) / width
-        turn = np.arccos((radius - half) / radius) * np.minimum(2 * t, 2 - 2 * t)
+        turn = np.arctan2(rise, radius - half) * np.minimum(2 * t, 2 - 2 * t)
         side = np.where(t <= 0.5, 1, -1)
         x, z = side * (half - radius + radius * np.cos(turn)), radius * np.sin(turn)
     else:
         radius = (half**2 + rise**2) / (2 * rise)
-        first = np.arcsin(half / radius)
+        first = np.arctan2(half, radius - rise)
         turn = first * (1 - 2 * t)
         x, z = radius * np.sin(turn), radius * (np.cos(turn) - np.cos(first))
     walked = np.concatenate([[0], np.cumsum(np.hypot(np.diff(x), np.diff(z)))])
