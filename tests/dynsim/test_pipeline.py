@@ -100,6 +100,18 @@ def test_verify_on_the_command_line(tmp_path):
         assert data["verdict"] == word
         assert data["blocks"] == 3
         assert data["simulated_seconds"] > 0
+        assert {
+            "max_displacement",
+            "max_drop",
+            "group_drop",
+            "first_block",
+            "process_seconds",
+            "cracks",
+            "rate",
+        } <= set(data)
+        assert (data["first_block"] is None) == (word == "stands")
+    assert json.loads(run("verify", path, "--preset", "fast", "--json").stdout)["verdict"] == "stands"
+    assert "presets are: fast, default, careful" in run("verify", path, "--preset", "slow").stderr
     assert run("verify", path, "--group", "roof").returncode == 2
     assert run("verify", tmp_path / "gone.json").returncode == 2
 
