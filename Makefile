@@ -8,7 +8,7 @@ STAMP := $(VENV)/.installed
 # that has it.
 COMPAS ?=
 
-.PHONY: demo test test-all lint benchmark solvers validation hard pictures gallery clean
+.PHONY: demo test test-all lint benchmark solvers validation hard pictures gallery scenes clean
 
 demo: $(STAMP)
 	$(BIN)/dynsim optimise examples/chapel.toml -o out/chapel
@@ -29,6 +29,7 @@ benchmark: $(STAMP)
 	$(BIN)/python benchmarks/bullet.py
 	$(BIN)/python benchmarks/loads.py
 	$(BIN)/python benchmarks/compare_verdicts.py
+	$(BIN)/python benchmarks/building.py
 
 solvers: $(STAMP)
 	$(BIN)/python benchmarks/solvers.py --write --sizes 100 1000 3000 10000 --limit 300 $(if $(COMPAS),--compas $(COMPAS))
@@ -45,6 +46,9 @@ pictures: $(STAMP)
 
 gallery: $(STAMP)
 	$(BIN)/python docs/make_gallery.py
+
+scenes: $(STAMP)
+	$(BIN)/python docs/make_scenes.py
 
 clean:
 	rm -rf $(VENV) out build dist src/*.egg-info

@@ -10,7 +10,7 @@ import time
 import pytest
 
 from blockstat import assess, read, write
-from blockstat.spec import building_from
+from blockstat.spec import scene_from
 from dynsim.compare import compare, write_csv
 from dynsim.optimise import optimise
 from problems import HUT, arch, stack
@@ -39,7 +39,7 @@ def run(*arguments):
 @pytest.fixture(scope="module")
 def optimised(tmp_path_factory):
     directory = tmp_path_factory.mktemp("hut")
-    result, report = optimise(building_from(HUT), directory)
+    result, report = optimise(scene_from(HUT), directory)
     return directory, result, report
 
 
