@@ -77,8 +77,8 @@ def _findings(figures: dict[str, Any]) -> list[str]:
     ]
     if least[0.5] != 0:
         lines.append(
-            "- Statics find no equilibrium of the 0.5 m walls without buttresses, and statics do not see inertia. Read as "
-            "inertia, the finding that stiff buildings stand with thin walls is one of simulated time."
+            "- Statics find no equilibrium of the 0.5 m walls without buttresses, and statics do not see inertia. Read "
+            "as inertia, the finding that stiff buildings stand with thin walls is one of simulated time."
         )
     for row in figures["loops"]:
         if row["wall"] == 0.5:
