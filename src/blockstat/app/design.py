@@ -1,0 +1,165 @@
+"""What is open on the page and what is asked of it: plain data, no viser.
+
+This is the one place that knows how a scene is loaded, moved and built.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from blockstat.assembly import Assembly
+from blockstat.errors import InputError, InputWarning
+from blockstat.limit import LimitLoad
+from blockstat.result import Verdict
+from blockstat.spec import Range, parameters, with_values
+
+#: Directions of the limit load, as accelerations in units of gravity.
+PUSHES = {"+x": (1, 0, 0), "-x": (-1, 0, 0), "+y": (0, 1, 0), "-y": (0, -1, 0)}
+FRICTION, DENSITY = "friction", "density"
+SUFFIXES = (".toml", ".json", ".obj", ".glb")
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A scene with parameters, or an assembly that is what it is."""
+
+    name: str
+    scene: Any  #: what `load_scene` returned, None for an assembly
+    assembly: Assembly | None
+    ranges: dict[str, Range]  #: parameters that may move, by dotted path
+
+    @property
+    def start(self) -> dict[str, float]:
+        """The values that the file gives."""
+        return {path: found.value for path, found in self.ranges.items()}
+
+    def built(self, values: dict[str, float]) -> Assembly:
+        """The blocks for some values of the parameters. Raises InputError for what cannot be built."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", InputWarning)
+            if self.assembly is not None:
+                return _with_material(self.assembly, values)
+            from blockstat.model import build
+
+            own = {path: value for path, value in values.items() if path in parameters(self.scene)}
+            return _with_material(build(with_values(self.scene, own)), values)
+
+    def moved(self, values: dict[str, float]) -> Any:
+        """The scene with its values, as it is saved and searched. Raises InputError for an assembly."""
+        if self.scene is None:
+            raise InputError(f'"{self.name}" was read as blocks; it has no scene. Open a .toml scene for that')
+        return with_values(self.scene, {p: v for p, v in values.items() if p in parameters(self.scene)})
+
+
+def open_model(path: str | Path, *, supports: str = "") -> Model:
+    """Open a scene (.toml) or an assembly (.json, .obj, .glb).
+
+    supports : names of blocks, separated by commas; a mesh needs them. Raises InputError for a file that cannot be
+    used, naming the file and what is wrong in it.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(f"{path.name}: the page opens {', '.join(SUFFIXES)}")
+    if path.suffix.lower() == ".toml":
+        from blockstat.io.scene import load_scene
+
+        scene = load_scene(path)
+        ranges = parameters(scene)
+        return Model(scene.name, scene, None, ranges | _material(getattr(scene, "material", None), ranges))
+    from blockstat.io import read
+
+    named = [name.strip() for name in supports.split(",") if name.strip()] or None
+    assembly = read(path, supports=named)
+    if not assembly.support.any():
+        raise InputError(f'{path.name}: no block is a support; name some under "supports" and open the file again')
+    return Model(assembly.name, None, assembly, _material(assembly, {}))
+
+
+def _material(given: Any, ranges: dict[str, Range]) -> dict[str, Range]:
+    """Ranges of the intrinsic parameters that the scene does not move itself; densities only if there is one."""
+    found: dict[str, Range] = {}
+    friction = getattr(given, FRICTION, None)
+    if isinstance(friction, (int, float)) and np.isfinite(friction) and f"material.{FRICTION}" not in ranges:
+        found[FRICTION] = Range(float(friction), 0.0, max(1.2, float(friction)), 0.01)
+    density = np.unique(getattr(given, DENSITY, ()))
+    if density.dtype.kind in "fi" and len(density) == 1 and f"material.{DENSITY}" not in ranges:
+        value = float(density[0])
+        found[DENSITY] = Range(value, min(500.0, value), max(4000.0, value), 1.0)
+    return found
+
+
+def _with_material(assembly: Assembly, values: dict[str, float]) -> Assembly:
+    changes: dict[str, Any] = {}
+    if FRICTION in values:
+        changes[FRICTION] = values[FRICTION]
+    if DENSITY in values and len(np.unique(assembly.density)) == 1:
+        changes[DENSITY] = np.full(assembly.n_blocks, values[DENSITY])
+    return assembly.with_(**changes) if changes else assembly
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """What is to be judged; the larger number is the newer one."""
+
+    number: int
+    model: Model = field(repr=False)
+    values: dict[str, float]
+    push: str = "+y"  #: a key of `PUSHES`
+
+
+@dataclass(frozen=True)
+class Began:
+    """The judge took up a question."""
+
+    number: int
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """The static verdict on a question."""
+
+    number: int
+    verdict: Verdict
+    seconds: dict[str, float]  #: process time of each step
+    spent: float  #: process time of the judge on this question, sending included, up to the sending itself
+
+
+@dataclass(frozen=True, eq=False)
+class Scored:
+    """The verdict with the score that an earlier mechanism left open."""
+
+    number: int
+    verdict: Verdict
+
+
+@dataclass(frozen=True)
+class Failed:
+    """A question without an answer, and why; `ours` when the fault is in the program."""
+
+    number: int
+    message: str
+    ours: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Pushed:
+    """The limit load of a question; None with a reason when there is none."""
+
+    number: int
+    limit: LimitLoad | None
+    reason: str = ""
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True)
+class Slipped:
+    """The least friction with which a question's design stands, nan for none."""
+
+    number: int
+    least: float
+    seconds: float
