@@ -79,8 +79,13 @@ def write_report(
         )
     body.append("<h2>History</h2>" + _history_table(history))
     path = directory / "report.html"
-    path.write_text(_PAGE.format(title=f"{name}: design search", body="\n".join(body)), encoding="utf-8")
+    path.write_text(page(f"{result.building.name}: design search", body), encoding="utf-8")
     return path
+
+
+def page(title: str, body: Sequence[str]) -> str:
+    """A page of HTML in the style of the reports, from the parts of its body."""
+    return _PAGE.format(title=escape(title), body="\n".join(body))
 
 
 def _values(candidate: Candidate) -> str:

@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 #: Blue and orange, which colour-blind readers tell apart; the word is always there too.
 TONES = {
-    Outcome.STABLE: ("#0072B2", "Stands"),
-    Outcome.UNSTABLE: ("#D55E00", "Falls"),
+    Outcome.STABLE: ("#0072B2", "Stable"),
+    Outcome.UNSTABLE: ("#D55E00", "Unstable"),
     Outcome.UNDECIDED: ("#6b6b6b", "Undecided"),
-    Outcome.STABLE_ONLY_BY_SELF_STRESS: ("#CC79A7", "Stands only by self-stress"),
+    Outcome.STABLE_ONLY_BY_SELF_STRESS: ("#CC79A7", "Stable only by self-stress"),
 }
 STEPS = (("build", "blocks"), ("interfaces", "contacts"), ("solve", "solve"), ("draw", "colours"))
 SMALL = "font-size:.85em;line-height:1.45"
