@@ -98,7 +98,7 @@ def through(solver: str) -> Callable[[Problem], RawSolution]:
     """A dual program through one of blockstat's own solvers."""
 
     def solve(problem: Problem) -> RawSolution:
-        normal._pool.clear()
+        normal.known.normals.clear()
         return dual.solve(replace(solvable(problem), solver=solver))
 
     return solve

@@ -18,7 +18,7 @@ from blockstat.broad import near_pairs
 from blockstat.concave import concave_patches
 from blockstat.errors import InputError
 from blockstat.faces import convex_faces, frames, planar
-from blockstat.merge import Patch, merge_coplanar
+from blockstat.merge import Patches, merge_coplanar
 from blockstat.polyhedron import Floats, Ints
 
 if TYPE_CHECKING:
@@ -106,7 +106,7 @@ def find_interfaces(assembly: Assembly, *, gap: float = GAP) -> Interfaces:
 
 
 @dataclass(frozen=True)
-class _Patches:
+class _Pieces:
     """Convex pieces of contact, one a row, before they are judged and merged."""
 
     pair: Ints
@@ -158,7 +158,7 @@ def _ragged(count: Ints) -> Ints:
     return np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
 
 
-def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints]) -> list[_Patches]:
+def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints]) -> list[_Pieces]:
     """Common patches of face pairs, in batches of like corner counts; concave faces go piece by piece."""
     fa, fb = rows
     if not len(fa):
@@ -185,7 +185,7 @@ def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints]) -> list[_Patches]:
     for batch, polygon, count in patches:
         gap, middle = _gaps(assembly, fa[batch], fb[batch], frame[batch], origin[batch], polygon, count)
         found.append(
-            _Patches(
+            _Pieces(
                 pair=np.column_stack([assembly.face_block[fa[batch]], assembly.face_block[fb[batch]]]),
                 frame=frame[batch],
                 polygon=polygon,
@@ -214,10 +214,11 @@ def _gaps(
     return np.where(live, np.abs(height[1] - height[0]), 0.0).max(axis=1, initial=0.0), middle
 
 
-def _collect(assembly: Assembly, batches: list[_Patches], gap: float) -> Interfaces:
+def _collect(assembly: Assembly, batches: list[_Pieces], gap: float) -> Interfaces:
     """Judge the patches, merge those of one plane, and list their corner points."""
     dropped: list[Dropped] = []
-    kept: list[Patch] = []
+    kept: list[tuple] = [(np.empty((0, 2), int), np.empty((0, 3, 3)), np.empty((0, 3)), *[np.empty(0)] * 2)]
+    corners, counts = [np.empty((0, 2))], [np.empty(0, int)]
     for p in batches:
         size = assembly.size[p.pair].min(axis=1)
         area = clip.area(p.polygon, p.count)
@@ -234,30 +235,16 @@ def _collect(assembly: Assembly, batches: list[_Patches], gap: float) -> Interfa
             dropped.append(Dropped(a, b, "sliver", float(width[i]), float(WIDTH * size[i])))
         good = np.flatnonzero(wide & close)
         mask = clip.corners(p.polygon[good], p.count[good], SPAN * size[good])
-        for row, i in enumerate(good):
-            kept.append(Patch(p.pair[i], p.frame[i], p.origin[i], p.polygon[i][mask[row]], area[i], p.gap[i]))
-    kept.sort(key=lambda patch: tuple(patch.pair))
-    kept = merge_coplanar(kept, assembly.size, gap)
-    if not kept:
-        empty = np.empty((0, 3))
-        return Interfaces(
-            np.empty((0, 2), int),
-            np.empty((0, 3, 3)),
-            np.empty(0),
-            np.empty(0),
-            empty,
-            np.zeros(1, int),
-            tuple(dropped),
-        )
-    pair, frame, origin, polygon, area, gaps = zip(*kept, strict=True)
-    count = np.array([len(p) for p in polygon])
-    frame = np.stack(frame)
-    flat = np.concatenate(polygon)
-    point = np.repeat(np.stack(origin), count, axis=0) + np.einsum(
-        "nk,nkj->nj", flat, np.repeat(frame[:, 1:], count, axis=0)
-    )
-    start = np.concatenate([[0], np.cumsum(count)])
-    return Interfaces(np.stack(pair), frame, np.array(area), np.array(gaps), point, start, tuple(dropped))
+        kept.append((p.pair[good], p.frame[good], p.origin[good], area[good], p.gap[good]))
+        corners.append(p.polygon[good][mask])
+        counts.append(mask.sum(axis=1))
+    pair, frame, origin, area, gaps = (np.concatenate(column) for column in zip(*kept, strict=True))
+    found = Patches(pair, frame, origin, area, gaps, np.concatenate(corners), np.concatenate(counts))
+    found = merge_coplanar(found, assembly.size, gap)
+    tangents = np.repeat(found.frame[:, 1:], found.count, axis=0)
+    point = np.repeat(found.origin, found.count, axis=0) + np.einsum("nk,nkj->nj", found.corner, tangents)
+    start = np.concatenate([[0], np.cumsum(found.count)])
+    return Interfaces(found.pair, found.frame, found.area, found.gap, point, start, tuple(dropped))
 
 
 def _diameter(polygon: Floats, count: Ints) -> Floats:

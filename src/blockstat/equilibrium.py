@@ -97,7 +97,9 @@ def _matrix(assembly: Assembly, columns: Columns, row: Ints, n_blocks: int) -> s
     start = np.searchsorted(blocks[order], np.arange(n_blocks + 1))
     values = np.concatenate(data)[order]
     shape = (6 * n_blocks, 3 * len(point_blocks))
-    return sparse.bsr_array((values, points[order], start), shape=shape, blocksize=(6, 3)).tocsr()
+    matrix = sparse.bsr_array((values, points[order], start), shape=shape, blocksize=(6, 3)).tocsr()
+    matrix.eliminate_zeros()  # two thirds of the entries where blocks stand along the axes
+    return matrix
 
 
 def column_rates(assembly: Assembly, eq: Equilibrium, motion: Floats) -> Floats:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from itertools import groupby
 from typing import NamedTuple
 
@@ -20,23 +22,74 @@ class Patch(NamedTuple):
     pair: Ints  #: shape (2,)
     frame: Floats  #: shape (3, 3), rows n, t1, t2
     origin: Floats  #: shape (3,) [m]
-    polygon: Floats  #: shape (k, 2) [m], corners along t1, t2 from the origin
     area: float  #: [m2]
     gap: float  #: [m]
+    polygon: Floats  #: shape (k, 2) [m], corners along t1, t2 from the origin
 
 
-def merge_coplanar(patches: list[Patch], size: Floats, gap: float) -> list[Patch]:
-    """Merge patches in one plane; they come sorted by pair.
+@dataclass(frozen=True)
+class Patches:
+    """Planar patches of contact, one a row."""
+
+    pair: Ints  #: shape (n, 2)
+    frame: Floats  #: shape (n, 3, 3), rows n, t1, t2
+    origin: Floats  #: shape (n, 3) [m]
+    area: Floats  #: shape (n,) [m2]
+    gap: Floats  #: shape (n,) [m]
+    corner: (
+        Floats  #: corners of all polygons, one after the other, along t1, t2 from the origin, shape (n_corners, 2) [m]
+    )
+    count: Ints  #: corners of each, shape (n,)
+
+    def take(self, rows: Ints) -> Patches:
+        """Some of them, in the order asked for."""
+        count = self.count[rows]
+        first = (np.cumsum(self.count) - self.count)[rows]
+        corner = np.repeat(first - (np.cumsum(count) - count), count) + np.arange(count.sum())
+        return Patches(
+            self.pair[rows], self.frame[rows], self.origin[rows], self.area[rows], self.gap[rows],
+            self.corner[corner], count,
+        )  # fmt: skip
+
+    def __iter__(self) -> Iterator[Patch]:
+        polygons = np.split(self.corner, np.cumsum(self.count)[:-1])
+        rows = zip(self.pair, self.frame, self.origin, self.area.tolist(), self.gap.tolist(), polygons, strict=True)
+        return (Patch(*row) for row in rows)
+
+
+def merge_coplanar(patches: Patches, size: Floats, gap: float) -> Patches:
+    """Patches sorted by pair, those in one plane merged.
 
     The merged polygon is the convex hull of all corners: forces in one plane with one friction cone add
     up to the same resultants on the hull's corners alone.
     """
+    if not len(patches.pair):
+        return patches
+    patches = patches.take(np.lexsort((patches.pair[:, 1], patches.pair[:, 0])))
+    same = (patches.pair[1:] == patches.pair[:-1]).all(axis=1)
+    several = np.append(same, False) | np.append(False, same)
+    if not several.any():
+        return patches
+    single = patches.take(np.flatnonzero(~several))
+    merged = _merged(patches.take(np.flatnonzero(several)), size, gap)
+    pair, frame, origin, area, gaps, polygon = zip(*merged, strict=True)
+    both = Patches(
+        np.concatenate([single.pair, pair]),
+        np.concatenate([single.frame, frame]),
+        np.concatenate([single.origin, origin]),
+        np.concatenate([single.area, area]),
+        np.concatenate([single.gap, gaps]),
+        np.concatenate([single.corner, *polygon]),
+        np.concatenate([single.count, [len(p) for p in polygon]]),
+    )
+    return both.take(np.lexsort((both.pair[:, 1], both.pair[:, 0])))
+
+
+def _merged(patches: Iterable[Patch], size: Floats, gap: float) -> list[Patch]:
+    """Patches of pairs that have several, sorted by pair."""
     merged = []
     for pair, group in groupby(patches, key=lambda patch: tuple(patch.pair)):
         rest = list(group)
-        if len(rest) == 1:
-            merged += rest
-            continue
         tolerance = gap * float(size[list(pair)].min())
         while rest:
             seed = rest[0]

@@ -67,6 +67,16 @@ class Plane:
         along = along + sparse.diags_array(self.tangent[:, 1]) @ rows[3 * self.first + 2]
         return sparse.csr_array(normal @ self.unfold), sparse.csr_array(along @ self.unfold)
 
+    def local(self, local: Floats) -> tuple[Floats, Floats]:
+        """The entries of `rates` in the columns of the two blocks, from those of A's columns; shape (p, 6) each.
+
+        local : shape (3 m, 12), see `PenaltyProgram.local`.
+        """
+        kept = np.flatnonzero(np.diff(self.unfold.indptr[:7]))
+        entries = local[:, np.concatenate([kept, 6 + kept])]
+        first = 3 * self.first
+        return entries[first], self.tangent[:, :1] * entries[first + 1] + self.tangent[:, 1:] * entries[first + 2]
+
     def unfold_forces(self, normal: Floats, along: Floats, n_points: int) -> Floats:
         """Forces of the pairs, half at each end, shape (n_points, 3)."""
         force = np.zeros((n_points, 3))

@@ -56,6 +56,23 @@ class PenaltyProgram:
     solver: str = "auto"  #: of the dual programs (see `blockstat.solve.dual`)
 
     @cached_property
+    def local(self) -> Floats:
+        """Entries of the columns of A in the rows of their blocks a and b, shape (3 m, 12)."""
+        columns = sparse.csc_array(self.matrix)
+        column = np.repeat(np.arange(3 * len(self.friction)), np.diff(columns.indptr))
+        block, place = np.divmod(columns.indices, 6)
+        place += np.where(block == self.point_blocks[column // 3, 1], 6, 0)
+        local = np.zeros((3 * len(self.friction), 12))
+        local.reshape(-1)[12 * column + place] = columns.data
+        return local
+
+    @cached_property
+    def planar_local(self) -> tuple[Floats, Floats]:
+        """The same for the rates (g_n, g_t) of the pairs of a prismatic scene, shape (p, 6) each."""
+        assert self.plane is not None
+        return self.plane.local(self.local)
+
+    @cached_property
     def opening(self) -> sparse.csc_array:
         """A E, the columns of the normal forces of the contact points, shape (6 n, n_points)."""
         return self.matrix.tocsc()[:, : 3 * self.n_points : 3]

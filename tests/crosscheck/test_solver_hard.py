@@ -111,10 +111,10 @@ def test_either_factorisation_gives_the_same(monkeypatch):
     asm = running_bond(8, 8)
     plain = limit_load(asm, (0.2, 1, 0), **IP)
     monkeypatch.setenv("BLOCKSTAT_FACTOR", "superlu")
-    normal._pool.clear()
+    normal.known.normals.clear()
     assert factor.backend() == "superlu"
     other = limit_load(asm, (0.2, 1, 0), **IP)
-    normal._pool.clear()
+    normal.known.normals.clear()
     assert other.lower == pytest.approx(plain.lower, rel=1e-8)
 
 
@@ -133,9 +133,9 @@ def test_a_pattern_is_analysed_once():
         pose(asm, friction=mu, gravity=(0.1, 0.2, -1), loads=None, gap=0.01, interfaces=faces, **IP).program
         for mu in (0.5, 0.7)
     ]
-    normal._pool.clear()
+    normal.known.normals.clear()
     for program in programs:
         assert program is not None
         dual.solve(program)
     # One for the penalty program; one more for the correction of forces onto equilibrium, if it came to that.
-    assert 1 <= len(normal._pool) <= 2
+    assert 1 <= len(normal.known.normals) <= 2

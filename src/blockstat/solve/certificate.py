@@ -7,13 +7,15 @@ statements are checked on the matrix itself and carry their own error.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from blockstat.planar import Plane
 from blockstat.polyhedron import Floats
 from blockstat.program import PenaltyProgram
-from blockstat.solve.normal import BlockNormal, borrowed, local_rows
+from blockstat.solve.normal import normal_equations
 
 #: A force field proves stability when no block's residual and no cone violation next to it exceeds this
 #: fraction of the block's own load: far below the weight of the dust on it.
@@ -59,15 +61,33 @@ def balance(program: PenaltyProgram, force: Floats, *, passes: int = 4) -> Float
     room = np.maximum(room_of(program, force), 0.0)
     room += 1e-9 * room.max(initial=1.0)
     slip = np.minimum(program.friction, 1.0)  # the cone is that much narrower across than along
-    weights = (room[:, None] * np.column_stack([np.ones_like(slip), slip, slip])).reshape(-1)
+    weights = room[:, None] * np.column_stack([np.ones_like(slip), slip, slip])
+    plane = program.plane
+    if plane is not None and not (plane.holds(program.load) and plane.mirrors(force.reshape(-1))):
+        plane = None
+    try:
+        solve = _solver(program, weights) if plane is None else _solver_in_plane(program, plane, weights)
+        return _balanced(program, force, weights.reshape(-1), solve, passes)
+    except ArithmeticError:
+        return force
+
+
+def _solver(program: PenaltyProgram, weights: Floats) -> Callable[[Floats], Floats]:
+    """Solves A D A' u = r, D the weights of the forces, shape (m, 3). Raises ArithmeticError if it can not."""
     pair = np.repeat(program.point_blocks, 3, axis=0)
-    rows = local_rows(program.matrix.T, pair, 6) * np.sqrt(weights)[:, None]
-    with borrowed(pair, len(program.load) // 6, 6) as normal:
-        try:
-            normal.update(rows)
-        except ArithmeticError:
-            return force
-        return _balanced(program, force, weights, normal, passes)
+    normal = normal_equations(pair, len(program.load) // 6, 6)
+    normal.update(np.sqrt(weights).reshape(-1, 1) * program.local)
+    return normal.solve
+
+
+def _solver_in_plane(program: PenaltyProgram, plane: Plane, weights: Floats) -> Callable[[Floats], Floats]:
+    """The same where forces and loads are planar: half the unknowns, and one row for a point and its mirror image."""
+    head, tangent = program.planar_local
+    both = weights[plane.first] + weights[plane.second]
+    rows = np.concatenate([np.sqrt(both[:, :1]) * head, np.sqrt(both[:, 1:2]) * tangent])
+    normal = normal_equations(np.tile(program.point_blocks[plane.first], (2, 1)), len(program.load) // 6, 3)
+    normal.update(rows)
+    return lambda residual: plane.unfold @ normal.solve(plane.unfold.T @ residual)
 
 
 def settle(program: PenaltyProgram, force: Floats, *, trials: int = 4) -> Floats:
@@ -83,7 +103,9 @@ def settle(program: PenaltyProgram, force: Floats, *, trials: int = 4) -> Floats
     return balanced
 
 
-def _balanced(program: PenaltyProgram, force: Floats, weights: Floats, normal: BlockNormal, passes: int) -> Floats:
+def _balanced(
+    program: PenaltyProgram, force: Floats, weights: Floats, solve: Callable[[Floats], Floats], passes: int
+) -> Floats:
     """Newton's step for the correction, repeated until rounding."""
     matrix = program.matrix
     flat, best = force.reshape(-1).copy(), np.inf
@@ -94,7 +116,7 @@ def _balanced(program: PenaltyProgram, force: Floats, weights: Floats, normal: B
         if not size < best:
             break
         result, best = flat, size
-        flat = flat - weights * (matrix.T @ normal.factor.solve(residual))
+        flat = flat - weights * (matrix.T @ solve(residual))
     return result.reshape(-1, 3)
 
 

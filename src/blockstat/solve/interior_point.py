@@ -16,7 +16,7 @@ import numpy as np
 from blockstat.polyhedron import Floats
 from blockstat.solve.cones import Scaling
 from blockstat.solve.kkt import ConicProgram, Kkt, Pair, largest
-from blockstat.solve.normal import borrowed
+from blockstat.solve.normal import normal_equations
 
 MOST_ITERATIONS = 100
 #: Linear programs are asked for as many digits as there are, for the sake of the bounds that rest on them; the penalty
@@ -60,8 +60,8 @@ def solve(program: ConicProgram, accept: Callable[[Floats], bool] | None = None)
     accept : asked about the multipliers of the rows once they nearly satisfy M'z + q = 0, and again each time they do
     three times better; True ends the iteration with status "Accepted".
     """
-    with borrowed(program.pair, program.n_blocks, program.width) as normal:
-        return _iterate(program, Kkt(program, normal), accept)
+    normal = normal_equations(program.pair, program.n_blocks, program.width)
+    return _iterate(program, Kkt(program, normal), accept)
 
 
 def _iterate(program: ConicProgram, kkt: Kkt, accept: Callable[[Floats], bool] | None) -> ConicAnswer:

@@ -183,7 +183,7 @@ class Kkt:
         return found
 
     def _factored(self, right: list[Floats]) -> list[Floats]:
-        solve = self._normal.factor.solve
+        solve = self._normal.solve
         if len(right) == 1:
             return [solve(right[0])]
         return [np.ascontiguousarray(column) for column in solve(np.column_stack(right)).T]

@@ -12,9 +12,10 @@ product and a numeric factorisation.
 from __future__ import annotations
 
 import hashlib
+import threading
 from collections import OrderedDict
 from collections.abc import Iterator
-from contextlib import contextmanager
+from weakref import WeakValueDictionary
 
 import numpy as np
 from scipy import sparse
@@ -26,27 +27,42 @@ from blockstat.solve.factor import Factor, make_factor
 REGULARISATION = 1e-15
 #: Rows multiplied at a time.
 CHUNK = 8_000
-#: Patterns kept for the next program with the same pairs of blocks, and the most blocks of one worth keeping.
+#: Normal equations kept for the next program with the same rows, and the most blocks of one worth keeping.
 KEPT, KEPT_BLOCKS = 6, 20_000
-_pool: OrderedDict[tuple, BlockNormal] = OrderedDict()
 
 
-@contextmanager
-def borrowed(pair: Ints, n_blocks: int, width: int) -> Iterator[BlockNormal]:
-    """The normal equations of a pattern: those of an earlier program with the same pairs, if nobody else has them."""
-    key = (n_blocks, width, hashlib.sha256(np.ascontiguousarray(pair).tobytes()).digest())
-    normal = _pool.pop(key, None) or BlockNormal(pair, n_blocks, width)
-    try:
-        yield normal
-    finally:
-        if n_blocks <= KEPT_BLOCKS:
-            _pool[key] = normal
-            while len(_pool) > KEPT:
-                _pool.popitem(last=False)
+class _Known(threading.local):
+    """What one thread keeps: graphs as long as somebody uses them, normal equations for the next program."""
+
+    def __init__(self) -> None:
+        self.graphs: WeakValueDictionary[tuple, _Graph] = WeakValueDictionary()
+        self.normals: OrderedDict[tuple, BlockNormal] = OrderedDict()
+
+
+known = _Known()
+
+
+def normal_equations(pair: Ints, n_blocks: int, width: int) -> BlockNormal:
+    """The normal equations of rows with these pairs of blocks: those of an earlier program, if it had the same."""
+    key = (n_blocks, width, _digest(pair))
+    normal = known.normals.pop(key, None) or BlockNormal(pair, n_blocks, width)
+    if n_blocks <= KEPT_BLOCKS:
+        known.normals[key] = normal
+        while len(known.normals) > KEPT:
+            known.normals.popitem(last=False)
+    return normal
+
+
+def _digest(index: Ints) -> bytes:
+    return hashlib.sha256(np.ascontiguousarray(index).tobytes()).digest()
 
 
 class BlockNormal:
-    """S of one pattern: rows of pairs of blocks, `width` unknowns a block."""
+    """S of some rows: each of a pair of blocks, `width` unknowns a block.
+
+    Normal equations with the same touching blocks share one graph and so one factor: each is good until another is
+    updated, and says so.
+    """
 
     def __init__(self, pair: Ints, n_blocks: int, width: int) -> None:
         """pair : blocks a and b of each row, -1 for a support, shape (n_rows, 2)."""
@@ -58,29 +74,55 @@ class BlockNormal:
         rank = np.empty_like(by_count)
         rank[by_count] = np.arange(len(by_count))
         self._order = np.argsort(rank[member], kind="stable")
-        self._pairs = pair[first[by_count]]
-        self._width, self._n = width, n_blocks
         self._chunks = list(_chunks(count[by_count]))
-        self._upper, self._place = self._pattern()
-        self._sum = self._diagonal_sum()
-        # Kept from one update to the next: fresh memory costs more than what is written to it.
-        self._own = np.empty((2, len(self._pairs), width, width))
-        self._values = np.empty((n_blocks + len(self._pairs), width, width))
-        self.factor: Factor = make_factor()
+        pairs = pair[first[by_count]]
+        name = (n_blocks, width, _digest(pairs))
+        graph = known.graphs.get(name)
+        if graph is None:
+            graph = known.graphs[name] = _Graph(pairs, n_blocks, width)
+        self._graph = graph
 
     def update(self, rows: Floats, ridge: float = 0.0) -> None:
         """Form and factor S + ridge I from rows of shape (n_rows, 2 width). Raises ArithmeticError if it fails."""
-        w, n = self._width, self._n
-        own, diagonal, across = self._own, self._values[:n].reshape(n, w * w), self._values[n:]
-        done = 0
+        graph = self._graph
+        w, done = graph.width, 0
         for count, first, last in self._chunks:
             size = count * (last - first)
             part = np.take(rows, self._order[done : done + size], axis=0).reshape(last - first, count, 2 * w)
             product = np.matmul(part.swapaxes(1, 2), part)
-            own[0, first:last], own[1, first:last] = product[:, :w, :w], product[:, w:, w:]
-            across[first:last] = product[:, :w, w:]
+            graph.own[0, first:last], graph.own[1, first:last] = product[:, :w, :w], product[:, w:, w:]
+            graph.across[first:last] = product[:, :w, w:]
             done += size
-        diagonal[:] = self._sum @ own.reshape(-1, w * w)
+        graph.holder = self
+        graph.refactor(ridge)
+
+    def solve(self, right: Floats) -> Floats:
+        """S^-1 times one or more right-hand sides, shape (n,) or (n, k)."""
+        if self._graph.holder is not self:
+            raise RuntimeError("these normal equations were updated by another program")
+        return self._graph.factor.solve(right)
+
+
+class _Graph:
+    """The pattern of S: one block a pair of touching blocks and one on the diagonal for each, and its factor."""
+
+    def __init__(self, pairs: Ints, n_blocks: int, width: int) -> None:
+        """pairs : blocks a and b, -1 for a support, shape (n_pairs, 2), no two the same."""
+        self._pairs, self.width, self._n = pairs, width, n_blocks
+        self._upper, self._place = self._pattern()
+        self._sum = self._diagonal_sum()
+        # Kept from one update to the next: fresh memory costs more than what is written to it.
+        self._values = np.empty((n_blocks + len(pairs), width, width))
+        self.own = np.empty((2, len(pairs), width, width))  #: products of a with a and of b with b
+        self.across = self._values[n_blocks:]  #: products of a with b
+        self.factor: Factor = make_factor()
+        self.holder: BlockNormal | None = None
+
+    def refactor(self, ridge: float) -> None:
+        """Factor what `own` and `across` hold now."""
+        w = self.width
+        diagonal = self._values[: self._n].reshape(self._n, w * w)
+        diagonal[:] = self._sum @ self.own.reshape(-1, w * w)
         middle = np.arange(w) * (w + 1)
         scale = float(np.max(diagonal[:, middle], initial=1e-300))
         diagonal[:, middle] += ridge + REGULARISATION * diagonal[:, middle] + REGULARISATION**2 * scale
@@ -89,7 +131,7 @@ class BlockNormal:
 
     def _pattern(self) -> tuple[sparse.csr_array, Ints]:
         """The upper triangle with its entries' places among the values: blocks of the diagonal, then one a pair."""
-        n, w = self._n, self._width
+        n, w = self._n, self.width
         both = np.flatnonzero((self._pairs >= 0).all(axis=1))
         a, b = self._pairs[both].T
         row = np.concatenate([np.arange(n), np.minimum(a, b)])
@@ -118,13 +160,3 @@ def _chunks(count: Ints) -> Iterator[tuple[int, int, int]]:
     for size, start, end in zip(sizes.tolist(), starts.tolist(), [*starts[1:].tolist(), len(count)], strict=True):
         step = max(CHUNK // size, 1)
         yield from ((size, first, min(first + step, end)) for first in range(start, end, step))
-
-
-def local_rows(matrix: sparse.csr_array, pair: Ints, width: int) -> Floats:
-    """Entries of rows in the columns of their blocks a and b, shape (n_rows, 2 width)."""
-    entries = matrix.tocoo()
-    row, column = entries.coords[0], entries.coords[1]
-    second = column // width == pair[row, 1]
-    local = np.zeros((len(pair), 2 * width))
-    local[row, width * second + column % width] = entries.data
-    return local

@@ -14,7 +14,6 @@ from blockstat.program import PenaltyProgram
 from blockstat.solve.cones import Cones
 from blockstat.solve.interior_point import ConicAnswer, solve
 from blockstat.solve.kkt import ConicProgram, Limits
-from blockstat.solve.normal import local_rows
 from blockstat.solve.raw import DualAnswer, DualProgram
 
 
@@ -57,7 +56,12 @@ def _solve_in_space(problem: DualProgram, accept: Callable[[Floats], bool] | Non
         offset,
         Cones(len(rough), 2 * len(sticky), len(plain)),
         program.point_blocks[rows // 3],
-        (sparse.csr_array(program.opening.T), program.point_blocks[: program.n_points]),
+        scale[:, None] * program.local[rows],
+        (
+            sparse.csr_array(program.opening.T),
+            program.local[: 3 * program.n_points : 3],
+            program.point_blocks[: program.n_points],
+        ),
         None,
         _limits(program, rough, slip / mu[rough]),
         None if accept is None else lambda z: accept(forces(z)),
@@ -92,8 +96,11 @@ def _solve_in_plane(problem: DualProgram, plane: Plane, accept: Callable[[Floats
         head, tangent = plane.offsets(problem.offset)
         offset = np.concatenate([scale * (head + mu * tangent), scale * (head - mu * tangent)])
     blocks = program.point_blocks[plane.first]
+    head, tangent = program.planar_local
+    tangent = mu[:, None] * tangent
+    local = np.tile(scale, 2)[:, None] * np.concatenate([head + tangent, head - tangent])
     # Two points a pair, so the penalty on a pair counts twice.
-    opening = (sparse.csr_array(np.sqrt(2.0) * normal), blocks)
+    opening = (sparse.csr_array(np.sqrt(2.0) * normal), np.sqrt(2.0) * head, blocks)
 
     def forces(z: Floats) -> Floats:
         plus, minus = scale * z[: len(mu)], scale * z[len(mu) : 2 * len(mu)]
@@ -101,7 +108,7 @@ def _solve_in_plane(problem: DualProgram, plane: Plane, accept: Callable[[Floats
 
     pair = np.tile(blocks, (2, 1))
     good = None if accept is None else lambda z: accept(forces(z))
-    answer = _solve(problem, rates, offset, Cones(0, 0, len(offset)), pair, opening, plane, accept=good)
+    answer = _solve(problem, rates, offset, Cones(0, 0, len(offset)), pair, local, opening, plane, accept=good)
     return _answer(problem, answer, plane.unfold @ answer.x, forces(answer.z))
 
 
@@ -111,7 +118,8 @@ def _solve(
     offset: Floats,
     cones: Cones,
     pair: Ints,
-    opening: tuple[sparse.csr_array, Ints],
+    local: Floats,
+    opening: tuple[sparse.csr_array, Floats, Ints],
     plane: Plane | None,
     limits: Limits | None = None,
     accept: Callable[[Floats], bool] | None = None,
@@ -130,20 +138,20 @@ def _solve(
             # A load does as little work as it can, so l'u = 1 may be relaxed to l'u >= 1.
             border.append(sparse.csr_array(sign * folded(vector)[None, :]))
             bounds.append(sign)
-    penalty, owners = opening
+    penalty, penalty_local, owners = opening
     if not problem.penalty:
-        penalty, owners = sparse.csr_array((0, size)), owners[:0]
+        penalty, penalty_local, owners = sparse.csr_array((0, size)), penalty_local[:0], owners[:0]
     program = ConicProgram(
         cost=folded(problem.cost),
         matrix=sparse.csr_array(sparse.vstack([-rates, *border])),
         bound=np.concatenate([offset, bounds]),
         cones=Cones(cones.n_soc, cones.n_zero, cones.n_half + len(bounds)),
-        local=local_rows(rates, pair, width),
+        local=local,
         pair=np.concatenate([pair, owners]),
         n_blocks=n_blocks,
         width=width,
         penalty=penalty,
-        penalty_local=local_rows(penalty, owners, width),
+        penalty_local=penalty_local,
         ridge=1.0 if problem.least_norm else 0.0,
         compliance=problem.compliance,
     )
