@@ -9,10 +9,12 @@ from typing import Annotated
 import typer
 
 from blockstat.cli_options import (
+    PORT,
     AsJson,
     FileArgument,
     Friction,
     Gravity,
+    Port,
     Supports,
     Tilt,
     Units,
@@ -186,6 +188,15 @@ def optimise(
         typer.echo(f"best: {words}\nreport: {report}")
     if not result.finished:
         raise KeyboardInterrupt
+
+
+@app.command("app")
+def app_command(file: FileArgument, supports: Supports = None, port: Port = PORT) -> None:
+    """Open the live page with Bullet: "Let it fall" and "Optimise" beside the static verdict."""
+    from blockstat.app.server import serve
+    from dynsim.panel import FallPanel, OptimisePanel
+
+    serve(file, supports=supports or "", port=port, panels=[FallPanel(), OptimisePanel()])
 
 
 def main() -> None:

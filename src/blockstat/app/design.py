@@ -21,6 +21,7 @@ from blockstat.spec import Range, parameters, with_values
 #: Directions of the limit load, as accelerations in units of gravity.
 PUSHES = {"+x": (1, 0, 0), "-x": (-1, 0, 0), "+y": (0, 1, 0), "-y": (0, -1, 0)}
 FRICTION, DENSITY = "friction", "density"
+NO_SCENE = '"{}" was read as blocks and has no scene; open a .toml scene for that'
 SUFFIXES = (".toml", ".json", ".obj", ".glb")
 
 
@@ -38,6 +39,17 @@ class Model:
         """The values that the file gives."""
         return {path: found.value for path, found in self.ranges.items()}
 
+    @property
+    def own_ranges(self) -> dict[str, Range]:
+        """The ranges that the scene itself has, which a search may move. Raises InputError for an assembly."""
+        if self.scene is None:
+            raise InputError(NO_SCENE.format(self.name))
+        return parameters(self.scene)
+
+    def with_material(self, assembly: Assembly, values: dict[str, float]) -> Assembly:
+        """The assembly with the friction and density of the page, where those are not the scene's own parameters."""
+        return _with_material(assembly, values)
+
     def built(self, values: dict[str, float]) -> Assembly:
         """The blocks for some values of the parameters. Raises InputError for what cannot be built."""
         with warnings.catch_warnings():
@@ -46,14 +58,12 @@ class Model:
                 return _with_material(self.assembly, values)
             from blockstat.model import build
 
-            own = {path: value for path, value in values.items() if path in parameters(self.scene)}
-            return _with_material(build(with_values(self.scene, own)), values)
+            return _with_material(build(self.moved(values)), values)
 
     def moved(self, values: dict[str, float]) -> Any:
         """The scene with its values, as it is saved and searched. Raises InputError for an assembly."""
-        if self.scene is None:
-            raise InputError(f'"{self.name}" was read as blocks; it has no scene. Open a .toml scene for that')
-        return with_values(self.scene, {p: v for p, v in values.items() if p in parameters(self.scene)})
+        own = self.own_ranges
+        return with_values(self.scene, {path: value for path, value in values.items() if path in own})
 
 
 def open_model(path: str | Path, *, supports: str = "") -> Model:

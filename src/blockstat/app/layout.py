@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from blockstat.app.design import PUSHES, SUFFIXES
 from blockstat.app.files import SAVES, opened
-from blockstat.app.words import waiting
+from blockstat.app.words import NO_BLOCK, waiting
 from blockstat.errors import InputError
 from blockstat.view3d.colouring import CHOICES
 
@@ -36,7 +36,7 @@ class Layout:
             with gui.add_folder("Colours"):
                 self.legend = gui.add_html("")
             with gui.add_folder("Block"):
-                self.block = gui.add_html("Click a block to see its forces.")
+                self.block = gui.add_html(NO_BLOCK)
         left.dock_left()
         left.set_width(LEFT)
         gui.main_panel.dock_right()
@@ -57,13 +57,15 @@ class Layout:
     def name(self, text: str) -> None:
         """The model's name, over the verdict."""
         self._gui.set_panel_label(text)
-        self.title.content = f'<div style="color:#666">{escape(text)}</div>'
+        self.title.content = f'<div style="margin:.3em 10px 0;color:#666">{escape(text)}</div>'
 
     def busy(self, text: str) -> None:
         """What the page is waiting for."""
         if text != getattr(self, "_said", ""):
             self._said = text
-            self._busy.content = f'<div style="color:#666;font-size:.85em">{escape(text)}</div>' if text else ""
+            self._busy.content = (
+                f'<div style="margin:0 10px;color:#666;font-size:.85em">{escape(text)}</div>' if text else ""
+            )
 
     def _view_controls(self, gui: viser.GuiApi) -> None:
         page = self._page

@@ -62,7 +62,9 @@ def swing(result: Any, amplitude: float) -> Callable[[float], Floats]:
     return film
 
 
-def trajectory(assembly: Any, times: Floats, displacement: Floats, rotation: Floats) -> Callable[[float], Floats]:
+def trajectory(
+    assembly: Any, times: Floats, displacement: np.ndarray, rotation: np.ndarray
+) -> Callable[[float], Floats]:
     """Vertices of blocks along a trajectory: the last pose at or before each time; shapes as in `dynsim.run.Run`."""
 
     def film(time: float) -> Floats:

@@ -74,6 +74,11 @@ class Page:
         self.post(lambda: self.open(model))
         self._thread.start()
 
+    @property
+    def tabs(self) -> viser.GuiTabGroupHandle:
+        """Where panels add their tabs."""
+        return self.layout.tabs
+
     def post(self, call: Callable[[], None]) -> None:
         """Run a call in the page's thread, soon; from any thread."""
         self._calls.put(call)

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from blockstat.app.page import Page, Panel
 
-PORT = 8321
-
 
 @contextmanager
 def running(model: Model, *, port: int = 0, panels: Sequence[Panel] = ()) -> Iterator[tuple[Page, str]]:
@@ -37,10 +35,10 @@ def running(model: Model, *, port: int = 0, panels: Sequence[Panel] = ()) -> Ite
         stop_viser(server)
 
 
-def serve(path: str | Path, *, supports: str = "", port: int = PORT, panels: Sequence[Panel] = ()) -> None:
+def serve(path: str | Path, *, supports: str = "", port: int = 0, panels: Sequence[Panel] = ()) -> None:
     """Open a file on the page, print its address, and wait to be interrupted.
 
-    port : another one is taken when it is in use. Raises InputError for a file that cannot be used.
+    port : the next free one is taken when it is in use, any for 0. Raises InputError for a file that cannot be used.
     """
     model = open_model(path, supports=supports)
     logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(name)s: %(message)s")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from blockstat.app.motion import Player, swing
-from blockstat.app.words import Known, block_card
+from blockstat.app.words import NO_BLOCK, Known, block_card
 from blockstat.polyhedron import Floats
 from blockstat.view3d.arrows import force_arrows, thrust_arrows
 from blockstat.view3d.canvas import Canvas
@@ -14,8 +14,6 @@ from blockstat.view3d.page import GLASS, extent, mechanism_vertices
 
 if TYPE_CHECKING:
     from blockstat.app.layout import Layout
-
-NO_BLOCK = "Click a block to see its forces."
 
 
 class View:
@@ -103,7 +101,7 @@ class View:
                 self.canvas.arrows(name, arrows.tail, arrows.head, arrows.colour, arrows.radius)
         if found:
             words = [f"longest arrow of {name}: {a.longest / 1e3:.3g} kN" for name, a in found.items() if len(a.tail)]
-            self._layout.legend.content += "".join(f"<div>{text}</div>" for text in words)
+            self._layout.legend.content += "".join(f'<div style="font-size:.85em">{text}</div>' for text in words)
         self._mark()
         self._describe_mechanism()
 

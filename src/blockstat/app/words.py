@@ -25,6 +25,8 @@ TONES = {
     Outcome.STABLE_ONLY_BY_SELF_STRESS: ("#CC79A7", "Stable only by self-stress"),
 }
 STEPS = (("build", "blocks"), ("interfaces", "contacts"), ("solve", "solve"), ("draw", "colours"))
+NO_BLOCK = '<div style="font-size:.85em">Click a block to see its forces.</div>'
+MARGIN = "margin:0 10px"
 SMALL = "font-size:.85em;line-height:1.45"
 
 
@@ -44,13 +46,14 @@ def headline(known: Known) -> str:
     verdict = known.verdict
     colour, word = TONES[verdict.outcome]
     names = [verdict.assembly.names[i] for i in verdict.moving[:3]]
-    lines = [escape(verdict.outcome.value)]
+    lines = [escape(verdict.outcome.value.partition(": ")[2].capitalize())]
     if names:
         more = len(verdict.moving) - len(names)
         lines.append(f"First to move: {escape(', '.join(names))}{f' and {more} more' if more else ''}.")
     lines += [f"Note: {escape(text)}." for text in verdict.warnings[:2]]
     body = "".join(f'<div style="{SMALL}">{line}</div>' for line in lines)
-    return f'<div style="color:{colour};font-size:1.5em;font-weight:700">{word}</div>{body}'
+    big = f'<div style="color:{colour};font-size:1.5em;font-weight:700">{word}</div>'
+    return f'<div style="{MARGIN}">{big}{body}</div>'
 
 
 def numbers(known: Known) -> str:
@@ -58,32 +61,33 @@ def numbers(known: Known) -> str:
     verdict, assembly = known.verdict, known.verdict.assembly
     free = assembly.free
     rows = [
-        ("score", "missing adhesion, of the weight", _score(verdict)),
-        (f"limit load, {known.push}", "multiple of gravity", _limit(known)),
-        ("reserve in tilt", "degrees", _tilt(known)),
-        ("least friction", f"coefficient; now {assembly.friction:g}", _friction(known)),
-        ("volume", "m³, free blocks", f"{assembly.volume[free].sum():.4g}"),
-        ("weight", "kN, free blocks", f"{assembly.free_weight / 1e3:.4g}"),
-        ("blocks", "joints", f"{assembly.n_blocks:,} / {verdict.interfaces.n_interfaces:,}"),
+        ("score", "adhesion / weight", _score(verdict)),
+        (f"limit load, {known.push}", "× gravity", _limit(known)),
+        ("reserve in tilt", "", _tilt(known)),
+        ("least friction", f"now {assembly.friction:g}", _friction(known)),
+        ("volume", "m³", f"{assembly.volume[free].sum():.4g}"),
+        ("weight", "kN", f"{assembly.free_weight / 1e3:.4g}"),
+        ("blocks / joints", "", f"{assembly.n_blocks:,} / {verdict.interfaces.n_interfaces:,}"),
     ]
     cells = "".join(
-        f'<tr><td style="padding:.1em .6em .1em 0">{escape(name)}<div style="color:#666;font-size:.8em">'
-        f'{escape(unit)}</div></td><td style="text-align:right;vertical-align:top"><b>{value}</b></td></tr>'
+        f'<tr><td style="padding:.12em .6em .12em 0">{escape(name)} <span style="color:#666;font-size:.85em">'
+        f'{escape(unit)}</span></td><td style="text-align:right;vertical-align:top"><b>{value}</b></td></tr>'
         for name, unit, value in rows
     )
-    return f'<table style="width:100%;{SMALL};border-collapse:collapse">{cells}</table>{_steps(known.seconds)}'
+    table = f'<table style="width:100%;{SMALL};border-collapse:collapse;margin-top:.5em">{cells}</table>'
+    return f'<div style="{MARGIN}">{table}{_steps(known.seconds)}</div>'
 
 
 def waiting(sentence: str) -> str:
     """What stands in the verdict's place before there is one."""
-    return f'<div style="color:#6b6b6b;font-size:1.2em">{escape(sentence)}</div>'
+    return f'<div style="{MARGIN};color:#6b6b6b;font-size:1.2em">{escape(sentence)}</div>'
 
 
 def trouble(message: str) -> str:
     """Why there is no new verdict; nothing for no message."""
     if not message:
         return ""
-    box = "border-left:4px solid #D55E00;background:#fdf3ec;padding:.4em .6em;margin-top:.4em;overflow-wrap:anywhere"
+    box = "border-left:4px solid #D55E00;background:#fdf3ec;padding:.4em .6em;margin:.4em 10px;overflow-wrap:anywhere"
     return f'<div role="alert" style="{box};{SMALL}">{escape(message)}</div>'
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from blockstat.plot import joint_resultants
+from blockstat.plot import joint_resultants, resultants
 from blockstat.polyhedron import Floats
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ class Arrows:
 
 def force_arrows(verdict: Verdict) -> tuple[Arrows, Arrows]:
     """The resultant on the upper of the two blocks of each joint, through its centre of pressure: presses and pulls."""
-    joint, point, force, torn = joint_resultants(verdict)
+    point, force, torn = resultants(verdict)
     upward = force @ verdict.assembly.gravity < 0
     force = np.where(upward[:, None], force, -force)
     longest = float(np.linalg.norm(force, axis=1).max(initial=0.0))

@@ -123,10 +123,10 @@ class Canvas:
         """A ray of the page in the assembly's coordinates."""
         return np.asarray(origin, dtype=float) + self._origin, np.asarray(direction, dtype=float)
 
-    def _lines(self, name: str, points: Floats, colour: tuple[int, int, int], width: float) -> Any:
+    def _lines(self, name: str, points: np.ndarray, colour: tuple[int, int, int], width: float) -> Any:
         return self._server.scene.add_line_segments(
             name, points, colour, thickness=width, thickness_units="screen"
         )  # fmt: skip
 
-    def _local(self, points: Floats) -> Floats:
+    def _local(self, points: Floats) -> np.ndarray:
         return (points - self._origin).astype(np.float32)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from blockstat.result import Verdict
 
 MISSING = "the 3D view needs viser; install it with: pip install 'blockstat[ui]'"
-GLASS = 0.3  #: opacity of blocks with arrows inside
+GLASS = 0.2  #: opacity of blocks with arrows inside
 HEIGHT = 480  #: of the view in a report or a notebook [px]
 
 
