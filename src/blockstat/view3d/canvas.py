@@ -80,7 +80,7 @@ class Canvas:
                 corners, faces = np.unique(self.shape.triangles[number == k], return_inverse=True)
                 handle = self._server.scene.add_mesh_simple(
                     f"/blocks/{k}", shown[corners], faces.reshape(-1, 3).astype(np.uint32), flat_shading=True,
-                    color=tuple(int(c) for c in colours.palette[k]), cast_shadow=False, receive_shadow=False,
+                    color=colours.palette[k].astype(np.uint8), cast_shadow=False, receive_shadow=False,
                     opacity=None if opacity >= 1 else opacity,
                 )  # fmt: skip
                 self._meshes[int(k)] = handle, corners

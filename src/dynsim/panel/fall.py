@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from blockstat.app.words import Known
     from dynsim.verify import DynamicVerdict
 
-SMALL = "font-size:.85em;line-height:1.45"
+SMALL = "margin:0 10px;font-size:.85em;line-height:1.45"
 TONES = {"stands": "#0072B2", "falls": "#D55E00"}
 #: A film shorter than this is played slower, so that it can be followed [s].
 SHORT = 2.5
@@ -139,8 +139,8 @@ def side_by_side(known: Known, fallen: Fallen) -> str:
     first = f"First to move: {escape(verdict.first_block)}." if verdict.first_block else ""
     notes = "".join(_small(text) for text in (first, fallen.reason, *verdict.warnings) if text)
     return (
-        f'<table style="width:100%;{SMALL}">{moved}</table>'
-        f'<table style="width:100%;margin-top:.5em;{SMALL}">{head}{rows}</table>'
+        f'<table style="width:94%;{SMALL}">{moved}</table>'
+        f'<table style="width:94%;{SMALL}">{head}{rows}</table>'
         f"{_small(escape(verdict.outcome.value))}{notes}"
     )
 
@@ -156,4 +156,4 @@ def criteria(verdict: DynamicVerdict) -> list[tuple[str, float, float]]:
 
 
 def _small(text: str) -> str:
-    return f'<div style="{SMALL};margin-top:.4em">{text}</div>' if text else ""
+    return f'<div style="{SMALL};padding-top:.4em">{text}</div>' if text else ""

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from blockstat.app.words import Known
     from blockstat.search import Candidate
 
-SMALL = "font-size:.85em;line-height:1.45"
+SMALL = "margin:0 10px;font-size:.85em;line-height:1.45"
 #: What became of a design, and its colour in the plot and on its row.
 KINDS = {"stands": (0, 114, 178), "falls": (213, 94, 0), "pruned": (150, 150, 150)}
 #: Rows that stay on the page; the newest ones.
