@@ -62,7 +62,7 @@ class Worker:
     """
 
     def __init__(self, work: Callable[..., None], *arguments: Any, report: Callable[[Worker, Any], None]) -> None:
-        context = multiprocessing.get_context(_method())
+        context: Any = multiprocessing.get_context(_method())
         ours, theirs = context.Pipe()
         self._connection, self._report = ours, report
         self._stopped = False
