@@ -135,8 +135,7 @@ class Judged:
 
     number: int
     verdict: Verdict
-    seconds: dict[str, float]  #: process time of each step
-    spent: float  #: process time of the judge on this question, sending included, up to the sending itself
+    seconds: dict[str, float]  #: process time of each step of the judge
 
 
 @dataclass(frozen=True, eq=False)

@@ -43,7 +43,7 @@ def judged(question: Question, memory: Memory) -> Judged | Failed:
     now = process_time()
     seconds = {"build": built - begin, **verdict.timings}
     seconds["total"] = now - begin
-    return Judged(question.number, verdict, seconds, now - begin)
+    return Judged(question.number, verdict, seconds)
 
 
 def dearer_numbers(channel: Channel, number: int, verdict: Verdict, push: str) -> None:

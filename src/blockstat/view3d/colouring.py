@@ -6,7 +6,7 @@ motion. Values are put into a few steps, so that a view needs a few meshes and n
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 from typing import TYPE_CHECKING
 
@@ -52,6 +52,9 @@ def colouring(choice: str, verdict: Verdict, moved: Floats | None = None) -> Col
     if choice == "demand":
         return scaled(assembly, verdict.demand(), DEMAND, 1.0, "share of the friction used, 1 = sliding [-]")
     if choice == "tension":
+        if np.isnan(verdict.score):
+            plain = scaled(assembly, np.zeros(assembly.n_blocks), TENSION, 0.0, "")
+            return replace(plain, legend="tension missing: not known yet, the fall was proven without it")
         missing = tension(verdict) / 1e3
         return scaled(assembly, missing, TENSION, float(missing.max(initial=0.0)), "tension missing at a block [kN]")
     if moved is not None:
