@@ -84,9 +84,7 @@ def main() -> None:
         return
     for one in found:
         target = "" if one["target"] is None else f" (target {one['target']:g} s)"
-        print(
-            f"{one['blocks']:,} blocks, {one['moves']} moves of {MOVED}, {one['unstable']} of them to a design that falls"
-        )
+        print(f"{one['blocks']:,} blocks, {one['moves']} moves of {MOVED}, {one['unstable']} to a design that falls")
         print(f"  median {one['median']:.3f} s{target}, least {one['least']:.3f} s, most {one['most']:.3f} s")
         print("  " + ", ".join(f"{step} {1e3 * seconds:.0f} ms" for step, seconds in one["steps"].items()))
 

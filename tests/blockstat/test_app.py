@@ -106,12 +106,8 @@ def test_a_film_begins_and_ends_where_it_should():
     gone = np.zeros((3, 3, 3))
     gone[1:, 2, 0] = 0.1, 0.4
     move = trajectory(assembly, times, gone, np.broadcast_to(np.eye(3), (3, 3, 3, 3)))
-    assert np.allclose(
-        move(0.7)[assembly.vertex_block == 2] - assembly.vertices[assembly.vertex_block == 2], [0.1, 0, 0]
-    )
-    assert np.allclose(
-        move(99.0)[assembly.vertex_block == 2] - assembly.vertices[assembly.vertex_block == 2], [0.4, 0, 0]
-    )
+    for seconds, way in ((0.7, 0.1), (99.0, 0.4)):
+        assert np.allclose((move(seconds) - assembly.vertices)[assembly.vertex_block == 2], [way, 0, 0])
 
 
 def test_a_scene_written_and_read_is_the_same_scene(hut, root):
@@ -227,6 +223,13 @@ def test_a_worker_that_is_stopped_is_gone_and_silent():
     assert not worker.running
 
 
+def answered(calls, follower):
+    """Run what was posted; whether the newest question has its answer."""
+    while calls.qsize():
+        calls.get()()
+    return not follower.pending
+
+
 def test_the_newest_question_wins(hut):
     import queue
 
@@ -236,7 +239,7 @@ def test_the_newest_question_wins(hut):
     try:
         for value in np.linspace(0.6, 0.35, 20):
             last = follower.ask(model, {**model.start, "wall.thickness": float(value)}, "+y")
-        wait(lambda: [calls.get()() for _ in range(calls.qsize())] != None and not follower.pending)
+        wait(lambda: answered(calls, follower))
     finally:
         follower.stop()
     answers = [message for message in told if isinstance(message, Judged)]
@@ -252,18 +255,13 @@ def test_a_judge_that_is_killed_is_replaced(hut):
     follower = Follower(calls.put, told.append)
     model = open_model(hut)
 
-    def answered():
-        while calls.qsize():
-            calls.get()()
-        return not follower.pending
-
     try:
         follower.ask(model, model.start, "+y")
-        wait(answered)
+        wait(lambda: answered(calls, follower))
         follower._judge._process.kill()
         wait(lambda: not follower._judge.running)
         follower.ask(model, {**model.start, "wall.thickness": 0.5}, "+y")
-        wait(answered)
+        wait(lambda: answered(calls, follower))
     finally:
         follower.stop()
     assert [type(m) for m in told if isinstance(m, (Judged, Failed))][-1] is Judged
@@ -323,3 +321,37 @@ def test_a_page_without_a_browser_follows_its_values(hut, capfd):
 
 def build_of(page):
     return build(page.model.moved(page.values))
+
+
+@pytest.mark.parametrize("program", ["blockstat", "dynsim"])
+def test_the_command_prints_its_address_serves_and_ends_when_interrupted(program, hut):
+    pytest.importorskip("viser")
+    import signal
+    import subprocess
+    import sys
+    import urllib.request
+
+    code = f"from {program}.cli import main\nif __name__ == '__main__': main()"
+    command = [sys.executable, "-c", code, "app", str(hut), "--port", "8471"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        line = process.stdout.readline()
+        try:
+            assert line.startswith("hut: http://127.0.0.1:")
+            with urllib.request.urlopen(line.split()[1]) as answer:
+                assert answer.status == 200
+        finally:
+            process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+    assert process.returncode == 0
+    assert "Traceback" not in out + err
+
+
+def test_a_bad_file_on_the_command_line_is_one_line(tmp_path):
+    import subprocess
+    import sys
+
+    command = [sys.executable, "-c", "from blockstat.cli import main; main()", "app", str(tmp_path / "no.toml")]
+    answer = subprocess.run(command, capture_output=True, text=True)
+    assert answer.returncode == 2
+    assert "no such file" in answer.stderr
+    assert len(answer.stderr.strip().splitlines()) == 1

@@ -194,7 +194,7 @@ def test_twenty_fast_moves_end_with_the_verdict_on_the_last(hut, capfd):
 
 @pytest.mark.slow
 def test_two_pages_show_the_same(hut, capfd):
-    with live(hut, capfd) as (page, open_tab):
+    with live(hut, capfd) as (_, open_tab):
         one, two = open_tab(), open_tab()
         for tab in (one, two):
             tab.sees("Stable", exact=True)
