@@ -12,7 +12,7 @@ import pytest
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 FLAGS = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox")
 #: A step of a test may take this long before it has failed [ms]; a busy machine with WebGL in software is slow.
-PATIENCE = 90_000
+PATIENCE = 180_000
 
 CHAPEL = """
 name = "hut"

@@ -6,7 +6,7 @@ This is the one place that knows how a scene is loaded, moved and built.
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -47,18 +47,24 @@ class Model:
         return parameters(self.scene)
 
     def with_material(self, assembly: Assembly, values: dict[str, float]) -> Assembly:
-        """The assembly with the friction and density of the page, where those are not the scene's own parameters."""
-        return _with_material(assembly, values)
+        """The assembly with the page's friction and density, where they are others than the file's."""
+        moved = {name: values[name] for name in (FRICTION, DENSITY) if values.get(name) != self.start.get(name)}
+        changes: dict[str, Any] = {}
+        if FRICTION in moved:
+            changes[FRICTION] = moved[FRICTION]
+        if DENSITY in moved and len(np.unique(assembly.density)) == 1:
+            changes[DENSITY] = np.full(assembly.n_blocks, moved[DENSITY])
+        return assembly.with_(**changes) if changes else assembly
 
     def built(self, values: dict[str, float]) -> Assembly:
         """The blocks for some values of the parameters. Raises InputError for what cannot be built."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", InputWarning)
             if self.assembly is not None:
-                return _with_material(self.assembly, values)
+                return self.with_material(self.assembly, values)
             from blockstat.model import build
 
-            return _with_material(build(self.moved(values)), values)
+            return self.with_material(build(self.moved(values)), values)
 
     def moved(self, values: dict[str, float]) -> Any:
         """The scene with its values, as it is saved and searched. Raises InputError for an assembly."""
@@ -80,7 +86,11 @@ def open_model(path: str | Path, *, supports: str = "") -> Model:
 
         scene = load_scene(path)
         ranges = parameters(scene)
-        return Model(scene.name, scene, None, ranges | _material(getattr(scene, "material", None), ranges))
+        model = Model(scene.name, scene, None, ranges)
+        try:
+            return replace(model, ranges=ranges | _material(model.built(model.start), ranges))
+        except InputError:
+            return model  # the page will say why it cannot be built
     from blockstat.io import read
 
     named = [name.strip() for name in supports.split(",") if name.strip()] or None
@@ -90,26 +100,17 @@ def open_model(path: str | Path, *, supports: str = "") -> Model:
     return Model(assembly.name, None, assembly, _material(assembly, {}))
 
 
-def _material(given: Any, ranges: dict[str, Range]) -> dict[str, Range]:
-    """Ranges of the intrinsic parameters that the scene does not move itself; densities only if there is one."""
+def _material(assembly: Assembly, ranges: dict[str, Range]) -> dict[str, Range]:
+    """Ranges of the intrinsic parameters that the scene does not move itself; of density only if there is one."""
     found: dict[str, Range] = {}
-    friction = getattr(given, FRICTION, None)
-    if isinstance(friction, (int, float)) and np.isfinite(friction) and f"material.{FRICTION}" not in ranges:
-        found[FRICTION] = Range(float(friction), 0.0, max(1.2, float(friction)), 0.01)
-    density = np.unique(getattr(given, DENSITY, ()))
-    if density.dtype.kind in "fi" and len(density) == 1 and f"material.{DENSITY}" not in ranges:
+    friction = assembly.friction
+    if np.isfinite(friction) and f"material.{FRICTION}" not in ranges:
+        found[FRICTION] = Range(friction, 0.0, max(1.2, friction), 0.01)
+    density = np.unique(assembly.density)
+    if len(density) == 1 and f"material.{DENSITY}" not in ranges:
         value = float(density[0])
         found[DENSITY] = Range(value, min(500.0, value), max(4000.0, value), 1.0)
     return found
-
-
-def _with_material(assembly: Assembly, values: dict[str, float]) -> Assembly:
-    changes: dict[str, Any] = {}
-    if FRICTION in values:
-        changes[FRICTION] = values[FRICTION]
-    if DENSITY in values and len(np.unique(assembly.density)) == 1:
-        changes[DENSITY] = np.full(assembly.n_blocks, values[DENSITY])
-    return assembly.with_(**changes) if changes else assembly
 
 
 @dataclass(frozen=True, eq=False)
