@@ -355,3 +355,10 @@ def test_a_bad_file_on_the_command_line_is_one_line(tmp_path):
     assert answer.returncode == 2
     assert "no such file" in answer.stderr
     assert len(answer.stderr.strip().splitlines()) == 1
+
+
+def test_a_material_that_is_not_moved_stays_as_the_file_has_it(hut):
+    model = open_model(hut)
+    assembly = build(load_scene(hut))
+    assert model.with_material(assembly, model.start) is assembly
+    assert model.with_material(assembly, {**model.start, "friction": 0.3}).friction == 0.3

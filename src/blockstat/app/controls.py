@@ -17,10 +17,11 @@ LENGTH = "m"
 class Controls:
     """The sliders of a model in a part of the page.
 
-    changed : called with a path and its new value.
+    changed : called with the path of a control that was moved, from any thread and in any order; `value` has what it
+    stands at by then.
     """
 
-    def __init__(self, gui: viser.GuiApi, ranges: dict[str, Range], changed: Callable[[str, float], None]) -> None:
+    def __init__(self, gui: viser.GuiApi, ranges: dict[str, Range], changed: Callable[[str], None]) -> None:
         self._handles: dict[str, Any] = {}
         self._folders: dict[str, Any] = {}
         for path, found in ranges.items():
@@ -31,8 +32,13 @@ class Controls:
                 self._folders[folder] = gui.add_folder(folder)
             with self._folders[folder]:
                 handle = self._handles[path] = _control(gui, label, path, found)
-            handle.on_update(lambda event, path=path: changed(path, round(float(event.target.value), 9)))
+            handle.on_update(lambda _, path=path: changed(path))
         self._note = None if self._handles else gui.add_html("<div>This model has no parameters to move.</div>")
+
+    def value(self, path: str) -> float | None:
+        """Where a control stands now, None if there is none."""
+        handle = self._handles.get(path)
+        return None if handle is None else round(float(handle.value), 9)
 
     def set(self, values: dict[str, float]) -> None:
         """Put the controls to some values."""

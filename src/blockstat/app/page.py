@@ -96,7 +96,7 @@ class Page:
         if self.controls is not None:
             self.controls.remove()
         with self.layout.design:
-            self.controls = Controls(self.server.gui, model.ranges, lambda p, v: self.post(lambda: self.change(p, v)))
+            self.controls = Controls(self.server.gui, model.ranges, lambda path: self.post(lambda: self._moved(path)))
         for panel in self._panels:
             panel.opened()
         self.ask()
@@ -106,6 +106,11 @@ class Page:
         if path in self.values and self.values[path] != value:
             self.values = {**self.values, path: value}
             self.ask()
+
+    def _moved(self, path: str) -> None:
+        value = self.controls.value(path) if self.controls is not None else None
+        if value is not None:
+            self.change(path, value)
 
     def set_values(self, values: dict[str, float]) -> None:
         """Move several parameters at once, the controls with them."""

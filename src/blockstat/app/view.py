@@ -101,14 +101,16 @@ class View:
                 self.canvas.arrows(name, arrows.tail, arrows.head, arrows.colour, arrows.radius)
         if found:
             words = [f"longest arrow of {name}: {a.longest / 1e3:.3g} kN" for name, a in found.items() if len(a.tail)]
-            self._layout.legend.content += "".join(f'<div style="font-size:.85em">{text}</div>' for text in words)
+            self._layout.legend.content += "".join(
+                f'<div style="font-size:.85em;margin:0 8px">{text}</div>' for text in words
+            )
         self._mark()
         self._describe_mechanism()
 
     def _colours(self) -> Any:
         assert self.known is not None
         found = colouring(self._layout.colours.value, self.known.verdict, self.moved)
-        self._layout.legend.content = f'<div style="font-size:.85em">{found.legend}</div>'
+        self._layout.legend.content = f'<div style="font-size:.85em;margin:0 8px">{found.legend}</div>'
         return found
 
     @property
@@ -132,7 +134,7 @@ class View:
             text = "how the blocks move first"
         elif known is not None and result is not None:
             text = f"of the limit load along {known.push}"
-        self._layout.mechanism.content = f'<div style="font-size:.85em;color:#666">{text}</div>'
+        self._layout.mechanism.content = f'<div style="font-size:.85em;color:#666;margin:0 8px">{text}</div>'
 
     def _still(self) -> Floats | None:
         """Vertices at the amplitude of the slider, None for where they are built."""

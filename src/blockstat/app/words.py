@@ -25,7 +25,7 @@ TONES = {
     Outcome.STABLE_ONLY_BY_SELF_STRESS: ("#CC79A7", "Stable only by self-stress"),
 }
 STEPS = (("build", "blocks"), ("interfaces", "contacts"), ("solve", "solve"), ("draw", "colours"))
-NO_BLOCK = '<div style="font-size:.85em">Click a block to see its forces.</div>'
+NO_BLOCK = '<div style="font-size:.85em;margin:0 8px">Click a block to see its forces.</div>'
 MARGIN = "margin:0 10px"
 SMALL = "font-size:.85em;line-height:1.45"
 
@@ -117,7 +117,7 @@ def block_card(verdict: Verdict, block: int, moved: Floats | None = None) -> str
         lines.append(f"tension missing {missing / 1e3:.3g} kN")
     head = "<tr style='color:#666'><td>neighbour</td><td>normal kN</td><td>shear kN</td></tr>"
     table = f'<table style="width:100%;{SMALL}">{head}{"".join(rows)}</table>'
-    return f'<div style="{SMALL}">{"<br>".join(lines)}</div>{table}'
+    return f'<div style="margin:0 8px"><div style="{SMALL}">{"<br>".join(lines)}</div>{table}</div>'
 
 
 def _score(verdict: Verdict) -> str:

@@ -19,8 +19,8 @@ EDGE, FAINT_EDGE = (60, 60, 60), (190, 190, 190)
 CHOSEN = (0, 0, 0)
 #: Half the angle of view, vertically, and where the eye is when a view opens: from the south-west, above.
 HALF_VIEW = np.deg2rad(25.0)
-AMBIENT = 1.6
-LIGHTS = (((-0.5, -0.3, 1.0), 0.8), ((0.2, -1.0, 0.2), 0.35))
+AMBIENT = 1.15
+LIGHTS = (((-0.5, -0.3, 1.0), 0.75), ((0.2, -1.0, 0.2), 0.35))
 EYE = np.array([-0.62, -0.95, 0.62])
 
 

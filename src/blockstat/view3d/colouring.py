@@ -110,12 +110,17 @@ def _bar(palette: np.ndarray, top: float, label: str) -> str:
     if top <= 0:
         return _swatch(palette[0], f"0: {label}") + _support()
     cells = "".join(f'<span style="flex:1;background:{_css(c)}"></span>' for c in palette)
-    ends = "".join(f"<span>{value:.3g}</span>" for value in (0.0, top / 2, top))
+    ends = "".join(f"<span>{_number(value)}</span>" for value in (0.0, top / 2, top))
     return (
         f"<div>{escape(label)}</div>"
         f'<div style="display:flex;height:1em;margin:.25em 0">{cells}</div>'
         f'<div style="display:flex;justify-content:space-between">{ends}</div>' + _support()
     )
+
+
+def _number(value: float) -> str:
+    """Three digits, without a power of ten where there is room for all of them."""
+    return f"{value:,.0f}" if 1000 <= value < 1e6 else f"{value:.3g}"
 
 
 def _support() -> str:
