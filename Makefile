@@ -8,7 +8,7 @@ STAMP := $(VENV)/.installed
 # that has it.
 COMPAS ?=
 
-.PHONY: demo test test-all lint benchmark solvers validation pictures gallery screenshots clean
+.PHONY: demo test test-all lint benchmark solvers validation hard pictures gallery screenshots clean
 
 demo: $(STAMP)
 	$(BIN)/dynsim optimise examples/chapel.toml -o out/chapel
@@ -35,6 +35,9 @@ solvers: $(STAMP)
 
 validation: $(STAMP)
 	$(BIN)/python docs/make_validation.py
+
+hard: $(STAMP)
+	$(BIN)/python docs/make_hard.py
 
 pictures: $(STAMP)
 	$(BIN)/python docs/make_pictures.py

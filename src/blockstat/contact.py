@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 #: Largest gap or overlap of a joint, relative to the smaller block: 2 mm for a brick. Real vault meshes do not
 #: close better, and their verdicts do not change from half this tolerance to five times it.
 GAP = 1e-2
+THIN = 0.25  #: of the mean thickness of a block, volume over half its surface, that a gap may be at most
 WIDTH = 1e-6  #: a patch narrower than this, relative to the smaller block, is two blocks meeting at an edge
 SPAN = 1e-9  #: corners closer than this to a line of their neighbours say nothing new (rounding of coordinates)
 ANGLE = np.deg2rad(
@@ -93,16 +94,24 @@ class Interfaces:
 def find_interfaces(assembly: Assembly, *, gap: float = GAP) -> Interfaces:
     """Interfaces between all blocks that touch; those between two supports are left out.
 
-    gap : largest gap or overlap of a joint, relative to the size (cube root of volume) of the smaller block.
+    gap : largest gap or overlap of a joint, relative to the size (cube root of volume) of the smaller block; for
+    plates and needles no more than a quarter of their thickness.
     """
     if not (isinstance(gap, (int, float)) and 0 < gap < 0.2):
         raise InputError(f"gap is {gap!r}; it must be between 0 and 0.2 of the block size")
     lower, upper = assembly.bounds
-    pairs = near_pairs(lower, upper, NEAR_MISS * gap * assembly.size)
+    allowed = _allowed(assembly, gap)
+    pairs = near_pairs(lower, upper, NEAR_MISS * allowed)
     pairs = pairs[~assembly.support[pairs].all(axis=1)]
-    rows = _opposed_faces(assembly, pairs, gap)
+    rows = _opposed_faces(assembly, pairs, allowed)
     patches = _clip_faces(assembly, rows)
-    return _collect(assembly, patches, gap)
+    return _collect(assembly, patches, allowed)
+
+
+def _allowed(assembly: Assembly, gap: float) -> Floats:
+    """Largest gap of a joint of each block, shape (n_blocks,) [m]: less than would reach through a thin block."""
+    surface = np.bincount(assembly.face_block, assembly.planes.area, assembly.n_blocks)
+    return np.minimum(gap * assembly.size, THIN * 2.0 * assembly.volume / surface)
 
 
 @dataclass(frozen=True)
@@ -117,10 +126,10 @@ class _Pieces:
     gap: Floats
 
 
-def _opposed_faces(assembly: Assembly, pairs: Ints, gap: float) -> tuple[Ints, Ints]:
+def _opposed_faces(assembly: Assembly, pairs: Ints, allowed: Floats) -> tuple[Ints, Ints]:
     """Faces (fa, fb) of paired blocks that are nearly opposed and nearly coplanar."""
     lower, upper = assembly.bounds
-    reach = NEAR_MISS * gap * assembly.size[pairs].min(axis=1)
+    reach = NEAR_MISS * allowed[pairs].min(axis=1)
     row_a, face_a = _faces_near(assembly, pairs[:, 0], lower[pairs[:, 1]], upper[pairs[:, 1]], reach)
     row_b, face_b = _faces_near(assembly, pairs[:, 1], lower[pairs[:, 0]], upper[pairs[:, 0]], reach)
     count_b = np.bincount(row_b, minlength=len(pairs))
@@ -214,7 +223,7 @@ def _gaps(
     return np.where(live, np.abs(height[1] - height[0]), 0.0).max(axis=1, initial=0.0), middle
 
 
-def _collect(assembly: Assembly, batches: list[_Pieces], gap: float) -> Interfaces:
+def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats) -> Interfaces:
     """Judge the patches, merge those of one plane, and list their corner points."""
     dropped: list[Dropped] = []
     kept: list[tuple] = [(np.empty((0, 2), int), np.empty((0, 3, 3)), np.empty((0, 3)), *[np.empty(0)] * 2)]
@@ -226,10 +235,11 @@ def _collect(assembly: Assembly, batches: list[_Pieces], gap: float) -> Interfac
         # A patch of almost a point has an area of rounding only: it is no wider than it is long.
         width = np.minimum(area / np.where(extent > 0, extent, 1.0), extent)
         wide = width > WIDTH * size
-        close = p.gap <= gap * size
-        for i in np.flatnonzero(wide & ~close & (p.gap <= NEAR_MISS * gap * size)):
+        limit = allowed[p.pair].min(axis=1)
+        close = p.gap <= limit
+        for i in np.flatnonzero(wide & ~close & (p.gap <= NEAR_MISS * limit)):
             a, b = map(int, p.pair[i])
-            dropped.append(Dropped(a, b, "gap", float(p.gap[i]), float(gap * size[i])))
+            dropped.append(Dropped(a, b, "gap", float(p.gap[i]), float(limit[i])))
         for i in np.flatnonzero(~wide & close & (width > SPAN * size)):
             a, b = map(int, p.pair[i])
             dropped.append(Dropped(a, b, "sliver", float(width[i]), float(WIDTH * size[i])))
@@ -240,7 +250,7 @@ def _collect(assembly: Assembly, batches: list[_Pieces], gap: float) -> Interfac
         counts.append(mask.sum(axis=1))
     pair, frame, origin, area, gaps = (np.concatenate(column) for column in zip(*kept, strict=True))
     found = Patches(pair, frame, origin, area, gaps, np.concatenate(corners), np.concatenate(counts))
-    found = merge_coplanar(found, assembly.size, gap)
+    found = merge_coplanar(found, allowed)
     tangents = np.repeat(found.frame[:, 1:], found.count, axis=0)
     point = np.repeat(found.origin, found.count, axis=0) + np.einsum("nk,nkj->nj", found.corner, tangents)
     start = np.concatenate([[0], np.cumsum(found.count)])

@@ -1,4 +1,4 @@
-"""Edges and corners that rest on faces: contacts that the model of planar patches does not have.
+"""Edges and corners that rest on faces, and overlaps: contacts that the model of planar patches does not have.
 
 A mechanism is a proof only if no block runs into another. Patches are checked by the certificate; here it is checked
 that no moving corner or edge presses into a face it rests on without a patch.
@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from blockstat.broad import near_pairs
+from blockstat.overlap import overlaps
 from blockstat.polyhedron import Floats, Ints, next_in_face
 from blockstat.problem import Problem
 
@@ -27,6 +28,14 @@ def edge_warnings(problem: Problem, mechanism: Floats) -> list[str]:
     pairs = near_pairs(lower, upper, gap * assembly.size)
     joined = {tuple(pair) for pair in problem.interfaces.pair.tolist()}
     moves = np.abs(mechanism).max(axis=1) > 0
+    hidden = [pair for pair in overlaps(assembly, gap=gap)[0].tolist() if tuple(sorted(pair)) not in joined]
+    hidden = [pair for pair in hidden if moves[pair].any()]
+    if hidden:
+        one, two = (assembly.names[i] for i in hidden[0])
+        return [
+            f'"{one}" and "{two}" overlap too far to have a joint ({len(hidden)} such pairs move), so instability is '
+            "not proven"
+        ]
     found = []
     for a, b in pairs.tolist():
         if (a, b) in joined or not (moves[a] or moves[b]):

@@ -13,8 +13,8 @@ from blockstat.polyhedron import next_in_face
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-#: A block whose volume is below this fraction of its box diagonal cubed has no volume: rounding of
-#: coordinates given to seven digits makes about 1e-7.
+#: A block whose mean thickness, volume over half its surface, is below this fraction of its box diagonal has no volume:
+#: rounding of coordinates given to seven digits makes about 1e-7.
 FLAT = 1e-7
 
 
@@ -28,7 +28,8 @@ def check_geometry(assembly: Assembly) -> None:
     _warn_of_several_solids(assembly, merged)
     lower, upper = assembly.bounds
     diagonal = np.linalg.norm(upper - lower, axis=1)
-    flat = np.flatnonzero(np.abs(assembly.volume) <= FLAT * diagonal**3)
+    surface = np.bincount(assembly.face_block, assembly.planes.area, assembly.n_blocks)
+    flat = np.flatnonzero(np.abs(assembly.volume) <= FLAT * diagonal * surface / 2)
     if len(flat):
         block = flat[0]
         raise InputError(f'block "{assembly.names[block]}": its volume is {assembly.volume[block]:.3g} m3; it is flat')

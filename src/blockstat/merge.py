@@ -57,8 +57,8 @@ class Patches:
         return (Patch(*row) for row in rows)
 
 
-def merge_coplanar(patches: Patches, size: Floats, gap: float) -> Patches:
-    """Patches sorted by pair, those in one plane merged.
+def merge_coplanar(patches: Patches, allowed: Floats) -> Patches:
+    """Patches sorted by pair, those in one plane merged; allowed : gap of a joint of each block [m].
 
     The merged polygon is the convex hull of all corners: forces in one plane with one friction cone add
     up to the same resultants on the hull's corners alone.
@@ -71,7 +71,7 @@ def merge_coplanar(patches: Patches, size: Floats, gap: float) -> Patches:
     if not several.any():
         return patches
     single = patches.take(np.flatnonzero(~several))
-    merged = _merged(patches.take(np.flatnonzero(several)), size, gap)
+    merged = _merged(patches.take(np.flatnonzero(several)), allowed)
     pair, frame, origin, area, gaps, polygon = zip(*merged, strict=True)
     both = Patches(
         np.concatenate([single.pair, pair]),
@@ -85,12 +85,12 @@ def merge_coplanar(patches: Patches, size: Floats, gap: float) -> Patches:
     return both.take(np.lexsort((both.pair[:, 1], both.pair[:, 0])))
 
 
-def _merged(patches: Iterable[Patch], size: Floats, gap: float) -> list[Patch]:
+def _merged(patches: Iterable[Patch], allowed: Floats) -> list[Patch]:
     """Patches of pairs that have several, sorted by pair."""
     merged = []
     for pair, group in groupby(patches, key=lambda patch: tuple(patch.pair)):
         rest = list(group)
-        tolerance = gap * float(size[list(pair)].min())
+        tolerance = float(allowed[list(pair)].min())
         while rest:
             seed = rest[0]
             same = [p for p in rest if _coplanar(seed, p, tolerance)]

@@ -25,7 +25,7 @@ Everything here is dimensionless: forces in units of the mean weight, lengths in
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -71,6 +71,25 @@ class PenaltyProgram:
         """The same for the rates (g_n, g_t) of the pairs of a prismatic scene, shape (p, 6) each."""
         assert self.plane is not None
         return self.plane.local(self.local)
+
+    def in_units(self, block: Floats, point: Floats) -> PenaltyProgram:
+        """The program with the loads on each block and the forces of each point in units of their own.
+
+        block : shape (n,), point : shape (m,), in the program's units. Forces of the new program times `point` are
+        forces of this one, its twists over `block` are twists.
+        """
+        rows = sparse.diags_array(1.0 / np.repeat(block, 6))
+        columns = sparse.diags_array(np.repeat(point, 3))
+        return replace(
+            self,
+            matrix=sparse.csr_array(rows @ self.matrix @ columns),
+            load=rows @ self.load,
+            shift=self.shift / point,
+            floor=self.floor / point,
+            cap=self.cap / point,
+            plane=None,
+            openings=(),
+        )
 
     @cached_property
     def opening(self) -> sparse.csc_array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from blockstat.solve import certificate, dual
 from blockstat.solve.certificate import Certificate
 from blockstat.solve.opening import opened
 from blockstat.solve.raw import RawSolution
+
+#: A block that weighs less than this beside the heaviest is given this as its unit.
+LIGHTEST = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,9 +33,24 @@ def decide(program: PenaltyProgram, raw: RawSolution) -> Proof:
     proof = _prove(program, raw)
     if proof.outcome is not Outcome.UNDECIDED:
         return proof
-    closer = _prove(program, dual.solve_margin(program), mend=True)
-    better = closer.certificate.required_force > proof.certificate.required_force
-    return closer if closer.outcome is not Outcome.UNDECIDED or better else proof
+    for solve in (dual.solve_margin, _locally):
+        closer = _prove(program, solve(program), mend=True)
+        better = closer.certificate.required_force > proof.certificate.required_force
+        proof = closer if closer.outcome is not Outcome.UNDECIDED or better else proof
+        if proof.outcome is not Outcome.UNDECIDED:
+            break
+    return proof
+
+
+def _locally(program: PenaltyProgram) -> RawSolution:
+    """The least adhesion in units of the lighter block of each joint, where light blocks are lost beside heavy ones."""
+    own = np.linalg.norm(program.load.reshape(-1, 6), axis=1)
+    own = np.maximum(own, LIGHTEST * own.max(initial=1.0))
+    sides = np.where(program.point_blocks >= 0, np.append(own, np.inf)[program.point_blocks], np.inf)
+    unit = sides.min(axis=1)
+    raw = dual.solve_margin(program.in_units(own, unit))
+    twist = (raw.twist.reshape(-1, 6) / own[:, None]).reshape(-1)
+    return replace(raw, force=raw.force * unit[:, None], adhesion=raw.adhesion * unit[: program.n_points], twist=twist)
 
 
 def _prove(program: PenaltyProgram, raw: RawSolution, *, mend: bool = False) -> Proof:
@@ -45,6 +63,11 @@ def _prove(program: PenaltyProgram, raw: RawSolution, *, mend: bool = False) -> 
         second = certificate.check(program, force, wider)
         if second.required_force > proof.required_force:
             twist, proof = wider, second
+    if mend and not (proof.proves_stable or proof.proves_unstable):
+        pressed = certificate.settle(program, force)
+        second = certificate.check(program, pressed, twist)
+        if second.proves_stable:
+            force, proof = pressed, second
     if mend and proof.required_force > 0 and not (proof.proves_stable or proof.proves_unstable):
         twist = dual.open_joints(program, twist)
         proof = certificate.check(program, force, twist)
