@@ -241,3 +241,31 @@ def wait_until(tab, true, seconds=60):
             return
         tab.page.wait_for_timeout(100)
     raise AssertionError("it did not come about in time")
+
+
+EMPTY = """
+name = "maybe"
+[elements.slab]
+kind = "box"
+size = [1.0, 1.0, 0.3]
+at = [0, 0, 0]
+present = "search"
+"""
+
+
+@pytest.mark.slow
+def test_a_scene_that_becomes_empty_says_so_and_comes_back(tmp_path, capfd):
+    pytest.importorskip("blockstat.spec.composition", reason="scenes are not composed of elements here")
+    path = tmp_path / "maybe.toml"
+    path.write_text(EMPTY)
+    with live(path, capfd) as (page, open_tab):
+        tab = open_tab()
+        tab.sees("Stable", exact=True)
+        kept = page.known.verdict
+        present = tab.page.get_by_role("checkbox").locator("visible=true").first
+        present.click()
+        tab.page.locator(".trouble").filter(has_text="no element is present").wait_for()
+        assert page.known.verdict is kept
+        present.click()
+        tab.page.locator(".trouble").wait_for(state="detached")
+        wait_until(tab, lambda: page.known.verdict is not kept)
