@@ -1,6 +1,7 @@
 """The screenshots of docs/app.md: the live page in Chromium at 1280 x 800, as docs/app-*.png.
 
-All of them, or those named: python docs/make_screenshots.py fall. Needs the extras ui, dynamics and test, and Chromium (its path in CHROMIUM if it is not on the PATH).
+All of them, or those named: python docs/make_screenshots.py fall. Needs the extras ui, dynamics and test, and Chromium
+(its path in CHROMIUM if it is not on the PATH).
 """
 
 from __future__ import annotations
