@@ -19,8 +19,8 @@ EDGE, FAINT_EDGE = (60, 60, 60), (190, 190, 190)
 CHOSEN = (0, 0, 0)
 #: Half the angle of view, vertically, and where the eye is when a view opens: from the south-west, above.
 HALF_VIEW = np.deg2rad(25.0)
-AMBIENT = 1.15
-LIGHTS = (((-0.5, -0.3, 1.0), 0.75), ((0.2, -1.0, 0.2), 0.35))
+AMBIENT = 2.2
+LIGHTS = (((-0.5, -0.3, 1.0), 1.1), ((0.2, -1.0, 0.2), 0.6))
 EYE = np.array([-0.62, -0.95, 0.62])
 
 
@@ -41,6 +41,7 @@ class Canvas:
         server.scene.set_up_direction("+z")
         # Even light, so that a colour looks like its patch in the legend on every side of a block.
         server.scene.configure_default_lights(enabled=False)
+        server.scene.configure_environment_map(None)
         server.scene.add_light_ambient("/light/everywhere", intensity=AMBIENT)
         for k, (place, strength) in enumerate(LIGHTS):
             server.scene.add_light_directional(f"/light/{k}", intensity=strength, position=place, cast_shadow=False)
