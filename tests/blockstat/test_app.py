@@ -362,3 +362,19 @@ def test_a_material_that_is_not_moved_stays_as_the_file_has_it(hut):
     assembly = build(load_scene(hut))
     assert model.with_material(assembly, model.start) is assembly
     assert model.with_material(assembly, {**model.start, "friction": 0.3}).friction == 0.3
+
+
+def test_the_report_of_a_search_holds_a_view_that_turns(hut, tmp_path):
+    pytest.importorskip("viser")
+    from types import SimpleNamespace
+
+    from blockstat.report import write_designs, write_report
+    from blockstat.search import search
+
+    stands = SimpleNamespace(outcome=SimpleNamespace(word="stands"))
+    result = search(load_scene(hut), static=assess, verify=lambda _: stands, names=["vault.thickness"])
+    figures = write_designs(result, tmp_path)
+    assert tmp_path / "view.html" in [figure.path for figure in figures]
+    report = write_report(result, tmp_path, figures).read_text()
+    assert report.count("<iframe srcdoc=") == 1
+    assert "__VISER_EMBED_DATA__" in report
