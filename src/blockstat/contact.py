@@ -235,9 +235,12 @@ def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats) -> Int
         # A patch of almost a point has an area of rounding only: it is no wider than it is long.
         width = np.minimum(area / np.where(extent > 0, extent, 1.0), extent)
         wide = width > WIDTH * size
-        limit = allowed[p.pair].min(axis=1)
+        # Faces that meet at an angle touch along their edge; what is more open than wide is no joint.
+        limit = np.minimum(allowed[p.pair].min(axis=1), width)
         close = p.gap <= limit
-        for i in np.flatnonzero(wide & ~close & (p.gap <= NEAR_MISS * limit)):
+        for i in np.flatnonzero(
+            wide & ~close & (p.gap <= NEAR_MISS * allowed[p.pair].min(axis=1)) & (width > p.gap / NEAR_MISS)
+        ):
             a, b = map(int, p.pair[i])
             dropped.append(Dropped(a, b, "gap", float(p.gap[i]), float(limit[i])))
         for i in np.flatnonzero(~wide & close & (width > SPAN * size)):

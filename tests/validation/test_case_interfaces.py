@@ -9,7 +9,7 @@ case                   recorded  ours  largest difference of the area of a pair,
 asm_arch                     29    29  4e-16
 asm_stack                     9     9  2e-16
 asm_wall                     80    80  3e-8 (coordinates are recorded to nine digits)
-asm_crossvault              488   505  2e-7; all 488 are found. The other 17 (of 14 pairs) are real contacts of
+asm_crossvault              488   501  2e-7; all 488 are found. The other 13 are real contacts of
                                        6e-6 to 4.6e-4 m2, gaps below 0.14 mm: compas_assembly leaves out what
                                        is smaller than its `amin`
 cra_concave_short__*          7     6  0; two of the seven lie in one plane
@@ -75,7 +75,7 @@ def test_number_and_area_are_those_recorded(cases, case):
         np.testing.assert_allclose(ours[pair], areas, rtol=1e-7)
 
 
-def test_cross_vault_has_all_that_is_recorded_and_17_slivers_more(cases):
+def test_cross_vault_has_all_that_is_recorded_and_13_slivers_more(cases):
     path = cases / "asm_crossvault.json"
     asm = read(path)
     faces = find_interfaces(asm)
@@ -83,10 +83,10 @@ def test_cross_vault_has_all_that_is_recorded_and_17_slivers_more(cases):
     for pair, areas in theirs.items():
         np.testing.assert_allclose(ours[pair], areas, rtol=2e-7)
     extra = [k for k, pair in enumerate(faces.pair.tolist()) if tuple(pair) not in theirs]
-    assert (faces.n_interfaces, len(extra), len({tuple(faces.pair[k]) for k in extra})) == (505, 17, 14)
+    assert (faces.n_interfaces, len(extra), len({tuple(faces.pair[k]) for k in extra})) == (501, 13, 13)
     assert faces.area[extra].max() < 5e-4
     assert min(min(areas) for areas in theirs.values()) > 0.01
-    assert faces.gap[extra].max() < 1.4e-4
+    assert faces.gap[extra].max() < 5.3e-5  # four more are more open than wide
     for k in extra:
         assert faces.area[k] == pytest.approx(shared_area(asm, faces.pair[k], faces.frame[k]), rel=1e-6)
 

@@ -1,20 +1,33 @@
 """From a scene or from parameters to blocks."""
 
+from blockstat.model.arc_wall import arc_wall
 from blockstat.model.arch import arch, jack_arch
 from blockstat.model.build import build
+from blockstat.model.buttresses import buttress
 from blockstat.model.column import column, pier
 from blockstat.model.dome import dome
+from blockstat.model.flyer import flying_buttress
 from blockstat.model.freeform import freeform, height_field
 from blockstat.model.placing import assemble, moved
+from blockstat.model.run import Buttress, Coping, Opening, Run, Through
 from blockstat.model.vaults import barrel_vault, groin_vault, pavilion_vault
+from blockstat.model.walls import walls
 
 __all__ = [
+    "Buttress",
+    "Coping",
+    "Opening",
+    "Run",
+    "Through",
+    "arc_wall",
     "arch",
     "assemble",
     "barrel_vault",
     "build",
+    "buttress",
     "column",
     "dome",
+    "flying_buttress",
     "freeform",
     "groin_vault",
     "height_field",
@@ -22,4 +35,5 @@ __all__ = [
     "moved",
     "pavilion_vault",
     "pier",
+    "walls",
 ]

@@ -1,0 +1,109 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from blockstat import InputError, assess, find_interfaces
+from blockstat.model import Coping, Opening, Through, arc_wall
+from blockstat.model.run import BONDS
+from blockstat.overlap import convex_blocks, overlaps
+from elements import sound
+from walls import grounded, straight_joints
+
+CENTRE = np.array([2.0, -1.0])
+
+
+def sector(block):
+    """Area of the annular sector whose corners are those of a brick, between its circles and radii [m2]."""
+    plan = block.vertices[:, :2] - CENTRE
+    r, turn = np.hypot(*plan.T), np.arctan2(plan[:, 1], plan[:, 0])
+    turn = (turn - turn[0] + np.pi) % (2 * np.pi)
+    return np.ptp(turn) * (r.max() ** 2 - r.min() ** 2) / 2
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    radius=st.floats(1.2, 4), thickness=st.floats(0.3, 0.8), turn=st.sampled_from([90.0, 180.0, 250.0, 360.0]),
+    start=st.floats(-180, 180), bond=st.sampled_from(BONDS), leaves=st.integers(1, 2), brick=st.floats(0.3, 0.6),
+    courses=st.integers(2, 5),
+)  # fmt: skip
+def test_any_round_wall_is_sound(radius, thickness, turn, start, bond, leaves, brick, courses):
+    blocks = arc_wall(
+        "r", centre=CENTRE, radius=radius, start=start, end=start + turn, thickness=thickness, height=0.25 * courses,
+        bond=bond, leaves=leaves, brick=(brick, 0.25),
+    )  # fmt: skip
+    asm = grounded(blocks)
+    faces = sound(asm, convex=True)
+    # The sectors of each course fill the ring; with no overlap, nothing is left out.
+    for course in range(courses):
+        found = sum(sector(b) for b in blocks if b.name.split(".")[2] == str(course))
+        assert found == pytest.approx(np.deg2rad(turn) * radius * thickness, rel=1e-9)
+    # Head joints are whole: the radial faces of a leaf or of the whole wall.
+    upright = (np.abs(faces.frame[:, 0, 2]) < 1e-9) & (faces.pair > 0).all(axis=1)
+    middle = np.array([faces.point[a:b].mean(axis=0) for a, b in zip(faces.start, faces.start[1:], strict=False)])
+    out = middle[:, :2] - CENTRE
+    radial = upright & (np.abs((faces.frame[:, 0, :2] * out).sum(axis=1)) < 1e-6 * np.hypot(*out.T))
+    wide = faces.area[radial] / (thickness * 0.25)
+    number = 2 if bond in ("english", "flemish") else leaves
+    assert np.isclose(wide[:, None], [1.0, 1 / number], rtol=1e-9).any(axis=1).all()
+    crossed = wide.sum() + (0 if turn == 360 else courses)
+    if bond in ("running", "stack"):
+        assert crossed == pytest.approx(len(blocks) / number, rel=1e-9)
+    if bond == "running" and leaves == 1:
+        assert straight_joints(asm, faces) == []
+
+
+def test_a_tower_stands():
+    blocks = arc_wall(
+        "tower", radius=2.0, thickness=0.5, height=3.0, batter=(0.0, 0.05), coping=Coping(overhang=0.05),
+        openings=[Opening(width=0.9, height=1.8, at=[1.5]), Opening(width=0.4, height=0.7, sill=1.0, at=[5.0, 8.0])],
+    )  # fmt: skip
+    asm = grounded(blocks)
+    assert set(asm.groups) == {"ground", "wall.tower", "wall.tower.lintel", "wall.tower.coping"}
+    assert convex_blocks(asm).all()
+    assert len(overlaps(asm, gap=1e-9)[0]) == 0
+    assert len(asm.in_group("wall.tower.lintel")) == 3
+    assert assess(asm).outcome.word == "stable"
+
+
+def test_openings_of_a_tower_are_cut_at_the_jambs():
+    blocks = arc_wall(
+        "r", centre=CENTRE, radius=2.0, thickness=0.4, height=2.0, openings=[Opening(width=0.8, height=1.25, at=[3.0])]
+    )
+    for course in range(5):
+        found = sum(sector(b) for b in blocks if b.name.split(".")[2] == str(course))
+        assert found == pytest.approx((4 * np.pi - 0.8) * 0.4, rel=1e-9)
+
+
+def test_an_apse_runs_on_straight():
+    blocks = arc_wall("apse", radius=2.0, start=0, end=180, tails=(1.0, 1.5), thickness=0.5, height=1.0)
+    asm = grounded(blocks)
+    sound(asm, convex=True)
+    plan = np.vstack([b.vertices for b in blocks])
+    assert plan[:, :2].min(axis=0) == pytest.approx([-2.25, -1.5], abs=1e-3)
+    ends = {round(float(y), 9) for y in plan[plan[:, 0] > 1.7, 1] if y < 0}
+    assert min(ends) == pytest.approx(-1.0)
+
+
+def test_leaves_with_through_stones():
+    asm = grounded(arc_wall("r", radius=2.0, thickness=0.6, height=1.5, leaves=3, through=Through()))
+    faces = find_interfaces(asm)
+    assert faces.gap.max() < 1e-9
+    assert len(overlaps(asm, gap=1e-9)[0]) == 0
+
+
+@pytest.mark.parametrize(
+    ("change", "match"),
+    [
+        ({"radius": 0.1}, "radius is 0.1; it must be more than half the thickness"),
+        ({"end": 400.0}, "end must be up to 360 degrees beyond"),
+        ({"end": 270.0, "tails": (1.0, 1.0)}, "run into each other"),
+        ({"openings": [Opening(width=0.6, height=0.5, head="semicircular")]}, "a round wall has lintels only"),
+        ({"openings": [Opening(width=3.0, height=0.5)]}, "too wide for the radius"),
+        ({"brick": (3.0, 0.25)}, "too long for a radius"),
+        ({"gable": 1.0}, 'no option "gable"; options are: batter'),
+    ],
+)
+def test_bad_round_walls_are_named(change, match):
+    with pytest.raises(InputError, match=match):
+        arc_wall("r", **{"radius": 2.0, "thickness": 0.4, "height": 1.0, **change})
