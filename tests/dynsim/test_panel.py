@@ -9,7 +9,7 @@ from blockstat.app.words import Known
 from browser import CHAPEL, live
 from dynsim.panel import FallPanel, OptimisePanel
 from dynsim.panel.fall import criteria, side_by_side
-from dynsim.panel.optimise import plotted
+from dynsim.panel.optimise import KINDS, plotted
 from dynsim.panel.work import Fallen, Film, Found, Refused, Step, let_fall, optimise
 from problems import stack
 
@@ -74,9 +74,10 @@ def test_a_search_tells_each_design_and_then_the_best(tmp_path):
     assert isinstance(told.messages[-1], Found)
     standing = [step.candidate for step in steps if step.candidate.stands]
     assert told.messages[-1].best == (standing[-1].parameters if standing else None)
-    number, stands, falls, pruned = plotted([step.candidate for step in steps])
-    assert list(number) == [1, 2]
-    assert np.isfinite(np.column_stack([stands, falls, pruned])).sum() == 2
+    number, *kinds = plotted([step.candidate for step in steps])
+    assert list(number) == [0, 1, 2, 3]
+    assert (np.column_stack(kinds) > 0).sum(axis=1).tolist() == [0, 1, 1, 0]
+    assert max(kind[1] for kind in kinds) == steps[0].candidate.volume
 
 
 @pytest.fixture
@@ -157,7 +158,7 @@ def test_optimise_fills_its_history_and_a_row_shows_its_design(hut, capfd):
             tab.page.get_by_role("checkbox").locator("visible=true").nth(box).click()
         tab.press("Optimise")
         tab.sees("2 designs.")
-        assert tab.page.locator(".uplot canvas").count() == 1
+        assert dots(tab) >= 2 * 20  # pixels: two dots
         for row, value in (("1: 0.6", 0.6), ("2: 0.3", 0.3), ("1: 0.6", 0.6)):
             tab.page.get_by_role("button", name=row).click()
             for _ in range(600):
@@ -165,6 +166,21 @@ def test_optimise_fills_its_history_and_a_row_shows_its_design(hut, capfd):
                     break
                 tab.page.wait_for_timeout(100)
             assert page.known.verdict.assembly.metadata["parameters"]["wall.thickness"] == value
+
+
+def dots(tab):
+    """Pixels of the plot in the colours of its dots."""
+    colours = [list(colour) for colour in KINDS.values()]
+    return tab.page.locator(".uplot canvas").evaluate(
+        """(canvas, colours) => {
+            const data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+            let count = 0;
+            for (let i = 0; i < data.length; i += 4)
+                if (data[i + 3] == 255 && colours.some(c => c.every((v, k) => v == data[i + k]))) count++;
+            return count;
+        }""",
+        colours,
+    )
 
 
 @pytest.mark.slow

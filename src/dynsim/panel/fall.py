@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from dynsim.verify import DynamicVerdict
 
 SMALL = "margin:0 10px;font-size:.85em;line-height:1.45"
-TONES = {"stands": "#0072B2", "falls": "#D55E00"}
+TONES = {"stands": "#0072B2", "falls": "#D55E00", "creeps": "#CC79A7"}
 #: A film shorter than this is played slower, so that it can be followed [s].
 SHORT = 2.5
 

@@ -19,9 +19,10 @@ if TYPE_CHECKING:
 
 SMALL = "margin:0 10px;font-size:.85em;line-height:1.45"
 #: What became of a design, and its colour in the plot and on its row.
-KINDS = {"stands": (0, 114, 178), "falls": (213, 94, 0), "pruned": (150, 150, 150)}
+KINDS = {"stands": (0, 114, 178), "falls": (213, 94, 0), "creeps": (204, 121, 167), "pruned": (150, 150, 150)}
 #: Rows that stay on the page; the newest ones.
 MOST_ROWS = 60
+OFF = -1e9  #: a dot that is not seen: the plot takes no value for missing
 
 
 class OptimisePanel:
@@ -34,6 +35,7 @@ class OptimisePanel:
         self._history: list[Candidate] = []
         self._choices: dict[str, Any] = {}
         self._plot: Any = None
+        self._top = 0.0  # of the plot [m3]
         gui = page.server.gui
         self._tab = page.tabs.add_tab("Optimise")
         with self._tab:
@@ -135,20 +137,25 @@ class OptimisePanel:
 
     def _draw(self) -> None:
         data = plotted(self._history)
-        if self._plot is not None:
+        largest = float(max(column.max() for column in data[1:]))
+        if self._plot is not None and largest <= self._top:
             self._plot.data = data
             return
         from viser import uplot
 
+        if self._plot is not None:
+            self._plot.remove()
+        self._top = 1.15 * max(largest, 1e-9)
         series = []
         for kind, colour in KINDS.items():
             dots = uplot.Series_Points(show=True, size=8, fill=_css(colour))
             series.append(uplot.Series(label=kind, stroke=_css(colour), width=0, points=dots))
-        scales = {"x": uplot.Scale(time=False)}
+        scales = {"x": uplot.Scale(time=False), "y": uplot.Scale(auto=False, range=(0.0, self._top))}
         with self._chart:
             self._plot = self._page.server.gui.add_uplot(
-                data, (uplot.Series(label="design"), *series), scales=scales, aspect=1.6
-            )
+                data, (uplot.Series(label="design"), *series), scales=scales, aspect=1.6,
+                legend=uplot.Legend(live=False),
+            )  # fmt: skip
         self._chart.visible = True
 
     def _clear(self) -> None:
@@ -169,11 +176,14 @@ class OptimisePanel:
 
 
 def plotted(history: list[Candidate]) -> tuple[np.ndarray, ...]:
-    """Number of each design and its volume [m3] under its kind, nan under the others."""
-    volume = np.array([np.nan if c.volume is None else c.volume for c in history], dtype=float)
-    kinds = np.array([c.dynamic for c in history])
-    columns = (np.where(kinds == kind, volume, np.nan) for kind in KINDS)
-    return np.arange(1, len(history) + 1, dtype=float), *columns
+    """Number of each design and its volume [m3] under its kind, far off the plot under the others.
+
+    There is an empty place at either end, so that no dot lies on the frame.
+    """
+    volume = np.array([OFF, *(OFF if c.volume is None else c.volume for c in history), OFF])
+    kinds = np.array(["", *(c.dynamic for c in history), ""])
+    columns = (np.where(kinds == kind, volume, OFF) for kind in KINDS)
+    return np.arange(len(volume), dtype=float), *columns
 
 
 def _css(colour: tuple[int, int, int]) -> str:
