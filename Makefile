@@ -27,6 +27,7 @@ lint: $(STAMP)
 benchmark: $(STAMP)
 	$(BIN)/python benchmarks/assess.py
 	$(BIN)/python benchmarks/bullet.py
+	$(BIN)/python benchmarks/loads.py
 	$(BIN)/python benchmarks/compare_verdicts.py
 	$(BIN)/python benchmarks/live_page.py
 
@@ -35,6 +36,7 @@ solvers: $(STAMP)
 
 validation: $(STAMP)
 	$(BIN)/python docs/make_validation.py
+	$(BIN)/python docs/make_dynamics_validation.py
 
 hard: $(STAMP)
 	$(BIN)/python docs/make_hard.py

@@ -1,8 +1,7 @@
-"""Bullet's limits against exact ones: which multiples of the limit stand and which fall.
+"""Bullet's error and cost by preset, and its cost by size: `--json` prints, `--write` makes docs/bullet.md and a plot.
 
-    python benchmarks/bullet.py [--json]
-
-S stands, F falls. A perfect verifier turns from one to the other at 1.
+Error: how far the multiple of a known limit at which a scene stops standing is from 1, by bisection. Cost: process
+seconds of one verdict on chapels that stand and chapels that fall, from settling to the early exit.
 """
 
 from __future__ import annotations
@@ -10,51 +9,126 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 from time import process_time
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+import tomllib
 
-from blockstat import limit_load
-from dynsim import verify
-from problems import arch, running_bond, stack
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "tests"))
 
-FACTORS = (0.90, 0.94, 0.96, 0.98, 0.99, 1.01, 1.02, 1.04, 1.06, 1.10)
+from blockstat import build
+from blockstat.spec import building_from
+from dynsim import Settings, verify
+from dynsim.settings import PRESETS
+from references.dynamics import LIMITS
+
+#: Families whose limits are cheap to bracket.
+FAMILIES = ("harmonic stack of 10", "wall of 6 courses, out of plane", "arch of 15, 1 / thickness",
+            "arch of 31, 1 / thickness", "wall of 8 x 4, in plane")  # fmt: skip
+#: Chapels by the edge of their bricks [m]: length, height, and voussoirs along the arch.
+CHAPELS = {"S": (1.35, 0.6, 9), "M": (0.82, 0.3, 13), "L": (0.42, 0.175, 25), "XL": (0.26, 0.09, 41)}
+WALLS = {"stands": 0.8, "falls": 0.3}
 
 
-def pushed(asm, limit):
-    return lambda factor: asm.with_(gravity=(*[limit[k] * factor for k in (0, 1)], -1.0))
+def errors(preset: str) -> list[dict]:
+    settings = Settings.named(preset)
+    rows = []
+    for limit in LIMITS:
+        if limit.name in FAMILIES:
+            begin = process_time()
+            low, high = replace(limit, within=0.03).bracket(settings)
+            rows.append({"scene": limit.name, "preset": preset, "error": (low + high) / 2 - 1,
+                         "bracket": high - low, "seconds": process_time() - begin})  # fmt: skip
+            print(rows[-1], file=sys.stderr, flush=True)
+    return rows
 
 
-WALL = running_bond(8, 4)
+def chapel(size: str, wall: float):
+    length, height, voussoirs = CHAPELS[size]
+    scene = tomllib.loads((ROOT / "examples" / "chapel.toml").read_text())
+    scene["brick"] = {"length": length, "height": height}
+    scene["wall"]["thickness"] = wall
+    scene["vault"]["voussoirs"] = voussoirs
+    return build(building_from(scene))
 
-#: (name, scene at a multiple of its exact limit, source of the limit); more of it means less safe.
-SCENES = (
-    ("block tipping", pushed(stack(1, 0.5, 2.0), (0.25, 0)), "b/h"),
-    ("block sliding", pushed(stack(1, 2.0, 0.4), (0.7, 0)), "mu"),
-    ("wall 10 x 4 out of plane", pushed(running_bond(10, 4), (0, 0.2 / 1.75)), "t/H"),
-    ("wall 8 x 4 in plane", pushed(WALL, (limit_load(WALL, (1, 0, 0)).lower, 0)), "associated limit, an upper bound"),
-    ("arch of 15, 1 / thickness", lambda f: arch(15, 0.10705 / f), "static bisection"),
-    ("arch of 31, 1 / thickness", lambda f: arch(31, 0.10736 / f), "static bisection"),
-)
+
+def costs(preset: str, sizes: list[str]) -> list[dict]:
+    rows = []
+    for size in sizes:
+        for expected, wall in WALLS.items():
+            verdict = verify(chapel(size, wall), settings=Settings.named(preset))
+            rows.append({"preset": preset, "blocks": verdict.run.assembly.n_blocks, "expected": expected,
+                         "verdict": verdict.outcome.word, "seconds": verdict.run.process_seconds,
+                         "simulated": float(verdict.run.times[-1]), "time_step": verdict.run.time_step})  # fmt: skip
+            print(rows[-1], file=sys.stderr, flush=True)
+    return rows
+
+
+def page(found: dict) -> str:
+    lines = [
+        "# Bullet: error and cost", "", "Written by `python benchmarks/bullet.py --write`.", "",
+        "![error against cost of each preset](bullet.png)", "",
+        "Error: the multiple of the known limit at which a scene stops standing, less 1; below 0 it falls early, "
+        "on the safe side. Seconds: process time of the whole bisection.", "",
+        "| scene | " + " | ".join(f"{p} error | s" for p in PRESETS) + " |", "|---|" + "---|---|" * len(PRESETS),
+    ]  # fmt: skip
+    for name in FAMILIES:
+        cells = [r for p in PRESETS for r in found["errors"] if (r["scene"], r["preset"]) == (name, p)]
+        lines.append(f"| {name} | " + " | ".join(f"{r['error']:+.4f} | {r['seconds']:.1f}" for r in cells) + " |")
+    lines += ["", "Seconds of one verdict on the chapel of `examples/chapel.toml` with finer and finer bricks: walls "
+              f"of {WALLS['stands']} m stand, walls of {WALLS['falls']} m fall.", "",
+              "| preset | blocks | should | verdict | process s | simulated s | time step |",
+              "|---|---|---|---|---|---|---|"]  # fmt: skip
+    lines += [
+        f"| {r['preset']} | {r['blocks']} | {r['expected']} | {r['verdict']} | {r['seconds']:.1f} "
+        f"| {r['simulated']:.2f} | {r['time_step']:g} |"
+        for r in found["costs"]
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def plot(found: dict, path: Path) -> None:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    figure, axes = pyplot.subplots(1, 2, figsize=(10, 4), layout="constrained")
+    for preset, colour in zip(PRESETS, ("tab:orange", "tab:blue", "tab:green"), strict=True):
+        rows = [r for r in found["errors"] if r["preset"] == preset]
+        axes[0].plot(
+            [r["seconds"] for r in rows], [100 * abs(r["error"]) for r in rows], "o", color=colour, label=preset
+        )
+        for expected, style in (("stands", "o-"), ("falls", "s--")):
+            cost = [r for r in found["costs"] if (r["preset"], r["expected"]) == (preset, expected)]
+            if cost:
+                x, y = [r["blocks"] for r in cost], [r["seconds"] for r in cost]
+                axes[1].plot(x, y, style, color=colour, label=f"{preset}, {expected}")
+    axes[0].set(xscale="log", xlabel="process seconds of a bisection", ylabel="error of the limit [%]", ylim=(0, None))
+    axes[1].set(xscale="log", yscale="log", xlabel="blocks", ylabel="process seconds of a verdict")
+    for axis in axes:
+        axis.grid(alpha=0.3)
+        axis.legend(frameon=False)
+    figure.savefig(path, dpi=110)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--json", action="store_true", help="print the figures as JSON")
+    parser.add_argument("--write", action="store_true", help="write docs/bullet.md and docs/bullet.png")
+    parser.add_argument("--sizes", nargs="+", default=list(CHAPELS), choices=list(CHAPELS))
+    parser.add_argument("--presets", nargs="+", default=list(PRESETS), choices=list(PRESETS))
     options = parser.parse_args()
-    rows = []
-    for name, scene, source in SCENES:
-        begin = process_time()
-        words = [verify(scene(factor)).outcome.word for factor in FACTORS]
-        rows.append({"scene": name, "limit": source, "words": words, "seconds": process_time() - begin})
-    if options.json:
-        print(json.dumps({"factors": FACTORS, "rows": rows}))
-        return
-    print(f"{'scene':28}" + "".join(f"{factor:6.2f}" for factor in FACTORS) + "  process s  limit from")
-    for row in rows:
-        marks = "".join(f"{'S' if word == 'stands' else 'F':>6}" for word in row["words"])
-        print(f"{row['scene']:28}{marks}{row['seconds']:11.1f}  {row['limit']}")
+    found = {"costs": costs("default", options.sizes)}
+    for preset in set(options.presets) - {"default"}:
+        found["costs"] += costs(preset, options.sizes[:2])
+    found["errors"] = [row for preset in options.presets for row in errors(preset)]
+    print(json.dumps(found) if options.json else page(found))
+    if options.write:
+        (ROOT / "docs" / "bullet.md").write_text(page(found))
+        plot(found, ROOT / "docs" / "bullet.png")
 
 
 if __name__ == "__main__":

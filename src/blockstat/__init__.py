@@ -11,7 +11,7 @@ from blockstat.export import write_verdict
 from blockstat.heal import heal
 from blockstat.io import read, write
 from blockstat.io.scene import load_scene
-from blockstat.joint import JointLaw
+from blockstat.joint import JointLaw, glued
 from blockstat.limit import LimitLoad, LoadOutcome, limit_load
 from blockstat.load import acceleration, point_load
 from blockstat.model import build
@@ -42,6 +42,7 @@ __all__ = [
     "build",
     "find_interfaces",
     "friction_limit",
+    "glued",
     "heal",
     "limit_load",
     "load_domain",

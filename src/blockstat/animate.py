@@ -1,4 +1,5 @@
-"""A mechanism as an animation: a GLB (glTF 2.0, binary) with one node a block that any viewer plays in a loop.
+"""A mechanism, or any motion of the blocks, as an animation: a GLB (glTF 2.0, binary) with one node a block that any
+viewer plays in a loop.
 
 Sources: Khronos Group, glTF 2.0 Specification, 4.4 (GLB), 3.6 (accessors), 3.11 (animations).
 """
@@ -44,17 +45,48 @@ def write_mechanism(
     amplitude : how far the fastest corner goes [m]; by default a twelfth of the assembly's extent.
     Raises InputError when nothing moves, or for a path that is no .glb in a directory that exists.
     """
-    path = Path(path)
-    if path.suffix.lower() != ".glb":
-        raise InputError(f"{path}: an animated mechanism is written as .glb")
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: no such directory: {path.parent}")
     if not (np.isfinite(seconds) and seconds > 0):
         raise InputError(f"seconds is {seconds!r}; it must be above 0")
     assembly = result.assembly
     twist = moving_twist(result, amplitude)
+    phase = np.linspace(0.0, 1.0, KEYS)
+    share = (1 - np.cos(2 * np.pi * phase))[:, None, None] / 2
+    half = share * twist[:, 3:] / 2
+    angle = np.linalg.norm(half, axis=2)[..., None]
+    # A quaternion (x, y, z, w) from a rotation vector; sinc takes care of no rotation.
+    turned = np.concatenate([half * np.sinc(angle / np.pi), np.cos(angle)], axis=2)
+    speed = corner_speed(assembly, result.mechanism)
+    return write_motion(
+        assembly, path, times=seconds * phase, displacement=share * twist[:, :3], quaternion=turned, values=speed,
+        name="mechanism",
+    )  # fmt: skip
+
+
+def write_motion(
+    assembly: Assembly,
+    path: str | Path,
+    *,
+    times: Floats,
+    displacement: Floats,
+    quaternion: Floats,
+    values: Floats,
+    gone: Floats | None = None,
+    name: str = "motion",
+) -> Path:
+    """Write a motion of the blocks as an animated GLB, with one node a block, y-up; returns the path.
+
+    times : of the keys, between which a viewer goes in straight lines, shape (k,) [s]. displacement : of the
+    centroids, shape (k, n_blocks, 3) [m]; quaternion : rotation about them, (x, y, z, w), shape (k, n_blocks, 4).
+    values : one number a block to colour by, shape (n_blocks,). gone : time from which a block is not shown, shape
+    (n_blocks,) [s], inf for none. Raises InputError for a path that is no .glb in a directory that exists.
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".glb":
+        raise InputError(f"{path}: an animated {name} is written as .glb")
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: no such directory: {path.parent}")
     buffer = _Buffer()
-    meshes, nodes = _blocks(assembly, _colours(assembly, result.mechanism), buffer)
+    meshes, nodes = _blocks(assembly, _colours(assembly, values), buffer)
     root = {"name": assembly.name, "rotation": Y_UP, "children": list(range(1, assembly.n_blocks + 1))}
     content = {
         "asset": {"version": "2.0", "generator": "blockstat"},
@@ -63,10 +95,11 @@ def write_mechanism(
         "nodes": [root, *nodes],
         "meshes": meshes,
         "materials": [{"name": "stone", "pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.9}}],
-        "animations": [_animation(assembly, twist, seconds, buffer)],
-        **buffer.described(),
     }
-    path.write_bytes(_glb(content, buffer.data))
+    animation = _animation(assembly, times, displacement, quaternion, gone, buffer)
+    if animation["channels"]:
+        content["animations"] = [{"name": name, **animation}]
+    path.write_bytes(_glb(content | buffer.described(), buffer.data))
     return path
 
 
@@ -114,12 +147,11 @@ class _Buffer:
         return {"accessors": self._accessors, "bufferViews": views, "buffers": [{"byteLength": offset}]}
 
 
-def _colours(assembly: Assembly, mechanism: Floats) -> Floats:
+def _colours(assembly: Assembly, values: Floats) -> Floats:
     """Colour of each block in linear RGB, as glTF wants vertex colours, shape (n_blocks, 3)."""
     from matplotlib import colormaps
 
-    speed = corner_speed(assembly, mechanism)
-    shown = np.asarray(colormaps[MOVED](speed / speed.max()))[:, :3]
+    shown = np.asarray(colormaps[MOVED](values / max(values.max(), 1e-300)))[:, :3]
     shown = np.where(assembly.support[:, None], SUPPORT, shown)
     return np.where(shown <= 0.04045, shown / 12.92, ((shown + 0.055) / 1.055) ** 2.4)
 
@@ -144,22 +176,27 @@ def _blocks(assembly: Assembly, colours: Floats, buffer: _Buffer) -> tuple[list[
     return meshes, nodes
 
 
-def _animation(assembly: Assembly, twist: Floats, seconds: float, buffer: _Buffer) -> dict[str, Any]:
-    """Translation and rotation of every block that moves, at keys close enough to be joined by straight lines."""
-    phase = np.linspace(0.0, 1.0, KEYS)
-    share = (1 - np.cos(2 * np.pi * phase)) / 2
-    times = buffer.add("times", seconds * phase, bounds=True)
+def _animation(
+    assembly: Assembly, times: Floats, displacement: Floats, quaternion: Floats, gone: Floats | None, buffer: _Buffer
+) -> dict[str, Any]:
+    """Translation and rotation of every block that moves; a block that goes shrinks to nothing at once."""
     samplers, channels = [], []
-    for i in np.flatnonzero(twist.any(axis=1)):
-        half = share[:, None] * twist[i, 3:] / 2
-        angle = np.linalg.norm(half, axis=1)[:, None]
-        # A quaternion (x, y, z, w) from a rotation vector; sinc takes care of no rotation.
-        turned = np.hstack([half * np.sinc(angle / np.pi), np.cos(angle)])
-        moved = assembly.centroid[i] + share[:, None] * twist[i, :3]
-        for kind, values in (("translation", moved), ("rotation", turned)):
-            channels.append({"sampler": len(samplers), "target": {"node": int(i) + 1, "path": kind}})
-            samplers.append({"input": times, "output": buffer.add(f"{kind}s", values), "interpolation": "LINEAR"})
-    return {"name": "mechanism", "samplers": samplers, "channels": channels}
+
+    def add(block: int, kind: str, keys: int, values: Floats, interpolation: str = "LINEAR") -> None:
+        channels.append({"sampler": len(samplers), "target": {"node": block + 1, "path": kind}})
+        output = buffer.add(f"{kind}s", values)
+        samplers.append({"input": keys, "output": output, "interpolation": interpolation})
+
+    moves = displacement.any(axis=(0, 2)) | quaternion[:, :, :3].any(axis=(0, 2))
+    keys = buffer.add("times", times, bounds=True) if moves.any() else -1
+    for i in np.flatnonzero(moves):
+        add(int(i), "translation", keys, assembly.centroid[i] + displacement[:, i])
+        add(int(i), "rotation", keys, quaternion[:, i])
+    for i in np.flatnonzero(np.isfinite(gone)) if gone is not None else ():
+        assert gone is not None
+        at = buffer.add("times", [0.0, gone[i]] if gone[i] > 0 else [0.0], bounds=True)
+        add(int(i), "scale", at, np.array([[1.0] * 3, [0.0] * 3])[-2 if gone[i] > 0 else -1 :], "STEP")
+    return {"samplers": samplers, "channels": channels}
 
 
 def _glb(content: dict[str, Any], data: bytes) -> bytes:

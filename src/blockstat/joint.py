@@ -16,7 +16,7 @@ field, and the capacity rises to the true one as the cells become more. Scenes w
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -84,6 +84,19 @@ class JointLaw:
     def as_dict(self) -> dict[str, object]:
         """What differs from the defaults, for files."""
         return {f.name: value for f in fields(self) if (value := getattr(self, f.name)) != f.default}
+
+
+def glued(assembly: Assembly, strength: float, *, moment: float | None = None) -> Assembly:
+    """The assembly with glue in every joint: a bond of so much force, whatever the joint's area.
+
+    strength [N] : tension that each joint holds, and with friction mu it holds mu x strength more in shear. moment
+    [N m] : if given, the bond sits at the centre of the joint and holds `strength` in tension, `strength` in shear
+    and `moment` in bending and in torsion, each by itself (see `JointLaw`). Other laws of the assembly stay.
+    """
+    everywhere = JointLaw(("*", "*"), bond=strength, bond_moment=moment)
+    return assembly.with_(
+        joints=(everywhere, *(replace(law, bond=strength, bond_moment=moment) for law in assembly.joints))
+    )
 
 
 def check_laws(laws: Sequence[JointLaw], groups: Sequence[str]) -> None:

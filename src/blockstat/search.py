@@ -45,7 +45,7 @@ class Candidate:
     parameters: dict[str, float]
     static: str  #: "stable", "unstable", "undecided", or "error" when it could not be built
     score: float | None  #: None also where an earlier mechanism decided
-    dynamic: str  #: "stands", "falls", "pruned" when statics ruled it out, or "" when it could not be built
+    dynamic: str  #: "stands", "falls", "creeps", "pruned" when statics ruled it out, or "" when it could not be built
     volume: float | None  #: of the free blocks [m3]
     blocks: int | None
     static_seconds: float  #: process time of building and statics

@@ -92,7 +92,10 @@ class Vault(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
 class Material(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     """Intrinsic parameters with the defaults of the procedural-masonry paper.
 
-    Joints are dry: glue and rotational stiffness are kept with the scene and not modelled.
+    Joints are dry. The paper's glue of 10 is a threshold on accumulated impacts in its host program and its rotational
+    stiffness scales the inertia there; neither is a property of a joint, so both are kept with the scene and not
+    modelled. Glue with a strength in newtons is asked for: `blockstat.glued(build(building), strength)`, rotational
+    stiffness too: `dynsim.InertiaScale`, `dynsim.AngularSprings`.
     """
 
     density: Annotated[float, msgspec.Meta(gt=0)] = 2691.0  #: [kg/m3]

@@ -1,8 +1,40 @@
 """Dynamic verification of masonry in Bullet."""
 
+from dynsim.export import read_run, write_run
+from dynsim.ground import Pulse, Ramp, Record
+from dynsim.limit import DynamicLimit, limit
+from dynsim.loading import Constant, Push, Removal, Settlement, Tilt
+from dynsim.pool import run_many, verify_many
+from dynsim.record import read_record
 from dynsim.run import Run, simulate
 from dynsim.settings import Settings
+from dynsim.stiffness import AngularSprings, InertiaScale
 from dynsim.verify import DynamicOutcome, DynamicVerdict, verify
 from dynsim.world import World
 
-__all__ = ["DynamicOutcome", "DynamicVerdict", "Run", "Settings", "World", "simulate", "verify"]
+__all__ = [
+    "AngularSprings",
+    "Constant",
+    "DynamicLimit",
+    "DynamicOutcome",
+    "DynamicVerdict",
+    "InertiaScale",
+    "Pulse",
+    "Push",
+    "Ramp",
+    "Record",
+    "Removal",
+    "Run",
+    "Settings",
+    "Settlement",
+    "Tilt",
+    "World",
+    "limit",
+    "read_record",
+    "read_run",
+    "run_many",
+    "simulate",
+    "verify",
+    "verify_many",
+    "write_run",
+]

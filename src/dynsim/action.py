@@ -26,3 +26,17 @@ class Action(Protocol):
     def act(self, world: World, time: float) -> None:
         """Called through settling and the free run; time : since release [s], negative while settling."""
         ...
+
+
+class Load(Action, Protocol):
+    """An action that comes to an end, so that what is left can be judged."""
+
+    @property
+    def end(self) -> float:
+        """Time since release after which the load no longer changes [s]; -inf for one that is there throughout."""
+        ...
+
+    @property
+    def travel(self) -> float:
+        """How far the load itself carries blocks about [m]: not counted as falling."""
+        ...

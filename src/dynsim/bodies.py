@@ -17,6 +17,10 @@ CONVEX = 1e-6
 SQUARE = 1e-7
 
 
+#: Steps in which Bullet's convex hulls measure a block (btConvexHullComputer).
+GRID = 10216
+
+
 @dataclass(frozen=True)
 class Shape:
     """Geometry of one block in the frame of its principal axes, with the centroid at the origin."""
@@ -40,15 +44,27 @@ def _shape(assembly: Assembly, block: int) -> Shape:
         rotation, half = box
         moments = assembly.mass[block] / 3 * (half @ half - half**2)
         return Shape(rotation, half, (local @ rotation,), moments)
-    moments, rotation = np.linalg.eigh(assembly.inertia[block])
-    if np.linalg.det(rotation) < 0:
-        rotation[:, 0] *= -1
+    moments, rotation = _axes(assembly.inertia[block], bool(assembly.support[block]))
     local = local @ rotation
     hull = _hull(local)
     excess = hull.volume / assembly.volume[block] - 1.0
     if excess <= CONVEX:
         return Shape(rotation, None, (local[hull.vertices],), moments)
     return Shape(rotation, None, _pieces(local, faces, assembly.size[block]), moments)
+
+
+def _axes(inertia: Floats, fixed: bool) -> tuple[Floats, Floats]:
+    """Principal moments and axes (columns, right-handed); the axes of the scene where those do as well.
+
+    A fixed block needs no principal axes, and faces square to the axes of its frame are exact in Bullet (`on_grid`).
+    """
+    own = np.diag(inertia)
+    if fixed or np.abs(inertia - np.diag(own)).max() <= SQUARE * own.max():
+        return own.copy(), np.eye(3)
+    moments, rotation = np.linalg.eigh(inertia)
+    if np.linalg.det(rotation) < 0:
+        rotation[:, 0] *= -1
+    return moments, rotation
 
 
 def _as_box(local: Floats, faces: Sequence[np.ndarray], size: float) -> tuple[Floats, Floats] | None:
@@ -93,10 +109,23 @@ def _pieces(local: Floats, faces: Sequence[np.ndarray], size: float) -> tuple[Fl
     return tuple(np.asarray(vertices)[_hull(np.asarray(vertices)).vertices] for vertices, _ in parts)
 
 
+def on_grid(points: Floats) -> Floats:
+    """Corners moved to the nearest that Bullet can keep, shape (k, 3).
+
+    It makes hulls in whole numbers: each axis of the bounding box is divided into `GRID` steps and coordinates are cut
+    off towards its centre. Corners are put on the nearest step, and a quarter of one beyond it, to be cut off there.
+    """
+    lower, upper = points.min(axis=0), points.max(axis=0)
+    step = (upper - lower) / GRID
+    count = np.rint((points - (lower + upper) / 2) / step)
+    kept = np.where(np.abs(count) < GRID / 2, count + 0.25 * np.sign(count), count)
+    return (lower + upper) / 2 + kept * step
+
+
 def hull_obj(pieces: Sequence[Floats]) -> str:
     """Convex pieces as the text of an OBJ file, one object a piece."""
     lines, offset = [], 1
-    for number, points in enumerate(pieces):
+    for number, points in enumerate(map(on_grid, pieces)):
         hull = _hull(points)
         lines.append(f"o piece{number}")
         lines += ["v " + " ".join(repr(float(x)) for x in point) for point in points]

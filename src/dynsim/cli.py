@@ -1,34 +1,62 @@
-"""The command `dynsim`: verify, compare, optimise."""
+"""The command `dynsim`: verify, shake, limit, compare, optimise."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from blockstat.cli_options import (
-    PORT,
     AsJson,
     FileArgument,
     Friction,
     Gravity,
-    Port,
     Supports,
     Tilt,
     Units,
     load,
     modified,
+    numbers,
     print_json,
     run_app,
 )
 from blockstat.errors import InputError
+from dynsim.cli_bonds import AngularStiffness, Glue, ScaleInertia, stiffness_of, with_glue
+from dynsim.cli_loads import (
+    Direction,
+    Jobs,
+    Output,
+    PulseText,
+    Pushed,
+    RampText,
+    RecordFile,
+    Remove,
+    Scale,
+    Settle,
+    TiltTo,
+    Timeout,
+    ground_of,
+    loads_of,
+)
+from dynsim.cli_page import open_page
+from dynsim.cli_rows import end_of, print_comparisons, side_by_side, verify_summary
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+    from dynsim.compare import Comparison
+    from dynsim.pool import Row
+    from dynsim.verify import DynamicVerdict
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+app.command("app")(open_page)
 
 Group = Annotated[str | None, typer.Option(help='Group of Eq. 1; "vault" if there is one, else everything.')]
 Threshold = Annotated[float | None, typer.Option(help="Displacement that counts as falling, in metres.")]
+Preset = Annotated[str, typer.Option(help='"fast", "default" or "careful".')]
 
 
 @app.callback()
@@ -38,7 +66,7 @@ def about() -> None:
 
 @app.command()
 def verify(
-    file: FileArgument,
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Assemblies or scenes.")],
     friction: Friction = None,
     gravity: Gravity = None,
     tilt: Tilt = None,
@@ -46,20 +74,136 @@ def verify(
     units: Units = None,
     group: Group = None,
     threshold: Threshold = None,
+    remove: Remove = None,
+    settle: Settle = None,
+    push: Pushed = None,
+    tilt_to: TiltTo = None,
+    glue: Glue = None,
+    inertia_scale: ScaleInertia = None,
+    angular_stiffness: AngularStiffness = None,
+    preset: Preset = "default",
+    output: Output = None,
+    jobs: Jobs = None,
+    timeout: Timeout = None,
     as_json: AsJson = False,
 ) -> None:
-    """Simulate an assembly and judge it by displacement (Eq. 1, Eq. 2)."""
+    """Simulate assemblies and judge them by displacement (Eq. 1, Eq. 2); several files go side by side."""
     from dynsim.settings import Settings
     from dynsim.verify import verify as run
 
-    assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
-    settings = Settings(group=group, roof_threshold=threshold, brick_threshold=threshold)
-    verdict = run(assembly, settings=settings)
+    def read(file: Path) -> Assembly:
+        return with_glue(
+            load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units), glue
+        )  # fmt: skip
+
+    settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
+    loads = loads_of(remove, settle, push, tilt_to)
+    judge = partial(run, settings=settings, loads=loads, actions=stiffness_of(inertia_scale, angular_stiffness))
+    if len(files) == 1 and timeout is None:
+        _verify_one(files[0], read(files[0]), judge, output, as_json)
+        return
+    if output is not None:
+        raise InputError("-o writes the run of one file without --timeout")
+    rows = side_by_side(files, read, judge, jobs, timeout)
     if as_json:
-        print_json({"file": str(file), **verdict.summary()})
+        print_json({"rows": [{"file": str(f), **verify_summary(r)} for f, r in zip(files, rows, strict=True)]})
+    else:
+        for file, row in zip(files, rows, strict=True):
+            words = row.result.outcome.word if row.result is not None else f"no verdict: {row.error}"
+            typer.echo(f"{file}: {words}")
+    end_of(rows)
+
+
+def _verify_one(
+    file: Path, assembly: Assembly, judge: Callable[[Assembly], DynamicVerdict], output: Path | None, as_json: bool
+) -> None:
+    """One verdict, its run written where that is asked for."""
+    from dynsim.export import check_path, write_run
+
+    if output is not None:
+        check_path(output)
+    verdict = judge(assembly)
+    if output is not None:
+        write_run(verdict.run, output)
+    if as_json:
+        print_json({"file": str(file), **verdict.summary(), **({"output": str(output)} if output else {})})
         return
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {verdict.run.process_seconds:.1f} s")
     typer.echo(verdict.explain())
+    if output is not None:
+        typer.echo(f"run: {output}")
+
+
+@app.command()
+def shake(
+    file: FileArgument,
+    record: RecordFile = None,
+    pulse: PulseText = None,
+    ramp: RampText = None,
+    direction: Direction = "1,0,0",
+    scale: Scale = 1.0,
+    friction: Friction = None,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
+    supports: Supports = None,
+    units: Units = None,
+    group: Group = None,
+    threshold: Threshold = None,
+    glue: Glue = None,
+    inertia_scale: ScaleInertia = None,
+    angular_stiffness: AngularStiffness = None,
+    preset: Preset = "default",
+    output: Output = None,
+    as_json: AsJson = False,
+) -> None:
+    """Shake the ground by a record, a pulse or a ramp of acceleration, and judge what is left.
+
+    A block falls when it moves further than its own size, or than the threshold, relative to the ground.
+    """
+    from dynsim.settings import Settings
+    from dynsim.verify import verify as run
+
+    motion = ground_of(record, pulse, ramp, direction, scale)
+    assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
+    actions = stiffness_of(inertia_scale, angular_stiffness)
+    judge = partial(run, settings=settings, loads=[motion], actions=actions)
+    _verify_one(file, with_glue(assembly, glue), judge, output, as_json)
+
+
+@app.command()
+def limit(
+    file: FileArgument,
+    direction: Annotated[str, typer.Option("--load", metavar="X,Y,Z", help="Direction of an acceleration.")],
+    width: Annotated[float, typer.Option(help="Of the bracket, relative.")] = 0.01,
+    check: Annotated[bool, typer.Option(help="Two more runs beside the bracket.")] = True,
+    friction: Friction = None,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
+    supports: Supports = None,
+    units: Units = None,
+    glue: Glue = None,
+    preset: Preset = "default",
+    as_json: AsJson = False,
+) -> None:
+    """Bracket the multiplier, in units of gravity, at which an assembly ceases to stand in Bullet."""
+    from rich.console import Console
+
+    from dynsim.limit import limit as run
+    from dynsim.settings import Settings
+
+    along = numbers(direction, 3, "--load", "X,Y,Z")
+    assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    with Console(stderr=True).status("static limit") as status:
+        found = run(
+            with_glue(assembly, glue), along, settings=Settings.named(preset), width=width, check=check,
+            progress=lambda trial: status.update(f"{trial.multiplier:.5g}: {trial.verdict}"),
+        )  # fmt: skip
+    if as_json:
+        print_json({"file": str(file), **found.summary()})
+        return
+    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {found.process_seconds:.1f} s")
+    typer.echo(found.explain())
 
 
 @app.command()
@@ -71,70 +215,30 @@ def compare(
     supports: Supports = None,
     units: Units = None,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Also write the rows as CSV.")] = None,
+    jobs: Jobs = None,
+    timeout: Timeout = None,
     as_json: AsJson = False,
 ) -> None:
-    """Static and dynamic verdicts side by side, one row a file."""
-    from rich.console import Console
-
+    """Static and dynamic verdicts side by side, one row a file, several files at a time."""
     from dynsim.compare import Comparison, write_csv
     from dynsim.compare import compare as both
 
-    rows = []
-    with Console(stderr=True).status("comparing") as status:
-        for number, file in enumerate(files):
-            status.update(f"{number + 1}/{len(files)} {file.name}")
-            try:
-                rows.append(
-                    both(load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units))
-                )
-            except InputError as error:
-                rows.append(Comparison(name=file.stem, note=str(error)))
-            if output is not None:
-                write_csv(rows, output)
+    read = partial(load, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+
+    def kept(rows: list[Row[Comparison]]) -> list[Comparison]:
+        return [r.result or Comparison(name=f.stem, note=r.error) for f, r in zip(files, rows, strict=True)]
+
+    def save(rows: list[Row[Comparison]]) -> None:
+        if output is not None:
+            write_csv(kept(rows), output)
+
+    found = side_by_side(files, read, both, jobs, timeout, save=save)
+    rows = kept(found)
     if as_json:
         print_json({"rows": [{"file": str(f), **asdict(row)} for f, row in zip(files, rows, strict=True)]})
     else:
-        _print_rows(rows)
-    if all(row.static is None for row in rows):
-        raise InputError("none of the files gave a verdict")
-
-
-def _print_rows(rows: list) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(
-        "name",
-        "blocks",
-        "faces",
-        "static",
-        "score",
-        "s",
-        "dynamic",
-        "Eq. 1 mm",
-        "Eq. 2 mm",
-        "moved mm",
-        "s",
-        "agree",
-    )
-    for row in rows:
-        if row.static is None:
-            table.add_row(row.name, "", "", "no verdict")
-            continue
-        drops = [f"{1e3 * value:.3g}" for value in (row.group_drop, row.max_drop, row.max_displacement)]
-        score = "inf" if row.score is None else f"{row.score:.2e}"
-        agree = {True: "yes", False: "NO", None: "-"}[row.agree]
-        table.add_row(
-            row.name, str(row.blocks), str(row.interfaces), row.static, score, f"{row.static_seconds:.2f}",
-            row.dynamic, *drops, f"{row.dynamic_seconds:.1f}", agree,
-        )  # fmt: skip
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=160)
-    console.print(table)
-    for row in rows:
-        if row.note:
-            console.print(f"{row.name}: {row.note}", highlight=False, markup=False, soft_wrap=True)
+        print_comparisons(rows)
+    end_of(found)
 
 
 @app.command()
@@ -150,6 +254,7 @@ def optimise(
     tilt: Tilt = None,
     group: Group = None,
     threshold: Threshold = None,
+    preset: Preset = "default",
     as_json: AsJson = False,
 ) -> None:
     """Thin a building down: statics prune, Bullet verifies, a report tells."""
@@ -163,7 +268,7 @@ def optimise(
     names = only.split(",") if only else None
     check_names(building, names)
     directory.mkdir(parents=True, exist_ok=True)
-    settings = Settings(group=group, roof_threshold=threshold, brick_threshold=threshold)
+    settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
     given = {"friction": friction, "gravity": gravity, "tilt": tilt}
     result, report = run(
         building,
@@ -188,15 +293,6 @@ def optimise(
         typer.echo(f"best: {words}\nreport: {report}")
     if not result.finished:
         raise KeyboardInterrupt
-
-
-@app.command("app")
-def app_command(file: FileArgument, supports: Supports = None, port: Port = PORT) -> None:
-    """Open the live page with Bullet: "Let it fall" and "Optimise" beside the static verdict."""
-    from blockstat.app.server import serve
-    from dynsim.panel import FallPanel, OptimisePanel
-
-    serve(file, supports=supports or "", port=port, panels=[FallPanel(), OptimisePanel()])
 
 
 def main() -> None:

@@ -24,13 +24,13 @@ class Comparison:
     interfaces: int | None = None
     static: str | None = None  #: "stable", "unstable", "undecided"
     score: float | None = None
-    dynamic: str | None = None  #: "stands", "falls"
+    dynamic: str | None = None  #: "stands", "falls", "creeps"
     group_drop: float | None = None
     max_drop: float | None = None
     max_displacement: float | None = None
     static_seconds: float | None = None
     dynamic_seconds: float | None = None
-    agree: bool | None = None  #: None when statics are undecided or a verdict is missing
+    agree: bool | None = None  #: None when statics are undecided, Bullet sees creep, or a verdict is missing
     note: str = ""
 
 
@@ -57,7 +57,7 @@ def compare(assembly: Assembly, *, settings: Settings | None = None) -> Comparis
 
 
 def _agree(static: Verdict, dynamic: DynamicVerdict) -> bool | None:
-    if static.outcome is Outcome.UNDECIDED:
+    if static.outcome is Outcome.UNDECIDED or dynamic.outcome is DynamicOutcome.CREEPS:
         return None
     return (static.outcome is Outcome.STABLE) == (dynamic.outcome is DynamicOutcome.STANDS)
 
@@ -65,6 +65,8 @@ def _agree(static: Verdict, dynamic: DynamicVerdict) -> bool | None:
 def likely_reason(static: Verdict, dynamic: DynamicVerdict) -> str:
     """Why statics and dynamics differ, in one sentence; empty when they agree."""
     if _agree(static, dynamic) is not False:
+        if dynamic.outcome is DynamicOutcome.CREEPS:
+            return f"it creeps at {1e3 * dynamic.rate:.2g} mm/s in Bullet: neither a stand nor a fall"
         return "marginal" if static.outcome is Outcome.UNDECIDED else ""
     if static.outcome is Outcome.UNSTABLE:
         return "statics exclude rest: the motion is slower than the threshold in the simulated time"

@@ -70,13 +70,13 @@ def _moved(
     result: SearchResult, directory: Path, settings: Settings | None, under: Callable[[Assembly], Assembly]
 ) -> list[Figure]:
     """The blocks that Bullet saw move: of the thinnest design that fell, else of the best one."""
-    fallen = [c for c in result.history if c.dynamic == "falls"]
+    fallen = [c for c in result.history if c.dynamic in ("falls", "creeps")]
     chosen = min(fallen, key=lambda c: c.volume or 0.0).parameters if fallen else result.best_parameters
     if chosen is None:
         return []
     verdict = verify(under(build(with_values(result.building, chosen))), settings=settings)
     values = ", ".join(f"{name} {value:g}" for name, value in chosen.items())
-    word = "fell in Bullet though statics allow it" if fallen else "stands in Bullet"
+    word = "moved in Bullet though statics allow it" if fallen else "stands in Bullet"
     return [Figure(picture_of_run(verdict, directory / "moved.png"), f"The design with {values} {word}.")]
 
 

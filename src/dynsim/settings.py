@@ -3,8 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from blockstat.errors import InputError
+
+#: What distinguishes the presets; docs/dynamics.md has their measured errors and costs.
+PRESETS: dict[str, dict[str, Any]] = {
+    "fast": {"time_step": 2e-3, "fine_step": 2e-3, "iterations": 30},
+    "default": {},
+    "careful": {"time_step": 5e-4, "quick_step": 1e-3, "fine_step": 2.5e-4},
+}
+#: Beyond this, blocks pass through each other within one step.
+LONGEST_STEP = 1 / 60
 
 
 @dataclass(frozen=True)
@@ -15,35 +25,55 @@ class Settings:
     times and lengths are reported in the scene's own.
     """
 
-    time_step: float = 1e-3  #: [s]
+    time_step: float = 1e-3  #: [s] of a simulation, and of a verdict where more than weight acts
+    quick_step: float = 2e-3  #: [s] of a verdict's first run, believed where blocks stand or clearly fall
+    fine_step: float = 5e-4  #: [s] of its second run, where they fall or creep; if it is the same there is none
     iterations: int = 50  #: of the contact solver, a step
+    fine_iterations: int = 100  #: in a verdict's second run
     look_every: float = 0.02  #: [s] between looks at the blocks
     settle: float = 0.5  #: [s] under full damping before the free run
-    rest_after: float = 1.0  #: [s] a free run may end as a rest from here on
-    end: float = 3.0  #: [s] a free run ends here at the latest
-    rest: float = 0.1  #: displacement, in thresholds, below which blocks count as resting
+    rest_after: float = 0.5  #: [s] blocks must have been at rest
+    rest: float = 0.02  #: displacement in that time, in default thresholds, below which they are
+    clear_fall: float = 0.15  #: [s] after release before which passing the threshold needs no second run
+    end: float = 3.0  #: [s] a free run ends here at the latest (after loads that change, three times that)
     group: str | None = None  #: group of Eq. 1; None: "vault" if there is one, else the whole assembly
     roof_threshold: float | None = None  #: [m] of Eq. 1; None: relative to block size
     brick_threshold: float | None = None  #: [m] of Eq. 2 and of the displacement; None: relative to block size
+    crack_threshold: float | None = None  #: [m] from which a joint is cracked; None: relative to block size
+
+    @classmethod
+    def named(cls, preset: str, **changes: Any) -> Settings:
+        """Settings of a preset, "fast", "default" or "careful", with some changed.
+
+        Raises InputError for a name that does not exist.
+        """
+        if preset not in PRESETS:
+            raise InputError(f"no preset {preset!r}; presets are: {', '.join(PRESETS)}")
+        return cls(**{**PRESETS[preset], **changes})
 
     def __post_init__(self) -> None:
         for name in (
-            "time_step",
-            "look_every",
-            "settle",
-            "rest_after",
-            "end",
-            "rest",
-            "roof_threshold",
-            "brick_threshold",
-        ):
+            "time_step", "quick_step", "fine_step", "look_every", "settle", "rest_after", "rest", "clear_fall", "end",
+            "roof_threshold", "brick_threshold", "crack_threshold",
+        ):  # fmt: skip
             value = getattr(self, name)
-            if value is not None and not 0 < value < float("inf"):
+            if value is None and name.endswith("threshold"):
+                continue
+            if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 < value < float("inf"):
                 raise InputError(f"settings: {name} is {value!r}; it must be a positive number")
-        if self.iterations < 1:
-            raise InputError(f"settings: iterations is {self.iterations!r}; it must be at least 1")
-        if not self.time_step <= self.look_every <= self.rest_after <= self.end:
-            raise InputError("settings: time_step <= look_every <= rest_after <= end is needed")
+        for name in ("iterations", "fine_iterations"):
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+                raise InputError(f"settings: {name} is {value!r}; it must be a whole number of at least 1")
+        longest = max(self.time_step, self.quick_step, self.fine_step)
+        if longest > LONGEST_STEP:
+            raise InputError(
+                f"settings: a time step of {longest!r} s; it must be at most 1/60 s, or blocks pass through each other"
+            )
+        if not max(self.time_step, self.quick_step) <= self.look_every <= self.rest_after <= self.end:
+            raise InputError("settings: time_step, quick_step <= look_every <= rest_after <= end is needed")
+        if self.fine_step > self.quick_step:
+            raise InputError("settings: fine_step <= quick_step is needed")
 
     @property
     def substeps(self) -> int:

@@ -1,157 +1,153 @@
-"""The dynamic verdict."""
+"""Simulate an assembly and judge what it did."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from enum import Enum
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import replace
+from math import degrees
 
 import numpy as np
 
 from blockstat.assembly import Assembly
-from blockstat.errors import InputError
 from blockstat.polyhedron import Floats, Ints
-from dynsim.criteria import default_threshold, drops, group_box_centre
+from dynsim.action import Action, Load
+from dynsim.cracks import find_cracks
+from dynsim.criteria import ARM, angles, default_threshold, drops, group_box_centre, rate
+from dynsim.guards import check_assembly
+from dynsim.loaded import AFTERWARDS, Calm, last_change, stays, threshold_under
 from dynsim.run import Run, simulate
 from dynsim.settings import Settings
+from dynsim.stiffness import caveats
+from dynsim.verdict import DynamicOutcome, DynamicVerdict
+
+__all__ = ["DynamicOutcome", "DynamicVerdict", "verify"]
 
 
-class DynamicOutcome(Enum):
-    """The two dynamic answers; each value is the sentence a user reads."""
-
-    STANDS = "Stands: no block moved further than the threshold in the simulated time."
-    FALLS = "Falls: blocks moved further than the threshold."
-
-    @property
-    def word(self) -> str:
-        return self.name.lower()
-
-
-@dataclass(frozen=True, eq=False)
-class DynamicVerdict:
-    """What Bullet saw. Drops and displacements are since release, after settling [m]."""
-
-    outcome: DynamicOutcome
-    group: str  #: group of Eq. 1, "" for the whole assembly
-    group_drop: float  #: Eq. 1, of the bounding-box centre
-    max_drop: float  #: Eq. 2, of the block that went furthest down
-    max_displacement: float
-    settling: float  #: largest displacement while settling
-    roof_threshold: float
-    brick_threshold: float
-    moved: Ints  #: blocks beyond the threshold, furthest first
-    first_block: str | None  #: the block that crossed the threshold first
-    run: Run
-    warnings: tuple[str, ...] = ()
-
-    @property
-    def passes_eq1(self) -> bool:
-        return self.group_drop < self.roof_threshold
-
-    @property
-    def passes_eq2(self) -> bool:
-        return self.max_drop < self.brick_threshold
-
-    @property
-    def displacement(self) -> Floats:
-        """Displacement of each centroid at the end, shape (n_blocks, 3) [m]."""
-        return self.run.since_release[-1]
-
-    def explain(self, limit: int = 5) -> str:
-        """The verdict in words."""
-        lines = [
-            self.outcome.value,
-            f"Eq. 1: {self.group or 'whole assembly'} dropped {1e3 * self.group_drop:.2g} mm "
-            f"(threshold {1e3 * self.roof_threshold:.3g} mm). "
-            f"Eq. 2: largest drop of a block {1e3 * self.max_drop:.2g} mm "
-            f"(threshold {1e3 * self.brick_threshold:.3g} mm). "
-            f"Largest displacement {1e3 * self.max_displacement:.2g} mm.",
-        ]
-        names = [self.run.assembly.names[i] for i in self.moved]
-        if names:
-            more = f" and {len(names) - limit} more" if len(names) > limit else ""
-            lines.append(f"First to move: {self.first_block}. Moved: {', '.join(names[:limit])}{more}.")
-        lines += [f"Warning: {text}" for text in self.warnings]
-        return "\n".join(lines)
-
-    def summary(self) -> dict[str, Any]:
-        """Plain values for JSON."""
-        return {
-            "verdict": self.outcome.word,
-            "sentence": self.outcome.value,
-            "group": self.group,
-            "group_drop": self.group_drop,
-            "max_drop": self.max_drop,
-            "max_displacement": self.max_displacement,
-            "settling": self.settling,
-            "roof_threshold": self.roof_threshold,
-            "brick_threshold": self.brick_threshold,
-            "passes_eq1": self.passes_eq1,
-            "passes_eq2": self.passes_eq2,
-            "first_block": self.first_block,
-            "moved": [self.run.assembly.names[i] for i in self.moved],
-            "blocks": self.run.assembly.n_blocks,
-            "initial_overlap": self.run.initial_overlap,
-            "simulated_seconds": float(self.run.times[-1]),
-            "process_seconds": self.run.process_seconds,
-            "warnings": list(self.warnings),
-        }
-
-
-def verify(assembly: Assembly, *, settings: Settings | None = None) -> DynamicVerdict:
+def verify(
+    assembly: Assembly,
+    *,
+    settings: Settings | None = None,
+    loads: Sequence[Load] = (),
+    actions: Sequence[Action] = (),
+) -> DynamicVerdict:
     """Simulate an assembly in Bullet and judge it by displacement.
 
-    The run ends early on a clear fall (a block beyond its threshold) or a clear rest. Raises InputError when
-    nothing is supported or nothing is free, or the group of Eq. 1 does not exist.
+    Falls: a block went beyond its threshold, by Eq. 1, Eq. 2, the length of its displacement or its rotation.
+    Stands: it did not, and at the end all blocks moved by less than `Settings.rest` thresholds in
+    `Settings.rest_after`. Creeps: neither. A run ends early on a fall and on a rest. Where nothing acts but weight, a
+    quick run at `Settings.quick_step` comes first and is believed where blocks stand or clearly fall: coarse time steps
+    make blocks fall that stand, and not the other way round. Otherwise a run at `Settings.fine_step` decides.
+
+    loads : what acts on it besides its weight (`dynsim.loading`, `dynsim.ground`). Under loads that last or change,
+    blocks rock and slide and come to rest elsewhere, so the default threshold is then the size of a block, and what
+    the loads themselves move is not counted. actions : what else acts on the blocks, such as `AngularSprings` or
+    `InertiaScale`; the bonds of the joint laws come by themselves.
+
+    Raises InputError when nothing is supported or nothing is free, the group of Eq. 1 does not exist, a load names a
+    block that does not, a joint law cannot be simulated (see `dynsim.bonds`), or for what Bullet cannot simulate.
     """
     settings = settings or Settings()
-    if not assembly.support.any():
-        raise InputError(f'"{assembly.name}" has no supports; list the blocks that cannot move under "supports"')
-    if not len(assembly.free):
-        raise InputError(f'"{assembly.name}": all blocks are supports; there is nothing to simulate')
-    group, blocks = _roof(assembly, settings.group)
-    limit = default_threshold(assembly)
-    roof, brick = settings.roof_threshold or limit, settings.brick_threshold or limit
+    check_assembly(assembly)
+    if np.isfinite(last_change(loads)):
+        settings = replace(settings, end=AFTERWARDS * settings.end)
+    judge = _Judge(assembly, settings, loads, actions)
+    if loads or actions or any(law.strong for law in assembly.joints):
+        return judge(settings, [*loads, *actions])
+    first = judge(replace(settings, time_step=settings.quick_step), ())
+    settled = first.outcome is DynamicOutcome.STANDS or _clear(first, settings.clear_fall)
+    if settled or settings.fine_step == settings.quick_step:
+        return first
+    fine = replace(settings, time_step=settings.fine_step, iterations=settings.fine_iterations)
+    return judge(fine, (), spent=first.run.process_seconds)
 
-    def decided(elapsed: float, moved: Floats) -> bool:
-        furthest = np.linalg.norm(moved, axis=1).max()
-        return bool(
-            furthest >= max(brick, roof) or (elapsed >= settings.rest_after and furthest < settings.rest * brick)
+
+def _clear(verdict: DynamicVerdict, within: float) -> bool:
+    """Whether blocks fell so soon after release that a finer time step would not have held them."""
+    return verdict.first_time is not None and verdict.first_time * verdict.run.pace < within
+
+
+class _Judge:
+    """What counts in one assembly, and the verdict on a run of it."""
+
+    def __init__(
+        self, assembly: Assembly, settings: Settings, loads: Sequence[Load], actions: Sequence[Action]
+    ) -> None:
+        self._assembly = assembly
+        self._group, blocks = _roof(assembly, settings.group)
+        self._judged = stays(assembly, loads)
+        self._blocks = np.intersect1d(blocks, self._judged)
+        limit = threshold_under(assembly, loads)
+        self._roof = settings.roof_threshold or limit
+        self._brick = settings.brick_threshold or limit
+        self._hold = max(last_change(loads), 0.0)
+        self._rest = settings.rest * default_threshold(assembly)
+        self._actions = actions
+        self._crack = settings.crack_threshold
+
+    def __call__(self, settings: Settings, actions: Sequence[Action], spent: float = 0.0) -> DynamicVerdict:
+        calm = Calm(self._rest, settings.rest_after)
+        furthest = max(self._brick, self._roof)
+
+        def decided(elapsed: float, moved: Floats) -> bool:
+            here = moved[self._judged]
+            return bool(np.linalg.norm(here, axis=1).max() >= furthest) or calm.since(elapsed, here)
+
+        run = simulate(self._assembly, settings=settings, stop=decided, actions=actions, hold=self._hold)
+        run = replace(run, process_seconds=run.process_seconds + spent)
+        return self._verdict(run, settings.rest_after / run.pace, calm.reached)
+
+    def _verdict(self, run: Run, window: float, resting: bool) -> DynamicVerdict:
+        """window [s] : in which blocks at rest move by less than the rest distance; resting : the run ended on that."""
+        assembly, judged = self._assembly, self._judged
+        since = np.zeros_like(run.displacement)
+        since[:, judged] = run.since_release[:, judged]
+        length = np.linalg.norm(since, axis=2)
+        turned = np.zeros_like(length)
+        turned[:, judged] = angles(run.rotation)[:, judged]
+        group_drop, max_drop = self._group_drop(run), float(drops(assembly, since[-1]).max())
+        beyond = (length >= self._brick) | (turned * ARM * assembly.size >= self._brick)
+        ever = np.flatnonzero(beyond.any(axis=0))
+        speed = rate(run.times, since, window)
+        stands = resting or speed <= self._rest / window
+        outcome = DynamicOutcome.STANDS if stands else DynamicOutcome.CREEPS
+        if len(ever) or group_drop >= self._roof or max_drop >= self._brick:
+            outcome = DynamicOutcome.FALLS
+        settling = float(np.linalg.norm(run.displacement[0], axis=1).max())
+        frame = int(np.argmax(beyond.any(axis=1)))
+        return DynamicVerdict(
+            outcome=outcome, group=self._group, group_drop=group_drop, max_drop=max_drop,
+            max_displacement=float(length.max()), max_rotation=degrees(turned.max()), rate=speed, settling=settling,
+            roof_threshold=self._roof, brick_threshold=self._brick,
+            moved=ever[np.argsort(-length[-1, ever], kind="stable")],
+            first_block=_first(assembly, beyond[frame], length[frame]) if len(ever) else None,
+            first_time=float(run.times[frame]) if len(ever) else None,
+            cracks=find_cracks(
+                assembly, (run.displacement[0], run.rotation[0]), (run.displacement[-1], run.rotation[-1]),
+                threshold=self._crack,
+            ),
+            run=run, warnings=(*caveats(self._actions), *_warnings(run, settling, self._brick)),
+        )  # fmt: skip
+
+    def _group_drop(self, run: Run) -> float:
+        """Eq. 1 [m]."""
+        if not len(self._blocks):
+            return 0.0
+        start, end = (
+            group_box_centre(self._assembly, self._blocks, run.displacement[k], run.rotation[k]) for k in (0, -1)
         )
+        return float(drops(self._assembly, end - start))
 
-    run = simulate(assembly, settings=settings, stop=decided)
-    since = run.since_release
-    length = np.linalg.norm(since, axis=2)
-    start = group_box_centre(assembly, blocks, run.displacement[0], run.rotation[0])
-    end = group_box_centre(assembly, blocks, run.displacement[-1], run.rotation[-1])
-    group_drop = float(drops(assembly, end - start))
-    max_drop = float(drops(assembly, since[-1]).max())
-    beyond = length >= brick
-    ever = np.flatnonzero(beyond.any(axis=0))
-    falls = len(ever) > 0 or group_drop >= roof or max_drop >= brick
+
+def _warnings(run: Run, settling: float, brick: float) -> list[str]:
     warnings = []
     if run.initial_overlap > 0.1 * brick:
         warnings.append(
             f"shapes overlap by up to {1e3 * run.initial_overlap:.2g} mm before the first step; "
             "motion is counted after settling"
         )
-    settling = float(np.linalg.norm(run.displacement[0], axis=1).max())
     if settling > brick:
         warnings.append(f"blocks moved {1e3 * settling:.2g} mm while settling, more than the threshold")
-    return DynamicVerdict(
-        outcome=DynamicOutcome.FALLS if falls else DynamicOutcome.STANDS,
-        group=group,
-        group_drop=group_drop,
-        max_drop=max_drop,
-        max_displacement=float(length.max()),
-        settling=settling,
-        roof_threshold=roof,
-        brick_threshold=brick,
-        moved=ever[np.argsort(-length[-1, ever], kind="stable")],
-        first_block=_first(assembly, beyond, length) if len(ever) else None,
-        run=run,
-        warnings=tuple(warnings),
-    )
+    return warnings
 
 
 def _roof(assembly: Assembly, group: str | None) -> tuple[str, Ints]:
@@ -163,6 +159,5 @@ def _roof(assembly: Assembly, group: str | None) -> tuple[str, Ints]:
 
 
 def _first(assembly: Assembly, beyond: np.ndarray, length: Floats) -> str:
-    """Name of the block that crossed the threshold first; the furthest of those that did so in one look."""
-    frame = int(np.argmax(beyond.any(axis=1)))
-    return assembly.names[int(np.argmax(np.where(beyond[frame], length[frame], -1.0)))]
+    """Name of the furthest of the blocks beyond the threshold in one look."""
+    return assembly.names[int(np.argmax(np.where(beyond, length, -1.0)))]

@@ -7,14 +7,10 @@ time going as sqrt(length / gravity), so units change nothing, and Bullet sees w
 
 from __future__ import annotations
 
-import importlib
-import os
-import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any
 
 import numpy as np
 
@@ -23,23 +19,26 @@ from blockstat.errors import InputError
 from blockstat.polyhedron import Floats, Ints
 from dynsim.action import Action
 from dynsim.bodies import Shape, hull_obj, shapes
+from dynsim.bonds import bonds_of
+from dynsim.bullet import ENGINE, import_bullet, matrices, quaternion
+from dynsim.friction import block_friction
+from dynsim.guards import check_assembly, check_blocks, check_overlap, check_rotations
 from dynsim.settings import Settings
+from dynsim.step_loads import StepLoads
 
 BLOCK_SIZE = 0.3  #: [m] median block size in the simulation
 BLOCK_MASS = 100.0  #: [kg] median block mass in the simulation
+CARRIER_MASS = 1e10  #: [kg] of a support that is moved: nothing in the scene can push it
 GRAVITY = 9.81  #: [m/s2] in the simulation
-STICKY = 100.0  #: Bullet's stand-in for infinite friction
+ANCHOR = 1  #: a contact point that does not slide is held where it was
 
 
 class World:
     """A context manager around one client; poses go in and out in the scene's own units."""
 
     def __init__(self, assembly: Assembly, settings: Settings, actions: Sequence[Action] = ()) -> None:
+        check_assembly(assembly)
         free = ~assembly.support
-        if not free.any():
-            raise InputError(f'"{assembly.name}": all blocks are supports; there is nothing to simulate')
-        if assembly.joints:
-            raise InputError(f'"{assembly.name}" has joint laws; Bullet simulates dry joints of one friction only')
         self.assembly = assembly
         self.settings = settings
         self.length = BLOCK_SIZE / float(np.median(assembly.size[free]))  #: simulation metres a scene metre
@@ -47,20 +46,28 @@ class World:
         self.time = float(np.sqrt(self.length * strength / GRAVITY))  #: simulation seconds a scene second
         self._mass = BLOCK_MASS / float(np.median(assembly.mass[free]))
         self._acceleration = GRAVITY / strength
-        self._actions = tuple(actions)
-        self._stepwise = any(action.each_step for action in self._actions)
+        self.time_step = settings.time_step / self.time  #: [s]
+        self.actions: tuple[Action, ...] = (*bonds_of(assembly), *actions)
+        self._stepwise = any(action.each_step for action in self.actions)
         self._shapes = shapes(assembly)
+        check_rotations(assembly, np.stack([shape.rotation for shape in self._shapes]))
+        self._friction = block_friction(assembly)
         self._directory: tempfile.TemporaryDirectory[str] | None = None
         self._client = -1
+        self._loads = StepLoads(self) if self._stepwise else None
         self._bodies: list[int] = []
+        self._driven: dict[Action, Floats] = {}
+        self._gravity = np.asarray(assembly.gravity, dtype=float)
+        self._carried: set[int] = set()
+        self.removed: set[int] = set()  #: blocks taken out by `remove`
 
     def __enter__(self) -> World:
         self._directory = tempfile.TemporaryDirectory(prefix="dynsim-")
-        self._bullet = _import_bullet()
+        self._bullet = import_bullet()
         self._client = self._bullet.connect(self._bullet.DIRECT)
         try:
             self._set_up()
-            for action in self._actions:
+            for action in self.actions:
                 action.begin(self)
         except BaseException:
             self.__exit__(None, None, None)
@@ -79,8 +86,7 @@ class World:
         b.setPhysicsEngineParameter(
             fixedTimeStep=s.time_step if self._stepwise else s.substeps * s.time_step,
             numSubSteps=0 if self._stepwise else s.substeps, numSolverIterations=s.iterations,
-            warmStartingFactor=0.85, contactSlop=1e-6, contactERP=0.2, solverResidualThreshold=0.0, enableSAT=1,
-            enableFileCaching=0, physicsClientId=self._client,
+            physicsClientId=self._client, **ENGINE,
         )  # fmt: skip
         self.set_gravity(self.assembly.gravity)
         # Boxes and hulls never mix: Bullet keeps a margin on one kind and not on the other.
@@ -113,16 +119,15 @@ class World:
             baseMass=mass,
             baseCollisionShapeIndex=collision,
             basePosition=(assembly.centroid[block] * self.length).tolist(),
-            baseOrientation=_quaternion(shape.rotation).tolist(),
+            baseOrientation=quaternion(shape.rotation).tolist(),
             useMaximalCoordinates=1,
             physicsClientId=self._client,
         )
         if collision < 0 or body < 0:
             raise RuntimeError(f'Bullet refused block "{assembly.names[block]}"')
-        friction = min(assembly.friction, STICKY)
         options = {
-            "lateralFriction": float(np.sqrt(friction)), "spinningFriction": 0.0, "rollingFriction": 0.0,
-            "restitution": 0.0, "linearDamping": 0.0, "angularDamping": 0.0, "frictionAnchor": 1,
+            "lateralFriction": float(self._friction[block]), "spinningFriction": 0.0, "rollingFriction": 0.0,
+            "restitution": 0.0, "linearDamping": 0.0, "angularDamping": 0.0, "frictionAnchor": ANCHOR,
             "activationState": b.ACTIVATION_STATE_DISABLE_SLEEPING,
         }  # fmt: skip
         if mass > 0:
@@ -133,6 +138,9 @@ class World:
 
     def damp(self, value: float) -> None:
         """Set linear and angular damping of all blocks; 1 takes all velocity away at every step."""
+        if self._loads is not None:
+            self._loads.keep = (1.0 - value) ** self.settings.time_step
+            value = 0.0
         for body in self._bodies:
             self._bullet.changeDynamics(
                 body, -1, linearDamping=value, angularDamping=value, physicsClientId=self._client
@@ -142,22 +150,47 @@ class World:
         """Go forward by one look (`Settings.look_every` of simulated time); time : since release at its start [s]."""
         steps = self.settings.substeps if self._stepwise else 1
         for step in range(steps):
-            for action in self._actions:
+            for action in self.actions:
                 if step == 0 or action.each_step:
-                    action.act(self, time + step * self.settings.time_step / self.time)
+                    action.act(self, time + step * self.time_step)
+            if self._loads is not None:
+                self._loads.apply()
             self._bullet.stepSimulation(physicsClientId=self._client)
 
     def set_gravity(self, gravity: Sequence[float] | Floats) -> None:
         """Gravity from now on, shape (3,) [m/s2]."""
+        self._gravity = np.asarray(gravity, dtype=float)
         self._bullet.setGravity(*(np.asarray(gravity) * self._acceleration), physicsClientId=self._client)
 
     def push(self, blocks: Sequence[int] | Ints, forces: Floats, points: Floats) -> None:
         """Forces on some blocks until the end of the next step of `advance`; forces, points : shape (k, 3) [N], [m]."""
-        scaled = np.asarray(forces, dtype=float) * self._mass * self._acceleration
-        for block, force, point in zip(blocks, scaled, np.asarray(points, dtype=float) * self.length, strict=True):
+        check_blocks(self.assembly, np.asarray(blocks))
+        if not (np.isfinite(forces).all() and np.isfinite(points).all()):
+            raise InputError("a force or its point is not a number")
+        scaled = (np.asarray(forces, dtype=float) * self._mass * self._acceleration).tolist()
+        where = (np.asarray(points, dtype=float) * self.length).tolist()
+        for block, force, point in zip(blocks, scaled, where, strict=True):
             self._bullet.applyExternalForce(
-                self._bodies[block], -1, force.tolist(), point.tolist(), self._bullet.WORLD_FRAME,
-                physicsClientId=self._client,
+                self._bodies[block], -1, force, point, self._bullet.WORLD_FRAME, physicsClientId=self._client
+            )
+
+    def load(self, forces: Floats, couples: Floats) -> None:
+        """Forces at the centroids and couples for the next time step, shape (n_blocks, 3) [N], [N m].
+
+        Only from actions that act at each step; for couples this is the way, see `dynsim.step_loads`.
+        """
+        assert self._loads is not None
+        self._loads.add(forces, couples)
+
+    def scale_inertia(self, scale: float) -> None:
+        """Moments of inertia of all blocks times `scale` from now on; the masses stay."""
+        if self._loads is not None:
+            self._loads.inertia_scale = scale
+        for block in self.assembly.free:
+            moments = scale * self._shapes[block].inertia * self._mass * self.length**2
+            self._bullet.changeDynamics(
+                self._bodies[block], -1, mass=self.assembly.mass[block] * self._mass,
+                localInertiaDiagonal=moments.tolist(), physicsClientId=self._client,
             )  # fmt: skip
 
     def poses(self) -> tuple[Floats, Floats]:
@@ -173,42 +206,88 @@ class World:
         if not (np.isfinite(position).all() and np.isfinite(orientation).all()):
             raise RuntimeError("Bullet lost a block (its position is not a number)")
         initial = np.stack([shape.rotation for shape in self._shapes])
-        rotation = _matrices(orientation) @ initial.swapaxes(1, 2)
+        rotation = matrices(orientation) @ initial.swapaxes(1, 2)
         return position - self.assembly.centroid, rotation
 
     def deepest_overlap(self) -> float:
-        """Deepest penetration between two blocks as they stand, in scene metres; 0 for none."""
+        """Deepest penetration between two blocks as they stand [m]; 0 for none.
+
+        Raises InputError naming the two blocks for one that would throw them apart.
+        """
         b = self._bullet
         b.performCollisionDetection(physicsClientId=self._client)
         contacts = b.getContactPoints(physicsClientId=self._client) or ()
-        return max((-contact[8] for contact in contacts), default=0.0) / self.length
+        deepest = min(contacts, key=lambda contact: contact[8], default=None)
+        if deepest is None or deepest[8] >= 0:
+            return 0.0
+        depth = -deepest[8] / self.length
+        check_overlap(self.assembly, (self._bodies.index(deepest[1]), self._bodies.index(deepest[2])), depth)
+        return depth
 
+    def drive(self, source: Action, acceleration: Floats) -> None:
+        """Accelerate every block by a body force on top of gravity, shape (3,) [m/s2]; sources add up."""
+        self._driven[source] = np.asarray(acceleration, dtype=float)
+        self.set_gravity(np.sum([self.assembly.gravity, *self._driven.values()], axis=0))
 
-def _import_bullet() -> Any:
-    """Import pybullet without its greeting, which it writes past Python's own streams."""
-    if "pybullet" in sys.modules:
-        return sys.modules["pybullet"]
-    sys.stdout.flush()
-    kept = [(stream, os.dup(stream)) for stream in (1, 2)]
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    try:
-        for stream, _ in kept:
-            os.dup2(nowhere, stream)
-        return importlib.import_module("pybullet")
-    finally:
-        for stream, copy in kept:
-            os.dup2(copy, stream)
-            os.close(copy)
-        os.close(nowhere)
+    def velocities(self) -> tuple[Floats, Floats]:
+        """Velocity of each centroid [m/s] and angular velocity [1/s], shape (n, 3) each."""
+        answers = [self._bullet.getBaseVelocity(body, physicsClientId=self._client) for body in self._bodies]
+        linear, angular = np.array(answers).swapaxes(0, 1)
+        return linear * (self.time / self.length), angular * self.time
 
+    def set_velocity(self, block: int, linear: Floats, angular: Floats) -> None:
+        """Velocity [m/s] and angular velocity [1/s] of a free block, shape (3,) each."""
+        self.set_velocities([block], np.atleast_2d(linear), np.atleast_2d(angular))
 
-def _quaternion(rotation: Floats) -> Floats:
-    from scipy.spatial.transform import Rotation
+    def set_velocities(self, blocks: Sequence[int] | Ints, linear: Floats, angular: Floats) -> None:
+        """Velocities [m/s] and angular velocities [1/s] of free blocks, shape (k, 3) each."""
+        one, two = (linear * (self.length / self.time)).tolist(), (angular / self.time).tolist()
+        for block, v, w in zip(blocks, one, two, strict=True):
+            self._bullet.resetBaseVelocity(self._bodies[block], v, w, physicsClientId=self._client)
 
-    return Rotation.from_matrix(rotation).as_quat()
+    def carry(self, support: int, displacement: Floats, velocity: Floats) -> None:
+        """Put a support at a displacement from where it was built [m], moving at a velocity [m/s], for one time step.
 
+        Bullet takes any static body to be at rest, so that it would slip under what stands on it: a support that
+        moves becomes a body of enormous mass, told its place and velocity before every step.
+        """
+        b, body = self._bullet, self._bodies[support]
+        if support not in self._carried:
+            self._carried.add(support)
+            heavy = [CARRIER_MASS * BLOCK_SIZE**2] * 3
+            b.changeDynamics(
+                body, -1, mass=CARRIER_MASS, localInertiaDiagonal=heavy, physicsClientId=self._client
+            )  # fmt: skip
+            for other in np.flatnonzero(self.assembly.support):
+                b.setCollisionFilterPair(body, self._bodies[other], -1, -1, 0, physicsClientId=self._client)
+        place = (self.assembly.centroid[support] + displacement) * self.length
+        turned = b.getBasePositionAndOrientation(body, physicsClientId=self._client)[1]
+        b.resetBasePositionAndOrientation(body, place.tolist(), turned, physicsClientId=self._client)
+        # The step adds gravity first.
+        fall = self._gravity * self._acceleration * self.settings.time_step
+        at = np.asarray(velocity) * (self.length / self.time) - fall
+        b.resetBaseVelocity(body, at.tolist(), [0.0, 0.0, 0.0], physicsClientId=self._client)
 
-def _matrices(quaternion: Floats) -> Floats:
-    from scipy.spatial.transform import Rotation
+    def remove(self, block: int) -> None:
+        """Take a block out: nothing touches it any more, and `poses` tells where it last was."""
+        b, body = self._bullet, self._bodies[block]
+        b.changeDynamics(body, -1, mass=0.0, physicsClientId=self._client)
+        b.setCollisionFilterGroupMask(body, -1, 0, 0, physicsClientId=self._client)
+        b.resetBaseVelocity(body, [0.0] * 3, [0.0] * 3, physicsClientId=self._client)
+        self.removed.add(block)
 
-    return Rotation.from_quat(quaternion).as_matrix()
+    def contact_forces(self) -> tuple[Ints, Floats, Floats]:
+        """Forces of the last time step at every contact point.
+
+        Returns the two blocks, shape (k, 2); the point, shape (k, 3) [m]; the force on the second block, normal and
+        friction together, shape (k, 3) [N].
+        """
+        found = self._bullet.getContactPoints(physicsClientId=self._client) or ()
+        block = {body: i for i, body in enumerate(self._bodies)}
+        pairs = np.array([(block[c[1]], block[c[2]]) for c in found], dtype=np.int64).reshape(-1, 2)
+        point = np.array([c[6] for c in found]).reshape(-1, 3) / self.length
+        # Bullet's normal points to the first body, and forces are averaged over the sub-steps as if only one counted.
+        on_first = [np.multiply(c[9], c[7]) + np.multiply(c[10], c[11]) + np.multiply(c[12], c[13]) for c in found]
+        count = 1 if self._stepwise else self.settings.substeps
+        force = -np.array(on_first).reshape(-1, 3) * (count / (self._mass * self._acceleration))
+        return pairs, point, force

@@ -161,10 +161,3 @@ def test_derivatives_refuse_strengths():
         InputError, match=r"joint law between \* and \*: derivatives know friction, tension and bond, not cohesion"
     ):
         limit_load_gradient(make, {"b": 0.5}, lambda a: acceleration(a, (1, 0, 0)))
-
-
-def test_bullet_says_that_it_does_not_know_laws():
-    from dynsim import verify
-
-    with pytest.raises(InputError, match="has joint laws; Bullet simulates dry joints"):
-        verify(hanging(JointLaw(("rock", "bell"), bond=2.0)))

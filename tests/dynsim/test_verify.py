@@ -29,25 +29,11 @@ def wedged(asm):
 
 
 @pytest.mark.parametrize("shape", ["boxes", "hulls"])
-@pytest.mark.parametrize("azimuth", [0, 30, 45, 200])
-def test_slip_on_an_incline(shape, azimuth):
-    # A flat block slips at tan(angle) = mu in every direction. Boxes are good to half a percent; hulls stick up
-    # to 3 % longer.
-    asm = assembly([box((-5, -5, -1), (5, 5, 0), name="ground"), box((-0.5, -0.5, 0), (0.5, 0.5, 0.2))], friction=0.7)
-    asm = wedged(asm) if shape == "hulls" else asm
-    late = 1.005 if shape == "boxes" else 1.05
-    for factor, outcome in ((0.995, STANDS), (late, FALLS)):
-        a, push = np.deg2rad(azimuth), 0.7 * factor
-        verdict = verify(asm.with_(gravity=(push * np.cos(a), push * np.sin(a), -1)))
-        assert verdict.outcome is outcome
-
-
-@pytest.mark.parametrize("shape", ["boxes", "hulls"])
 def test_tipping_of_a_block(shape):
     asm = stack(1, 0.5, 2.0)
     asm = wedged(asm) if shape == "hulls" else asm
-    assert verify(asm.with_(gravity=(0.25 * 0.99, 0, -1))).outcome is STANDS
-    assert verify(asm.with_(gravity=(0.25 * 1.01, 0, -1))).outcome is FALLS
+    assert verify(asm.with_(gravity=(0.25 * 0.998, 0, -1))).outcome is STANDS
+    assert verify(asm.with_(gravity=(0.25 * 1.002, 0, -1))).outcome is FALLS
 
 
 def test_arch_thickness_on_both_sides_of_its_limit():
@@ -82,8 +68,12 @@ def test_units_change_nothing(length, strength, density):
         other = asm.with_(vertices=length * asm.vertices, gravity=strength * asm.gravity, density=density * asm.density)
         a, b = verify(asm), verify(other)
         assert a.outcome is b.outcome is outcome
-        assert b.max_displacement / length == pytest.approx(a.max_displacement, rel=0.2, abs=1e-4)
-        assert b.run.times[-1] == pytest.approx(a.run.times[-1] * np.sqrt(length / strength), rel=0.1)
+        assert b.brick_threshold == pytest.approx(a.brick_threshold * length)
+        if outcome is STANDS:  # what shaking is left at rest is rounding and differs
+            assert max(b.max_displacement / length, a.max_displacement) < 0.25 * a.brick_threshold
+        else:
+            assert b.max_displacement / length == pytest.approx(a.max_displacement, rel=0.2)
+            assert b.first_time == pytest.approx(a.first_time * np.sqrt(length / strength), rel=0.1)
 
 
 def test_rotating_the_whole_scene_changes_nothing():

@@ -1,0 +1,149 @@
+"""Glue in Bullet: critical strengths against closed forms, agreement with statics, strong glue, cost.
+
+python benchmarks/glue.py [--json] [--scenes 100]
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from time import process_time
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+
+from blockstat import Assembly, assess, find_interfaces, glued
+from bonded import FAMILIES, bonded_scene
+from dynsim import Settings, World, verify
+from problems import assembly, box, running_bond
+
+WIDTH = 5e-4  #: of the bracket of a critical strength, relative
+
+
+def bell(strength: float, moment: float | None = None) -> Assembly:
+    """A cube of weight 1 under a ceiling; it holds from a bond of 1 on."""
+    return glued(assembly([box((-2, -2, 1), (2, 2, 2)), box((0, 0, 0), (1, 1, 1))]), strength, moment=moment)
+
+
+def beam(strength: float, part: float) -> Assembly:
+    """A beam of weight 0.5, 2 x 0.5 x 0.5, out of a wall: W L / 2 = M + F a / 2, M the given part of it."""
+    blocks = [box((-1, 0, -1), (0, 0.5, 1)), box((0, 0, -0.25), (2, 0.5, 0.25))]
+    force, moment = (1 - part) * 2.0 * strength, part * 0.5 * strength
+    return glued(assembly(blocks, friction=5.0), force, moment=moment if part else None)
+
+
+def slab(strength: float, moment: float | None) -> Assembly:
+    """A flat slab of weight 1 pushed by 2: mu (W + F) = 2 or, with a bond at its centre, mu W + F = 2."""
+    force = (3.0 if moment is None else 1.5) * strength
+    blocks = [box((-5, -5, -1), (5, 5, 0)), box((-2, -2, 0), (2, 2, 0.0625))]
+    return glued(assembly(blocks, friction=0.5, gravity=(2, 0, -1)), force, moment=moment)
+
+
+#: Scenes at a multiple of the strength that just holds.
+CRITICAL: dict[str, Callable[[float], Assembly]] = {
+    "hanging, preload": bell,
+    "hanging, bond with a moment": lambda s: bell(s, 1.0),
+    "cantilever, preload": lambda s: beam(s, 0.0),
+    "cantilever, half by the moment": lambda s: beam(s, 0.5),
+    "cantilever, nine tenths by the moment": lambda s: beam(s, 0.9),
+    "shear, preload": lambda s: slab(s, None),
+    "shear, bond with a moment": lambda s: slab(s, 5.0),
+}
+
+
+def critical(scene: Callable[[float], Assembly]) -> float:
+    """Middle of the bracket in which the verdict turns from a fall to a rest."""
+    low, high = 0.95, 1.05
+    if verify(scene(low)).outcome.word != "falls" or verify(scene(high)).outcome.word != "stands":
+        return float("nan")
+    while high - low > WIDTH:
+        middle = (low + high) / 2
+        if verify(scene(middle)).outcome.word == "stands":
+            high = middle
+        else:
+            low = middle
+    return (low + high) / 2
+
+
+def agreement(count: int) -> list[dict]:
+    """Scenes by family, and those on which statics and Bullet differ."""
+    rows = {name: {"family": name, "scenes": 0, "with_moment": 0, "differ": []} for name in FAMILIES}
+    for seed in range(count):
+        name, asm, ratio = bonded_scene(seed)
+        static, dynamic = assess(asm).outcome.word, verify(asm).outcome.word
+        rows[name]["scenes"] += 1
+        rows[name]["with_moment"] += asm.joints[0].bond_moment is not None
+        if (static, dynamic) not in (("stable", "stands"), ("unstable", "falls")):
+            rows[name]["differ"].append({"seed": seed, "strength": ratio, "static": static, "dynamic": dynamic})
+    return list(rows.values())
+
+
+def strong() -> list[dict]:
+    """A wall of 30 bricks, glued ever more strongly than it needs, under a push of three times what tips it dry."""
+    dry = running_bond(6, 5).with_(gravity=(0, 3 * 0.2 / 1.05, -1))
+    weight = float(np.median(dry.mass[~dry.support]))
+    rows = []
+    for times in (10, 100, 1000, 10000):
+        verdict = verify(glued(dry, times * weight))
+        moved, size = verdict.max_displacement, float(np.median(dry.size[~dry.support]))
+        rows.append({"weights": times, "verdict": verdict.outcome.word, "moved": moved / size})
+    return rows
+
+
+def cost() -> list[dict]:
+    """Process time of a step, dry and glued."""
+    rows = []
+    for courses, bricks in ((6, 5), (10, 10), (15, 20)):
+        dry = running_bond(courses, bricks)
+        row: dict = {"blocks": dry.n_blocks - 1, "interfaces": find_interfaces(dry).n_interfaces}
+        for name, asm in (("dry", dry), ("preload", glued(dry, 0.01)), ("moment", glued(dry, 0.01, moment=0.001))):
+            settings = Settings()
+            with World(asm, settings) as world:
+                world.advance(-1.0)
+                begin = process_time()
+                for _ in range(5):
+                    world.advance(-1.0)
+                row[name] = 1e3 * (process_time() - begin) / (5 * settings.substeps)
+        rows.append(row)
+    return rows
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--scenes", type=int, default=100)
+    options = parser.parse_args()
+    found = {
+        "critical": {name: critical(scene) for name, scene in CRITICAL.items()},
+        "agreement": agreement(options.scenes),
+        "strong": strong(),
+        "cost": cost(),
+    }
+    if options.json:
+        print(json.dumps(found))
+        return
+    print("| bond | critical strength / exact |\n|---|---|")
+    for name, value in found["critical"].items():
+        print(f"| {name} | {value:.4f} |")
+    print("\n| family | scenes | with a moment | statics and Bullet differ |\n|---|---|---|---|")
+    for row in found["agreement"]:
+        words = "; ".join(
+            f"{d['static']} / {d['dynamic']} at {d['strength']:.2f} (seed {d['seed']})" for d in row["differ"]
+        )
+        print(f"| {row['family']} | {row['scenes']} | {row['with_moment']} | {words or 'none'} |")
+    print("\n| bond over the weight of a brick | verdict | moved, in block sizes |\n|---|---|---|")
+    for row in found["strong"]:
+        print(f"| {row['weights']} | {row['verdict']} | {row['moved']:.1e} |")
+    print("\n| blocks | joints | dry ms/step | preload | bond with a moment |\n|---|---|---|---|---|")
+    for row in found["cost"]:
+        print(
+            f"| {row['blocks']} | {row['interfaces']} | {row['dry']:.2f} | {row['preload']:.2f} | {row['moment']:.2f} |"
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,118 @@
+"""What rotational stiffness does to a vault on walls: drop by Eq. 1 against simulated time.
+
+    python benchmarks/stiffness.py [--json]
+
+The walls are 0.5, 1 and 2 m thick; statics, which see no inertia, hold only the last. The inertia of every block is
+scaled, or every joint has an angular spring.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from time import process_time
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+
+from blockstat import Assembly, assess, limit_load
+from dynsim import AngularSprings, InertiaScale, Run, Settings, simulate
+from dynsim.action import Action
+from dynsim.criteria import drops, group_box_centre
+from problems import assembly, box, slice_
+
+WALLS = (0.5, 1.0, 2.0)  #: [m]
+TIMES = (1.0, 2.0, 4.0, 10.0)  #: [s] since release
+#: A reading and its value: dimensionless, or N m/rad.
+READINGS = (
+    ("inertia", 1.0), ("inertia", 7e3), ("inertia", 7e4), ("springs", 7e3), ("springs", 7e4), ("springs", 7e6),
+)  # fmt: skip
+
+
+def vault_on_walls(wall: float) -> Assembly:
+    """A barrel 1 m long, 0.5 m thick, of 8 m span in 21 courses, on two walls 5 m high in 10 courses."""
+    inner, thickness, height, courses, voussoirs = 3.75, 0.5, 5.0, 10, 21
+    blocks = [box((-9, 0, -1), (9, 1, 0), name="ground")]
+    for side, name in ((-1, "left"), (1, "right")):
+        low, high = sorted((side * inner, side * (inner + wall)))
+        levels = np.linspace(0, height, courses + 1)
+        blocks += [
+            box((low, 0, a), (high, 1, b), name=f"{name}{k}", group=f"wall.{name}")
+            for k, (a, b) in enumerate(zip(levels[:-1], levels[1:], strict=True))
+        ]
+
+    def joint(angle: float) -> list[tuple[float, float]]:
+        return [(r * math.cos(angle), r * math.sin(angle) + height) for r in (inner, inner + thickness)]
+
+    angles = np.linspace(math.pi, 0, voussoirs + 1)
+    blocks += [
+        slice_([*joint(a)[::-1], *joint(b)], 1.0, name=f"voussoir{k}", group="vault")
+        for k, (a, b) in enumerate(zip(angles[:-1], angles[1:], strict=True))
+    ]
+    return assembly(blocks, density=2691.0, gravity=(0, 0, -9.81), friction=0.7)
+
+
+def drop(run: Run) -> np.ndarray:
+    """Eq. 1 for the vault at `TIMES` [m]."""
+    asm = run.assembly
+    vault = asm.in_group("vault")
+    frames = np.searchsorted(run.times, TIMES)
+    centres = [group_box_centre(asm, vault, run.displacement[k], run.rotation[k]) for k in (0, *frames)]
+    return drops(asm, np.array(centres[1:]) - centres[0])
+
+
+def watched(asm: Assembly, actions: Sequence[Action]) -> Run:
+    """A run of the last of `TIMES`, whatever happens."""
+    pace = simulate(asm, settings=Settings(end=0.5, settle=0.02)).pace
+    return simulate(asm, settings=Settings(end=1.02 * TIMES[-1] * pace), actions=actions)
+
+
+def rows() -> list[dict]:
+    found = []
+    for wall in WALLS:
+        asm = vault_on_walls(wall)
+        verdict = assess(asm)
+        push = limit_load(asm, (1, 0, 0)).lower if verdict.outcome.word == "stable" else None
+        for reading, value in READINGS:
+            begin = process_time()
+            actions: list[Action] = [InertiaScale(value) if reading == "inertia" else AngularSprings(value)]
+            values = drop(watched(asm, [] if value == 1.0 else actions))
+            found.append(
+                {
+                    "wall": wall, "static": verdict.outcome.word, "push": push, "blocks": asm.n_blocks,
+                    "reading": reading, "value": value, "drop_mm": [1e3 * float(v) for v in values],
+                    "process_seconds": process_time() - begin,
+                }
+            )  # fmt: skip
+    return found
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args()
+    table = rows()
+    if options.json:
+        print(json.dumps({"times": TIMES, "rows": table}))
+        return
+    for wall in WALLS:
+        first = next(row for row in table if row["wall"] == wall)
+        push = "" if first["push"] is None else f", up to a push of {first['push']:.3f} of the weight"
+        print(f"walls of {wall:g} m, {first['blocks']} blocks: {first['static']} by statics{push}")
+    print("\n| reading | walls | " + " | ".join(f"{t:g} s" for t in TIMES) + " | process s |")
+    print("|---" * (3 + len(TIMES)) + "|")
+    for reading, value in READINGS:
+        for row in table:
+            if (row["reading"], row["value"]) == (reading, value):
+                name = f"inertia x {value:,.0f}" if reading == "inertia" else f"springs of {value:,.0f} N m/rad"
+                cells = " | ".join(f"{v:.0f}" if v < 5000 else "fallen" for v in row["drop_mm"])
+                print(f"| {name} | {row['wall']:g} m | {cells} | {row['process_seconds']:.0f} |")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,82 @@
+"""Ask Bullet for every closed form and limit again and write docs/dynamics_validation.md: `make validation`.
+
+The families and their sources are in tests/references/dynamics.py; tests/dynsim/test_references.py asks the same.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from time import process_time
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE.parent / "tests"))
+
+from dynsim import verify
+from references.dynamics import BLOCKS, DIRECTIONS, LIMITS, RESTS, rocking, slips_rightly
+
+HEADER = """# Validation of the dynamics
+
+Written by `make validation`, default preset. A limit is a multiple of the exact one: between the largest that stood and
+the smallest that did not. Seconds are process time of all runs of a row.
+"""
+
+
+def limits() -> list[str]:
+    lines = [
+        "## Limits",
+        "",
+        "| | limit from | stood | did not | error | accepted | s |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for limit in LIMITS:
+        begin = process_time()
+        low, high = limit.bracket()
+        error, seconds = (low + high) / 2 - 1, process_time() - begin
+        lines.append(
+            f"| {limit.name} | {limit.source} | {low:.4f} | {high:.4f} | {100 * error:+.2f} % "
+            f"| {100 * limit.within:g} % | {seconds:.1f} |"
+        )
+        print(lines[-1], flush=True)
+    return lines
+
+
+def slips() -> list[str]:
+    lines = ["## Slip", "", f"Directions of {DIRECTIONS} in which a slab rests at .995 mu and slides at 1.005 mu.", ""]
+    for name, hull in (("boxes", False), ("hulls", True)):
+        right = sum(slips_rightly(hull, direction) for direction in range(DIRECTIONS))
+        lines.append(f"- {name}: {right} of {DIRECTIONS}")
+    return lines
+
+
+def rocks() -> list[str]:
+    lines = [
+        "## Rocking (Housner)", "", "| block [m] | quarter period / exact | restitution / (1 - 1.5 sin^2 alpha) |",
+        "|---|---|---|",
+    ]  # fmt: skip
+    for width, height in BLOCKS:
+        found = rocking(width, height)
+        lines.append(f"| {width} x {height} | {found.quarter:.4f} | {found.restitution:.4f} |")
+    return lines
+
+
+def rests() -> list[str]:
+    lines = ["## Rest", "", "| | verdict | moved [mm] | threshold [mm] | s |", "|---|---|---|---|---|"]
+    for name, scene in RESTS.items():
+        verdict = verify(scene())
+        lines.append(
+            f"| {name} | {verdict.outcome.word} | {1e3 * verdict.max_displacement:.2g} "
+            f"| {1e3 * verdict.brick_threshold:.3g} | {verdict.run.process_seconds:.1f} |"
+        )
+    return lines
+
+
+def main() -> None:
+    sections = [HEADER.splitlines(), slips(), rocks(), limits(), rests()]
+    text = "\n\n".join("\n".join(lines) for lines in sections)
+    print(text)
+    (HERE / "dynamics_validation.md").write_text(text.rstrip() + "\n")
+
+
+if __name__ == "__main__":
+    main()

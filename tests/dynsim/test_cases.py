@@ -1,0 +1,33 @@
+"""Bullet against LMGC90 (non-smooth contact dynamics) on assemblies of other projects; skipped where they are absent.
+
+LMGC90's answer is the largest displacement after about two seconds, from the table beside the files.
+"""
+
+import pytest
+
+from blockstat import read
+from dynsim import verify
+from problems import CASES
+
+#: Exactly at their limit: they may rest, creep or fall.
+LIMIT_STATES = ("rbe_simplestack", "rbe_slide")
+#: Motion that LMGC90's rests stay well below and its falls well above [m].
+MOVED = 0.005
+
+
+def convex_cases() -> list[tuple[str, float]]:
+    manifest = CASES / "MANIFEST.md"
+    if not manifest.is_file():
+        return []
+    rows = [
+        [cell.strip() for cell in line.split("|")[1:-1]] for line in manifest.read_text().splitlines() if "|" in line
+    ]
+    return [(row[0], float(row[7])) for row in rows[2:] if row[7] and row[4] == "0"]
+
+
+@pytest.mark.parametrize(("name", "moved"), convex_cases())
+def test_the_verdict_is_that_of_lmgc90(cases, name, moved):
+    outcome = verify(read(cases / f"{name}.json")).outcome.word
+    if name in LIMIT_STATES:
+        return
+    assert outcome == ("falls" if moved > MOVED else "stands")

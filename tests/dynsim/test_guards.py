@@ -1,0 +1,129 @@
+"""What Bullet would take without a word is refused; hostile scenes end in an error of ours or in a right verdict."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from blockstat import InputError, JointLaw
+from dynsim import DynamicOutcome, Settings, World, verify
+from dynsim.friction import block_friction
+from dynsim.guards import check_rotations, thickness
+from problems import assembly, box
+
+STANDS, FALLS = DynamicOutcome.STANDS, DynamicOutcome.FALLS
+GROUND = box((-5, -5, -1), (5, 5, 0), name="ground", group="ground")
+
+
+def pile(*boxes, **options):
+    return assembly([GROUND, *boxes], **options)
+
+
+def cube(z=0.0, name="cube", size=1.0, **options):
+    return box((0, 0, z), (size, size, z + size), name=name, **options)
+
+
+def broken(**changes):
+    """A good scene changed behind the back of the checks at reading."""
+    return dataclasses.replace(pile(cube()), **changes)
+
+
+def corners(function):
+    asm = pile(cube())
+    vertices = asm.vertices.copy()
+    vertices[8:] = function(vertices[8:])
+    return dataclasses.replace(asm, vertices=vertices)
+
+
+@pytest.mark.parametrize(
+    ("scene", "message"),
+    [
+        (lambda: corners(lambda v: v * np.nan), 'block "cube" has a corner that is not a number'),
+        (lambda: corners(lambda v: v * [1, 1, 0]), 'block "cube" has no volume'),
+        (lambda: corners(lambda v: v * [1, 1, -1]), 'block "cube" has no volume or is inside out'),
+        (lambda: corners(lambda v: v * 0), 'block "cube" has no volume'),
+        (lambda: broken(density=np.array([1.0, -1.0])), 'block "cube" has a mass that is not a positive number'),
+        (lambda: broken(density=np.array([1.0, 0.0])), 'block "cube" has a mass that is not a positive number'),
+        (lambda: broken(gravity=np.array([0.0, 0.0, np.nan])), "gravity is"),
+        (lambda: broken(friction=float("nan")), "friction is nan"),
+        (lambda: broken(support=np.array([False, False])), "has no supports"),
+        (lambda: broken(support=np.array([True, True])), "all blocks are supports"),
+        (lambda: pile(cube(), cube(1, "b"), cube(2, "crumb", 1e-3)), 'block "crumb" is less than 1/100'),
+        (lambda: pile(cube(), cube(1, "b"), cube(2, "giant", 200.0)), 'block "giant" is more than 100 times as large'),
+        (lambda: pile(cube(), cube(1, "lead", density=1e4)), '"lead" is 1e\\+04 times as heavy as "cube"'),
+        (lambda: pile(cube(), cube(1, "b"), box((0, 0, 2), (2, 2, 2.005), name="slab")), 'block "slab" is thinner'),
+        (lambda: pile(cube(), cube(0.94, "deep")), "overlap by 60 mm"),
+    ],
+)
+def test_what_bullet_would_swallow_is_refused(scene, message):
+    with pytest.raises(InputError, match=message):
+        verify(scene())
+
+
+def test_a_rotation_that_is_none_is_refused():
+    asm = pile(cube())
+    turns = np.stack([np.eye(3)] * 2)
+    check_rotations(asm, turns)
+    for wrong in (2 * np.eye(3), np.diag([1.0, 1.0, -1.0]), np.full((3, 3), np.nan)):
+        with pytest.raises(InputError, match='block "cube" has an orientation that is not a rotation'):
+            check_rotations(asm, np.stack([np.eye(3), wrong]))
+
+
+def test_a_force_on_no_block_or_of_no_number_is_refused():
+    with World(pile(cube()), Settings()) as world:
+        with pytest.raises(InputError, match="no block 7; blocks are 0 to 1"):
+            world.push([7], np.ones((1, 3)), np.zeros((1, 3)))
+        with pytest.raises(InputError, match="not a number"):
+            world.push([1], np.full((1, 3), np.nan), np.zeros((1, 3)))
+
+
+@pytest.mark.parametrize("step", ["time_step", "quick_step"])
+def test_an_absurd_time_step_is_refused(step):
+    with pytest.raises(InputError, match="at most 1/60 s"):
+        Settings(**{step: 1.0, "look_every": 1.0, "rest_after": 1.0})
+
+
+def test_the_thickness_of_a_box_is_its_least_edge():
+    asm = pile(box((0, 0, 0), (0.3, 2, 1)), box((0, 0, 1), (1, 1, 1.005)))
+    np.testing.assert_allclose(thickness(asm), [1.0, 0.3, 0.005], rtol=1e-6)
+
+
+def test_a_block_in_the_air_falls():
+    verdict = verify(pile(cube(), cube(3, "loose")))
+    assert (verdict.outcome, verdict.first_block) == (FALLS, "loose")
+    assert verdict.first_time > 0
+
+
+@pytest.mark.parametrize("ratio", [300, 1000])
+def test_a_heavy_block_on_a_light_one_stands(ratio):
+    # Bullet's defaults let it sink through the floor; weight alone never moves a block that is stacked straight.
+    verdict = verify(pile(cube(0, "light"), cube(1, "heavy", density=ratio)))
+    assert verdict.outcome is STANDS
+
+
+def test_a_thin_slab_under_large_blocks_stands():
+    blocks = [box((0, 0, 0), (0.4, 0.2, 0.01), name="slab")]
+    blocks += [box((0, 0, z), (0.4, 0.2, z + 0.2), name=f"b{z:.3f}") for z in 0.01 + 0.2 * np.arange(6)]
+    assert verify(pile(*blocks)).outcome is STANDS
+
+
+@pytest.mark.parametrize("factor", [0.99, 1.01])
+def test_friction_of_each_pair_of_groups_is_exact(factor):
+    # A slab on the ground with mu = .3, a second on the first with mu = .6: only the lower joint may slip.
+    blocks = [box((0, 0, 0), (1, 1, 0.2), group="low"), box((0, 0, 0.2), (1, 1, 0.4), group="high")]
+    laws = [JointLaw(("ground", "low"), friction=0.3), JointLaw(("low", "high"), friction=0.6)]
+    asm = pile(*blocks, joints=laws)
+    m = block_friction(asm)
+    assert (m[0] * m[1], m[1] * m[2]) == pytest.approx((0.3, 0.6), rel=1e-9)
+    verdict = verify(asm.with_(gravity=(0.3 * factor, 0, -1)), settings=Settings(time_step=1e-3))
+    assert verdict.outcome is (STANDS if factor < 1 else FALLS)
+    assert verdict.displacement[2] == pytest.approx(verdict.displacement[1], abs=1e-3)
+
+
+def test_frictions_that_no_product_gives_are_refused():
+    blocks = [
+        box((0, 0, 0), (1, 1, 1), group="a"), box((1, 0, 0), (2, 1, 1), group="b"),
+    ]  # fmt: skip
+    laws = [JointLaw(("ground", "*"), friction=0.5), JointLaw(("a", "b"), friction=0.0)]
+    with pytest.raises(InputError, match="friction 0 between a and b: Bullet multiplies"):
+        verify(pile(*blocks, joints=laws))

@@ -1,0 +1,76 @@
+"""Bullet's own limit multiplier."""
+
+import numpy as np
+import pytest
+
+from blockstat import InputError, limit_load
+from blockstat.load import point_load
+from dynsim import limit
+from dynsim.limit import LimitOutcome, Trial, _warnings
+from problems import arch, running_bond, slab, stack
+
+
+def test_a_block_tips_and_slides_at_its_closed_forms():
+    tips = limit(stack(1, 0.5, 2.0), (1, 0, 0))
+    assert tips.outcome is LimitOutcome.LIMIT
+    assert tips.lower <= 0.25 * 1.003
+    assert tips.upper >= 0.25 * 0.997
+    assert tips.upper - tips.lower <= 0.01 * tips.upper
+    assert tips.warnings == ()
+    slides = limit(slab(), (3, 4, 0), width=0.005)
+    assert slides.lower <= slab().friction * 1.003
+    assert slides.upper >= slab().friction * 0.997
+
+
+def test_wrenches_tip_a_block():
+    # A force at the top tips at W b / (2 h), a moment alone at W b / 2.
+    asm = stack(1, 0.5, 2.0)
+    weight = float(asm.mass[1])
+    force = limit(asm, point_load(asm, 1, (0, 0.5, 2.0), (1, 0, 0)), check=False)
+    assert force.lower / weight <= 0.125 * 1.005
+    assert force.upper / weight >= 0.125 * 0.995
+    moment = np.zeros((2, 6))
+    moment[1, 4] = 1.0
+    turn = limit(asm, moment, check=False)
+    assert turn.lower / weight <= 0.25 * 1.005
+    assert turn.upper / weight >= 0.25 * 0.995
+
+
+def test_few_runs_from_the_static_limit():
+    asm = running_bond(4, 3)
+    found = limit(asm, (0, 1, 0))
+    static = limit_load(asm, (0, 1, 0))
+    assert found.static == (static.lower, static.upper)
+    assert 0.97 < found.ratio < 1.01
+    assert len(found.trials) <= 7
+    assert found.summary()["runs"] == len(found.trials)
+    assert "Bullet / static" in found.explain()
+    # The bracket is what the runs say.
+    stood = [t.multiplier for t in found.trials if t.verdict == "stands"]
+    moved = [t.multiplier for t in found.trials if t.verdict != "stands"]
+    assert found.lower in stood
+    assert found.upper in moved
+
+
+def test_loads_without_a_limit_and_assemblies_without_a_stand():
+    assert limit(stack(2), (0, 0, -1)).outcome is LimitOutcome.UNBOUNDED
+    thin = limit(arch(15, 0.09), (1, 0, 0))
+    assert thin.outcome is LimitOutcome.DEAD_LOAD_FALLS
+    assert len(thin.trials) == 1
+    assert thin.summary()["lower"] is None
+
+
+def test_verdicts_that_change_more_than_once_are_told():
+    trials = [Trial(m, v, 0.0, 1.0, 1.0) for m, v in ((0.5, "falls"), (0.9, "stands"), (1.0, "falls"), (1.1, "stands"))]
+    below, above = _warnings(trials, 0.9, 1.0)
+    assert "it moved at 0.5 too, below the bracket" in below
+    assert "it stood at 1.1 too, above the bracket" in above
+    assert "neither stood nor fell (creeps)" in _warnings([Trial(1.0, "creeps", 0.0, 1.0, 1.0)], 0.9, 1.0)[0]
+    assert _warnings(trials[1:3], 0.9, 1.0) == ()
+
+
+def test_bad_questions():
+    with pytest.raises(InputError, match="width is 2"):
+        limit(stack(1), (1, 0, 0), width=2)
+    with pytest.raises(InputError, match="load direction"):
+        limit(stack(1), (0, 0, 0))

@@ -1,0 +1,248 @@
+"""Loads against closed forms: tipping, overturning by a pulse, sliding, three hinges, decentring."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
+
+from blockstat import Block, InputError
+from dynsim import (
+    DynamicOutcome,
+    Pulse,
+    Push,
+    Ramp,
+    Record,
+    Removal,
+    Settings,
+    Settlement,
+    Tilt,
+    read_record,
+    simulate,
+    verify,
+)
+from problems import arch, assembly, box, hexahedron, stack
+
+STANDS, FALLS = DynamicOutcome.STANDS, DynamicOutcome.FALLS
+G = 9.81
+DOWN = (0, 0, -G)
+FAR = Settings(brick_threshold=20.0, roof_threshold=20.0)
+
+
+def slider(friction):
+    """A flat block on wide level ground."""
+    return assembly(
+        [box((-50, -50, -1), (50, 50, 0)), box((-0.5, -0.5, 0), (0.5, 0.5, 0.2), name="slab")],
+        friction=friction, gravity=DOWN,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("axis", "ratio"), [((0, 1, 0), 0.25), ((0, -1, 0), 0.25), ((1, 0, 0), 0.5)])
+def test_a_block_tips_at_the_slope_of_its_diagonal(axis, ratio):
+    # atan(b / h), width 0.5 or depth 1 on a height of 2.
+    asm, angle = stack(1, 0.5, 2.0, gravity=DOWN), np.degrees(np.arctan(ratio))
+    assert verify(asm, loads=[Tilt(axis, 0.99 * angle, rate=5.0)]).outcome is STANDS
+    assert verify(asm, loads=[Tilt(axis, 1.01 * angle, rate=5.0)]).outcome is FALLS
+
+
+@pytest.mark.parametrize("length", [0.05, 1.0, 20.0])
+def test_overturning_starts_at_wests_acceleration(length):
+    # Milne (1885), after West: a / g = b / h.
+    asm = stack(1, 0.5, 2.0, gravity=DOWN)
+    asm = asm.with_(vertices=length * asm.vertices)
+    for factor, outcome in ((0.99, STANDS), (1.01, FALLS)):
+        ground = Ramp((factor * 0.25 * G, 0, 0), 1.0 * np.sqrt(length))
+        assert verify(asm, loads=[ground]).outcome is outcome
+
+
+def test_tilt_and_acceleration_add_up():
+    asm, angle = stack(1, 0.5, 2.0, gravity=DOWN), 7.0
+    a = G * (0.25 * np.cos(np.deg2rad(angle)) - np.sin(np.deg2rad(angle)))
+    for factor, outcome in ((0.98, STANDS), (1.02, FALLS)):
+        loads = [Tilt((0, 1, 0), angle, rate=5.0), Ramp((factor * a, 0, 0), 1.0)]
+        # Gravity turned about +y pulls towards -x, as ground that accelerates towards +x does.
+        assert verify(asm, loads=loads).outcome is outcome
+
+
+@pytest.mark.parametrize("strength", [1.5, 2.5, 4.0])
+def test_a_rectangular_pulse_overturns_as_housner_says(strength):
+    # Housner (1963): a pulse of a = A alpha g overturns if cosh(p T) > 1 + 1 / (2 A (A - 1)); within 2 %.
+    width, height = 0.25, 2.0
+    asm = stack(1, width, height, gravity=DOWN, friction=2.0)
+    p = np.sqrt(3 * G / (2 * np.hypot(width, height)))
+    duration = np.arccosh(1 + 1 / (2 * strength * (strength - 1))) / p
+    peak = (strength * width / height * G, 0, 0)
+    assert verify(asm, loads=[Pulse(peak, 0.98 * duration)]).outcome is not FALLS  # it rocks for long
+    assert verify(asm, loads=[Pulse(peak, 1.02 * duration)]).outcome is FALLS
+
+
+def test_a_block_slides_under_a_pulse_as_newmark_says():
+    # Newmark (1965): a rectangular pulse a of duration T leaves (a T)^2 / (2 mu g) (1 - mu g / a).
+    a, mu, duration = 0.5 * G, 0.2, 0.4
+    verdict = verify(slider(mu), loads=[Pulse((0, a, 0), duration)], settings=FAR)
+    expected = (a * duration) ** 2 / (2 * mu * G) * (1 - mu * G / a)
+    assert verdict.outcome is STANDS
+    np.testing.assert_allclose(verdict.displacement[1], [0, -expected, 0], atol=0.01 * expected)
+
+
+def test_a_block_slides_under_a_record_with_vertical_motion(tmp_path):
+    # The sliding equation integrated by another method; the record goes through its file.
+    times = np.arange(0, 1.5, 0.01)
+    ground = np.column_stack([8 * np.sin(4 * times), 3 * np.cos(11 * times), 2 * np.sin(9 * times)])
+    path = tmp_path / "record.csv"
+    path.write_text(
+        "time, x, y, z\n" + "\n".join(f"{t},{x},{y},{z}" for t, (x, y, z) in zip(times, ground, strict=True))
+    )
+    mu = 0.2
+
+    def rate(t, state):
+        a = np.array([np.interp(t, times, ground[:, k], right=0.0) for k in range(3)])
+        velocity = state[2:]
+        speed = np.linalg.norm(velocity)
+        held = mu * (G + a[2])
+        slip = velocity / speed if speed > 1e-4 else -a[:2] / max(np.linalg.norm(a[:2]), held, 1e-9)
+        return [*velocity, *(-a[:2] - held * slip)]
+
+    expected = solve_ivp(rate, (0, 3.0), [0, 0, 0, 0], max_step=2e-4, rtol=1e-6).y[:2, -1]
+    verdict = verify(slider(mu), loads=[read_record(path)], settings=FAR)
+    assert np.linalg.norm(expected) > 0.1
+    np.testing.assert_allclose(verdict.displacement[1, :2], expected, atol=0.03 * np.linalg.norm(expected))
+
+
+def test_a_block_under_the_yield_acceleration_stays():
+    verdict = verify(slider(0.5), loads=[Pulse((0.48 * G, 0, 0), 1.0, "half-sine")])
+    assert verdict.max_displacement < 1e-4
+
+
+def hinges(run, least=0.2):
+    """Joints of an arch of n voussoirs that turned by more than a share of the joint that turned most, with sign."""
+    n = run.assembly.n_blocks
+    order = [0, *range(2, n), 1]
+    frame = run.rotation[-1]
+    turn = [Rotation.from_matrix(frame[a].T @ frame[b]).as_rotvec()[1] for a, b in pairwise(order)]
+    turn = np.array(turn)
+    found = np.flatnonzero(np.abs(turn) > least * np.abs(turn).max())
+    return found, np.sign(turn[found]), turn
+
+
+@pytest.mark.parametrize("path", [(0.03, 0, 0), (-0.03, 0, 0), (0, 0, -0.05)])
+def test_a_settling_support_opens_three_hinges(path):
+    # Heyman (1966): an arch on supports that move cracks into three hinges and stands.
+    asm = arch(15, 0.15, gravity=DOWN)
+    verdict = verify(asm, loads=[Settlement("right", path, 0.02)])
+    assert verdict.outcome is STANDS
+    np.testing.assert_allclose(verdict.run.displacement[-1, 1], path, atol=1e-6)
+    found, signs, turn = hinges(verdict.run)
+    assert len(found) == 3
+    rest = np.delete(turn, found)
+    assert np.abs(rest).max() < 0.02 * np.abs(turn).max()
+    if path[0]:
+        assert signs[0] == signs[2] == -signs[1]
+    if path[0] > 0:  # a spreading arch sinks at its crown
+        assert abs(found[1] - 7.5) <= 1
+        assert verdict.displacement[9, 2] < -0.01
+
+
+def test_a_block_rides_on_a_support_that_moves():
+    asm = stack(1, 1.0, 0.5, gravity=DOWN)
+    path = [(0.2, 0, 0), (0.2, 0.1, 0), (0.2, 0.1, 0.05)]
+    # It slips by v^2 / (2 mu g), 2e-4 m, as the support starts, turns and stops.
+    load = Settlement("ground", path, 0.05, start=0.1)
+    assert load.end == pytest.approx(0.1 + 0.35 / 0.05)
+    verdict = verify(asm, loads=[load])
+    np.testing.assert_allclose(verdict.displacement[1], path[-1], atol=1e-3)
+
+
+def test_an_arch_without_its_keystone_falls():
+    asm = arch(15, 0.15, gravity=DOWN)
+    verdict = verify(asm, loads=[Removal("voussoir7", 0.2)])
+    assert verdict.outcome is FALLS
+    assert verdict.first_block in ("voussoir6", "voussoir8")
+    crossed = np.linalg.norm(verdict.run.since_release[:, 8], axis=1) > 0.001
+    assert verdict.run.times[crossed.argmax()] > 0.2
+    assert verdict.run.removed[9] == pytest.approx(0.2, abs=0.02)
+    assert np.isinf(np.delete(verdict.run.removed, 9)).all()
+
+
+@pytest.mark.parametrize(("thickness", "outcome"), [(0.15, STANDS), (0.10, FALLS)])
+def test_striking_the_centring(thickness, outcome):
+    # 15 voussoirs need t/R = .107; on its centring the thin one stands too.
+    asm = arch(15, thickness)
+    angles = np.pi - np.linspace(0, np.pi, 16)
+    r = 1 - thickness / 2
+    outline = [(r * np.cos(a), r * np.sin(a)) for a in angles]
+    blocks = [
+        hexahedron(asm.block_vertices(i)[:4], asm.block_vertices(i)[4:], name=asm.names[i]) for i in range(asm.n_blocks)
+    ]
+    n = len(outline)
+    vertices = [(x, y, z) for y in (0.0, 0.5) for x, z in outline]
+    sides = [[i, i + n, (i + 1) % n + n, (i + 1) % n] for i in range(n)]
+    centring = Block(vertices, [list(range(n))[::-1], list(range(n, 2 * n)), *[s[::-1] for s in sides]], "centring")
+    scene = assembly([*blocks, centring], supports=["left", "right", "centring"], gravity=DOWN)
+    assert verify(scene).outcome is STANDS
+    assert verify(scene, loads=[Removal("centring", 0.3)]).outcome is outcome
+
+
+def test_a_pushed_block_slides_to_a_stop():
+    # v^2 / (2 mu g)
+    verdict = verify(slider(0.4), loads=[Push("slab", velocity=(1.5, 0, 0), time=0.1)], settings=FAR)
+    np.testing.assert_allclose(verdict.displacement[1], [1.5**2 / (2 * 0.4 * G), 0, 0], atol=0.005)
+
+
+@pytest.mark.parametrize("length", [0.1, 5.0])
+def test_an_impulse_off_the_centre_spins_a_free_block(length):
+    asm = assembly([box((-5, -5, -60), (5, 5, -50)), box((0, 0, 0), (1, 2, 3))], gravity=DOWN)
+    asm = asm.with_(vertices=length * asm.vertices)
+    impulse, arm = 0.1 * asm.mass[1] * np.array([1.0, 2.0, -1.0]), length * np.array([0.5, 1.0, 1.5])
+    push = Push(1, impulse=impulse, point=asm.centroid[1] + arm)
+    run = simulate(asm, settings=Settings(end=1.0), actions=[push])
+    k = 5
+    spin = np.linalg.solve(asm.inertia[1], np.cross(arm, impulse))
+    turned = Rotation.from_matrix(run.rotation[k, 1]).as_rotvec()
+    assert np.linalg.norm(turned) > 0.01
+    # Torque-free motion of a box: the axis drifts a little as it turns.
+    np.testing.assert_allclose(turned, spin * run.times[k], atol=0.05 * np.linalg.norm(turned))
+    moved = run.since_release[k, 1] / run.times[k]
+    np.testing.assert_allclose(moved[:2], [0.1, 0.2], rtol=1e-3)
+
+
+def test_loads_leave_the_verdict_without_them_as_it_was():
+    asm = arch(9, 0.2)
+    plain, same = verify(asm), verify(asm, loads=[])
+    np.testing.assert_array_equal(plain.run.displacement, same.run.displacement)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Tilt((0, 0, 0), 5), r"tilt: axis is \(0, 0, 0\); it must be three numbers, not all zero"),
+        (lambda: Tilt((0, 1, 0), 5, rate=0), "tilt: rate is 0; it must be above 0"),
+        (lambda: Settlement("left", (0, 0), 0.1), "settlement: path is"),
+        (lambda: Settlement("left", (0, 0, 1), -1), "settlement: speed is -1"),
+        (lambda: Removal("a", -1), "removal: time is -1; it must be 0 or more"),
+        (lambda: Push("a"), "push: a velocity or an impulse is needed"),
+        (lambda: Push("a", velocity=(1, 0, np.nan)), "push: velocity"),
+        (lambda: Push("a", velocity=(1, 0, 0), point=(0, 0, 0)), "push: a point goes with an impulse"),
+        (lambda: Ramp((1, 0, 0), 0), "ramp: duration is 0"),
+        (lambda: Pulse((1, 0, 0), 1, "square"), 'pulse: no shape "square"; shapes are: rectangle'),
+        (lambda: Record(np.array([0.0, 0.0]), np.ones((2, 3))), "record: times must grow"),
+        (lambda: Record(np.array([0.0, 1.0]), np.ones((2, 2))), "record: times have shape"),
+        (lambda: verify(stack(2), loads=[Removal("key")]), 'removal: no block "key"; blocks are: ground, stone0'),
+        (lambda: verify(stack(2), loads=[Removal(["stone0", "stone1"])]), "removal: nothing that can move is left"),
+        (lambda: verify(stack(2), loads=[Push("ground", velocity=(1, 0, 0))]), 'push: "ground" is a support'),
+        (lambda: verify(stack(2), loads=[Settlement(1, (0, 0, 1), 1)]), 'settlement: "stone0" is no support'),
+    ],
+)
+def test_bad_loads(make, message):
+    with pytest.raises(InputError, match=message):
+        make()
+
+
+def test_a_rocking_block_is_watched_until_it_rests():
+    asm = stack(1, 0.5, 2.0, gravity=DOWN, friction=2.0)
+    verdict = verify(asm, loads=[Pulse((5.0, 0, 0), 0.17)])
+    peak = np.linalg.norm(verdict.run.since_release[:, 1], axis=1).max()
+    assert verdict.outcome is STANDS
+    assert peak > 0.05
+    assert np.linalg.norm(verdict.displacement[1]) < 0.1 * peak

@@ -1,0 +1,59 @@
+"""Ground-motion records as files."""
+
+import numpy as np
+import pytest
+
+from blockstat import InputError
+from dynsim import read_record
+
+
+def record(tmp_path, text, **options):
+    path = tmp_path / "motion.csv"
+    path.write_text(text)
+    return read_record(path, **options)
+
+
+def test_columns_are_components(tmp_path):
+    along = record(tmp_path, "0 1\n0.5 3\n1 -1\n", direction=(0, 3, 4), scale=9.81)
+    np.testing.assert_allclose(along.at(0.25), 2 * 9.81 * np.array([0, 0.6, 0.8]))
+    plane = record(tmp_path, "# a comment\ntime; x; y\n0; 1; 2\n\n1; 3; 4\n")
+    np.testing.assert_allclose(plane.at(0.5), [2, 3, 0])
+    space = record(tmp_path, "0.1,1,2,3\n1,3,4,5\n")
+    np.testing.assert_allclose(space.at(1.0), [3, 4, 5])
+    np.testing.assert_array_equal(space.at(0.05), np.zeros(3))
+    np.testing.assert_array_equal(space.at(1.01), np.zeros(3))
+    assert space.end == 1.0
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("t,a\n0,1\n0.1,x\n", r'motion\.csv, line 3: "x" is not a finite number'),
+        ("0,1\n0.1,nan\n", r'motion\.csv, line 2: "nan" is not a finite number'),
+        ("0,1\n0.1,1,2\n", "line 2: 3 columns where the lines above have 2"),
+        ("0\n1\n", "line 1: 1 columns"),
+        ("0,1,2,3,4\n", "line 1: 5 columns"),
+        ("0,1\n# two\n0.2,1\n0.1,1\n", r"line 4: the time 0\.1 does not come after 0\.2"),
+        ("-1,1\n0,1\n", "line 1: the time is -1"),
+        ("0;1,5\n1;2,5\n", "line 1: commas and semicolons both"),
+        ("", "0 lines of numbers"),
+        ("t,a\n0,1\n", "1 lines of numbers"),
+        ("t,a\ns,m\n0,1\n1,1\n", 'line 2: "s" is not a finite number'),
+        ("0,0\n1,0\n", "the acceleration is 0 throughout"),
+    ],
+)
+def test_bad_records_are_named_with_their_line(tmp_path, text, message):
+    with pytest.raises(InputError, match=message):
+        record(tmp_path, text)
+
+
+def test_bad_ways_to_read_a_record(tmp_path):
+    with pytest.raises(InputError, match=r"gone\.csv: No such file"):
+        read_record(tmp_path / "gone.csv")
+    with pytest.raises(InputError, match="scale is 0"):
+        record(tmp_path, "0,1\n1,1\n", scale=0)
+    with pytest.raises(InputError, match="record: direction"):
+        record(tmp_path, "0,1\n1,1\n", direction=(0, 0, 0))
+    (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(InputError, match="not a text file"):
+        read_record(tmp_path / "binary.csv")

@@ -1,0 +1,33 @@
+"""Bullet against closed forms and known limits (tests/references/dynamics.py), with the tolerances of the docs."""
+
+import pytest
+
+from dynsim import verify
+from references.dynamics import BLOCKS, DIRECTIONS, LIMITS, RESTS, rocking, slips_rightly
+
+
+@pytest.mark.parametrize("hull", [False, True], ids=["boxes", "hulls"])
+@pytest.mark.parametrize("direction", range(DIRECTIONS))
+def test_slip_within_half_a_percent_of_friction(hull, direction):
+    assert slips_rightly(hull, direction)
+
+
+@pytest.mark.parametrize(("width", "height"), BLOCKS)
+def test_rocking_follows_housner(width, height):
+    found = rocking(width, height)
+    assert found.quarter == pytest.approx(1, abs=0.01)
+    assert found.restitution == pytest.approx(1, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    "limit", [pytest.param(limit, id=limit.name, marks=[pytest.mark.slow] * limit.slow) for limit in LIMITS]
+)
+def test_a_family_stops_standing_at_its_limit(limit):
+    assert limit.stands(1 - limit.within)
+    assert not limit.stands(1 + limit.within)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scene", list(RESTS.values()), ids=list(RESTS))
+def test_tall_walls_and_long_arches_rest(scene):
+    assert verify(scene()).outcome.word == "stands"

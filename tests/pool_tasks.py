@@ -1,0 +1,35 @@
+"""Tasks for the processes of a pool: good ones and murderous ones."""
+
+import os
+import signal
+import time
+import warnings
+
+from blockstat.errors import InputWarning
+
+
+def mixed(number):
+    """Fail in the way of the number."""
+    if number == 1:
+        os.kill(os.getpid(), signal.SIGKILL)
+    if number == 2:
+        os.kill(os.getpid(), signal.SIGSEGV)
+    if number == 3:
+        time.sleep(60)
+    if number == 4:
+        os._exit(3)
+    if number == 5:
+        raise ValueError("five")
+    if number == 6:
+        os.system("echo noise on standard output")
+    return 10 * number
+
+
+def slow(seconds):
+    time.sleep(seconds)
+    return seconds
+
+
+def warned(text):
+    warnings.warn(InputWarning(text), stacklevel=2)
+    return text
