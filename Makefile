@@ -8,7 +8,7 @@ STAMP := $(VENV)/.installed
 # that has it.
 COMPAS ?=
 
-.PHONY: demo test test-all lint benchmark solvers validation hard pictures gallery screenshots clean
+.PHONY: demo test test-all lint benchmark solvers validation hard pictures gallery scenes screenshots clean
 
 demo: $(STAMP)
 	$(BIN)/dynsim optimise examples/chapel.toml -o out/chapel
@@ -30,6 +30,7 @@ benchmark: $(STAMP)
 	$(BIN)/python benchmarks/loads.py
 	$(BIN)/python benchmarks/compare_verdicts.py
 	$(BIN)/python benchmarks/live_page.py
+	$(BIN)/python benchmarks/building.py
 
 solvers: $(STAMP)
 	$(BIN)/python benchmarks/solvers.py --write --sizes 100 1000 3000 10000 --limit 300 $(if $(COMPAS),--compas $(COMPAS))
@@ -49,6 +50,9 @@ gallery: $(STAMP)
 
 screenshots: $(STAMP)
 	$(BIN)/python docs/make_screenshots.py
+
+scenes: $(STAMP)
+	$(BIN)/python docs/make_scenes.py
 
 clean:
 	rm -rf $(VENV) out build dist src/*.egg-info

@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
 
 from blockstat import build
-from blockstat.spec import building_from
+from blockstat.spec import scene_from
 from dynsim import Settings, verify
 from dynsim.settings import PRESETS
 from references.dynamics import LIMITS
@@ -51,7 +51,7 @@ def chapel(size: str, wall: float):
     scene["brick"] = {"length": length, "height": height}
     scene["wall"]["thickness"] = wall
     scene["vault"]["voussoirs"] = voussoirs
-    return build(building_from(scene))
+    return build(scene_from(scene))
 
 
 def costs(preset: str, sizes: list[str]) -> list[dict]:

@@ -12,7 +12,7 @@ from collections import Counter
 import numpy as np
 
 from blockstat import InputError, assess, build
-from blockstat.spec import building_from
+from blockstat.spec import scene_from
 from dynsim import verify
 
 
@@ -39,7 +39,7 @@ def main() -> None:
     counts: Counter[tuple[str, str, str]] = Counter()
     for number in range(options.scenes):
         try:
-            assembly = build(building_from(random_hut(rng, number)))
+            assembly = build(scene_from(random_hut(rng, number)))
         except InputError:
             continue
         words = [assess(assembly, flow=flow).outcome.word for flow in ("associated", "coulomb")]

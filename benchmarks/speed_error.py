@@ -144,9 +144,8 @@ def literal(scene: Scene) -> float:
 
 
 def bullet(scene: Scene, preset: str) -> float:
-    from dynsim.limit import limit
-
     from dynsim import Settings
+    from dynsim.limit import limit
 
     found = limit(scene.assembly, scene.load, settings=Settings.named(preset), check=False)
     return (found.lower + found.upper) / 2

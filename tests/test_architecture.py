@@ -10,7 +10,7 @@ LAYERS = [
     {"errors", "polyhedron", "checks", "separation", "clip", "broad"},
     {"geometry_check", "spec", "joint", "assembly"},
     {"faces", "concave", "merge", "contact", "overlap", "model", "io"},
-    {"cells", "equilibrium", "mend", "snap"},
+    {"cells", "equilibrium", "mend", "snap", "weld"},
     {"heal"},
     {"planar", "bonds"},
     {"program"},

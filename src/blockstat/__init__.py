@@ -19,7 +19,7 @@ from blockstat.reserve import friction_limit, tilt_limit
 from blockstat.result import Outcome, Verdict
 from blockstat.reuse import Memory
 from blockstat.search import search
-from blockstat.spec import Building, parameters, with_values
+from blockstat.spec import Building, Composition, parameters, scene_from, with_values
 from blockstat.thrust import load_domain, settlement, thrust_range
 from blockstat.view3d.page import show
 
@@ -28,6 +28,7 @@ __all__ = [
     "Assembly",
     "Block",
     "Building",
+    "Composition",
     "InputError",
     "InputWarning",
     "Interfaces",
@@ -50,6 +51,7 @@ __all__ = [
     "parameters",
     "point_load",
     "read",
+    "scene_from",
     "search",
     "settlement",
     "show",

@@ -21,6 +21,7 @@ from blockstat.io.parts import Parts
 from blockstat.mend import Mended, mend_surface
 from blockstat.polyhedron import Floats
 from blockstat.snap import common_planes, meet
+from blockstat.weld import settled_faces, shared_corners
 
 WELD = 1e-4  #: vertices closer than this, relative to the diagonal of their block's box, are one
 WARP = 1e-2  #: faces whose corners are off their plane by no more than this, relative to the block, are made flat
@@ -167,8 +168,10 @@ def _mended(block: Block, number: int, weld: float) -> Mended:
 def _closed(assembly: Assembly, gap: float, warp: float) -> tuple[Assembly, list[Change]]:
     """The assembly with flat faces and closed joints, and what moved."""
     block, size, before = assembly.face_block, assembly.size, assembly.planes.warp
-    label = common_planes(assembly, gap, np.flatnonzero(before <= warp * size[block]))
-    moved = meet(assembly, label)
+    corner = shared_corners(assembly, gap) if gap > 0 else np.arange(len(assembly.vertices))
+    flat = before <= warp * size[block]
+    label = common_planes(assembly, gap, np.flatnonzero(flat & ~settled_faces(assembly, corner)))
+    moved = meet(assembly, label, corner)
     far = _furthest(assembly, moved)
     wild = far > FAR * max(gap, warp) * size
     still = far <= SEEN * size
@@ -178,7 +181,7 @@ def _closed(assembly: Assembly, gap: float, warp: float) -> tuple[Assembly, list
     after = healed.planes.warp
     changes = []
     for i, name in enumerate(assembly.names):
-        own, bent = (np.flatnonzero((block == i) & chosen) for chosen in (label >= 0, label < 0))
+        own, bent = (np.flatnonzero((block == i) & chosen) for chosen in (label >= 0, ~flat))
         left = [f"left as it was: a vertex would have moved by {far[i]:.2g} m"] if wild[i] else []
         left += [f"{len(bent)} faces are too far from flat and were left"] if len(bent) else []
         if after[own].max(initial=0.0) > FLAT * size[i]:

@@ -24,7 +24,7 @@ from blockstat.assembly import Assembly
 from blockstat.errors import InputError
 from blockstat.model import build
 from blockstat.result import Outcome, Verdict
-from blockstat.spec import Building, parameters, with_values
+from blockstat.spec import Scene, parameters, with_values
 
 PRUNED = "pruned"
 COLUMNS = ("static", "score", "dynamic", "volume", "blocks", "static_seconds", "dynamic_seconds", "note")
@@ -66,8 +66,8 @@ class Candidate:
 class SearchResult:
     """History and best design of a search."""
 
-    building: Building  #: where the search started: every parameter at its largest
-    best: Building | None  #: the last design that stood, None when none did
+    building: Scene  #: where the search started: every parameter at its largest
+    best: Scene | None  #: the last design that stood, None when none did
     best_parameters: dict[str, float] | None
     history: tuple[Candidate, ...]
     verdicts: dict[tuple[float, ...], Verdict] = field(repr=False)  #: static verdicts of this run by parameter values
@@ -76,7 +76,7 @@ class SearchResult:
 
 
 def search(
-    building: Building,
+    building: Scene,
     *,
     static: Callable[[Assembly], Verdict],
     verify: Callable[[Assembly], Dynamic],
@@ -130,7 +130,7 @@ def search(
     )
 
 
-def check_names(building: Building, names: Sequence[str] | None) -> list[str]:
+def check_names(building: Scene, names: Sequence[str] | None) -> list[str]:
     """The parameters to move, in order. Raises InputError for an unknown one, or when there is none."""
     ranges = parameters(building)
     chosen = list(names) if names is not None else list(ranges)
@@ -142,7 +142,7 @@ def check_names(building: Building, names: Sequence[str] | None) -> list[str]:
     return chosen
 
 
-def _digest(building: Building, conditions: str) -> str:
+def _digest(building: Scene, conditions: str) -> str:
     return hashlib.sha256(msgspec.json.encode(building, order="sorted") + conditions.encode()).hexdigest()[:12]
 
 
@@ -155,7 +155,7 @@ class _State:
 
     def __init__(
         self,
-        building: Building,
+        building: Scene,
         names: list[str],
         static: Callable,
         verify: Callable,

@@ -120,25 +120,27 @@ def _alike(assembly: Assembly, gap: float, candidates: Ints) -> list[tuple[int, 
     return [(i, j) for _, i, j in sorted(found)]
 
 
-def meet(assembly: Assembly, label: Ints) -> Floats:
+def meet(assembly: Assembly, label: Ints, corner: Ints) -> Floats:
     """Vertices [m] moved as little as may be to lie in the planes of their faces, shape (n_vertices, 3).
 
+    corner : of each vertex; vertices of one corner go to one place.
     Planes are fitted to the corners that share their label (least squares, weighted by area) and vertices moved onto
     them, in turn, until nothing moves: at once where three faces meet at every vertex.
     """
     face = np.repeat(np.arange(len(label)), np.diff(assembly.face_start))
     live = label[face] >= 0
-    plane, vertex = label[face][live], assembly.face_vertices[live]
+    plane, vertex = label[face][live], corner[assembly.face_vertices[live]]
     weight = (assembly.planes.area / np.diff(assembly.face_start))[face][live]
     origin = assembly.vertices.mean(axis=0)
-    points = assembly.vertices - origin
+    n = int(corner.max()) + 1
+    points = _sums(corner, assembly.vertices - origin, n) / np.bincount(corner)[:, None]
     extent = float(np.abs(points).max())
-    count, n = int(label.max()) + 1, len(points)
+    count = int(label.max()) + 1
     total = np.bincount(plane, weight, count)
     for _ in range(STEPS):
-        corner = points[vertex]
-        centre = _sums(plane, weight[:, None] * corner, count) / total[:, None]
-        local = corner - centre[plane]
+        reached = points[vertex]
+        centre = _sums(plane, weight[:, None] * reached, count) / total[:, None]
+        local = reached - centre[plane]
         spread = _sums(plane, weight[:, None, None] * local[:, :, None] * local[:, None, :], count)
         normal = np.linalg.eigh(spread)[1][:, :, 0][plane]
         off = -np.einsum("ij,ij->i", local, normal)
@@ -150,7 +152,7 @@ def meet(assembly: Assembly, label: Ints) -> Floats:
         inverse = np.where(strong, 1.0 / np.where(strong, size, 1.0), 0.0)
         wanted = _sums(vertex, normal * off[:, None], n)
         points = points + np.einsum("nij,nj,nkj,nk->ni", axes, inverse, axes, wanted)
-    return points + origin
+    return points[corner] + origin
 
 
 def _sums(index: Ints, values: Floats, count: int) -> Floats:

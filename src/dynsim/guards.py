@@ -85,7 +85,8 @@ def check_overlap(assembly: Assembly, pair: tuple[int, int], depth: float) -> No
 def check_rotations(assembly: Assembly, rotations: Floats) -> None:
     """Raise InputError for an orientation, shape (n, 3, 3), that is not a rotation; Bullet would scale the block."""
     product = np.einsum("nij,nik->njk", rotations, rotations)
-    wrong = ~(np.abs(product - np.eye(3)).max(axis=(1, 2)) < 1e-6) | ~(np.linalg.det(rotations) > 0)
+    with np.errstate(invalid="ignore"):
+        wrong = ~(np.abs(product - np.eye(3)).max(axis=(1, 2)) < 1e-6) | ~(np.linalg.det(rotations) > 0)
     _refuse(assembly, wrong, "has an orientation that is not a rotation")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
@@ -15,6 +16,8 @@ from dynsim.loading import Removal
 
 #: Blocks rock for long: after the last change of a load a run may take this many times `Settings.end`.
 AFTERWARDS = 3.0
+#: Motion dies away when it is less than this part of what it was in the time before.
+DYING = 0.9
 
 
 def last_change(loads: Sequence[Load]) -> float:
@@ -36,16 +39,39 @@ def threshold_under(assembly: Assembly, loads: Sequence[Load]) -> float:
 
 
 class Calm:
-    """Whether blocks have stayed within a distance of one place for a time, as seen look by look."""
+    """Whether blocks are at rest, as seen look by look: within a distance of one place for a time; or near where they
+    were let go, within three such distances for that time, and less far than in the time before.
+    """
 
-    def __init__(self, distance: float, duration: float) -> None:
-        self._distance, self._duration = distance, duration
+    def __init__(self, distance: float, duration: float, small: float) -> None:
+        """small : how far from where they were let go blocks may be while their motion dies away [m]."""
+        self._distance, self._duration, self._small = distance, duration, small
         self._start, self._place = -np.inf, np.empty((0, 3))
+        self._past: deque[tuple[float, Floats]] = deque()
         self.reached = False
 
     def since(self, time: float, moved: Floats) -> bool:
         """Look at displacements, shape (n, 3) [m], at a time; before 0 nothing is calm."""
-        if time <= 0 or np.linalg.norm(moved - self._place, axis=1).max() >= self._distance:
+        if time <= 0 or _furthest(moved - self._place) >= self._distance:
             self._start, self._place = max(time, 0.0), moved
-        self.reached = time > 0 and time - self._start >= self._duration
+        still = time > 0 and time - self._start >= self._duration
+        self.reached = still or self._dies_away(time, moved)
         return self.reached
+
+    def _dies_away(self, time: float, moved: Floats) -> bool:
+        """Whether the motion of the last `duration` is small and smaller than that of the one before."""
+        if time <= 0:
+            return False
+        self._past.append((time, moved))
+        start = time - 2 * self._duration
+        if self._past[0][0] > start + 1e-9:
+            return False
+        while len(self._past) > 1 and self._past[1][0] <= start + 1e-9:
+            self._past.popleft()
+        middle = min(self._past, key=lambda look: abs(look[0] - (time - self._duration)))[1]
+        last, before = _furthest(moved - middle), _furthest(middle - self._past[0][1])
+        return last < min(3 * self._distance, DYING * before) and _furthest(moved) < self._small
+
+
+def _furthest(moved: Floats) -> float:
+    return float(np.linalg.norm(moved, axis=1).max())

@@ -12,7 +12,7 @@ from blockstat.plot import picture
 from blockstat.report import Figure, write_designs, write_report
 from blockstat.reuse import Memory
 from blockstat.search import Candidate, SearchResult, search
-from blockstat.spec import Building, with_values
+from blockstat.spec import Scene, with_values
 from dynsim.compare import likely_reason
 from dynsim.settings import Settings
 from dynsim.verify import DynamicVerdict, verify
@@ -24,7 +24,7 @@ NOTE = (
 
 
 def optimise(
-    building: Building,
+    building: Scene,
     directory: Path,
     *,
     names: Sequence[str] | None = None,

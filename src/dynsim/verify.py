@@ -17,6 +17,7 @@ from dynsim.guards import check_assembly
 from dynsim.loaded import AFTERWARDS, Calm, last_change, stays, threshold_under
 from dynsim.run import Run, simulate
 from dynsim.settings import Settings
+from dynsim.stages import stages
 from dynsim.stiffness import caveats
 from dynsim.verdict import DynamicOutcome, DynamicVerdict
 
@@ -34,9 +35,8 @@ def verify(
 
     Falls: a block went beyond its threshold, by Eq. 1, Eq. 2, the length of its displacement or its rotation.
     Stands: it did not, and at the end all blocks moved by less than `Settings.rest` thresholds in
-    `Settings.rest_after`. Creeps: neither. A run ends early on a fall and on a rest. Where nothing acts but weight, a
-    quick run at `Settings.quick_step` comes first and is believed where blocks stand or clearly fall: coarse time steps
-    make blocks fall that stand, and not the other way round. Otherwise a run at `Settings.fine_step` decides.
+    `Settings.rest_after`. Creeps: neither. A run ends early on a fall and on a rest. Where nothing acts but weight,
+    quicker runs come first and are believed where blocks stand or clearly fall (see `dynsim.stages`).
 
     loads : what acts on it besides its weight (`dynsim.loading`, `dynsim.ground`). Under loads that last or change,
     blocks rock and slide and come to rest elsewhere, so the default threshold is then the size of a block, and what
@@ -53,17 +53,23 @@ def verify(
     judge = _Judge(assembly, settings, loads, actions)
     if loads or actions or any(law.strong for law in assembly.joints):
         return judge(settings, [*loads, *actions])
-    first = judge(replace(settings, time_step=settings.quick_step), ())
-    settled = first.outcome is DynamicOutcome.STANDS or _clear(first, settings.clear_fall)
-    if settled or settings.fine_step == settings.quick_step:
-        return first
-    fine = replace(settings, time_step=settings.fine_step, iterations=settings.fine_iterations)
-    return judge(fine, (), spent=first.run.process_seconds)
+    *quicker, finest = stages(assembly, settings)
+    spent = 0.0
+    for stage in quicker:
+        verdict = judge(stage, (), spent)
+        if verdict.outcome is DynamicOutcome.STANDS or _clear(verdict, settings.clear_fall):
+            return verdict
+        spent = verdict.run.process_seconds
+    return judge(finest, (), spent)
 
 
 def _clear(verdict: DynamicVerdict, within: float) -> bool:
     """Whether blocks fell so soon after release that a finer time step would not have held them."""
     return verdict.first_time is not None and verdict.first_time * verdict.run.pace < within
+
+
+#: Slow motion that grows slower is a rest while blocks are within this part of their threshold.
+SMALL = 0.1
 
 
 class _Judge:
@@ -85,7 +91,7 @@ class _Judge:
         self._crack = settings.crack_threshold
 
     def __call__(self, settings: Settings, actions: Sequence[Action], spent: float = 0.0) -> DynamicVerdict:
-        calm = Calm(self._rest, settings.rest_after)
+        calm = Calm(self._rest, settings.rest_after, SMALL * self._brick)
         furthest = max(self._brick, self._roof)
 
         def decided(elapsed: float, moved: Floats) -> bool:

@@ -255,7 +255,6 @@ present = "search"
 
 @pytest.mark.slow
 def test_a_scene_that_becomes_empty_says_so_and_comes_back(tmp_path, capfd):
-    pytest.importorskip("blockstat.spec.composition", reason="scenes are not composed of elements here")
     path = tmp_path / "maybe.toml"
     path.write_text(EMPTY)
     with live(path, capfd) as (page, open_tab):

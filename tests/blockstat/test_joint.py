@@ -19,7 +19,7 @@ from blockstat import (
 )
 from blockstat.cells import refine
 from blockstat.sensitivity import limit_load_gradient
-from blockstat.spec import building_from
+from blockstat.spec import scene_from
 from problems import assembly, box, running_bond, stack
 
 NEAR = 1e-6
@@ -103,9 +103,9 @@ def test_laws_in_files(tmp_path):
     with pytest.raises(InputError, match="glue"):
         read(path)
     scene = {"name": "s", "length": 2.0, "span": 1.5, "joints": [{"between": ["wall", "ground"], "friction": 0.4}]}
-    assert build(building_from(scene)).joints == (JointLaw(("wall", "ground"), friction=0.4),)
+    assert build(scene_from(scene)).joints == (JointLaw(("wall", "ground"), friction=0.4),)
     with pytest.raises(InputError, match=r"joints\[0\]\.frictoin: unknown key"):
-        building_from({**scene, "joints": [{"between": ["wall", "ground"], "frictoin": 0.4}]})
+        scene_from({**scene, "joints": [{"between": ["wall", "ground"], "frictoin": 0.4}]})
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from blockstat import InputError, build, find_interfaces, load_scene
 from blockstat.model.bond import Lintel, Void, brick_length, lay_row
 from blockstat.overlap import overlaps
-from blockstat.spec import building_from
+from blockstat.spec import scene_from
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +84,7 @@ def test_buttresses_are_spaced_by_the_paper():
         "name": "row", "length": 9.0, "span": 3.0, "wall": {"thickness": 0.5, "height": 1.2},
         "buttresses": {"south": {"number": 2, "thickness": 0.5, "width": 0.6, "height": 0.9}},
     }  # fmt: skip
-    assembly = build(building_from(scene))
+    assembly = build(scene_from(scene))
     for k in (1, 2):
         blocks = assembly.in_group(f"buttress.south.{k}")
         np.testing.assert_allclose(assembly.centroid[blocks, 0], 3.0 * k)
@@ -130,7 +130,7 @@ def test_any_building_that_builds_is_sound_geometry(
         "vault": {"thickness": 0.2, "voussoirs": voussoirs},
     }  # fmt: skip
     try:
-        assembly = build(building_from(scene))
+        assembly = build(scene_from(scene))
     except InputError:
         return
     assert (assembly.volume > 0).all()

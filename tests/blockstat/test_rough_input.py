@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from blockstat import Assembly, Block, InputError, InputWarning, Outcome, assess, load_scene, read, search, write
-from blockstat.spec import building_from
+from blockstat.spec import scene_from
 from problems import HUT, arch, assembly, box, hexahedron, stack
 
 
@@ -73,14 +73,14 @@ def test_a_scene_has_its_own_support(root):
 )
 def test_slips_in_a_scene_name_their_key(change, path):
     with pytest.raises(InputError, match=path.replace(".", r"\.")):
-        building_from(HUT | change)
+        scene_from(HUT | change)
 
 
 def test_a_scene_of_millions_of_bricks_is_refused_before_it_is_built():
     from blockstat import build
 
     with pytest.raises(InputError, match=r"about .* blocks; at most"):
-        build(building_from(HUT | {"brick": {"length": 1e-3, "height": 1e-3}}))
+        build(scene_from(HUT | {"brick": {"length": 1e-3, "height": 1e-3}}))
 
 
 def test_separate_solids_in_one_object_are_mentioned_and_nameless_ones_are_blocks(tmp_path):
@@ -133,7 +133,7 @@ def test_metadata_does_not_override_physics(tmp_path):
 
 def test_a_damaged_history_is_refused(tmp_path):
     path = tmp_path / "history.csv"
-    building = building_from(HUT)
+    building = scene_from(HUT)
 
     def judge(assembly):
         raise KeyboardInterrupt

@@ -1,7 +1,7 @@
 import pytest
 
 from blockstat import InputError, build, load_scene, parameters, with_values
-from blockstat.spec import Range, building_from
+from blockstat.spec import Range, scene_from
 
 SCENE = {
     "name": "hut", "length": 2.7, "span": 2.0,
@@ -13,7 +13,7 @@ SCENE = {
 
 def refused(change: dict) -> str:
     with pytest.raises(InputError) as error:
-        building_from(SCENE | change)
+        scene_from(SCENE | change)
     assert "\n" not in str(error.value)
     return str(error.value)
 
@@ -56,7 +56,7 @@ def test_ranges_step_down_to_their_minimum():
 
 
 def test_parameters_move_by_path():
-    building = building_from(SCENE)
+    building = scene_from(SCENE)
     assert list(parameters(building)) == ["wall.thickness"]
     thin = with_values(building, {"wall.thickness": 0.2})
     assert parameters(thin)["wall.thickness"].value == 0.2
@@ -68,14 +68,14 @@ def test_parameters_move_by_path():
 
 
 def test_intrinsic_parameters_default_to_the_paper():
-    material = building_from(SCENE).material
+    material = scene_from(SCENE).material
     assert (material.density, material.friction, material.glue, material.rotational_stiffness) == (
         2691,
         0.7,
         10,
         7000,
     )
-    assembly = build(building_from(SCENE))
+    assembly = build(scene_from(SCENE))
     assert assembly.density[0] == 2691
     assert assembly.friction == 0.7
     assert assembly.metadata["material"]["glue"] == 10
@@ -104,5 +104,5 @@ def test_intrinsic_parameters_default_to_the_paper():
 )
 def test_parts_that_do_not_fit_name_their_key(change, expected):
     with pytest.raises(InputError) as error:
-        build(building_from(SCENE | change))
+        build(scene_from(SCENE | change))
     assert expected in str(error.value)

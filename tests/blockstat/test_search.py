@@ -9,7 +9,7 @@ import pytest
 
 from blockstat import InputError, assess, build, search, with_values
 from blockstat.search import PRUNED
-from blockstat.spec import building_from
+from blockstat.spec import scene_from
 from problems import HUT
 
 
@@ -41,7 +41,7 @@ class Verifier:
 
 def run(**options):
     verifier = options.pop("verify", Verifier())
-    return search(building_from(HUT), static=assess, verify=verifier, **options), verifier
+    return search(scene_from(HUT), static=assess, verify=verifier, **options), verifier
 
 
 def words(result):
@@ -83,7 +83,7 @@ def test_only_the_named_parameters_move():
         run(names=["roof"])
     fixed = dict(HUT, wall={"thickness": 0.5}, vault={"thickness": 0.3})
     with pytest.raises(InputError, match='"hut" has no parameter to search'):
-        search(building_from(fixed), static=assess, verify=Verifier())
+        search(scene_from(fixed), static=assess, verify=Verifier())
 
 
 @pytest.mark.parametrize("stop_after", [1, 2, 3, 4])
@@ -117,7 +117,7 @@ def test_a_row_cut_short_by_a_kill_is_computed_again(tmp_path):
 def test_the_history_of_another_scene_is_refused(tmp_path):
     path = tmp_path / "history.csv"
     run(history=path)
-    other = building_from(HUT | {"length": 2.5})
+    other = scene_from(HUT | {"length": 2.5})
     with pytest.raises(InputError, match="this history is of another search"):
         search(other, static=assess, verify=Verifier(), history=path)
 
@@ -132,7 +132,7 @@ def test_a_design_that_cannot_be_built_is_a_row_with_its_reason():
             }
         }
     }
-    result = search(building_from(scene), static=assess, verify=Verifier(), names=["windows.south.width"])
+    result = search(scene_from(scene), static=assess, verify=Verifier(), names=["windows.south.width"])
     first = result.history[0]
     assert (first.static, first.dynamic) == ("error", "")
     assert first.note.startswith("windows.south: 1 openings of 2.5 m")

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from blockstat import Memory, Outcome, assess, build, limit_load, with_values
-from blockstat.spec import building_from
+from blockstat.spec import scene_from
 from problems import HUT, arch, running_bond, stack
 
 
 def hut(thickness):
     scene = {**HUT, "wall": {"thickness": {"value": 0.8, "min": 0.1, "max": 0.9, "step": 0.1}, "height": 1.5}}
-    return build(with_values(building_from(scene), {"wall.thickness": thickness}))
+    return build(with_values(scene_from(scene), {"wall.thickness": thickness}))
 
 
 WALKS = [

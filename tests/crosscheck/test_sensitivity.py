@@ -5,7 +5,7 @@ import pytest
 
 from blockstat import InputError, JointLaw, acceleration, assess, build, limit_load, with_values
 from blockstat.sensitivity import limit_load_gradient, score_gradient
-from blockstat.spec import building_from
+from blockstat.spec import scene_from
 from problems import HUT, arch, running_bond
 
 
@@ -24,7 +24,7 @@ def a_wall(values):
 def a_hut(values):
     scene = {**HUT, "wall": {"thickness": {"value": 0.6, "min": 0.1, "max": 2.0, "step": 0.1}, "height": 1.5}}
     scene["vault"] = {"thickness": {"value": 0.3, "min": 0.1, "max": 1.0, "step": 0.1}, "voussoirs": 7}
-    return build(with_values(building_from(scene), dict(values)))
+    return build(with_values(scene_from(scene), dict(values)))
 
 
 def across(assembly):

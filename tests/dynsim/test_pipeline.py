@@ -11,7 +11,7 @@ import time
 import pytest
 
 from blockstat import assess, read, write
-from blockstat.spec import building_from
+from blockstat.spec import scene_from
 from dynsim.compare import compare, write_csv
 from dynsim.optimise import optimise
 from problems import HUT, arch, stack
@@ -40,7 +40,7 @@ def run(*arguments):
 @pytest.fixture(scope="module")
 def optimised(tmp_path_factory):
     directory = tmp_path_factory.mktemp("hut")
-    result, report = optimise(building_from(HUT), directory)
+    result, report = optimise(scene_from(HUT), directory)
     return directory, result, report
 
 
@@ -102,6 +102,18 @@ def test_verify_on_the_command_line(tmp_path):
         assert data["verdict"] == word
         assert data["blocks"] == 3
         assert data["simulated_seconds"] > 0
+        assert {
+            "max_displacement",
+            "max_drop",
+            "group_drop",
+            "first_block",
+            "process_seconds",
+            "cracks",
+            "rate",
+        } <= set(data)
+        assert (data["first_block"] is None) == (word == "stands")
+    assert json.loads(run("verify", path, "--preset", "fast", "--json").stdout)["verdict"] == "stands"
+    assert "presets are: fast, default, careful" in run("verify", path, "--preset", "slow").stderr
     assert run("verify", path, "--group", "roof").returncode == 2
     assert run("verify", tmp_path / "gone.json").returncode == 2
 

@@ -7,11 +7,14 @@ from pathlib import Path
 import tomllib
 
 from blockstat.errors import InputError
-from blockstat.spec import Building, building_from
+from blockstat.spec import Scene, scene_from
 
 
-def load_scene(path: str | Path) -> Building:
-    """Read a scene. Raises InputError with the line for bad TOML and the key for a bad value."""
+def load_scene(path: str | Path) -> Scene:
+    """Read a scene; a mesh file named in it is looked for beside it.
+
+    Raises InputError with the line for bad TOML and the key for a bad value.
+    """
     path = Path(path)
     if not path.is_file():
         raise InputError(f"{path}: no such file")
@@ -20,7 +23,11 @@ def load_scene(path: str | Path) -> Building:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: not valid TOML: {error}") from None
     data.setdefault("name", path.stem)
+    elements = data.get("elements")
+    for element in elements.values() if isinstance(elements, dict) else ():
+        if isinstance(element, dict) and isinstance(element.get("file"), str):
+            element["file"] = str(path.parent / element["file"])
     try:
-        return building_from(data)
+        return scene_from(data)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None

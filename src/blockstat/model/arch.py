@@ -68,6 +68,35 @@ def jack_arch(
     return _ring(np.stack([np.column_stack([inner, low]), np.column_stack([outer, high])], axis=1), depth, springers)
 
 
+def rib(
+    shape: str = "semicircular",
+    *,
+    span: float,
+    rise: float | None = None,
+    thickness: float,
+    depth: float,
+    voussoirs: int | None = None,
+    voussoir: float | None = None,
+    springers: float = 0.0,
+) -> list[Block]:
+    """A transverse rib under a barrel vault, in the plane x, z, springing at z = 0, centred at y = 0.
+
+    shape, span, rise, voussoirs, voussoir : of the vault above. The corners of the rib's extrados are those of the
+    vault's intrados, so that each of its voussoirs carries one course. thickness : inwards from there [m]; depth :
+    along y [m]. The rest as in `arch`; groups "rib", "springer.left" and "springer.right".
+    """
+    positive(thickness=thickness)
+    half = profile(shape, span, rise)
+    number = number_of(voussoirs, voussoir, 2 * half.length, even=half.crown_joint)
+    if half.crown_joint and number % 2:
+        raise InputError(f"voussoirs is {number}; a {shape} profile has a joint at the crown and needs an even number")
+    joints = half.joints(2 * np.arange(number // 2 + 1) / number, -thickness)[:, ::-1]
+    if not ((np.diff(joints[:, 0, 0]) < 0).all() and (np.diff(joints[:, 0, 1]) > 0).all() and joints[0, 0, 0] > 0):
+        raise InputError(f"thickness is {thickness!r}; a rib under a curve of {span:g} m must be thinner [m]")
+    blocks = _ring(whole_joints(joints, number), depth, springers)
+    return [Block(b.vertices, b.faces, b.name.replace("arch", "rib"), b.group.replace("arch", "rib")) for b in blocks]
+
+
 def _ring(joints: Floats, depth: float, springers: float) -> list[Block]:
     """Voussoirs between joints from left to right, shape (n + 1, 2, 2), and springers under the first and the last."""
     positive(depth=depth)

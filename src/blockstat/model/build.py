@@ -1,94 +1,18 @@
-"""A building from its scene."""
+"""A scene of either form to an assembly."""
 
 from __future__ import annotations
 
-import msgspec
-
-from blockstat.assembly import Assembly, Block
-from blockstat.errors import InputError
-from blockstat.joint import JointLaw
-from blockstat.model.buttress import build_buttresses
-from blockstat.model.solids import box
-from blockstat.model.vault import build_barrel
-from blockstat.model.wall import Courses, WallFrame, build_wall
-from blockstat.spec import WALLS, Building, parameters, value_of
-
-GROUND_MARGIN = 1.0  #: [m] around everything
-GROUND_DEPTH = 0.5  #: [m]
-MOST_BLOCKS = 300_000
+from blockstat.assembly import Assembly
+from blockstat.model.chapel import build_chapel
+from blockstat.model.compose import compose
+from blockstat.spec import Composition, Scene
 
 
-def build(building: Building) -> Assembly:
-    """The assembly of a building: "ground" (the support), "wall.<side>", "buttress.<side>.<k>", "vault".
+def build(scene: Scene) -> Assembly:
+    """The assembly of a scene.
 
-    Raises InputError naming the key when the parts do not fit together.
+    Of a `Building`: groups "ground" (the support), "wall.<side>", "buttress.<side>.<k>", "vault". Of a `Composition`:
+    each element's groups under its name, and "ground". Raises InputError naming the key when the parts do not fit
+    together.
     """
-    brick = (value_of(building.brick.length), value_of(building.brick.height))
-    _check_size(building)
-    frames = wall_frames(building)
-    height = value_of(building.wall.height)
-    course_height = Courses.filling(height, brick[1]).height
-    blocks: list[Block] = []
-    for side in WALLS:
-        openings = [
-            (f"{kind}.{side}", table[side])
-            for kind, table in (("doors", building.doors), ("windows", building.windows))
-            if side in table
-        ]
-        blocks += build_wall(frames[side], brick, openings)
-    for side in WALLS:
-        if side in building.buttresses:
-            blocks += build_buttresses(frames[side], building.buttresses[side], course_height)
-    if building.vault is not None:
-        blocks += build_barrel(
-            length=value_of(building.length),
-            span=value_of(building.span),
-            springing=height,
-            thickness=value_of(building.vault.thickness),
-            courses=round(value_of(building.vault.voussoirs)),
-            brick=brick[0],
-        )
-    material = building.material
-    values = {path: value.value for path, value in parameters(building).items()}
-    return Assembly.from_blocks(
-        [_ground(blocks), *blocks],
-        supports=[0],
-        name=building.name,
-        density=material.density,
-        friction=material.friction,
-        joints=[JointLaw(**msgspec.structs.asdict(j)) for j in building.joints],
-        metadata={"parameters": values, "material": msgspec.to_builtins(material)},
-    )
-
-
-def _check_size(building: Building) -> None:
-    """Raise InputError before a slip of the pen makes millions of blocks."""
-    brick = value_of(building.brick.length) * value_of(building.brick.height)
-    length, height = value_of(building.length), value_of(building.wall.height)
-    about = 2 * (length + value_of(building.span)) * height / brick
-    if building.vault is not None:
-        about += value_of(building.vault.voussoirs) * length / value_of(building.brick.length)
-    if about > MOST_BLOCKS:
-        raise InputError(f"brick, wall and vault make about {about:.2g} blocks; at most {MOST_BLOCKS} are built")
-
-
-def wall_frames(building: Building) -> dict[str, WallFrame]:
-    """The four walls: long ones along x outside 0 <= y <= span, end walls between them."""
-    length, span = value_of(building.length), value_of(building.span)
-    thickness, height = value_of(building.wall.thickness), value_of(building.wall.height)
-
-    def frame(name: str, run: float, place, outward: float) -> WallFrame:
-        return WallFrame(name, run, thickness, height, place, outward)
-
-    return {
-        "south": frame("south", length, lambda s, d, z: (s, d - thickness, z), 0.0),
-        "north": frame("north", length, lambda s, d, z: (s, span + d, z), thickness),
-        "west": frame("west", span, lambda s, d, z: (d, s, z), 0.0),
-        "east": frame("east", span, lambda s, d, z: (length - thickness + d, s, z), thickness),
-    }
-
-
-def _ground(blocks: list[Block]) -> Block:
-    lower = [min(b.vertices[:, k].min() for b in blocks) - GROUND_MARGIN for k in range(2)]
-    upper = [max(b.vertices[:, k].max() for b in blocks) + GROUND_MARGIN for k in range(2)]
-    return box((*lower, -GROUND_DEPTH), (*upper, 0.0), name="ground", group="ground")  # type: ignore[arg-type]
+    return compose(scene) if isinstance(scene, Composition) else build_chapel(scene)

@@ -1,6 +1,8 @@
-"""Domes of rings of voussoirs."""
+"""Domes of rings of voussoirs, and the drums they stand on."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -54,18 +56,8 @@ def dome(
     half = profile(shape, span, rise)
     last = half.where(oculus / 2) if oculus else rings / (rings + 0.5)
     joints = half.joints(last * np.arange(rings + 1) / rings, thickness)
-    # Corners on every half meridian, by joint, meridian and side (intrados, extrados).
-    angle = np.pi * np.arange(2 * voussoirs) / voussoirs
-    meridian = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    plan = joints[:, None, :, :1] * meridian[None, :, None, :]
-    corners = np.concatenate([plan, np.broadcast_to(joints[:, None, :, 1:], (*plan.shape[:3], 1))], axis=3)
-
-    blocks = []
-    for ring in range(rings):
-        shift = ring % 2 if bond == "running" else 0
-        for i in range(voussoirs):
-            parts = [_wedge(corners[ring : ring + 2], 2 * i + shift + k) for k in (0, 1)]
-            blocks.append(fuse(parts, name=f"dome.{ring}.{i}", group=f"dome.{ring}"))
+    corners = _on_meridians(joints, voussoirs)
+    blocks = list(_rings(corners, bond, "dome"))
     if not oculus:
         bottom, top = corners[-1].swapaxes(0, 1)
         blocks.append(prism(bottom, top, name="dome.key", group="dome.key"))
@@ -75,6 +67,43 @@ def dome(
             parts = [below(_bed(corners[0], 2 * i + k), springers) for k in (0, 1)]
             blocks.append(fuse(parts, name=f"springer.{i}", group="springer"))
     return blocks
+
+
+def drum(
+    *, span: float, thickness: float, height: float, courses: int, voussoirs: int, bond: str = "running"
+) -> list[Block]:
+    """The round wall under a dome of the same span and voussoirs, from z = 0 up, about the z axis.
+
+    span : clear diameter [m]; thickness [m], at least that of the dome; height [m]; courses : their number. Its plan is
+    the polygon of the dome's, and so are its stones. Groups "drum.0" (the lowest course), "drum.1", ...
+    """
+    positive(span=span, thickness=thickness, height=height)
+    at_least(1, courses=courses)
+    at_least(3, voussoirs=voussoirs)
+    if bond not in BONDS:
+        raise InputError(f"bond is {bond!r}; it must be one of: {', '.join(BONDS)}")
+    radii = np.array([span / 2, span / 2 + thickness])
+    levels = height * np.arange(courses + 1) / courses
+    joints = np.stack(np.broadcast_arrays(radii, levels[:, None]), axis=2)
+    corners = _on_meridians(joints, voussoirs)
+    return list(_rings(corners, bond, "drum"))
+
+
+def _on_meridians(joints: Floats, voussoirs: int) -> Floats:
+    """Corners by joint, half meridian and side (intrados, extrados), shape (n, 2 voussoirs, 2, 3)."""
+    angle = np.pi * np.arange(2 * voussoirs) / voussoirs
+    meridian = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    plan = joints[:, None, :, :1] * meridian[None, :, None, :]
+    return np.concatenate([plan, np.broadcast_to(joints[:, None, :, 1:], (*plan.shape[:3], 1))], axis=3)
+
+
+def _rings(corners: Floats, bond: str, group: str) -> Iterator[Block]:
+    """The voussoirs between joints, ring after ring."""
+    for ring in range(len(corners) - 1):
+        shift = ring % 2 if bond == "running" else 0
+        for i in range(corners.shape[1] // 2):
+            parts = [_wedge(corners[ring : ring + 2], 2 * i + shift + k) for k in (0, 1)]
+            yield fuse(parts, name=f"{group}.{ring}.{i}", group=f"{group}.{ring}")
 
 
 def _bed(joint: Floats, meridian: int) -> Floats:

@@ -94,7 +94,7 @@ def freeform(
     if springers:
         positive(springers=springers)
     # One row and column more on each side holds the far ends of the springers.
-    cells = _Cells(np.pad(sides, ((0, 0), (1, 1), (1, 1), (0, 0)), mode="edge"))
+    cells = Cells(np.pad(sides, ((0, 0), (1, 1), (1, 1), (0, 0)), mode="edge"))
     for axis, tangent in ((0, across), (1, along)):
         unit = tangent / np.linalg.norm(tangent, axis=2)[..., None]
         cells.extend(axis, springers * unit)
@@ -102,14 +102,14 @@ def freeform(
     courses, columns = points.shape[0] - 1, points.shape[1] - 1
     blocks = []
     for course in range(courses):
-        for i, (a, b) in enumerate(_stones(columns, course if bond == "running" else 0)):
+        for i, (a, b) in enumerate(stones(columns, course if bond == "running" else 0)):
             blocks.append(cells.block(course, range(a, b), f"vault.{course}.{i}", f"vault.{course}"))
     for edge in supports if springers else ():
         axis, end = EDGES[edge]
         if axis == 0:
             course = courses - 1 if end else 0
             spans = [
-                (courses if end else -1, range(a, b)) for a, b in _stones(columns, course if bond == "running" else 0)
+                (courses if end else -1, range(a, b)) for a, b in stones(columns, course if bond == "running" else 0)
             ]
         else:
             spans = [(course, range(columns, columns + 1) if end else range(-1, 0)) for course in range(courses)]
@@ -152,13 +152,13 @@ def _check_edges(sides: Floats, points: Floats) -> None:
                 )
 
 
-def _stones(columns: int, course: int) -> list[tuple[int, int]]:
+def stones(columns: int, course: int) -> list[tuple[int, int]]:
     """Columns between which the stones of a course lie."""
     cuts = list(range(0, columns + 1, 2)) if course % 2 == 0 else [0, *range(1, columns, 2), columns]
     return list(zip(cuts[:-1], cuts[1:], strict=True))
 
 
-class _Cells:
+class Cells:
     """Hexahedra between two grids of corners, one row and one column larger than the vault on each side."""
 
     def __init__(self, corners: Floats) -> None:
@@ -182,10 +182,10 @@ class _Cells:
         vertices = self.corners.reshape(-1, 3)[index]
         rank = np.empty(8, dtype=int)
         rank[order] = np.arange(8)
-        return polyhedron(vertices, [part for face in FACES for part in _split(vertices, face, rank)])
+        return polyhedron(vertices, [part for face in FACES for part in split_face(vertices, face, rank)])
 
 
-def _split(vertices: Floats, face: Sequence[int], rank: Any) -> list[list[int]]:
+def split_face(vertices: Floats, face: Sequence[int], rank: Any) -> list[list[int]]:
     """A plane quadrilateral as it is, another one as two triangles.
 
     Judged and split by the order of its corners in the grid, so that both blocks that share it do the same.

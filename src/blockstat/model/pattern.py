@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -106,19 +107,27 @@ def _brick(bond: str, clear: float, nominal: float, rest: float, same: bool) -> 
     return clear / ((whole + rest) * unit)
 
 
-def spread(joints: Floats, avoid: list[tuple[float, float]], lap: float, *, drop: bool) -> Floats:
-    """Joints kept a lap away from places where the courses above and below have theirs: moved, or dropped.
+def bands(avoid: Sequence[tuple[float, float]], lap: float) -> Floats:
+    """Stretches where a course has no joint, (low, high), ascending and apart, shape (n, 2) [m].
 
-    avoid : (low, high) of each such place along the strip; ascending joints, also those returned.
+    avoid : (low, high) of each place along the strip where the courses above and below have joints; lap : kept from it.
     """
-    bands: list[list[float]] = []
+    found: list[list[float]] = []
     for low, high in sorted((low - lap, high + lap) for low, high in avoid):
-        if bands and low < bands[-1][1]:
-            bands[-1][1] = max(bands[-1][1], high)
+        if found and low < found[-1][1]:
+            found[-1][1] = max(found[-1][1], high)
         else:
-            bands.append([low, high])
-    for low, high in bands:
-        inside = (joints > low) & (joints < high)
-        nearest = np.where(joints < (low + high) / 2, low, high)
-        joints = joints[~inside] if drop else np.where(inside, nearest, joints)
-    return np.unique(joints)
+            found.append([low, high])
+    return np.array(found, dtype=float).reshape(-1, 2)
+
+
+def spread(joints: Floats, bands: Floats, *, drop: bool) -> Floats:
+    """Joints kept out of bands: moved to the nearer end, or dropped; ascending joints, also those returned."""
+    if not len(joints) or not len(bands):
+        return joints
+    low, high = bands[np.maximum(np.searchsorted(bands[:, 0], joints) - 1, 0)].T
+    inside = (joints > low) & (joints < high)
+    if drop:
+        return joints[~inside]
+    joints = np.where(inside, np.where(joints < (low + high) / 2, low, high), joints)
+    return joints[np.append(True, np.diff(joints) > 0)]

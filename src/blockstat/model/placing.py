@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from blockstat.assembly import Assembly, Block
 from blockstat.errors import InputError
+from blockstat.polyhedron import Floats
 
 
 def moved(
@@ -20,24 +20,26 @@ def moved(
     by : displacement, shape (3,) [m]; turn : counter-clockwise seen from above [degrees]; prefix : put in front of
     names and groups ("nave." makes "nave.vault.north"), so that an element can be used more than once.
     """
-    # Quarter turns without rounding: faces that matched still do.
-    quarter, rest = divmod(turn, 90.0)
-    c, s = ((1, 0), (0, 1), (-1, 0), (0, -1))[int(quarter) % 4] if rest == 0 else _direction(turn)
-    matrix = np.array([(c, -s, 0), (s, c, 0), (0, 0, 1)], dtype=float)
+    matrix, step = rotation(turn).T, np.asarray(by, dtype=float)
     return [
-        replace(
-            block,
-            vertices=np.asarray(block.vertices, dtype=float) @ matrix.T + np.asarray(by, dtype=float),
-            name=prefix + block.name,
-            group=prefix + block.group,
+        Block(
+            np.asarray(block.vertices, dtype=float) @ matrix + step,
+            block.faces,
+            prefix + block.name,
+            prefix + block.group,
+            block.density,
         )
         for block in blocks
     ]
 
 
-def _direction(turn: float) -> tuple[float, float]:
+def rotation(turn: float) -> Floats:
+    """Matrix that turns columns about the vertical, counter-clockwise seen from above [degrees], shape (3, 3)."""
+    # Quarter turns without rounding: faces that matched still do.
+    quarter, rest = divmod(turn, 90.0)
     angle = np.deg2rad(turn)
-    return float(np.cos(angle)), float(np.sin(angle))
+    c, s = ((1, 0), (0, 1), (-1, 0), (0, -1))[int(quarter) % 4] if rest == 0 else (np.cos(angle), np.sin(angle))
+    return np.array([(c, -s, 0), (s, c, 0), (0, 0, 1)], dtype=float)
 
 
 def assemble(blocks: Iterable[Block], *, supports: str | Sequence[str] = "springer", **options: Any) -> Assembly:

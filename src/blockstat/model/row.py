@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from blockstat.errors import InputError
-from blockstat.model.pattern import LAP, STACK_LAP, Pattern, spread
+from blockstat.model.pattern import LAP, STACK_LAP, Pattern, bands, spread
 from blockstat.model.strip import Edge, Strip, upright
 from blockstat.polyhedron import Floats
 
@@ -78,11 +78,11 @@ def lay(row: Row, pattern: Pattern, sliver: float) -> tuple[Floats, Floats]:
     leaves: list[tuple[float, float]] = []
     number = pattern.leaves_in(row.course)
     drop = pattern.bond == "stack"
-    lap = (STACK_LAP if drop else LAP) * pattern.brick
+    closed = bands(row.avoid, (STACK_LAP if drop else LAP) * pattern.brick)
     for first, last in row.stretches(sliver):
         low, high = row.span(first)[1] + sliver, row.span(last)[0] - sliver
         headers = pattern.headers(row.course, low, high)
-        marks = _within(spread(np.unique(headers), row.avoid, lap, drop=drop), low, high, sliver)
+        marks = _within(spread(np.unique(headers), closed, drop=drop), low, high, sliver)
         bounds = [first, *map(upright, marks), last]
         for a, b in zip(bounds, bounds[1:], strict=False):
             inner, outer = row.span(a)[1], row.span(b)[0]
@@ -94,7 +94,7 @@ def lay(row: Row, pattern: Pattern, sliver: float) -> tuple[Floats, Floats]:
             whole = len(shares) < number
             for leaf, share in enumerate(shares):
                 joints = np.empty(0) if whole else pattern.joints(row.course, leaf, inner, outer)
-                joints = spread(joints, row.avoid, lap, drop=drop)
+                joints = spread(joints, closed, drop=drop)
                 joints = _within(joints, inner + sliver, outer - sliver, sliver)
                 cuts = [a, *map(upright, joints), b]
                 ends += zip(cuts, cuts[1:], strict=False)

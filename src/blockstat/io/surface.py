@@ -1,0 +1,65 @@
+"""Surfaces from mesh files: the middle of a vault, open and of polygons."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from blockstat.errors import InputError
+from blockstat.io.obj import read_obj
+from blockstat.io.parts import metres_in
+from blockstat.polyhedron import Floats
+
+SURFACES = (".obj", ".ply", ".stl", ".glb")
+WELD = 1e-6  #: corners closer than this fraction of the surface's size are one
+
+
+def read_surface(path: str | Path, *, units: str | None = None) -> tuple[Floats, list[list[int]]]:
+    """Corners, shape (n, 3) [m], and faces of a mesh; polygons of an OBJ file are kept, other formats have triangles.
+
+    All objects of the file are one surface. Raises InputError naming the file.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in SURFACES:
+        raise InputError(f'{path}: cannot read a surface from "{path.suffix}"; formats are: {", ".join(SURFACES)}')
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
+    corners, faces = _of_obj(path) if path.suffix.lower() == ".obj" else _of_mesh(path)
+    if not faces:
+        raise InputError(f"{path}: the file holds no faces")
+    if not np.isfinite(corners).all():
+        raise InputError(f"{path}: its corners must be finite")
+    step = WELD * float(np.ptp(corners, axis=0).max())
+    _, first, index = np.unique(np.round(corners / step), axis=0, return_index=True, return_inverse=True)
+    index = index.ravel()
+    welded = [list(dict.fromkeys(int(index[k]) for k in face)) for face in faces]
+    return corners[first] * metres_in(units), [face for face in welded if len(face) > 2]
+
+
+def _of_obj(path: Path) -> tuple[Floats, list[list[int]]]:
+    try:
+        solids, _ = read_obj(path)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    corners: list[tuple[float, float, float]] = []
+    faces: list[list[int]] = []
+    for solid in solids:
+        faces += [[k + len(corners) for k in face] for face in solid.faces]
+        corners += solid.vertices
+    return np.array(corners, dtype=float).reshape(-1, 3), faces
+
+
+def _of_mesh(path: Path) -> tuple[Floats, list[list[int]]]:
+    import trimesh
+
+    from blockstat.io.mesh import Y_UP
+
+    try:
+        mesh = trimesh.load_mesh(path, process=False)
+    except Exception as error:  # trimesh raises whatever its parsers do
+        raise InputError(f"{path}: cannot be read: {error}") from None
+    corners = np.asarray(mesh.vertices, dtype=float)
+    if path.suffix.lower() == ".glb":
+        corners = corners @ Y_UP[:3, :3]
+    return corners, [[int(k) for k in face] for face in mesh.faces]

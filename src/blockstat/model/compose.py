@@ -1,0 +1,135 @@
+"""A composition to an assembly: its elements built, put in place and stood on their supports."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from fnmatch import fnmatchcase
+from itertools import product
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from blockstat.assembly import Assembly, Block
+from blockstat.errors import InputError
+from blockstat.joint import JointLaw
+from blockstat.model.ground import ground
+from blockstat.model.kinds import blocks_of
+from blockstat.model.placing import moved, rotation
+from blockstat.overlap import overlaps
+from blockstat.spec import Composition, Plan, parameters, resolve
+from blockstat.spec.composition import GROUND
+from blockstat.spec.element import Element, Repeat, repeats_of
+
+MOST_COPIES = 10_000
+#: Depth of an overlap of elements that is an error, relative to the smaller block; rounding makes less.
+OVERLAP = 1e-4
+#: A block stands on the ground when its foot is as near to z = 0 as this, relative to its height.
+FOOT = 1e-6
+
+
+def compose(composition: Composition) -> Assembly:
+    """The assembly of a composition.
+
+    A block of the element "nave" has names and groups that begin with "nave."; where the element is repeated, its
+    copies are "nave.1", "nave.2", ... Raises InputError naming the element or the key at fault, and two elements that
+    overlap.
+    """
+    plan = resolve(composition)
+    blocks = [block for name, element in plan.elements.items() for block in _placed(name, element)]
+    if not blocks:
+        raise InputError(f'"{plan.name}": no element is present; there is nothing to build')
+    if GROUND in plan.supports:
+        _check_feet(blocks)
+        blocks = [ground(blocks), *blocks]
+    assembly = Assembly.from_blocks(
+        blocks,
+        supports=_supports(plan, blocks),
+        name=plan.name,
+        density=plan.material.density,
+        friction=plan.material.friction,
+        joints=[JointLaw(**msgspec.structs.asdict(joint)) for joint in plan.joints],
+        metadata={
+            "parameters": {path: found.value for path, found in parameters(composition).items()},
+            "material": msgspec.to_builtins(plan.material),
+        },
+    )
+    _check_elements_apart(assembly)
+    return assembly
+
+
+def _placed(name: str, element: Element) -> Iterator[Block]:
+    """The blocks of an element and its copies, in place."""
+    try:
+        own = blocks_of(element)
+    except InputError as error:
+        raise InputError(f"elements.{name}: {error}") from None
+    repeats = repeats_of(element)
+    copies = list(product(*(range(repeat.number) for repeat in repeats)))
+    if len(copies) > MOST_COPIES:
+        raise InputError(f"elements.{name}.repeat: it makes {len(copies)} copies; at most {MOST_COPIES} are built")
+    for number, steps in enumerate(copies, 1):
+        prefix = f"{name}.{number}." if len(copies) > 1 else f"{name}."
+        turn, place = _pose(element, repeats, steps)
+        for block in moved(own, place, turn=turn, prefix=prefix):
+            density = element.density if block.density is None else block.density
+            yield Block(block.vertices, block.faces, block.name.rstrip("."), block.group.rstrip("."), density)
+
+
+def _pose(element: Element, repeats: Sequence[Repeat], steps: Sequence[int]) -> tuple[float, list[float]]:
+    """Turn [degrees] and place [m] of a copy so many steps on."""
+    turn, place = element.turn, np.array(element.at, dtype=float)
+    for repeat, k in zip(repeats, steps, strict=True):
+        about = np.array([*repeat.about, 0.0])
+        place = about + rotation(k * repeat.turn) @ (place - about) + k * np.array(repeat.by)
+        turn += k * repeat.turn
+    return turn, place.tolist()
+
+
+def _check_feet(blocks: Sequence[Block]) -> None:
+    low = np.array([block.vertices[:, 2].min() for block in blocks])
+    high = np.array([block.vertices[:, 2].max() for block in blocks])
+    room = FOOT * (high - low)
+    deepest = int((low + room).argmin())
+    if low[deepest] < -room[deepest]:
+        raise InputError(
+            f'"{blocks[deepest].name}" reaches down to z = {low[deepest]:.4g} m, into the ground; raise its element, '
+            'or take "ground" out of supports'
+        )
+    if not (low <= room).any():
+        raise InputError(f"nothing stands on the ground at z = 0; the lowest block is at z = {low.min():.4g} m")
+
+
+def _supports(plan: Plan, blocks: Sequence[Block]) -> list[int | str]:
+    """Indices of the blocks in the groups that cannot move."""
+    fixed: set[int] = set()
+    for wanted in plan.supports:
+        parts = wanted.split(".")
+        found = [i for i, block in enumerate(blocks) if _within(block.group.split("."), parts)]
+        if not found:
+            known = ", ".join(sorted({block.group for block in blocks if block.group}))
+            raise InputError(f'supports: no group "{wanted}"; groups are: {known}')
+        fixed.update(found)
+    if not fixed:
+        raise InputError('supports: there are none; write "ground" or groups that cannot move')
+    return sorted(fixed)
+
+
+def _within(group: list[str], wanted: list[str]) -> bool:
+    """Whether a group is the wanted one or a part of it."""
+    return len(group) >= len(wanted) and all(map(fnmatchcase, group, wanted))
+
+
+def _check_elements_apart(assembly: Assembly) -> None:
+    """Raise InputError for two elements, or two copies of one, that overlap."""
+    pairs, depth = overlaps(assembly, gap=OVERLAP)
+    if len(pairs):
+        worst = int(depth.argmax())
+        first, second = (assembly.names[i] for i in pairs[worst])
+        a, b = (_element_of(name) for name in (first, second))
+        label = f'elements "{a}" and "{b}" overlap' if a != b else f'element "{a}" overlaps with itself'
+        raise InputError(f'{label}: blocks "{first}" and "{second}" by {depth[worst]:.3g} m')
+
+
+def _element_of(name: str) -> Any:
+    return name.split(".")[0]

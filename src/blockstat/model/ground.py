@@ -1,0 +1,18 @@
+"""The fixed slab that a building stands on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from blockstat.assembly import Block
+from blockstat.model.solids import box
+
+GROUND_MARGIN = 1.0  #: [m] around everything
+GROUND_DEPTH = 0.5  #: [m]
+
+
+def ground(blocks: Sequence[Block]) -> Block:
+    """A slab with its top at z = 0 that reaches beyond all the blocks."""
+    lower = [min(b.vertices[:, k].min() for b in blocks) - GROUND_MARGIN for k in range(2)]
+    upper = [max(b.vertices[:, k].max() for b in blocks) + GROUND_MARGIN for k in range(2)]
+    return box((*lower, -GROUND_DEPTH), (*upper, 0.0), name="ground", group="ground")  # type: ignore[arg-type]

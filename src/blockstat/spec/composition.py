@@ -1,0 +1,143 @@
+"""The general form of a scene: elements of many kinds, put where their keys say, with parameters they share.
+
+A composition is kept as it was written: any number of it may be a range {value, min, max, step} or arithmetic over
+the parameters ("= bays * 4"). `resolve` computes what stands there now.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import msgspec
+
+from blockstat.errors import InputError
+from blockstat.spec.elements import KINDS, Element
+from blockstat.spec.expression import RESERVED, evaluate, is_expression
+from blockstat.spec.material import Joint, Material
+from blockstat.spec.ranges import Range, is_range
+from blockstat.spec.reading import check_name, entries, joined, read_as
+
+GROUND = "ground"  #: among the supports: a slab under all that stands at z = 0
+NAME = r"[A-Za-z_][A-Za-z0-9_-]*"
+
+
+class Composition(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """A building of elements as it was written; made by `scene_from`."""
+
+    name: str  #: by default that of the file
+    elements: dict[str, dict[str, Any]]  #: by name: each has a `kind`, the keys of that kind, and those of placing
+    parameters: dict[str, Any] = {}  #: by name: a number, true or false, a range, arithmetic, or "search"
+    material: dict[str, Any] = {}  #: stone and joints
+    joints: list[dict[str, Any]] = []  #: laws of particular joints
+    #: groups that cannot move; "ground" is a slab under all that stands at z = 0, "*" any one part of a name
+    supports: tuple[str, ...] = (GROUND,)
+    description: str = ""  #: one line
+
+    def __post_init__(self) -> None:
+        check_name(self.name)
+
+
+class Plan(msgspec.Struct, frozen=True):
+    """What a composition says now: numbers only."""
+
+    name: str
+    elements: dict[str, Element]  #: those that are present
+    material: Material
+    joints: tuple[Joint, ...]
+    supports: tuple[str, ...]
+
+
+def composition_from(data: dict[str, Any]) -> Composition:
+    """A composition from plain data. Raises InputError with the path of a bad key, kind, name or number."""
+    composition = read_as(Composition, data)
+    if not composition.elements:
+        raise InputError("elements: there are none; write one as [elements.NAME]")
+    for table, label in ((composition.elements, "elements"), (composition.parameters, "parameters")):
+        for name in table:
+            if not re.fullmatch(NAME, name):
+                raise InputError(f'{label}: "{name}" is no name; it must be of letters, digits, _ and -')
+    for name, value in composition.parameters.items():
+        if name in RESERVED or not name.isidentifier():
+            raise InputError(f'parameters.{name}: "{name}" is no name of a parameter; expressions could not say it')
+        if not (isinstance(value, (bool, int, float)) or is_range(value) or is_expression(value)):
+            if isinstance(value, dict):
+                read_as(Range, value, f"parameters.{name}")
+            raise InputError(
+                f"parameters.{name}: {value!r} is not a number, true, false, "
+                '"search", {value, min, max, step} or arithmetic ("= ...")'
+            )
+    resolve(composition)
+    return composition
+
+
+def resolve(composition: Composition) -> Plan:
+    """The composition with every range at its value and every expression computed."""
+    names = _Names(composition.parameters)
+    elements = {
+        name: _element(_plain(keys, f"elements.{name}", names), f"elements.{name}")
+        for name, keys in composition.elements.items()
+    }
+    joints = _plain(composition.joints, "joints", names)
+    return Plan(
+        name=composition.name,
+        elements={name: element for name, element in elements.items() if element.present},
+        material=read_as(Material, _plain(composition.material, "material", names), "material"),
+        joints=tuple(read_as(Joint, joint, f"joints.{i}") for i, joint in enumerate(joints)),
+        supports=composition.supports,
+    )
+
+
+class _Names:
+    """Values of the parameters; one may be arithmetic over others."""
+
+    def __init__(self, parameters: dict[str, Any]) -> None:
+        self.parameters = parameters
+        self.values: dict[str, float] = {}
+        self.asked: list[str] = []
+        for name in parameters:
+            self.value(name)
+
+    def value(self, name: str) -> float:
+        if name not in self.values:
+            if name in self.asked:
+                circle = " -> ".join([*self.asked[self.asked.index(name) :], name])
+                raise InputError(f"parameters.{name}: it depends on itself: {circle}")
+            self.asked.append(name)
+            self.values[name] = float(_plain(self.parameters[name], f"parameters.{name}", self))
+            self.asked.pop()
+        return self.values[name]
+
+    def computed(self, text: str, path: str) -> float | int:
+        """The number of an expression, whole where it can be."""
+        try:
+            return _whole(evaluate(text, self.value, self.parameters))
+        except InputError as error:
+            # Another parameter's fault keeps its own path.
+            raise error if str(error).startswith("parameters.") else InputError(f"{path}: {error}") from None
+
+
+def _whole(value: float) -> float | int:
+    return int(value) if float(value).is_integer() else value
+
+
+def _plain(node: Any, path: str, names: _Names) -> Any:
+    """A part of the scene with its numbers in place of ranges and expressions."""
+    if is_expression(node):
+        node = names.computed(node, path)
+    elif isinstance(node, dict) and {"value", "min", "max", "step"} & set(node):
+        node = _whole(read_as(Range, node, path).value)
+    elif isinstance(node, dict):
+        return {key: _plain(child, joined(path, key), names) for key, child in entries(node)}
+    elif isinstance(node, (list, tuple)):
+        return [_plain(child, joined(path, key), names) for key, child in entries(node)]
+    return bool(node) if path.endswith(".present") and node in (0, 1) else node
+
+
+def _element(keys: dict[str, Any], path: str) -> Element:
+    keys = dict(keys)
+    kind = keys.pop("kind", None)
+    if kind not in KINDS:
+        given = f'no kind "{kind}"' if kind is not None else "the kind is missing"
+        raise InputError(f"{path}.kind: {given}; kinds are: {', '.join(KINDS)}")
+    return read_as(KINDS[kind], keys, path)

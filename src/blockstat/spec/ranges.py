@@ -1,0 +1,57 @@
+"""Numbers that a search may move."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+import msgspec
+import numpy as np
+
+#: A range with more values than this is a slip of the pen.
+MOST_STEPS = 10_000
+
+
+class Range(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """A parameter that may move: its present value, its bounds (both included) and its step."""
+
+    value: float  #: now
+    min: float  #: smallest
+    max: float  #: largest
+    step: Annotated[float, msgspec.Meta(gt=0)]  #: between the values that a search tries
+
+    def __post_init__(self) -> None:
+        if not np.isfinite([self.value, self.min, self.max, self.step]).all():
+            raise ValueError("value, min, max and step must be finite")
+        if (self.max - self.min) / self.step > MOST_STEPS:
+            raise ValueError(f"a step of {self.step:g} makes more than {MOST_STEPS} values")
+        if not self.min <= self.value <= self.max:
+            raise ValueError(f"value {self.value:g} must lie between min {self.min:g} and max {self.max:g}")
+
+    def steps(self) -> list[float]:
+        """Values from the largest down to the smallest, shape (n,)."""
+        count = int(np.floor((self.max - self.min) / self.step + 1e-9))
+        values = [round(self.max - i * self.step, 12) for i in range(count + 1)]
+        return values if values[-1] <= self.min + 1e-9 * self.step else [*values, self.min]
+
+
+Length = Annotated[float, msgspec.Meta(gt=0)] | Range
+Height = Annotated[float, msgspec.Meta(ge=0)] | Range
+Count = Annotated[int, msgspec.Meta(ge=0)] | Range
+#: Whether an element is there. "search" stands for a range of 1 (there, as it is built) and 0 (not there).
+Presence = bool | Literal["search"] | Range
+SEARCHED = {"value": 1, "min": 0, "max": 1, "step": 1}
+
+
+def value_of(parameter: float | Range) -> float:
+    """The number a parameter stands for now."""
+    return parameter.value if isinstance(parameter, Range) else parameter
+
+
+def is_present(presence: Presence) -> bool:
+    """Whether an element is there now."""
+    return bool(presence.value) if isinstance(presence, Range) else bool(presence)
+
+
+def is_range(node: Any) -> bool:
+    """Whether plain data say a range."""
+    return isinstance(node, dict) and set(node) == set(SEARCHED)

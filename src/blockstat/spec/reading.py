@@ -1,0 +1,83 @@
+"""Plain data turned into what they say, with errors that name the key."""
+
+from __future__ import annotations
+
+import re
+import types
+from collections.abc import Iterator
+from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
+
+import msgspec
+import numpy as np
+
+from blockstat.errors import InputError
+
+T = TypeVar("T", bound=msgspec.Struct)
+
+
+def read_as(kind: type[T], data: Any, path: str = "") -> T:
+    """Plain data as a struct. Raises InputError with the path of a bad or unknown key and the keys there are."""
+    try:
+        return msgspec.convert(data, kind)
+    except msgspec.ValidationError as error:
+        message, _, where = str(error).partition(" - at `$")
+        inner = where.rstrip("`").lstrip(".")
+        if message.startswith("Object contains unknown field"):
+            field = message.split("`")[1]
+            message = f"unknown key; keys here are: {', '.join(_fields_at(kind, inner))}"
+            inner = joined(inner, field)
+        whole = joined(path, inner)
+        raise InputError(f"{whole}: {message}" if whole else message) from None
+
+
+def joined(path: str, key: str | int) -> str:
+    """A dotted path and one more key."""
+    return f"{path}.{key}" if path and key != "" else path or str(key)
+
+
+def entries(node: Any) -> Iterator[tuple[str | int, Any]]:
+    """Keys and values of a table, numbers and items of a list, nothing of all else."""
+    if isinstance(node, dict):
+        yield from node.items()
+    elif isinstance(node, (list, tuple)):
+        yield from enumerate(node)
+
+
+def check_finite(node: Any, path: str = "") -> None:
+    """Raise InputError for a number that is not finite."""
+    if isinstance(node, float) and not np.isfinite(node):
+        raise InputError(f"{path}: {node} is not a finite number")
+    for key, child in entries(node):
+        check_finite(child, joined(path, key))
+
+
+def check_name(name: str) -> None:
+    """Raise ValueError for a name that cannot be a directory's."""
+    if not name.strip() or set(name) & set("/\\") or name in (".", ".."):
+        raise ValueError(f"name {name!r} must not be empty or hold a slash; it names the report's directory")
+
+
+def at_path(data: Any, path: str) -> tuple[Any, Any]:
+    """The table or list that holds what a dotted path leads to, and the last key."""
+    *parents, last = path.split(".")
+    for key in parents:
+        data = data[int(key) if isinstance(data, list) else key]
+    return data, int(last) if isinstance(data, list) else last
+
+
+def _fields_at(kind: Any, path: str) -> tuple[str, ...]:
+    """Names of the fields of the struct at a path of msgspec, where map keys are `[...]` and items `[0]`."""
+    for part in re.findall(r"\[|\w+", re.sub(r"\[[^\]]*\]", "[", path)):
+        if part != "[":
+            kind = next(f.type for f in msgspec.structs.fields(kind) if f.name == part)
+        elif get_args(kind):
+            kind = next(a for a in reversed(get_args(kind)) if a is not Ellipsis)
+        kind = _struct_of(kind) or kind
+    return kind.__struct_fields__
+
+
+def _struct_of(kind: Any) -> Any:
+    """The struct among the alternatives of a type."""
+    if get_origin(kind) in (Union, types.UnionType, Annotated):
+        return next((found for a in get_args(kind) if (found := _struct_of(a))), None)
+    return kind if isinstance(kind, type) and issubclass(kind, msgspec.Struct) else None

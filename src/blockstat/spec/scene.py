@@ -1,0 +1,93 @@
+"""Scenes of either form: their parameters, and how they are moved."""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+import msgspec
+
+from blockstat.errors import InputError
+from blockstat.spec.chapel import Building
+from blockstat.spec.composition import Composition, composition_from
+from blockstat.spec.ranges import SEARCHED, Range, is_range
+from blockstat.spec.reading import at_path, check_finite, entries, joined, read_as
+
+#: The short form for a rectangular building, or the general one.
+Scene: TypeAlias = Building | Composition
+
+
+def parameters(scene: Scene) -> dict[str, Range]:
+    """The parameters that may move, by dotted path in the scene: "wall.thickness", "elements.rib.present".
+
+    Something whose presence is to be searched has a range of 1 (there) and 0 (not there).
+    """
+    found: dict[str, Range] = {}
+
+    def visit(node: Any, path: str) -> None:
+        if is_range(node):
+            found[path] = read_as(Range, node, path)
+            return
+        for key, child in entries(node):
+            visit(child, joined(path, key))
+
+    data = _plain(scene)
+    visit(data.get("parameters", {}), "parameters")
+    for key, child in data.items():
+        if key != "parameters":
+            visit(child, key)
+    return found
+
+
+def with_values(scene: Scene, values: dict[str, float]) -> Scene:
+    """The scene with some of its ranges moved to other values.
+
+    Raises InputError for a path that is no range, or a value outside its bounds.
+    """
+    ranges = parameters(scene)
+    data = _plain(scene)
+    for path, value in values.items():
+        if path not in ranges:
+            raise InputError(f'no parameter "{path}" to move; ranges are: {", ".join(ranges) or "none"}')
+        table, key = at_path(data, path)
+        table[key]["value"] = float(value)
+    return scene_from(data)
+
+
+def scene_from(data: Any) -> Scene:
+    """A scene from plain dicts, or from structs in dicts. Raises InputError naming the path of a bad or unknown key."""
+    data = _searched(msgspec.to_builtins(data))
+    if not isinstance(data, dict):
+        raise InputError(f"a scene is a table of keys, not {data!r}")
+    check_finite(data)
+    read = _read_composition if {"elements", "parameters"} & set(data) else _read_chapel
+    scene = read(data)
+    # The ends of a range must be values that the parameter could have by itself.
+    for path, found in parameters(scene).items():
+        for end in {found.min, found.max, found.max - found.step if found.max > found.min else found.max}:
+            plain = _plain(scene)
+            table, key = at_path(plain, path)
+            whole = int(end) if float(end).is_integer() else end
+            table[key] = bool(whole) if key == "present" and whole in (0, 1) else whole
+            read(plain)
+    return scene
+
+
+def _read_chapel(data: dict[str, Any]) -> Building:
+    return read_as(Building, data)
+
+
+def _read_composition(data: dict[str, Any]) -> Composition:
+    return composition_from(data)
+
+
+def _plain(scene: Scene) -> dict[str, Any]:
+    return _searched(msgspec.to_builtins(scene))
+
+
+def _searched(node: Any, key: Any = None, above: Any = None) -> Any:
+    """Plain data with a range in place of each presence to be searched."""
+    if node == "search" and (key == "present" or above == "parameters"):
+        return dict(SEARCHED)
+    if isinstance(node, dict):
+        return {name: _searched(child, name, key) for name, child in node.items()}
+    return [_searched(child) for child in node] if isinstance(node, (list, tuple)) else node

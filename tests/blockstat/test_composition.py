@@ -1,0 +1,254 @@
+"""The language of compositions: parameters, arithmetic, presence, placing, supports, and what is refused."""
+
+import numpy as np
+import pytest
+
+from blockstat import InputError, assess, build, load_scene, parameters, scene_from, search, with_values
+from elements import sound
+
+GATE = {
+    "name": "gate",
+    "parameters": {"t": {"value": 0.5, "min": 0.1, "max": 0.5, "step": 0.2}, "span": 2.0, "half": "= span / 2"},
+    "elements": {
+        "piers": {
+            "kind": "pier", "size": ["= t", 0.8], "height": 1.5, "courses": 3, "at": ["= -half - t / 2", 0, 0],
+            "repeat": {"number": 2, "by": ["= span + t", 0, 0]},
+        },
+        "ring": {"kind": "arch", "span": "= span", "thickness": "= t", "depth": 0.8, "voussoirs": 9, "at": [0, 0, 1.5]},
+    },
+}  # fmt: skip
+
+
+def changed(**elements):
+    return GATE | {"elements": GATE["elements"] | elements}
+
+
+def refused(data) -> str:
+    with pytest.raises(InputError) as error:
+        build(scene_from(data))
+    assert "\n" not in str(error.value)
+    return str(error.value)
+
+
+def test_elements_meet_where_their_keys_put_them():
+    assembly = build(scene_from(GATE))
+    faces = sound(assembly, convex=True)
+    assert set(assembly.groups) == {"ground", "piers.1.pier", "piers.2.pier", "ring.arch"}
+    assert assembly.names[int(np.flatnonzero(assembly.support)[0])] == "ground"
+    # Joints: 2 x (ground + 2 beds) of the piers, 8 of the ring and two springings.
+    assert faces.n_interfaces == 6 + 8 + 2
+    assert assembly.volume[assembly.in_group("piers")].sum() == pytest.approx(2 * 0.5 * 0.8 * 1.5)
+
+
+def test_parameters_move_by_their_path():
+    scene = scene_from(GATE)
+    assert list(parameters(scene)) == ["parameters.t"]
+    thin = with_values(scene, {"parameters.t": 0.3})
+    assert parameters(thin)["parameters.t"].value == 0.3
+    assert parameters(scene)["parameters.t"].value == 0.5
+    assembly = build(thin)
+    sound(assembly)
+    assert assembly.volume[assembly.in_group("piers")].sum() == pytest.approx(2 * 0.3 * 0.8 * 1.5)
+    assert assembly.metadata["parameters"] == {"parameters.t": 0.3}
+
+
+def test_a_range_may_stand_at_any_number_of_an_element():
+    lift = {"value": 0.0, "min": 0.0, "max": 1.0, "step": 0.5}
+    scene = scene_from(changed(stone={"kind": "box", "size": [1, 1, 1], "at": [9, 0, lift]}))
+    assert list(parameters(scene)) == ["parameters.t", "elements.stone.at.2"]
+    high = build(with_values(scene, {"elements.stone.at.2": 0.5}))
+    assert high.bounds[0][high.in_group("stone"), 2] == pytest.approx([0.5])
+
+
+def test_an_absent_element_makes_no_block():
+    tie = {"kind": "box", "size": [1, 1, 1], "at": [9, 0, 0]}
+    assert "tie" in build(scene_from(changed(tie=tie))).groups
+    without = scene_from(changed(tie=tie | {"present": False}))
+    assert "tie" not in build(without).groups
+    sought = scene_from(changed(tie=tie | {"present": "search"}))
+    assert list(parameters(sought)) == ["parameters.t", "elements.tie.present"]
+    assert "tie" in build(sought).groups
+    assert "tie" not in build(with_values(sought, {"elements.tie.present": 0})).groups
+
+
+def test_presence_may_be_a_parameter_and_a_comparison():
+    tie = {"kind": "box", "size": [1, 1, 1], "at": [9, 0, 0], "present": "= ties"}
+    data = changed(tie=tie, more=tie | {"at": [12, 0, 0], "present": "= span > 3"})
+    data["parameters"] = GATE["parameters"] | {"ties": "search"}
+    scene = scene_from(data)
+    assert list(parameters(scene)) == ["parameters.t", "parameters.ties"]
+    assert "tie" in build(scene).groups
+    assert "more" not in build(scene).groups
+    assert "tie" not in build(with_values(scene, {"parameters.ties": 0})).groups
+
+
+CHAPEL = {
+    "name": "hut", "length": 2.7, "span": 2.0, "wall": {"thickness": 0.6, "height": 1.5},
+    "vault": {"thickness": 0.3, "voussoirs": 7, "present": "search"},
+    "windows": {"south": {"width": 0.4, "height": 0.5, "sill": 0.5, "present": False}},
+    "buttresses": {"south": {"number": 1, "thickness": 0.5, "width": 0.5, "height": 1.0, "present": "search"}},
+}  # fmt: skip
+
+
+def test_presence_in_the_short_form():
+    scene = scene_from(CHAPEL)
+    assert list(parameters(scene)) == ["buttresses.south.present", "vault.present"]
+    assembly = build(scene)
+    assert {"vault", "buttress.south.1"} <= set(assembly.groups)
+    assert assembly.volume[assembly.in_group("wall.south")].sum() == pytest.approx(2.7 * 0.6 * 1.5)  # no window
+    bare = build(with_values(scene, {"vault.present": 0, "buttresses.south.present": 0}))
+    assert {group.partition(".")[0] for group in bare.groups} == {"ground", "wall"}
+
+
+class Standing:
+    """A verifier that believes the statics."""
+
+    class outcome:
+        word = "stands"
+
+
+@pytest.mark.parametrize(("thickness", "needed"), [(0.2, 1.0), (1.2, 0.0)])
+def test_the_search_keeps_an_element_only_where_it_is_needed(thickness, needed):
+    # A barrel pushes its walls outward: thin ones need the buttress, thick ones do not.
+    data = CHAPEL | {
+        "wall": {"thickness": thickness, "height": 1.5},
+        "vault": CHAPEL["vault"] | {"present": True},
+        "buttresses": {
+            side: {"number": 2, "thickness": 0.9, "width": 0.6, "height": 1.5, "present": present}
+            for side, present in (("south", "search"), ("north", True))
+        },
+    }
+    result = search(scene_from(data), static=assess, verify=lambda assembly: Standing())
+    assert result.best_parameters == {"buttresses.south.present": needed}
+
+
+def test_repeats_multiply_and_turn():
+    post = {"kind": "box", "size": [0.5, 0.5, 1], "at": [3, 0, 0]}
+    ring = build(
+        scene_from(changed(posts=post | {"at": [3, 5, 0], "repeat": {"number": 8, "turn": 45, "about": [0, 5]}}))
+    )
+    blocks = ring.in_group("posts")
+    assert len(blocks) == 8
+    np.testing.assert_allclose(np.hypot(*(ring.centroid[blocks, :2] - (0, 5)).T), 3.0)
+    grid = post | {"at": [5, 0, 0], "repeat": [{"number": 3, "by": [1, 0, 0]}, {"number": 2, "by": [0, 2, 0]}]}
+    grid = build(scene_from(changed(posts=grid)))
+    found = {tuple(p) for p in grid.centroid[grid.in_group("posts"), :2].round(9).tolist()}
+    assert found == {(x, y) for x in (5.0, 6.0, 7.0) for y in (0.0, 2.0)}
+
+
+def test_supports_are_the_ground_or_groups():
+    ring = {"kind": "arch", "span": 2, "thickness": 0.3, "depth": 1, "voussoirs": 9, "springers": 0.4}
+    assembly = build(scene_from({"name": "ring", "elements": {"a": ring}, "supports": ["a.springer"]}))
+    assert {assembly.groups[i] for i in np.flatnonzero(assembly.support)} == {"a.springer.left", "a.springer.right"}
+    twice = ring | {"repeat": {"number": 2, "by": [0, 1, 0]}}
+    assembly = build(scene_from({"name": "ring", "elements": {"a": twice}, "supports": ["a.*.springer.left"]}))
+    assert assembly.support.sum() == 2
+    assert refused({"name": "ring", "elements": {"a": ring}}).startswith('"a.springer.left" reaches down to z = -0.4')
+    assert refused({"name": "ring", "elements": {"a": ring | {"at": [0, 0, 2]}}}).startswith("nothing stands on the")
+    assert refused({"name": "ring", "elements": {"a": ring}, "supports": ["b"]}) == (
+        'supports: no group "b"; groups are: a.arch, a.springer.left, a.springer.right'
+    )
+
+
+def test_elements_that_overlap_are_named():
+    message = refused(changed(post={"kind": "box", "size": [0.4, 0.4, 3], "at": [-1.25, 0, 0]}))
+    assert message.startswith('elements "piers" and "post" overlap: blocks "piers.1.pier.')
+    both = GATE["elements"]["piers"] | {"repeat": {"number": 2, "by": [0.1, 0, 0]}}
+    assert refused(changed(piers=both)).startswith('element "piers" overlaps with itself: blocks "piers.1.pier.')
+
+
+def test_an_element_may_have_a_density_of_its_own():
+    data = changed(ring=GATE["elements"]["ring"] | {"density": 1500}) | {"material": {"density": "= 1000 * span"}}
+    assembly = build(scene_from(data))
+    assert set(assembly.density[assembly.in_group("ring")]) == {1500.0}
+    assert set(assembly.density[assembly.in_group("piers")]) == {2000.0}
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("= 2 * (t + 1) - 1 / 4", 2 * 1.5 - 0.25), ("= 7 // 2 + 7 % 4", 6.0), ("= 2 ** 3", 8.0), ("= -t", -0.5),
+        ("= min(t, 0.2) + max(1, 2)", 2.2), ("= sqrt(2) * sin(pi / 4)", 1.0), ("= floor(1.7) + ceil(1.2)", 3.0),
+        ("= cos(0) + tan(0) + round(1.6) + abs(-1)", 4.0), ("= twice", 1.0),
+    ],
+)  # fmt: skip
+def test_arithmetic(text, value):
+    data = changed(post={"kind": "box", "size": [1, 1, 1], "at": [9, text, 0]})
+    data["parameters"] = {"t": 0.5, "span": 2, "half": 1, "twice": "= 2 * t"}
+    assembly = build(scene_from(data))
+    assert assembly.centroid[assembly.in_group("post"), 1] == pytest.approx([value])
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("= wide", 'elements.ring.span: "= wide": no parameter "wide"; parameters are: t, span, half'),
+        ("= exp(1)", 'no function "exp"; functions are: abs, ceil'),
+        ("= 1 / 0", "elements.ring.span"), ("= 9 ** 9 ** 9", "elements.ring.span"),
+        ("= (-1) ** 0.5", "elements.ring.span"), ("= 2 +", 'is no arithmetic such as "= 2 * t + 1"'),
+        ("= __import__('os')", "no function"), ("= t.real", '"t.real" is not allowed'),
+        ("= 'a' * 3", "is not allowed"), ("= sqrt()", "elements.ring.span"), ("= [1][0]", "is not allowed"),
+        ("= " + "(" * 300 + ")" * 300, "is no arithmetic"), ("= " + "-" * 2000 + "1", "is no arithmetic"),
+        ("= t - 5", "elements.ring.span: Expected `float` > 0"), ("wide", "elements.ring.span: Expected"),
+    ],
+)  # fmt: skip
+def test_bad_arithmetic_names_key_and_word(text, words):
+    message = refused(changed(ring=GATE["elements"]["ring"] | {"span": text}))
+    assert words in message
+    assert message.startswith("elements.ring.span: ")
+
+
+def test_what_is_refused_names_its_path_and_what_is_allowed():
+    ring = GATE["elements"]["ring"]
+    assert refused(changed(ring=ring | {"kind": "ark"})).startswith('elements.ring.kind: no kind "ark"; kinds are: ')
+    assert refused(changed(ring={"span": 2})).startswith("elements.ring.kind: the kind is missing; kinds are: ")
+    assert refused(changed(ring=ring | {"spam": 2})).startswith("elements.ring.spam: unknown key; keys here are: ")
+    assert "shape, span, rise" in refused(changed(ring=ring | {"spam": 2}))
+    message = refused(changed(ring=ring | {"repeat": {"number": 2, "bye": [0, 0, 0]}}))
+    assert message == "elements.ring.repeat.bye: unknown key; keys here are: number, by, turn, about"
+    message = refused(changed(ring=ring | {"thickness": {"value": 1, "min": 0.5, "max": 2}}))
+    assert message.startswith("elements.ring.thickness: ")
+    assert "step" in message
+    assert refused(changed(ring=ring | {"shape": "round"})).startswith("elements.ring: shape is 'round'; it must be")
+    assert refused(GATE | {"roof": {}}).startswith("roof: unknown key; keys here are: name, elements, parameters")
+    assert refused(GATE | {"elements": {}}).startswith("elements: there are none")
+    assert refused(changed(**{"a.b": ring})).startswith('elements: "a.b" is no name')
+    assert refused(GATE | {"material": {"weight": 1}}).startswith(
+        "material.weight: unknown key; keys here are: density"
+    )
+    circle = GATE | {"parameters": {"a": "= b", "b": "= c + 1", "c": "= a", "t": 1, "span": "= a"}}
+    assert refused(circle).startswith("parameters.a: it depends on itself: a -> b -> c -> a")
+    assert "parameters.t" in refused(GATE | {"parameters": {"t": "wide", "span": 2, "half": 1}})
+    assert "parameters.sin" in refused(GATE | {"parameters": GATE["parameters"] | {"sin": 1}})
+    # The ends of a range must do as well as its value.
+    wild = GATE | {"parameters": GATE["parameters"] | {"t": {"value": 0.5, "min": -0.5, "max": 0.5, "step": 0.5}}}
+    assert refused(wild).startswith("elements.")
+
+
+TOML = """
+description = "A gate."
+[parameters]
+t = 0.5
+span = 2.0
+[elements.piers]
+kind = "pier"
+size = ["= t", 0.8]
+height = 1.5
+courses = 3
+at = ["= -(span + t) / 2", 0, 0]
+repeat = { number = 2, by = ["= span + t", 0, 0] }
+[elements.ring]
+kind = "arch"
+span = "= span"
+thickness = "= t"
+depth = 0.8
+voussoirs = 9
+at = [0, 0, 1.5]
+"""
+
+
+def test_the_same_scene_from_toml(tmp_path):
+    path = tmp_path / "gate.toml"
+    path.write_text(TOML)
+    np.testing.assert_array_equal(build(load_scene(path)).vertices, build(scene_from(GATE)).vertices)
+    assert load_scene(path).name == "gate"
