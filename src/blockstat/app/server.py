@@ -42,9 +42,9 @@ def serve(path: str | Path, *, supports: str = "", port: int = 0, panels: Sequen
     """
     model = open_model(path, supports=supports)
     logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(name)s: %(message)s")
-    with running(model, port=port, panels=panels) as (_, address):
-        print(f"{model.name}: {address}  (Ctrl-C ends it)", flush=True)
-        try:
+    try:
+        with running(model, port=port, panels=panels) as (_, address):
+            print(f"{model.name}: {address}  (Ctrl-C ends it)", flush=True)
             threading.Event().wait()
-        except KeyboardInterrupt:
-            pass
+    except KeyboardInterrupt:
+        pass  # the way to end it
