@@ -8,7 +8,7 @@ STAMP := $(VENV)/.installed
 # that has it.
 COMPAS ?=
 
-.PHONY: demo test test-all lint benchmark solvers validation hard pictures gallery scenes screenshots clean
+.PHONY: demo test test-all lint benchmark search solvers validation hard pictures gallery scenes screenshots clean
 
 demo: $(STAMP)
 	$(BIN)/dynsim optimise examples/chapel.toml -o out/chapel
@@ -31,6 +31,13 @@ benchmark: $(STAMP)
 	$(BIN)/python benchmarks/compare_verdicts.py
 	$(BIN)/python benchmarks/live_page.py
 	$(BIN)/python benchmarks/building.py
+
+# Takes long: the chapel optimised three ways, soundness of pruning, cost of a sweep, the paper's experiment.
+search: $(STAMP)
+	$(BIN)/python benchmarks/search.py --lighter
+	$(BIN)/python benchmarks/soundness.py
+	$(BIN)/python benchmarks/sweep.py
+	$(BIN)/python examples/paper/experiment.py --write
 
 solvers: $(STAMP)
 	$(BIN)/python benchmarks/solvers.py --write --sizes 100 1000 3000 10000 --limit 300 $(if $(COMPAS),--compas $(COMPAS))

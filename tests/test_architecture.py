@@ -24,7 +24,7 @@ LAYERS = [
     {"reserve", "thrust"},
     {"sensitivity"},
     {"vertex_sensitivity"},
-    {"search"},
+    {"search", "sweep"},
     {"paint"},
     {"plot"},
     {"animate", "utilisation"},

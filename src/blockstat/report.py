@@ -14,7 +14,7 @@ from blockstat.io import write
 from blockstat.model import build
 from blockstat.plot import DEMAND, picture, picture_of_verdict
 from blockstat.search import PRUNED, Candidate, SearchResult
-from blockstat.spec import with_values
+from blockstat.spec import parameters, with_values
 from blockstat.view3d.page import available, framed, interactive_html
 
 
@@ -66,7 +66,7 @@ def write_report(
     name = escape(result.building.name)
     history = result.history
     pruned = sum(c.dynamic == PRUNED for c in history)
-    verified = sum(c.dynamic not in (PRUNED, "") for c in history)
+    verified = result.dynamic_runs
     static_seconds = sum(c.static_seconds for c in history)
     dynamic_seconds = sum(c.dynamic_seconds for c in history)
     body = [f"<h1>{name}: design search</h1>"]
@@ -74,13 +74,17 @@ def write_report(
         body.append("<p><b>Interrupted.</b> Run the same command again to go on.</p>")
     body.append(_best_table(result))
     body.append(
-        f"<p>{len(history)} designs: {pruned} pruned by statics in {static_seconds:.1f} s, "
-        f"{verified} verified by dynamics in {dynamic_seconds:.1f} s (process time).</p>"
+        f"<p>{len(history)} designs: {pruned} pruned by statics in {static_seconds:.1f} s "
+        f"({result.static_solves} solved, {result.certificates_reused} by the evidence of earlier ones), "
+        f"{verified} verified by dynamics in {dynamic_seconds:.1f} s (process time). "
+        f"Statics and dynamics disagree on {len(result.disagreements)} of them.</p>"
     )
     body += [f"<p>{escape(note)}</p>" for note in notes]
     for figure in figures:
         caption = escape(figure.caption)
         body.append(f"<figure>{_shown(figure, caption)}<figcaption>{caption}</figcaption></figure>")
+    if result.front:
+        body.append("<h2>Volume against reserve</h2>" + _front_table(result.front))
     body.append("<h2>History</h2>" + _history_table(history))
     path = directory / "report.html"
     path.write_text(page(f"{result.building.name}: design search", body), encoding="utf-8")
@@ -107,12 +111,22 @@ def _values(candidate: Candidate) -> str:
 def _best_table(result: SearchResult) -> str:
     if result.best_parameters is None:
         return "<p><b>No design stood.</b></p>"
-    start = result.history[0].parameters
+    start = {name: found.value for name, found in parameters(result.building).items()}
     rows = "".join(
         f"<tr><td>{escape(name)}</td><td>{start[name]:g}</td><td><b>{value:g}</b></td></tr>"
         for name, value in result.best_parameters.items()
     )
     return f"<table><tr><th>parameter</th><th>start</th><th>best</th></tr>{rows}</table>"
+
+
+def _front_table(front: Sequence[Candidate]) -> str:
+    """Designs none of which is both lighter and safer than another."""
+    head = "".join(f"<th>{escape(name)}</th>" for name in [*front[0].parameters, "volume m3", "reserve"])
+    rows = "".join(
+        "<tr>" + "".join(f"<td>{value:.4g}</td>" for value in (*c.parameters.values(), c.volume, c.reserve)) + "</tr>"
+        for c in front
+    )
+    return f"<table><tr>{head}</tr>{rows}</table>"
 
 
 def _history_table(history: Sequence[Candidate]) -> str:

@@ -19,13 +19,13 @@ from blockstat.cli_options import (
     Tilt,
     Units,
     load,
-    modified,
     numbers,
     print_json,
     run_app,
 )
 from blockstat.errors import InputError
 from dynsim.cli_bonds import AngularStiffness, Glue, ScaleInertia, stiffness_of, with_glue
+from dynsim.cli_judging import Group, Preset, Threshold
 from dynsim.cli_loads import (
     Direction,
     Jobs,
@@ -42,6 +42,7 @@ from dynsim.cli_loads import (
     ground_of,
     loads_of,
 )
+from dynsim.cli_optimise import optimise
 from dynsim.cli_page import open_page
 from dynsim.cli_rows import end_of, print_comparisons, side_by_side, verify_summary
 
@@ -53,10 +54,6 @@ if TYPE_CHECKING:
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 app.command("app")(open_page)
-
-Group = Annotated[str | None, typer.Option(help='Group of Eq. 1; "vault" if there is one, else everything.')]
-Threshold = Annotated[float | None, typer.Option(help="Displacement that counts as falling, in metres.")]
-Preset = Annotated[str, typer.Option(help='"fast", "default" or "careful".')]
 
 
 @app.callback()
@@ -241,58 +238,7 @@ def compare(
     end_of(found)
 
 
-@app.command()
-def optimise(
-    scene: Annotated[Path, typer.Argument(help="Scene file (.toml) with ranges {value, min, max, step}.")],
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Directory; out/<name> by default.")] = None,
-    only: Annotated[
-        str | None,
-        typer.Option("--parameters", metavar="PATH,...", help="Parameters to move, in order; all ranges by default."),
-    ] = None,
-    friction: Friction = None,
-    gravity: Gravity = None,
-    tilt: Tilt = None,
-    group: Group = None,
-    threshold: Threshold = None,
-    preset: Preset = "default",
-    as_json: AsJson = False,
-) -> None:
-    """Thin a building down: statics prune, Bullet verifies, a report tells."""
-    from blockstat.io.scene import load_scene
-    from blockstat.search import check_names
-    from dynsim.optimise import optimise as run
-    from dynsim.settings import Settings
-
-    building = load_scene(scene)
-    directory = output or Path("out") / building.name
-    names = only.split(",") if only else None
-    check_names(building, names)
-    directory.mkdir(parents=True, exist_ok=True)
-    settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
-    given = {"friction": friction, "gravity": gravity, "tilt": tilt}
-    result, report = run(
-        building,
-        directory,
-        names=names,
-        settings=settings,
-        under=lambda assembly: modified(assembly, friction=friction, gravity=gravity, tilt=tilt),
-        conditions=", ".join(f"{name} {value}" for name, value in given.items() if value is not None),
-    )
-    if as_json:
-        print_json(
-            {
-                "best": result.best_parameters,
-                "finished": result.finished,
-                "history": [asdict(candidate) for candidate in result.history],
-                "report": str(report),
-            }
-        )
-    else:
-        best = result.best_parameters
-        words = ", ".join(f"{k} = {v:g}" for k, v in best.items()) if best else "no design stood"
-        typer.echo(f"best: {words}\nreport: {report}")
-    if not result.finished:
-        raise KeyboardInterrupt
+app.command()(optimise)
 
 
 def main() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 from blockstat.analysis import assess
 from blockstat.assembly import Assembly
@@ -31,11 +32,13 @@ def optimise(
     settings: Settings | None = None,
     under: Callable[[Assembly], Assembly] = lambda assembly: assembly,
     conditions: str = "",
+    **options: Any,
 ) -> tuple[SearchResult, Path]:
     """Search, confirm, and write history.csv, best.json, best.glb, pictures and report.html into a directory.
 
     An interrupted search goes on from its history.csv when called again. under : puts each design under another
-    friction or gravity, and conditions says which. Returns the result and the report's path.
+    friction or gravity, and conditions says which. options : those of `blockstat.search` (strategy, over, margin, snap,
+    points). Returns the result and the report's path.
     """
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
@@ -45,20 +48,23 @@ def optimise(
         task = bar.add_task("searching", total=None)
 
         def progress(done: int, expected: int, last: Candidate) -> None:
-            word = f"{last.static} / {last.dynamic}" if last.dynamic else last.note
+            word = f"{last.static} / {last.dynamic}" if last.dynamic else last.note or last.static
             values = " ".join(f"{value:g}" for value in last.parameters.values())
-            bar.update(task, completed=done, total=max(expected, done), description=f"{values}: {word}")
+            bar.update(task, completed=done, total=expected, description=f"{values}: {word}")
 
         memory = Memory()
         result = search(
             building,
-            static=lambda assembly: assess(under(assembly), memory=memory),
-            verify=lambda assembly: verify(under(assembly), settings=settings),
+            static=lambda assembly: assess(assembly, memory=memory),
+            verify=lambda assembly: verify(assembly, settings=settings),
+            under=under,
+            memory=memory,
             names=names,
             history=directory / "history.csv",
             progress=progress,
             remark=likely_reason,
             conditions=f"{settings} {conditions}" if settings or conditions else "",
+            **options,
         )
     figures = write_designs(result, directory, under=under)
     figures += _moved(result, directory, settings, under)

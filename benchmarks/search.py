@@ -1,0 +1,164 @@
+"""The chapel of some 300 blocks optimised three ways: Bullet alone on every design, pruned by statics, by gradients.
+
+python benchmarks/search.py [--sample 16] [--seed 1] [--lighter] [--no-gradient] [--json] [--write FILE]
+
+Three thicknesses and the presence of a buttress move. Bullet alone is timed on a random sample of the designs and
+extrapolated; with --lighter it also simulates every design lighter than the pruned answer, which shows that Bullet
+alone would have found the same one. Seconds are process time.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from time import process_time
+
+import msgspec
+import numpy as np
+from scenes import chapel_scene
+
+from blockstat import Memory, assess, build, search
+from blockstat.search import Margin, SearchResult, space_of
+from blockstat.spec import Scene, scene_from
+from dynsim import verify
+from dynsim.compare import likely_reason
+
+NAMES = ("wall.thickness", "vault.thickness", "buttresses.south.thickness", "buttresses.north.present")
+PUSH = (0.0, 1.0, 0.0)  #: across the nave
+
+
+def scene(blocks: int = 300) -> Scene:
+    """The chapel of the examples in smaller bricks, with three thicknesses and one presence to move."""
+    data = msgspec.to_builtins(chapel_scene(blocks))
+    data["wall"]["thickness"] = {"value": 0.8, "min": 0.4, "max": 0.8, "step": 0.1}
+    data["vault"]["thickness"] = {"value": 0.35, "min": 0.2, "max": 0.35, "step": 0.05}
+    data["buttresses"]["south"]["thickness"] = {"value": 0.9, "min": 0.3, "max": 0.9, "step": 0.2}
+    data["buttresses"]["north"]["present"] = "search"
+    return scene_from(data)
+
+
+def row(name: str, result: SearchResult, seconds: float) -> dict:
+    found = {tuple(c.parameters.values()): c for c in result.history}
+    best = found[tuple(result.best_parameters.values())] if result.best_parameters else None
+    return {
+        "way": name, "designs": len(result.history), "static_solves": result.static_solves,
+        "certificates_reused": result.certificates_reused, "dynamic_runs": result.dynamic_runs, "seconds": seconds,
+        "best": result.best_parameters, "volume": best.volume if best else None,
+        "disagreements": [(c.parameters, c.dynamic, c.note) for c in result.disagreements],
+    }  # fmt: skip
+
+
+def pruned(chapel: Scene) -> tuple[dict, SearchResult]:
+    begin, memory = process_time(), Memory()
+    result = search(
+        chapel, names=NAMES, over="grid", verify=verify, static=lambda a: assess(a, memory=memory), memory=memory
+    )
+    return row("pruned", result, process_time() - begin), result
+
+
+def reasons(chapel: Scene, result: SearchResult) -> list[tuple]:
+    """Why statics and Bullet differ, asked afterwards: Coulomb states take longer than the search itself."""
+    found = []
+    for candidate in result.disagreements:
+        assembly = build(space_of(chapel, NAMES).at(candidate.parameters))
+        note = likely_reason(assess(assembly), verify(assembly))
+        found.append((candidate.parameters, candidate.dynamic, note))
+    return found
+
+
+def gradient(chapel: Scene, least: float) -> dict:
+    begin = process_time()
+    result = search(chapel, names=NAMES, strategy="gradient", margin=Margin(PUSH, least), verify=verify)
+    return {**row("gradient", result, process_time() - begin), "least": least}
+
+
+def bullet_alone(chapel: Scene, sample: int, seed: int) -> dict:
+    """Bullet on some designs of the grid, and what the whole of it would take."""
+    designs = list(space_of(chapel, NAMES).grid())
+    chosen = np.random.default_rng(seed).choice(len(designs), sample, replace=False)
+    seconds = []
+    for number in chosen:
+        begin = process_time()
+        verify(build(space_of(chapel, NAMES).at(designs[number])))
+        seconds.append(process_time() - begin)
+    mean, error = float(np.mean(seconds)), float(np.std(seconds, ddof=1) / np.sqrt(sample))
+    return {
+        "way": "Bullet alone", "designs": len(designs), "static_solves": 0, "certificates_reused": 0,
+        "dynamic_runs": len(designs), "sample": sample, "mean": mean, "error": error, "seconds": mean * len(designs),
+    }  # fmt: skip
+
+
+def lighter(chapel: Scene, volume: float) -> dict:
+    """Bullet on every design of the grid that is lighter."""
+    space, words = space_of(chapel, NAMES), []
+    for values in space.grid():
+        assembly = build(space.at(values))
+        if assembly.volume[assembly.free].sum() < volume * (1 - 1e-12):
+            words.append(verify(assembly).outcome.word)
+    return {"designs": len(words), **{word: words.count(word) for word in sorted(set(words))}}
+
+
+def table(figures: dict) -> str:
+    lines = [
+        f"{figures['blocks']} blocks, {figures['space']} designs.",
+        "",
+        "| | designs tried | static solves | certificates reused | Bullet runs | seconds | best [m3] |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for found in figures["ways"]:
+        volume = "" if found.get("volume") is None else f"{found['volume']:.3f}"
+        guessed = ""
+        if "sample" in found:
+            guessed = f" (from {found['sample']} designs, +- {found['error'] * found['designs']:.0f})"
+        lines.append(
+            f"| {found['way']} | {found['designs']} | {found['static_solves']} | {found['certificates_reused']} | "
+            f"{found['dynamic_runs']} | {found['seconds']:.1f}{guessed} | {volume} |"
+        )
+    for found in figures["ways"]:
+        if found.get("best"):
+            values = ", ".join(f"{name} {value:.4g}" for name, value in found["best"].items())
+            lines += ["", f"Best, {found['way']}: {values}."]
+        for parameters, word, note in found.get("disagreements", ()):
+            values = " ".join(f"{value:.4g}" for value in parameters.values())
+            lines.append(f"- statics allow {values}, Bullet: {word}; {note or 'no reason asked for'}")
+    lines += ["", f"Bullet alone over pruned: {figures['ratio']:.0f} times the seconds."]
+    if "lighter" in figures:
+        lines.append(f"Every design lighter than the pruned answer in Bullet: {figures['lighter']}.")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--sample", type=int, default=16)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--reserve", type=float, default=0.0, help="of the search by gradients [g]")
+    parser.add_argument("--lighter", action="store_true")
+    parser.add_argument("--no-gradient", action="store_true")
+    parser.add_argument("--reasons", action="store_true", help="say why statics and Bullet differ")
+    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--write", type=Path, help="also write the table to this file")
+    options = parser.parse_args()
+    chapel = scene()
+    assess(build(chapel))  # libraries are loaded before anything is timed
+    quick, result = pruned(chapel)
+    ways = [bullet_alone(chapel, options.sample, options.seed), quick]
+    if not options.no_gradient:
+        ways.append(gradient(chapel, options.reserve))
+    figures = {
+        "blocks": build(chapel).n_blocks, "space": space_of(chapel, NAMES).size, "ways": ways,
+        "ratio": ways[0]["seconds"] / quick["seconds"],
+        "static_seconds": sum(c.static_seconds for c in result.history),
+        "dynamic_seconds": sum(c.dynamic_seconds for c in result.history),
+    }  # fmt: skip
+    if options.reasons:
+        quick["disagreements"] = reasons(chapel, result)
+    if options.lighter and quick["volume"] is not None:
+        figures["lighter"] = lighter(chapel, quick["volume"])
+    print(json.dumps(figures, indent=1) if options.json else table(figures))
+    if options.write:
+        options.write.write_text(table(figures) + "\n")
+
+
+if __name__ == "__main__":
+    main()

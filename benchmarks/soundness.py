@@ -1,0 +1,154 @@
+"""Does anything stand in Bullet that statics exclude? Random arches, walls and vaulted huts, dry and glued.
+
+python benchmarks/soundness.py [--designs 500] [--seed 11] [--json] [--rows FILE]
+
+Statics judge every design; what they exclude is simulated with careful settings (glued designs: the default ones), and
+once more for ten times as long if it did not fall. A design that then stands is a counter-example, and is printed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from time import process_time
+
+import numpy as np
+
+from blockstat import Assembly, InputError, assess, build, glued
+from blockstat.spec import scene_from
+from dynsim import Settings, verify
+
+LONGER = 10.0
+Random = np.random.Generator
+
+
+def arch(rng: Random) -> Assembly:
+    """An arch of 4 to 20 voussoirs about as thick as the least it needs."""
+    n, t = int(rng.integers(4, 21)), rng.uniform(0.07, 0.14)
+    element = {"kind": "arch", "span": 2 - t, "thickness": t, "depth": rng.uniform(0.2, 0.6), "voussoirs": n}
+    friction = float(rng.uniform(0.3, 0.9))
+    return build(scene_from({"name": "arch", "elements": {"arch": element}, "material": {"friction": friction}}))
+
+
+def portal(rng: Random) -> Assembly:
+    """An arch on two piers about as wide as they need to be."""
+    t, height, width = rng.uniform(0.12, 0.3), rng.uniform(0.4, 2.0), rng.uniform(0.15, 0.7)
+    pier = {"kind": "pier", "size": [width, 0.5], "height": height, "courses": int(rng.integers(1, 4))}
+    elements = {
+        "arch": {
+            "kind": "arch", "span": 2.0, "thickness": t, "depth": 0.5, "voussoirs": int(rng.integers(5, 14)),
+            "at": [0, 0, height],
+        },
+        "left": {**pier, "at": [-1 - width / 2, 0, 0]},
+        "right": {**pier, "at": [1 + width / 2, 0, 0]},
+    }  # fmt: skip
+    return build(scene_from({"name": "portal", "elements": elements}))
+
+
+def wall(rng: Random) -> Assembly:
+    """Four small walls without a roof on ground that is tilted a good deal."""
+    thickness = rng.uniform(0.15, 0.5)
+    scene = {
+        "name": "walls", "length": rng.uniform(1.5, 2.5), "span": rng.uniform(0.8, 1.5), "vault": None,
+        "brick": {"length": 0.6, "height": 0.3}, "wall": {"thickness": thickness, "height": rng.uniform(0.6, 1.5)},
+    }  # fmt: skip
+    angle, side = np.radians(rng.uniform(8.0, 40.0)), rng.uniform(0.0, 2 * np.pi)
+    pull = 9.81 * np.array([np.sin(angle) * np.cos(side), np.sin(angle) * np.sin(side), -np.cos(angle)])
+    return build(scene_from(scene)).with_(gravity=tuple(pull))
+
+
+def hut(rng: Random) -> Assembly:
+    """Four walls and a barrel vault of some fifty blocks."""
+    return build(
+        scene_from(
+            {
+                "name": "hut", "length": rng.uniform(1.5, 3.0), "span": rng.uniform(1.5, 3.5),
+                "brick": {"length": 0.8, "height": float(rng.choice([0.4, 0.5]))},
+                "wall": {"thickness": rng.uniform(0.2, 0.6), "height": rng.uniform(1.0, 2.2)},
+                "vault": {"thickness": rng.uniform(0.1, 0.35), "voussoirs": int(rng.integers(5, 12))},
+                "material": {"friction": float(rng.choice([0.5, 0.7]))},
+            }
+        )
+    )  # fmt: skip
+
+
+FAMILIES: dict[str, tuple[Callable[[Random], Assembly], float, bool]] = {
+    "arches": (arch, 0.34, False), "portals": (portal, 0.26, False), "walls": (wall, 0.12, False),
+    "huts": (hut, 0.16, False), "glued arches": (arch, 0.06, True), "glued portals": (portal, 0.06, True),
+}  # fmt: skip
+
+
+def judged(name: str, rng: Random) -> dict:
+    """One random design of a family: the verdicts on it."""
+    make, _, with_glue = FAMILIES[name]
+    try:
+        assembly = make(rng)
+    except InputError as error:
+        return {"family": name, "static": "not built", "note": str(error)}
+    if with_glue:
+        weight = float(assembly.mass[assembly.free].mean()) * 9.81
+        assembly = glued(assembly, float(rng.uniform(0.02, 0.6)) * weight)
+    row = {"family": name, "blocks": assembly.n_blocks, "static": assess(assembly).outcome.word}
+    if row["static"] != "unstable":
+        return row
+    settings = Settings.named("default" if with_glue else "careful")
+    begin = process_time()
+    verdict = verify(assembly, settings=settings)
+    row["first"] = verdict.outcome.word
+    if row["first"] != "falls":
+        verdict = verify(assembly, settings=replace(settings, rest=1e-6, end=LONGER * settings.end))
+    row |= {"dynamic": verdict.outcome.word, "seconds": process_time() - begin}
+    row |= {"displacement": verdict.max_displacement, "rate": verdict.rate}
+    return row
+
+
+def _print(rows: list[dict]) -> None:
+    print(f"{'family':>15} {'designs':>8} {'excluded':>9} {'fell':>6} {'fell later':>11} {'creep':>6} {'stood':>6}")
+    for name in [*FAMILIES, "all"]:
+        own = [row for row in rows if name in (row["family"], "all")]
+        count = Counter(row.get("dynamic") for row in own)
+        later = sum(row.get("dynamic") == "falls" and row["first"] != "falls" for row in own)
+        excluded = sum(row["static"] == "unstable" for row in own)
+        print(
+            f"{name:>15} {len(own):8} {excluded:9} {count['falls'] - later:6} {later:11} {count['creeps']:6} "
+            f"{count['stands']:6}"
+        )
+    for row in rows:
+        if row.get("dynamic") == "stands":
+            print("counter-example:", row)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--designs", type=int, default=500)
+    parser.add_argument("--seed", type=int, default=11)
+    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--rows", type=Path, help="file of rows: those in it are taken from it, others appended")
+    options = parser.parse_args()
+    known = []
+    if options.rows and options.rows.is_file():
+        known = [json.loads(line) for line in options.rows.read_text().splitlines()]
+    names, shares = list(FAMILIES), np.array([share for _, share, _ in FAMILIES.values()])
+    draw = np.random.default_rng(options.seed)
+    rows = []
+    for number in range(options.designs):
+        family = str(draw.choice(names, p=shares / shares.sum()))
+        if number < len(known):
+            rows.append(known[number])
+            continue
+        rows.append({"number": number, **judged(family, np.random.default_rng([options.seed, number]))})
+        if options.rows:
+            with options.rows.open("a") as file:
+                file.write(json.dumps(rows[-1]) + "\n")
+    if options.json:
+        print(json.dumps(rows))
+        return
+    _print(rows)
+
+
+if __name__ == "__main__":
+    main()

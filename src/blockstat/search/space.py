@@ -1,0 +1,91 @@
+"""The designs that a search may try: a scene, and the values that each of its parameters may take."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import msgspec
+
+from blockstat.errors import InputError
+from blockstat.spec import Range, Scene, parameters, scene_from, with_values
+from blockstat.spec.reading import at_path
+
+Values = dict[str, float]
+
+
+@dataclass(frozen=True)
+class Space:
+    """A scene and the ranges to move, in the order in which they are moved."""
+
+    scene: Scene
+    ranges: dict[str, Range]
+
+    @property
+    def names(self) -> list[str]:
+        return list(self.ranges)
+
+    @property
+    def start(self) -> Values:
+        """Every parameter at its largest; what may be left out is there."""
+        return {name: found.max for name, found in self.ranges.items()}
+
+    @property
+    def size(self) -> int:
+        """Number of combinations."""
+        count = 1
+        for found in self.ranges.values():
+            count *= len(found.steps())
+        return count
+
+    def line(self, name: str) -> list[float]:
+        """Values of one parameter as the paper tries them: numbers from the largest down, presence without, then with.
+
+        (Procedural masonry with rigid-block dynamics; the loop of its optimiser.)
+        """
+        values = self.ranges[name].steps()
+        return values[::-1] if is_boolean(self.ranges[name]) else values
+
+    def grid(self) -> Iterator[Values]:
+        """Every combination, in nested loops over the lines."""
+        for values in product(*(self.line(name) for name in self.names)):
+            yield dict(zip(self.names, values, strict=True))
+
+    def at(self, values: Mapping[str, float]) -> Scene:
+        """The scene with these values. Raises InputError outside the bounds."""
+        return with_values(self.scene, dict(values))
+
+    def near(self, values: Mapping[str, float]) -> Scene:
+        """The scene with these values, which may lie a little outside the bounds, as differences need it."""
+        data = msgspec.to_builtins(self.at({}))
+        for path, value in values.items():
+            found, (table, key) = self.ranges[path], at_path(data, path)
+            low, high = min(found.min, value), max(found.max, value)
+            table[key] = {"value": float(value), "min": low, "max": high, "step": found.step}
+        return scene_from(data)
+
+
+def space_of(scene: Scene, names: Sequence[str] | str | None = None) -> Space:
+    """The space of a scene's ranges, or of some of them. Raises InputError for an unknown name, or without ranges."""
+    ranges = parameters(scene)
+    chosen = list(ranges) if names is None else [names] if isinstance(names, str) else list(names)
+    for name in chosen:
+        if name not in ranges:
+            raise InputError(f'no parameter "{name}" to search; ranges are: {", ".join(ranges) or "none"}')
+    if not chosen:
+        raise InputError(f'"{scene.name}" has no parameter to search; write one as {{value, min, max, step}}')
+    if len(set(chosen)) < len(chosen):
+        raise InputError(f"parameters to search are {', '.join(chosen)}; each may be named once")
+    space = Space(scene, {name: ranges[name] for name in chosen})
+    return Space(space.at(space.start), space.ranges)
+
+
+def is_boolean(found: Range) -> bool:
+    """Whether a range says absent (0) or present (1)."""
+    return (found.min, found.max, found.step) == (0.0, 1.0, 1.0)
+
+
+def is_discrete(found: Range) -> bool:
+    """Whether a range counts something: its ends and its step are whole numbers."""
+    return all(float(number).is_integer() for number in (found.min, found.max, found.step))

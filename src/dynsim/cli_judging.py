@@ -1,0 +1,11 @@
+"""Options that say how a design is judged."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+Group = Annotated[str | None, typer.Option(help='Group of Eq. 1; "vault" if there is one, else everything.')]
+Threshold = Annotated[float | None, typer.Option(help="Displacement that counts as falling, in metres.")]
+Preset = Annotated[str, typer.Option(help='"fast", "default" or "careful".')]

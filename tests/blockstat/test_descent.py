@@ -1,0 +1,175 @@
+"""Search by gradients: known least widths, certified reserves, fronts.
+
+Least pier widths: barrel vault of centreline radius 2.5 m, 0.5 m thick, 20 straight-sided voussoirs, friction 0.7, on
+free-standing piers (derived from first principles).
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_search import Judgement, Word, between, rows
+
+from blockstat import InputError, Outcome, acceleration, assess, build, limit_load, search, with_values
+from blockstat.search import Margin
+from blockstat.search.margin import measure
+from blockstat.search.space import space_of
+from blockstat.spec import parameters, scene_from
+
+PUSH = (1.0, 0.0, 0.0)
+
+
+def piers(height, width):
+    return scene_from(
+        {
+            "name": "piers",
+            "parameters": {"w": width},
+            "elements": {
+                "vault": {
+                    "kind": "arch", "span": 4.5, "thickness": 0.5, "depth": 1.0, "voussoirs": 20, "at": [0, 0, height],
+                },
+                "left": {"kind": "box", "size": ["= w", 1.0, height], "at": ["= -2.25 - w / 2", 0, 0]},
+                "right": {"kind": "box", "size": ["= w", 1.0, height], "at": ["= 2.25 + w / 2", 0, 0]},
+            },
+        }
+    )  # fmt: skip
+
+
+def portal():
+    return scene_from(
+        {
+            "name": "portal",
+            "parameters": {"t": between(0.15, 0.3, 0.05), "w": between(0.2, 0.8, 0.1), "n": between(6, 8, 2)},
+            "elements": {
+                "arch": {
+                    "kind": "arch", "span": 2.0, "thickness": "= t", "depth": 0.5, "voussoirs": "= n", "at": [0, 0, 1],
+                },
+                "left": {"kind": "box", "size": ["= w", 0.5, 1.0], "at": ["= -1 - w / 2", 0, 0]},
+                "right": {"kind": "box", "size": ["= w", 0.5, 1.0], "at": ["= 1 + w / 2", 0, 0]},
+            },
+        }
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("height", "width"), [(2.5, 0.67333), (5.0, 0.83754), (10.0, 0.95326)])
+def test_the_least_pier_under_a_barrel_vault(height, width):
+    scene = piers(height, between(0.5, 1.5, 0.01))
+    result = search(scene, verify=None, strategy="gradient", margin=Margin(PUSH))
+    assert result.best_parameters["parameters.w"] == pytest.approx(width, abs=1e-4)
+    assert assess(build(result.best)).outcome is Outcome.STABLE
+    assert len(result.history) < 20
+
+
+def test_the_least_pier_step_by_step():
+    scene = piers(2.5, between(0.66, 0.69, 1e-3))
+    result = search(scene, verify=None)
+    assert result.best_parameters == {"parameters.w": 0.674}
+
+
+@pytest.mark.parametrize("least", [0.05, 0.15])
+def test_a_required_reserve_is_certified_and_no_design_of_the_grid_is_lighter(least):
+    scene = portal()
+    result = search(scene, verify=None, strategy="gradient", margin=Margin(PUSH, least))
+    best = build(result.best)
+    assert limit_load(best, acceleration(best, PUSH)).lower >= least
+    volume = best.volume[best.free].sum()
+    for values in space_of(scene).grid():
+        asm = build(with_values(scene, values))
+        if asm.volume[asm.free].sum() < volume:
+            assert limit_load(asm, acceleration(asm, PUSH)).lower < least
+
+
+def test_snapped_designs_lie_on_the_steps_and_have_the_reserve():
+    scene = portal()
+    result = search(scene, verify=None, strategy="gradient", margin=Margin(PUSH, 0.1), snap=True)
+    for name, value in result.best_parameters.items():
+        assert value in parameters(scene)[name].steps()
+    best = build(result.best)
+    assert limit_load(best, acceleration(best, PUSH)).lower >= 0.1
+
+
+@pytest.mark.parametrize("margin", [Margin(PUSH), Margin(PUSH, friction=1.2)], ids=["as it is", "less friction"])
+@pytest.mark.parametrize("width", [0.75, 0.62], ids=["stands", "falls"])
+def test_slopes_are_those_of_volume_and_reserve(margin, width):
+    space = space_of(piers(2.5, between(0.5, 1.5, 0.01)))
+
+    def at(w):
+        return measure(lambda v: build(space.near(v)), {"parameters.w": w}, ["parameters.w"], margin)
+
+    here, step = at(width), 1e-3
+    low, high = at(width - step), at(width + step)
+    assert (here.static == "stable") == (width > 0.7)
+    assert here.volume_slopes[0] == pytest.approx(2 * 2.5, rel=1e-6)
+    assert here.reserve_slopes[0] == pytest.approx((high.reserve - low.reserve) / (2 * step), rel=2e-2)
+
+
+def test_a_tilt_is_a_push():
+    margin = Margin.tilt("x", 5.0)
+    assert margin.direction == pytest.approx((0.0, 1.0, 0.0))
+    assert margin.least == pytest.approx(np.tan(np.radians(5.0)))
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: Margin((0.0, 0.0, 0.0)),
+        lambda: Margin(PUSH, -0.1),
+        lambda: Margin(PUSH, friction=0.5),
+        lambda: Margin.tilt("x", 90.0),
+    ],
+)
+def test_an_impossible_margin_is_refused(make):
+    with pytest.raises(InputError, match="margin: "):
+        make()
+
+
+def test_more_reserve_is_asked_for_where_the_verifier_sees_a_fall():
+    def verifier(assembly):
+        limit = limit_load(assembly, acceleration(assembly, PUSH)).lower
+        return Judgement(Word.STANDS if limit >= 0.03 else Word.FALLS)
+
+    scene = piers(2.5, between(0.5, 1.5, 0.01))
+    result = search(scene, verify=verifier, strategy="gradient", margin=Margin(PUSH))
+    best = next(c for c in result.history if c.parameters == result.best_parameters)
+    assert best.dynamic == "stands"
+    assert 0.03 <= best.reserve < 0.1
+    assert result.disagreements
+
+
+def test_no_design_of_a_front_is_lighter_and_safer_than_another():
+    result = search(portal(), verify=None, strategy="pareto", margin=Margin(PUSH, 0.02), points=4)
+    volumes, reserves = [c.volume for c in result.front], [c.reserve for c in result.front]
+    assert len(result.front) >= 3
+    assert volumes == sorted(volumes)
+    assert reserves == sorted(reserves)
+    assert result.best_parameters == result.front[0].parameters
+    for candidate in result.front:
+        asm = build(with_values(portal(), candidate.parameters))
+        assert limit_load(asm, acceleration(asm, PUSH)).lower == pytest.approx(candidate.reserve, rel=1e-6)
+        assert candidate.stands
+
+
+def test_too_many_combinations_of_what_is_counted_are_refused():
+    scene = scene_from(
+        {"name": "many", "parameters": {"n": between(3, 90, 1)},
+         "elements": {"a": {"kind": "arch", "span": 2.0, "thickness": 0.3, "depth": 0.5, "voussoirs": "= n"}}}
+    )  # fmt: skip
+    with pytest.raises(InputError, match="88 combinations"):
+        search(scene, verify=None, strategy="gradient")
+
+
+def test_an_interrupted_descent_ends_with_the_same_history(tmp_path):
+    scene = piers(2.5, between(0.5, 1.5, 0.01))
+    options = {"verify": None, "strategy": "gradient", "margin": Margin(PUSH)}
+    whole = search(scene, **options)
+    path = tmp_path / "history.csv"
+
+    def interrupt(done, expected, last):
+        if done == 3:
+            raise KeyboardInterrupt
+
+    assert not search(scene, **options, history=path, progress=interrupt).finished
+    again = search(scene, **options, history=path)
+    assert rows(again) == rows(whole)
+    with pytest.raises(InputError, match="of another search"):
+        search(scene, **{**options, "margin": replace(options["margin"], least=0.1)}, history=path)

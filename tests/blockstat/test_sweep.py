@@ -1,0 +1,146 @@
+"""Sweeps: every design once, whatever dies on the way."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import joblib
+import numpy as np
+import pytest
+
+from blockstat import InputError, assess, build, with_values
+from blockstat.spec import parameters, scene_from
+from blockstat.sweep import grid, latin_hypercube, sweep, verdict_row
+from problems import HUT
+
+SCENE = scene_from(HUT)
+COUNTED = scene_from(HUT | {"vault": {"thickness": 0.3, "voussoirs": {"value": 7, "min": 5, "max": 9, "step": 2}}})
+
+
+def slow_row(scene, memory):
+    """As slow as it needs to be for something to die meanwhile."""
+    time.sleep(0.05)
+    return verdict_row(scene, memory)
+
+
+def plain(rows):
+    return [{k: v for k, v in row.items() if k != "seconds"} for row in rows]
+
+
+def test_a_grid_is_every_combination_and_every_row_is_what_statics_say(tmp_path):
+    designs = list(grid(SCENE))
+    assert len({tuple(d.values()) for d in designs}) == len(designs) == 4 * 2
+    result = sweep(SCENE, designs, tmp_path / "rows.jsonl", jobs=1)
+    assert (result.designs, result.computed) == (8, 8)
+    for row, values in zip(result.rows(), designs, strict=True):
+        assembly = build(with_values(SCENE, values))
+        assert {name: row[name] for name in values} == values
+        assert row["static"] == assess(assembly).outcome.word
+        assert row["volume"] == pytest.approx(assembly.volume[assembly.free].sum())
+
+
+def test_a_latin_hypercube_puts_one_design_into_each_slice_of_each_range():
+    designs = latin_hypercube(SCENE, 10, seed=3)
+    for name, found in parameters(SCENE).items():
+        share = (np.array([d[name] for d in designs]) - found.min) / (found.max - found.min)
+        assert sorted(np.floor(10 * share)) == list(range(10))
+    assert designs == latin_hypercube(SCENE, 10, seed=3) != latin_hypercube(SCENE, 10, seed=4)
+    whole = {d["vault.voussoirs"] for d in latin_hypercube(COUNTED, 12)}
+    assert whole == {5.0, 7.0, 9.0}
+
+
+def test_many_processes_give_the_rows_of_one(tmp_path):
+    designs = latin_hypercube(SCENE, 12)
+    one = sweep(SCENE, designs, tmp_path / "one.jsonl", jobs=1, batch=3)
+    two = sweep(SCENE, designs, tmp_path / "two.jsonl", jobs=2, batch=3)
+    assert plain(one.rows()) == plain(two.rows())
+
+
+def test_a_sweep_goes_on_where_it_stopped(tmp_path):
+    designs = list(grid(SCENE))
+    path = tmp_path / "rows.jsonl"
+    whole = sweep(SCENE, designs, path, jobs=1, batch=2)
+    lines = path.read_text().splitlines(keepends=True)
+    for keep in (len(lines) - 1, 4, 1):
+        path.write_text("".join(lines[:keep]) + lines[keep][:20])
+        again = sweep(SCENE, designs, path, jobs=1, batch=2)
+        assert again.computed == len(lines) - keep
+        assert plain(again.rows()) == plain(whole.rows())
+    assert sweep(SCENE, designs, path, jobs=1).computed == 0
+
+
+def test_a_file_of_another_sweep_is_refused(tmp_path):
+    path = tmp_path / "rows.jsonl"
+    sweep(SCENE, list(grid(SCENE))[:1], path, jobs=1)
+    with pytest.raises(InputError, match="rows of another sweep"):
+        sweep(scene_from(HUT | {"length": 2.5}), [], path)
+    with pytest.raises(InputError, match="row 0 is of another design"):
+        sweep(SCENE, list(grid(SCENE))[1:3], path, jobs=1)
+    path.write_text(path.read_text() + "{\n")
+    with pytest.raises(InputError, match="a line is damaged"):
+        sweep(SCENE, [], path)
+    with pytest.raises(
+        InputError, match=r'no parameter "roof" to sweep; ranges are: wall\.thickness, vault\.thickness'
+    ):
+        list(grid(SCENE, ["roof"]))
+
+
+def test_a_design_that_cannot_be_built_is_a_row_with_its_reason(tmp_path):
+    wide = {"width": {"value": 0.5, "min": 0.5, "max": 2.5, "step": 1.0}, "height": 0.5, "sill": 0.5}
+    scene = scene_from(HUT | {"windows": {"south": wide}})
+    rows = sweep(scene, grid(scene, ["windows.south.width"]), tmp_path / "rows.jsonl", jobs=1).rows()
+    assert rows[0]["static"] == "error"
+    assert rows[0]["note"].startswith("windows.south")
+
+
+KILLED = """
+import sys
+from blockstat.sweep import latin_hypercube, sweep
+from test_sweep import SCENE, slow_row
+sweep(SCENE, latin_hypercube(SCENE, 40), sys.argv[1], measure=slow_row, jobs=2, batch=2)
+"""
+
+
+@pytest.mark.slow
+def test_after_a_kill_no_row_is_lost_and_none_is_doubled(tmp_path):
+    path = tmp_path / "rows.jsonl"
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    process = subprocess.Popen(
+        [sys.executable, "-c", KILLED, str(path)], env=environment, stderr=subprocess.DEVNULL, start_new_session=True
+    )
+    while process.poll() is None and not (path.is_file() and path.read_text().count("\n") > 6):
+        time.sleep(0.01)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    kept = path.read_text().count("\n") - 1
+    assert 0 < kept < 40
+    result = sweep(SCENE, latin_hypercube(SCENE, 40), path, measure=slow_row, jobs=1)
+    assert result.computed == 40 - kept
+    assert [row["design"] for row in result.rows()] == list(range(40))
+
+
+@pytest.mark.slow
+def test_a_worker_of_a_cluster_killed_in_the_middle_loses_no_row(tmp_path):
+    distributed = pytest.importorskip("distributed")
+    path = tmp_path / "rows.jsonl"
+    killed = []
+
+    def kill_one(rows):
+        if not killed and rows > 6:
+            killed.extend(client.run(os.getpid).values())
+            os.kill(killed[0], signal.SIGKILL)
+
+    options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None, "silence_logs": 50}
+    with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
+        client.run(sys.path.extend, [p for p in sys.path if p])
+        with joblib.parallel_config(backend="dask"):
+            result = sweep(SCENE, latin_hypercube(SCENE, 40), path, measure=slow_row, batch=2, progress=kill_one)
+    assert killed
+    numbers = [json.loads(line)["design"] for line in path.read_text().splitlines()[1:]]
+    assert sorted(numbers) == list(range(40))
+    assert result.computed == 40
+    alone = sweep(SCENE, latin_hypercube(SCENE, 40), tmp_path / "alone.jsonl", measure=slow_row, jobs=1, batch=2)
+    assert plain(alone.rows()) == plain(result.rows())

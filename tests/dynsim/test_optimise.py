@@ -1,0 +1,144 @@
+"""The search with the real statics and the real Bullet: the same answer pruned, and after any interruption."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from blockstat import Memory, assess, search
+from blockstat.spec import scene_from
+from dynsim import Settings, verify
+from dynsim.compare import likely_reason
+
+FAST = Settings.named("fast")
+
+
+def between(low, high, step):
+    return {"value": high, "min": low, "max": high, "step": step}
+
+
+PORTAL = {
+    "name": "portal",
+    "parameters": {"t": between(0.1, 0.25, 0.05), "pier": between(0.3, 0.6, 0.1), "strut": "search"},
+    "elements": {
+        "arch": {"kind": "arch", "span": 2.0, "thickness": "= t", "depth": 0.5, "voussoirs": 7, "at": [0, 0, 1.0]},
+        "left": {"kind": "box", "size": ["= pier", 0.5, 1.0], "at": ["= -1 - pier / 2", 0, 0]},
+        "right": {"kind": "box", "size": ["= pier", 0.5, 1.0], "at": ["= 1 + pier / 2", 0, 0]},
+        "prop": {"kind": "box", "size": [0.3, 0.5, 1.0], "at": ["= -1.15 - pier", 0, 0], "present": "= strut"},
+    },
+}  # fmt: skip
+ARCHES = {
+    "name": "arches",
+    "parameters": {"n": between(5, 9, 1), "t": between(0.095, 0.125, 0.015)},
+    "elements": {"arch": {"kind": "arch", "span": "= 2 - t", "thickness": "= t", "depth": 0.6, "voussoirs": "= n"}},
+}
+
+
+def both(scene, over):
+    memory = Memory()
+    quick = search(
+        scene, verify=lambda a: verify(a, settings=FAST), static=lambda a: assess(a, memory=memory), memory=memory,
+        over=over, remark=likely_reason,
+    )  # fmt: skip
+    whole = search(scene, verify=lambda a: verify(a, settings=FAST), strategy="paper", over=over)
+    return whole, quick
+
+
+@pytest.mark.parametrize(
+    ("scene", "over"), [(ARCHES, "line"), (ARCHES, "grid"), (PORTAL, "line")], ids=["arches", "arches grid", "portal"]
+)
+def test_pruning_gives_the_design_that_simulating_everything_gives(scene, over):
+    whole, quick = both(scene_from(scene), over)
+    assert whole.best_parameters is not None
+    assert quick.best_parameters == whole.best_parameters
+    assert quick.dynamic_runs < whole.dynamic_runs == len(whole.history)
+    # Nothing that statics exclude stood, so Bullet alone would have found the same.
+    assert not [c for c in whole.history if c.excluded and c.dynamic == "stands"]
+
+
+@pytest.mark.slow
+def test_pruning_gives_the_design_that_simulating_a_whole_grid_gives():
+    whole, quick = both(scene_from(PORTAL), "grid")
+    assert quick.best_parameters == whole.best_parameters
+    assert quick.dynamic_runs < whole.dynamic_runs / 4
+    assert not [c for c in whole.history if c.excluded and c.dynamic == "stands"]
+
+
+def test_where_they_disagree_the_search_goes_on_and_says_why():
+    scene = scene_from(PORTAL)
+    result = search(scene, verify=lambda a: verify(a, settings=FAST), names=["parameters.pier"], remark=likely_reason)
+    assert result.best_parameters is not None
+    for candidate in result.disagreements:
+        assert candidate.static == "stable"
+        assert candidate.dynamic in ("falls", "creeps")
+        assert candidate.note
+        assert candidate.parameters["parameters.pier"] < result.best_parameters["parameters.pier"]
+
+
+PROGRAM = """
+import json, sys
+from dynsim.cli import main
+main()
+"""
+TOML = """
+name = "arches"
+[parameters]
+n = { value = 9, min = 5, max = 9, step = 1 }
+t = { value = 0.155, min = 0.095, max = 0.155, step = 0.015 }
+[elements.arch]
+kind = "arch"
+span = "= 2 - t"
+thickness = "= t"
+depth = 0.6
+voussoirs = "= n"
+"""
+
+
+def start(tmp_path, *options):
+    scene = tmp_path / "arches.toml"
+    scene.write_text(TOML)
+    command = [
+        sys.executable, "-c", PROGRAM, "optimise", str(scene), "-o", str(tmp_path / "out"), "--over", "grid",
+        "--preset", "fast", "--json", *options,
+    ]  # fmt: skip
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def plain(row):
+    return {key: value for key, value in row.items() if "seconds" not in key}
+
+
+@pytest.fixture(scope="module")
+def uninterrupted(tmp_path_factory):
+    process = start(tmp_path_factory.mktemp("whole"))
+    out, err = process.communicate()
+    assert process.returncode == 0, err
+    return json.loads(out)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGKILL], ids=["SIGINT", "SIGKILL"])
+def test_stopped_again_and_again_the_history_ends_the_same(tmp_path, uninterrupted, sign):
+    history = tmp_path / "out" / "history.csv"
+    stops = 0
+    for rows in (1, 3, 5):
+        process = start(tmp_path)
+        while process.poll() is None and not (history.is_file() and history.read_text().count("\n") > rows):
+            time.sleep(0.01)
+        if process.poll() is None:
+            os.kill(process.pid, sign)
+            stops += 1
+        out, err = process.communicate()
+        if sign is signal.SIGINT:
+            assert "Traceback" not in err
+    assert stops >= 2
+    process = start(tmp_path)
+    out, err = process.communicate()
+    assert process.returncode == 0, err
+    again = json.loads(out)
+    assert again["best"] == uninterrupted["best"]
+    assert list(map(plain, again["history"])) == list(map(plain, uninterrupted["history"]))

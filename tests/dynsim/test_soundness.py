@@ -1,0 +1,28 @@
+"""What statics exclude does not stand in Bullet: a few random designs of each family of benchmarks/soundness.py."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+
+from soundness import FAMILIES, judged
+
+
+@pytest.mark.parametrize("family", [name for name in FAMILIES if name not in ("walls", "huts")])
+def test_no_excluded_design_stands(family):
+    rows = [judged(family, np.random.default_rng([29, number])) for number in range(12)]
+    excluded = [row for row in rows if row["static"] == "unstable"]
+    assert excluded
+    assert not [row for row in excluded if row["dynamic"] == "stands"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("family", ["walls", "huts"])
+def test_no_excluded_building_stands(family):
+    rows = [judged(family, np.random.default_rng([29, number])) for number in range(16)]
+    excluded = [row for row in rows if row["static"] == "unstable"]
+    assert excluded
+    assert not [row for row in excluded if row["dynamic"] == "stands"]
