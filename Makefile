@@ -8,7 +8,7 @@ STAMP := $(VENV)/.installed
 # that has it.
 COMPAS ?=
 
-.PHONY: demo test test-all lint benchmark search solvers validation hard pictures gallery scenes clean
+.PHONY: demo test test-all lint benchmark search solvers validation hard pictures gallery scenes screenshots clean
 
 demo: $(STAMP)
 	$(BIN)/dynsim optimise examples/chapel.toml -o out/chapel
@@ -29,6 +29,7 @@ benchmark: $(STAMP)
 	$(BIN)/python benchmarks/bullet.py
 	$(BIN)/python benchmarks/loads.py
 	$(BIN)/python benchmarks/compare_verdicts.py
+	$(BIN)/python benchmarks/live_page.py
 	$(BIN)/python benchmarks/building.py
 
 # Takes long: the chapel optimised three ways, soundness of pruning, cost of a sweep, the paper's experiment.
@@ -54,6 +55,9 @@ pictures: $(STAMP)
 gallery: $(STAMP)
 	$(BIN)/python docs/make_gallery.py
 
+screenshots: $(STAMP)
+	$(BIN)/python docs/make_screenshots.py
+
 scenes: $(STAMP)
 	$(BIN)/python docs/make_scenes.py
 
@@ -63,5 +67,5 @@ clean:
 # requirements.lock holds the versions that the tests ran with.
 $(STAMP): pyproject.toml requirements.lock
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e ".[fast,dynamics,test,dev]"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e ".[fast,dynamics,ui,test,dev]"
 	touch $@

@@ -28,7 +28,9 @@ LAYERS = [
     {"paint"},
     {"plot"},
     {"animate", "utilisation"},
+    {"view3d"},
     {"report"},
+    {"app"},
     {"cli_options"},
     {"cli"},
 ]

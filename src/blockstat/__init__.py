@@ -21,6 +21,7 @@ from blockstat.reuse import Memory
 from blockstat.search import search
 from blockstat.spec import Building, Composition, parameters, scene_from, with_values
 from blockstat.thrust import load_domain, settlement, thrust_range
+from blockstat.view3d.page import show
 
 __version__ = "0.1.0"
 __all__ = [
@@ -53,6 +54,7 @@ __all__ = [
     "scene_from",
     "search",
     "settlement",
+    "show",
     "thrust_range",
     "tilt_limit",
     "with_values",

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from blockstat.cli_options import (
+    PORT,
     AsJson,
     FileArgument,
     Friction,
     Gravity,
+    Port,
     Supports,
     Tilt,
     Units,
@@ -184,6 +186,14 @@ def tilt_command(
         typer.echo(f"{assembly.name}: stands at every angle about {axis}")
     else:
         typer.echo(f"{assembly.name}: stands up to {stands:.6f} degrees about {axis}, falls at {falls:.6f}")
+
+
+@app.command("app")
+def app_command(file: FileArgument, supports: Supports = None, port: Port = PORT) -> None:
+    """Open the live page: move a parameter and see the verdict change, in the browser, on this machine only."""
+    from blockstat.app.server import serve
+
+    serve(file, supports=supports or "", port=port)
 
 
 @app.command()

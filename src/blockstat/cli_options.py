@@ -33,6 +33,8 @@ Supports = Annotated[
 Units = Annotated[
     str | None, typer.Option(help="Of the coordinates in the file, converted to metres: m, dm, cm, mm, in or ft.")
 ]
+PORT = 8321
+Port = Annotated[int, typer.Option(min=1, max=65535, help="Of the page on 127.0.0.1; the next free one if taken.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}

@@ -91,7 +91,7 @@ def visible(
     light = np.array([0.35, -0.5, 0.8]) / np.linalg.norm([0.35, -0.5, 0.8])
     shade = 0.62 + 0.38 * np.clip(planes.normal[order] @ light, 0, 1)
     colour = colour[assembly.face_block[order]] * np.column_stack([shade, shade, shade, np.ones(len(shade))])
-    flat, sharp = corners @ view[:2].T, _sharp_edges(assembly, planes)
+    flat, sharp = corners @ view[:2].T, sharp_edges(assembly, planes)
     polygons, fill, line = [], [], []
     for f, paint in zip(order, np.clip(colour, 0, 1), strict=True):
         own = slice(assembly.face_start[f], assembly.face_start[f + 1])
@@ -104,7 +104,7 @@ def visible(
     return polygons, np.array(fill).reshape(-1, 4), np.array(line).reshape(-1, 4)
 
 
-def _sharp_edges(assembly: Assembly, planes: FacePlanes) -> np.ndarray:
+def sharp_edges(assembly: Assembly, planes: FacePlanes) -> np.ndarray:
     """Mask of the edges, one after each corner of each face, at which the block turns, shape (n_corners,)."""
     tail = assembly.face_vertices
     head = tail[next_in_face(assembly.face_start)]

@@ -227,17 +227,22 @@ def picture_of_forces(verdict: Verdict, path: str | Path, **options: Any) -> Pat
 
 def resultants(verdict: Verdict) -> tuple[Floats, Floats, np.ndarray]:
     """Centre of pressure [m], force on block b [N] and whether it is a tension, of each joint that carries any."""
+    return joint_resultants(verdict)[1:]
+
+
+def joint_resultants(verdict: Verdict) -> tuple[Ints, Floats, Floats, np.ndarray]:
+    """`resultants`, with the number of each joint in front."""
     faces = verdict.interfaces
     net = verdict.forces - verdict.adhesion[:, None] * np.array([1.0, 0.0, 0.0])
     k = faces.point_interface
     world = np.einsum("nij,ni->nj", faces.frame[k], net)
     first = faces.start[:-1]
     if not faces.n_interfaces:
-        return np.empty((0, 3)), np.empty((0, 3)), np.empty(0, dtype=bool)
+        return np.empty(0, dtype=np.int64), np.empty((0, 3)), np.empty((0, 3)), np.empty(0, dtype=bool)
     force = np.add.reduceat(world, first)
     normal = np.add.reduceat(net[:, 0], first)
     share = np.abs(net[:, 0])
     total = np.add.reduceat(share, first)
     point = np.add.reduceat(share[:, None] * faces.point, first) / np.where(total > 0, total, 1.0)[:, None]
     carries = np.linalg.norm(force, axis=1) > 1e-6 * max(float(np.linalg.norm(force, axis=1).max()), 1e-300)
-    return point[carries], force[carries], normal[carries] < 0
+    return np.flatnonzero(carries), point[carries], force[carries], normal[carries] < 0

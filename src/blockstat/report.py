@@ -15,11 +15,12 @@ from blockstat.model import build
 from blockstat.plot import DEMAND, picture, picture_of_verdict
 from blockstat.search import PRUNED, Candidate, SearchResult
 from blockstat.spec import parameters, with_values
+from blockstat.view3d.page import available, framed, interactive_html
 
 
 @dataclass(frozen=True)
 class Figure:
-    """A picture on disk and what it shows."""
+    """A picture on disk, or a page (.html), and what it shows."""
 
     path: Path
     caption: str
@@ -28,7 +29,10 @@ class Figure:
 def write_designs(
     result: SearchResult, directory: Path, *, under: Callable[[Assembly], Assembly] = lambda assembly: assembly
 ) -> list[Figure]:
-    """best.json and best.glb, and pictures of what statics say: the best design and the thinnest pruned one."""
+    """best.json and best.glb, and pictures of what statics say: the best design and the thinnest pruned one.
+
+    With viser installed (extra ui), view.html too, a view of the best design in three dimensions.
+    """
     figures = []
     shown = under(build(result.best if result.best is not None else result.building))
     word = "The best design" if result.best is not None else "The design the search started from; none stood"
@@ -42,6 +46,10 @@ def write_designs(
             label="friction used at the block's joints (1 = sliding)", title="demand of the best design",
         )  # fmt: skip
         figures.append(Figure(path, "How much of its friction each block uses in the certified force field."))
+        if available():
+            turning = directory / "view.html"
+            turning.write_text(interactive_html(verdict), encoding="utf-8")
+            figures.append(Figure(turning, "The same, to turn with the mouse."))
     pruned = [c for c in result.history if c.dynamic == PRUNED]
     if pruned:
         thinnest = min(pruned, key=lambda c: c.volume or 0.0)
@@ -73,18 +81,27 @@ def write_report(
     )
     body += [f"<p>{escape(note)}</p>" for note in notes]
     for figure in figures:
-        data = base64.b64encode(figure.path.read_bytes()).decode()
         caption = escape(figure.caption)
-        body.append(
-            f'<figure><img src="data:image/png;base64,{data}" alt="{caption}">'
-            f"<figcaption>{caption}</figcaption></figure>"
-        )
+        body.append(f"<figure>{_shown(figure, caption)}<figcaption>{caption}</figcaption></figure>")
     if result.front:
         body.append("<h2>Volume against reserve</h2>" + _front_table(result.front))
     body.append("<h2>History</h2>" + _history_table(history))
     path = directory / "report.html"
-    path.write_text(_PAGE.format(title=f"{name}: design search", body="\n".join(body)), encoding="utf-8")
+    path.write_text(page(f"{result.building.name}: design search", body), encoding="utf-8")
     return path
+
+
+def page(title: str, body: Sequence[str]) -> str:
+    """A page of HTML in the style of the reports, from the parts of its body."""
+    return _PAGE.format(title=escape(title), body="\n".join(body))
+
+
+def _shown(figure: Figure, caption: str) -> str:
+    """A picture, or a page in three dimensions, as a part of this page."""
+    if figure.path.suffix == ".html":
+        return framed(figure.path.read_text(encoding="utf-8"))
+    data = base64.b64encode(figure.path.read_bytes()).decode()
+    return f'<img src="data:image/png;base64,{data}" alt="{caption}">'
 
 
 def _values(candidate: Candidate) -> str:

@@ -96,9 +96,9 @@ def _scan(outcome: Callable[[float], Outcome], top: float) -> Bracket:
     return Bracket(top, math.nan)
 
 
-def _halve(outcome: Callable[[float], Outcome], stands: float, falls: float) -> Bracket:
+def _halve(outcome: Callable[[float], Outcome], stands: float, falls: float, width: float = WIDTH) -> Bracket:
     """Bisect between a value that stands and one that does not; undecided values count as neither and end it."""
-    while abs(falls - stands) > WIDTH:
+    while abs(falls - stands) > width:
         middle = (stands + falls) / 2
         found = outcome(middle)
         if found is Outcome.UNDECIDED:
@@ -108,9 +108,15 @@ def _halve(outcome: Callable[[float], Outcome], stands: float, falls: float) -> 
 
 
 def friction_limit(
-    assembly: Assembly, *, gravity: Any = None, loads: Floats | None = None, gap: float = GAP, top: float = 10.0
+    assembly: Assembly,
+    *,
+    gravity: Any = None,
+    loads: Floats | None = None,
+    gap: float = GAP,
+    top: float = 10.0,
+    width: float = WIDTH,
 ) -> Bracket:
-    """Least coefficient of friction with which the assembly still stands.
+    """Least coefficient of friction with which the assembly still stands, between two values at most `width` apart.
 
     More friction only adds admissible forces, so bisection is exact. `stands` is nan when not even `top` is enough;
     `falls` is nan when the assembly stands without friction (or, with cohesion, with the least that it may go with).
@@ -125,7 +131,7 @@ def friction_limit(
     least = LEAST_FRICTION if any(law.cohesion for law in assembly.joints) else 0.0
     if outcome(least) is Outcome.STABLE:
         return Bracket(least, math.nan)
-    return _halve(outcome, top, least)
+    return _halve(outcome, top, least, width)
 
 
 def _rotate(vector: Floats, axis: Floats, angle: float) -> Floats:

@@ -43,6 +43,7 @@ from dynsim.cli_loads import (
     loads_of,
 )
 from dynsim.cli_optimise import optimise
+from dynsim.cli_page import open_page
 from dynsim.cli_rows import end_of, print_comparisons, side_by_side, verify_summary
 
 if TYPE_CHECKING:
@@ -52,6 +53,7 @@ if TYPE_CHECKING:
     from dynsim.verify import DynamicVerdict
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+app.command("app")(open_page)
 
 
 @app.callback()

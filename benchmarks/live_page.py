@@ -1,0 +1,93 @@
+"""From a moved slider to the new verdict on the live page: process time of every step, at two sizes.
+
+A page without a browser, its judge in a process of its own as always. For each move of `wall.thickness` the clock of
+the judge (rebuild, contacts, solve, certificate) and that of the page (words, colours, meshes) are added up; the second
+starts at the change and stops when the words of the verdict are on the page and the blocks have their new colours.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import pickle
+import statistics
+from time import process_time, sleep
+
+from scenes import chapel_scene
+
+from blockstat.app.design import Model
+from blockstat.app.server import running
+from blockstat.spec import parameters
+
+MOVED = "wall.thickness"
+#: Moves of the slider at each size: to and fro between stable designs, and through the limit.
+MOVES = (0.78, 0.74, 0.7, 0.66, 0.62, 0.58, 0.55, 0.5, 0.45, 0.4, 0.35, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
+#: Seconds that a move may take, median: what the page is held against.
+TARGETS = {300: 0.15, 3000: 1.5}
+STEPS = ("build", "interfaces", "equilibrium", "memory", "solve", "certificate")
+
+
+def measured(blocks: int, moves: tuple[float, ...] = MOVES) -> dict:
+    """Median, least and most of the seconds of a move, and the medians of its steps."""
+    scene = chapel_scene(blocks)
+    model = Model(scene.name, scene, None, parameters(scene))
+    rows = []
+    with running(model) as (page, _):
+        _wait(page, MOVED, None)
+        for value in moves:
+            rows.append(_moved(page, value))
+        count = page.known.verdict.assembly.n_blocks
+    total = [row["total"] for row in rows]
+    return {
+        "blocks": count,
+        "moves": len(rows),
+        "median": statistics.median(total),
+        "least": min(total),
+        "most": max(total),
+        "target": TARGETS.get(blocks),
+        "unstable": sum(row["outcome"] == "unstable" for row in rows),
+        "steps": {step: statistics.median(row[step] for row in rows) for step in (*STEPS, "send", "page")},
+        "rows": rows,
+    }
+
+
+def _moved(page, value: float) -> dict:
+    """Seconds of one move by step; the page's share is what this process spent between change and picture."""
+    shown = page.known
+    begin = process_time()
+    page.post(lambda: page.change(MOVED, value))
+    _wait(page, MOVED, shown)
+    here = process_time() - begin
+    known = page.known
+    row = {step: known.seconds.get(step, 0.0) for step in STEPS}
+    begin = process_time()
+    pickle.dumps(known.verdict)  # what the judge spends on sending its verdict; its own clock stops before
+    row["send"] = process_time() - begin
+    judge = known.seconds["total"] + row["send"]
+    return {**row, "value": value, "outcome": known.verdict.outcome.word, "page": here, "total": judge + here}
+
+
+def _wait(page, path: str, before) -> None:
+    """Until the page shows the design of its present values, picture and words."""
+    while page.known is before or "draw" not in page.known.seconds or page.follower.pending:
+        sleep(0.005)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--sizes", type=int, nargs="+", default=sorted(TARGETS))
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    options = parser.parse_args()
+    found = [measured(size) for size in options.sizes]
+    if options.json:
+        print(json.dumps({"moved": MOVED, "sizes": found}))
+        return
+    for one in found:
+        target = "" if one["target"] is None else f" (target {one['target']:g} s)"
+        print(f"{one['blocks']:,} blocks, {one['moves']} moves of {MOVED}, {one['unstable']} to a design that falls")
+        print(f"  median {one['median']:.3f} s{target}, least {one['least']:.3f} s, most {one['most']:.3f} s")
+        print("  " + ", ".join(f"{step} {1e3 * seconds:.0f} ms" for step, seconds in one["steps"].items()))
+
+
+if __name__ == "__main__":
+    main()

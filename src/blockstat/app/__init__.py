@@ -1,0 +1,1 @@
+"""The live page: a building, its parameters as sliders, and the verdict that follows them."""

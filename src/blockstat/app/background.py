@@ -1,0 +1,131 @@
+"""Work in another process: it reports by messages, ends at once when told to, and never holds up the page."""
+
+from __future__ import annotations
+
+import multiprocessing
+import threading
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from typing import Any
+
+#: Imported once by the process that all workers are forked from, so that each starts in milliseconds.
+PRELOADED = (
+    "__main__",
+    "blockstat.app.judge",
+    "blockstat.model",
+    "blockstat.solve.structured",
+    "scipy.sparse.linalg",
+    "scipy.spatial",
+    "pypardiso",
+)
+
+
+class Channel:
+    """The worker's end: what it was asked, and the way back."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+
+    def send(self, message: Any) -> None:
+        """Report to the page."""
+        self._connection.send(message)
+
+    def receive(self) -> Any:
+        """The newest thing asked, waiting for one if there is none; older ones are dropped."""
+        message = self._connection.recv()
+        while self._connection.poll():
+            message = self._connection.recv()
+        return message
+
+    @property
+    def waiting(self) -> bool:
+        """Whether something newer was asked."""
+        return self._connection.poll()
+
+
+class Ended:
+    """The last message of every worker, however it ended."""
+
+
+class Crashed(Ended):
+    """The worker raised an exception, or was killed by something else."""
+
+    def __init__(self, message: str) -> None:
+        self.message = message
+
+
+class Worker:
+    """A function of a `Channel` in a process of its own.
+
+    work : a function of a module, called as work(channel, *arguments). report : called with this worker and each of
+    its messages, at last with an `Ended`, from a thread that waits for them; never after `stop`.
+    """
+
+    def __init__(self, work: Callable[..., None], *arguments: Any, report: Callable[[Worker, Any], None]) -> None:
+        context: Any = multiprocessing.get_context(_method())
+        ours, theirs = context.Pipe()
+        self._connection, self._report = ours, report
+        self._stopped = False
+        self._process = context.Process(target=_run, args=(work, theirs, arguments), daemon=True)
+        self._process.start()
+        theirs.close()
+        threading.Thread(target=self._listen, daemon=True).start()
+
+    def send(self, message: Any) -> None:
+        """Ask for something; a worker that has ended is asked in vain."""
+        try:
+            self._connection.send(message)
+        except (BrokenPipeError, OSError):
+            pass
+
+    def stop(self) -> None:
+        """End the worker now, whatever it is doing."""
+        self._stopped = True
+        self._process.kill()
+
+    @property
+    def running(self) -> bool:
+        return not self._stopped and self._process.is_alive()
+
+    def _listen(self) -> None:
+        last: Ended = Crashed("the worker was ended from outside")
+        while True:
+            try:
+                message = self._connection.recv()
+            except (EOFError, OSError):
+                break
+            if isinstance(message, Ended):
+                last = message
+            elif not self._stopped:
+                self._report(self, message)
+        self._process.join()
+        self._connection.close()
+        if not self._stopped:
+            self._report(self, last)
+
+
+def prepare() -> None:
+    """Start the process that workers are forked from; the first worker need not wait for its imports."""
+    if _method() == "forkserver":
+        from multiprocessing import forkserver
+
+        multiprocessing.get_context("forkserver").set_forkserver_preload(list(PRELOADED))
+        forkserver.ensure_running()
+
+
+def _method() -> str:
+    return "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
+
+
+def _run(work: Callable[..., None], connection: Connection, arguments: tuple) -> None:
+    import signal
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C in the terminal is the page's business
+    channel = Channel(connection)
+    try:
+        work(channel, *arguments)
+        channel.send(Ended())
+    except (EOFError, BrokenPipeError, OSError):
+        pass  # the page is gone
+    except Exception as error:
+        channel.send(Crashed(f"{type(error).__name__}: {error}"))

@@ -1,0 +1,71 @@
+"""One slider or checkbox for each parameter, made from its bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import viser
+
+    from blockstat.spec import Range
+
+UNITS = {"density": "kg/m³", "friction": "coefficient", "number": "count", "voussoirs": "count", "present": "yes or no"}
+LENGTH = "m"
+
+
+class Controls:
+    """The sliders of a model in a part of the page.
+
+    changed : called with the path of a control that was moved, from any thread and in any order; `value` has what it
+    stands at by then.
+    """
+
+    def __init__(self, gui: viser.GuiApi, ranges: dict[str, Range], changed: Callable[[str], None]) -> None:
+        self._handles: dict[str, Any] = {}
+        self._folders: dict[str, Any] = {}
+        for path, found in ranges.items():
+            if found.max <= found.min:
+                continue
+            folder, label = named(path)
+            if folder not in self._folders:
+                self._folders[folder] = gui.add_folder(folder)
+            with self._folders[folder]:
+                handle = self._handles[path] = _control(gui, label, path, found)
+            handle.on_update(lambda _, path=path: changed(path))
+        self._note = None if self._handles else gui.add_html("<div>This model has no parameters to move.</div>")
+
+    def value(self, path: str) -> float | None:
+        """Where a control stands now, None if there is none."""
+        handle = self._handles.get(path)
+        return None if handle is None else round(float(handle.value), 9)
+
+    def set(self, values: dict[str, float]) -> None:
+        """Put the controls to some values."""
+        for path, value in values.items():
+            handle = self._handles.get(path)
+            if handle is not None and float(handle.value) != value:
+                handle.value = type(handle.value)(value)
+
+    def remove(self) -> None:
+        """Take all controls off the page."""
+        for part in (*self._folders.values(), self._note):
+            if part is not None:
+                part.remove()
+
+
+def named(path: str) -> tuple[str, str]:
+    """Heading and label of a parameter: "buttresses.south.number" is "number" under "buttresses south"."""
+    *parents, label = path.split(".")
+    return " ".join(parents) or "material", label.replace("_", " ")
+
+
+def _control(gui: viser.GuiApi, label: str, path: str, found: Range) -> Any:
+    unit = UNITS.get(path.rpartition(".")[2], LENGTH)
+    hint = f"{path} [{unit}], {found.min:g} to {found.max:g}"
+    if (found.min, found.max, found.step) == (0, 1, 1):
+        return gui.add_checkbox(label, bool(found.value), hint=hint)
+    whole = all(float(value).is_integer() for value in (found.min, found.max, found.step, found.value))
+    kind = int if whole else float
+    low, high, value = kind(found.min), kind(found.max), kind(found.value)
+    return gui.add_slider(label, low, high, kind(min(found.step, found.max - found.min)), value, hint=hint)

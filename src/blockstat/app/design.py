@@ -1,0 +1,175 @@
+"""What is open on the page and what is asked of it: plain data, no viser.
+
+This is the one place that knows how a scene is loaded, moved and built.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from blockstat.assembly import Assembly
+from blockstat.errors import InputError, InputWarning
+from blockstat.limit import LimitLoad
+from blockstat.result import Verdict
+from blockstat.spec import Range, parameters, with_values
+
+#: Directions of the limit load, as accelerations in units of gravity.
+PUSHES = {"+x": (1, 0, 0), "-x": (-1, 0, 0), "+y": (0, 1, 0), "-y": (0, -1, 0)}
+FRICTION, DENSITY = "friction", "density"
+NO_SCENE = '"{}" was read as blocks and has no scene; open a .toml scene for that'
+SUFFIXES = (".toml", ".json", ".obj", ".glb")
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A scene with parameters, or an assembly that is what it is."""
+
+    name: str
+    scene: Any  #: what `load_scene` returned, None for an assembly
+    assembly: Assembly | None
+    ranges: dict[str, Range]  #: parameters that may move, by dotted path
+
+    @property
+    def start(self) -> dict[str, float]:
+        """The values that the file gives."""
+        return {path: found.value for path, found in self.ranges.items()}
+
+    @property
+    def own_ranges(self) -> dict[str, Range]:
+        """The ranges that the scene itself has, which a search may move. Raises InputError for an assembly."""
+        if self.scene is None:
+            raise InputError(NO_SCENE.format(self.name))
+        return parameters(self.scene)
+
+    def with_material(self, assembly: Assembly, values: dict[str, float]) -> Assembly:
+        """The assembly with the page's friction and density, where they are others than the file's."""
+        moved = {name: values[name] for name in (FRICTION, DENSITY) if values.get(name) != self.start.get(name)}
+        changes: dict[str, Any] = {}
+        if FRICTION in moved:
+            changes[FRICTION] = moved[FRICTION]
+        if DENSITY in moved and len(np.unique(assembly.density)) == 1:
+            changes[DENSITY] = np.full(assembly.n_blocks, moved[DENSITY])
+        return assembly.with_(**changes) if changes else assembly
+
+    def built(self, values: dict[str, float]) -> Assembly:
+        """The blocks for some values of the parameters. Raises InputError for what cannot be built."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", InputWarning)
+            if self.assembly is not None:
+                return self.with_material(self.assembly, values)
+            from blockstat.model import build
+
+            return self.with_material(build(self.moved(values)), values)
+
+    def moved(self, values: dict[str, float]) -> Any:
+        """The scene with its values, as it is saved and searched. Raises InputError for an assembly."""
+        own = self.own_ranges
+        return with_values(self.scene, {path: value for path, value in values.items() if path in own})
+
+
+def open_model(path: str | Path, *, supports: str = "") -> Model:
+    """Open a scene (.toml) or an assembly (.json, .obj, .glb).
+
+    supports : names of blocks, separated by commas; a mesh needs them. Raises InputError for a file that cannot be
+    used, naming the file and what is wrong in it.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(f"{path.name}: the page opens {', '.join(SUFFIXES)}")
+    if path.suffix.lower() == ".toml":
+        from blockstat.io.scene import load_scene
+
+        scene = load_scene(path)
+        ranges = parameters(scene)
+        model = Model(scene.name, scene, None, ranges)
+        try:
+            return replace(model, ranges=ranges | _material(model.built(model.start), ranges))
+        except InputError:
+            return model  # the page will say why it cannot be built
+    from blockstat.io import read
+
+    named = [name.strip() for name in supports.split(",") if name.strip()] or None
+    assembly = read(path, supports=named)
+    if not assembly.support.any():
+        raise InputError(f'{path.name}: no block is a support; name some under "supports" and open the file again')
+    return Model(assembly.name, None, assembly, _material(assembly, {}))
+
+
+def _material(assembly: Assembly, ranges: dict[str, Range]) -> dict[str, Range]:
+    """Ranges of the intrinsic parameters that the scene does not move itself; of density only if there is one."""
+    found: dict[str, Range] = {}
+    friction = assembly.friction
+    if np.isfinite(friction) and f"material.{FRICTION}" not in ranges:
+        found[FRICTION] = Range(friction, 0.0, max(1.2, friction), 0.01)
+    density = np.unique(assembly.density)
+    if len(density) == 1 and f"material.{DENSITY}" not in ranges:
+        value = float(density[0])
+        found[DENSITY] = Range(value, min(500.0, value), max(4000.0, value), 1.0)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """What is to be judged; the larger number is the newer one."""
+
+    number: int
+    model: Model = field(repr=False)
+    values: dict[str, float]
+    push: str = "+y"  #: a key of `PUSHES`
+
+
+@dataclass(frozen=True)
+class Began:
+    """The judge took up a question."""
+
+    number: int
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """The static verdict on a question."""
+
+    number: int
+    verdict: Verdict
+    seconds: dict[str, float]  #: process time of each step of the judge
+
+
+@dataclass(frozen=True, eq=False)
+class Scored:
+    """The verdict with the score that an earlier mechanism left open."""
+
+    number: int
+    verdict: Verdict
+
+
+@dataclass(frozen=True)
+class Failed:
+    """A question without an answer, and why; `ours` when the fault is in the program."""
+
+    number: int
+    message: str
+    ours: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Pushed:
+    """The limit load of a question; None with a reason when there is none."""
+
+    number: int
+    limit: LimitLoad | None
+    reason: str = ""
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True)
+class Slipped:
+    """The least friction with which a question's design stands, nan for none."""
+
+    number: int
+    least: float
+    seconds: float

@@ -1,0 +1,91 @@
+"""What the page opens and saves."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from blockstat.app.design import Model, open_model
+from blockstat.errors import InputError
+
+if TYPE_CHECKING:
+    from blockstat.app.words import Known
+
+Saved = tuple[str, bytes]  #: name of a file and what is in it
+
+
+def opened(name: str, content: bytes, supports: str) -> Model:
+    """The model in a file that a browser sent. Raises InputError for one that cannot be used."""
+    with tempfile.TemporaryDirectory(prefix="blockstat-") as directory:
+        path = Path(directory) / (Path(name).name or "file")
+        path.write_bytes(content)
+        try:
+            return open_model(path, supports=supports)
+        except InputError as error:
+            raise InputError(str(error).replace(str(path), path.name)) from None
+        except (OSError, ValueError, KeyError, IndexError, TypeError) as error:
+            raise InputError(f"{path.name}: cannot be read ({type(error).__name__}: {error})") from None
+
+
+def scene_file(model: Model, values: dict[str, float], known: Known) -> Saved:
+    """The scene with its present values as TOML."""
+    from blockstat.io.scene_text import scene_text
+
+    return f"{_stem(model)}.toml", scene_text(model.moved(values)).encode()
+
+
+def blocks_file(model: Model, values: dict[str, float], known: Known) -> Saved:
+    """The blocks with displacement, mechanism and demand as GLB."""
+    from blockstat.export import write_verdict
+
+    return _written(f"{_stem(model)}.glb", lambda path: write_verdict(known.verdict, path))
+
+
+def picture_file(model: Model, values: dict[str, float], known: Known) -> Saved:
+    """A picture of the verdict as PNG."""
+    from blockstat.plot import picture_of_verdict
+
+    return _written(f"{_stem(model)}.png", lambda path: picture_of_verdict(known.verdict, path))
+
+
+def report_file(model: Model, values: dict[str, float], known: Known) -> Saved:
+    """The verdict, the numbers and the view in three dimensions as one HTML page."""
+    from html import escape
+
+    from blockstat.app.words import headline, numbers
+    from blockstat.report import page
+    from blockstat.view3d.colouring import colouring
+    from blockstat.view3d.page import framed, interactive_html
+
+    rows = "".join(f"<tr><td>{escape(path)}</td><td>{value:g}</td></tr>" for path, value in values.items())
+    body = [
+        f"<h1>{escape(model.name)}</h1>",
+        headline(known),
+        f"<figure>{framed(interactive_html(known.verdict))}{colouring('verdict', known.verdict).legend}</figure>",
+        f"<h2>Numbers</h2>{numbers(known)}",
+        f"<h2>Parameters</h2><table>{rows}</table>" if rows else "",
+        f"<pre>{escape(known.verdict.explain())}</pre>",
+    ]
+    return f"{_stem(model)}.html", page(f"{model.name}: verdict", body).encode()
+
+
+#: What can be saved: the button's words and what makes the file.
+SAVES: dict[str, Callable[[Model, dict[str, float], Known], Saved]] = {
+    "Save scene (.toml)": scene_file,
+    "Save report (.html)": report_file,
+    "Save blocks (.glb)": blocks_file,
+    "Save picture (.png)": picture_file,
+}
+
+
+def _written(name: str, write: Callable[[Path], object]) -> Saved:
+    with tempfile.TemporaryDirectory(prefix="blockstat-") as directory:
+        path = Path(directory) / name
+        write(path)
+        return name, path.read_bytes()
+
+
+def _stem(model: Model) -> str:
+    return "".join(c if c.isalnum() or c in "-_." else "-" for c in model.name).strip(".") or "design"

@@ -1,0 +1,110 @@
+"""Keep a judge busy with the newest question, and a second worker with the dearer numbers of its answer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+from blockstat.app.background import Crashed, Ended, Worker
+from blockstat.app.design import Began, Failed, Judged, Model, Question
+from blockstat.app.judge import dearer_numbers, judge_designs
+
+if TYPE_CHECKING:
+    from blockstat.result import Verdict
+
+#: A judge that still works on an older design this long after a newer one was asked for is replaced [s].
+PATIENCE = 2.0
+#: The dearer numbers are asked for once nothing has moved for so long [s].
+QUIET = 0.25
+
+
+class Follower:
+    """The newest question wins: older ones are dropped unanswered, or left unfinished when they take too long.
+
+    post : puts a call into the page's queue; tell : gets each message that is not out of date. All but `post` runs in
+    the page's own thread.
+    """
+
+    def __init__(self, post: Callable[[Callable[[], None]], None], tell: Callable[[Any], None]) -> None:
+        self._post, self._tell = post, tell
+        self._judge: Worker | None = None
+        self._dear: Worker | None = None
+        self._question: Question | None = None
+        self._began, self._answered = 0, 0
+        self._overdue: float | None = None  # since when a question newer than the one begun waits
+        self._due: tuple[float, Verdict] | None = None  # when the dearer numbers are to be asked for
+
+    @property
+    def pending(self) -> bool:
+        """Whether the newest question is still open."""
+        return self._question is not None and self._answered < self._question.number
+
+    def ask(self, model: Model, values: dict[str, float], push: str) -> int:
+        """Ask for the verdict on a design; returns the number of the question."""
+        number = self._question.number + 1 if self._question is not None else 1
+        self._question = Question(number, model, dict(values), push)
+        self._due = None
+        self._stop_dear()
+        if self._overdue is None:
+            self._overdue = monotonic()
+        if self._judge is None or not self._judge.running:
+            self._judge = Worker(judge_designs, report=self._reported)
+        self._judge.send(self._question)
+        return number
+
+    def again(self, verdict: Verdict, push: str) -> None:
+        """Ask for the dearer numbers of the design on show once more, with another push."""
+        assert self._question is not None
+        self._question = replace(self._question, push=push)
+        self._stop_dear()
+        self._due = monotonic(), verdict
+
+    def tick(self) -> None:
+        """Replace a judge that does not let go of an old question; start the dearer numbers when it is quiet."""
+        now = monotonic()
+        stuck = self._overdue is not None and now - self._overdue > PATIENCE
+        if stuck and self._question is not None and self._answered < self._began < self._question.number:
+            if self._judge is not None:
+                self._judge.stop()
+            self._judge, self._overdue = Worker(judge_designs, report=self._reported), now
+            self._judge.send(self._question)
+        if self._due is not None and now >= self._due[0] and self._question is not None:
+            verdict, self._due = self._due[1], None
+            number, push = self._question.number, self._question.push
+            self._dear = Worker(dearer_numbers, number, verdict, push, report=self._reported)
+
+    def stop(self) -> None:
+        """End both workers."""
+        self._stop_dear()
+        if self._judge is not None:
+            self._judge.stop()
+
+    def _stop_dear(self) -> None:
+        if self._dear is not None:
+            self._dear.stop()
+            self._dear = None
+
+    def _reported(self, worker: Worker, message: Any) -> None:
+        self._post(lambda: self._handle(worker, message))
+
+    def _handle(self, worker: Worker, message: Any) -> None:
+        if self._question is None or worker not in (self._judge, self._dear):
+            return
+        if isinstance(message, Ended):
+            if isinstance(message, Crashed) and worker is self._judge:
+                self._answered = self._question.number
+                self._tell(Failed(self._answered, f"the worker ended: {message.message}", ours=True))
+            return
+        if isinstance(message, Began):
+            self._began = message.number
+            self._overdue = None if message.number == self._question.number else self._overdue
+            return
+        if worker is self._judge:
+            self._answered = max(self._answered, message.number)
+        elif message.number != self._question.number:
+            return
+        if isinstance(message, Judged) and message.number == self._question.number:
+            self._due = monotonic() + QUIET, message.verdict
+        self._tell(message)

@@ -1,0 +1,72 @@
+"""What workers do for the page: judge design after design, and the dearer numbers of one design."""
+
+from __future__ import annotations
+
+from math import isnan, nan
+from time import process_time
+
+from blockstat.analysis import assess
+from blockstat.app.background import Channel
+from blockstat.app.design import PUSHES, Began, Failed, Judged, Pushed, Question, Scored, Slipped
+from blockstat.assembly import Assembly
+from blockstat.contact import Interfaces
+from blockstat.errors import InputError
+from blockstat.limit import limit_load
+from blockstat.reserve import friction_limit
+from blockstat.result import Verdict
+from blockstat.reuse import Memory
+
+#: The least friction is found this closely: a bisection to the last digit would take twice as long.
+NEAR = 2e-3
+
+
+def judge_designs(channel: Channel) -> None:
+    """Judge the newest question, again and again; evidence of earlier designs is kept between them."""
+    memory = Memory()
+    while True:
+        question = channel.receive()
+        channel.send(Began(question.number))
+        channel.send(judged(question, memory))
+
+
+def judged(question: Question, memory: Memory) -> Judged | Failed:
+    """The static verdict on a question, or why there is none."""
+    begin = process_time()
+    try:
+        assembly = question.model.built(question.values)
+        built = process_time()
+        verdict = assess(assembly, memory=memory)
+    except InputError as error:
+        return Failed(question.number, str(error))
+    except Exception as error:
+        return Failed(question.number, f"internal error ({type(error).__name__}: {error})", ours=True)
+    now = process_time()
+    seconds = {"build": built - begin, **verdict.timings}
+    seconds["total"] = now - begin
+    return Judged(question.number, verdict, seconds)
+
+
+def dearer_numbers(channel: Channel, number: int, verdict: Verdict, push: str) -> None:
+    """Limit load and least friction of a design that was judged, each sent as it comes.
+
+    Before them the verdict with its score, where an earlier mechanism had decided and left the score open.
+    """
+    assembly, interfaces = verdict.assembly, verdict.interfaces
+    if isnan(verdict.score):
+        channel.send(Scored(number, assess(assembly, interfaces=interfaces)))
+    channel.send(_pushed(number, assembly, interfaces, push))
+    begin = process_time()
+    try:
+        least = friction_limit(assembly, width=NEAR).value
+    except InputError:
+        least = nan
+    channel.send(Slipped(number, least, process_time() - begin))
+
+
+def _pushed(number: int, assembly: Assembly, interfaces: Interfaces, push: str) -> Pushed:
+    begin = process_time()
+    try:
+        limit = limit_load(assembly, PUSHES[push], interfaces=interfaces)
+    except InputError as error:
+        return Pushed(number, None, str(error), process_time() - begin)
+    return Pushed(number, limit, "", process_time() - begin)

@@ -1,0 +1,221 @@
+"""The page: one thread owns everything that is drawn, and runs what is posted to it, one call after another."""
+
+from __future__ import annotations
+
+import logging
+import queue
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from time import monotonic, process_time
+from typing import TYPE_CHECKING, Any, Protocol
+
+from blockstat.app.background import Worker
+from blockstat.app.controls import Controls
+from blockstat.app.design import Failed, Judged, Model, Pushed, Scored, Slipped
+from blockstat.app.follow import Follower
+from blockstat.app.layout import Layout
+from blockstat.app.motion import Player
+from blockstat.app.view import View
+from blockstat.app.words import Known, headline, numbers, trouble, waiting
+from blockstat.polyhedron import Floats
+from blockstat.view3d.canvas import Canvas
+
+if TYPE_CHECKING:
+    import viser
+
+LOG = logging.getLogger("blockstat.app")
+#: The thread looks after its workers and films this often when nothing is posted [s].
+BEAT, FILM_BEAT = 0.1, 0.02
+#: A verdict that takes longer than this is announced [s].
+SLOW = 0.7
+LAST_GOOD = " (the picture shows the last design that could be judged)"
+
+
+class Panel(Protocol):
+    """What another package adds to the page; all is called in the page's thread."""
+
+    def attach(self, page: Page) -> None:
+        """Add controls, to tabs of its own."""
+        ...
+
+    def opened(self) -> None:
+        """Another model was opened: what is known of the old one is out of date."""
+        ...
+
+    def judged(self, known: Known) -> None:
+        """Another design is on show."""
+        ...
+
+
+class Page:
+    """A model, its values, what is known of the design on show, and the parts that show it.
+
+    Methods are called in the page's thread; from elsewhere through `post`.
+    """
+
+    def __init__(self, server: viser.ViserServer, model: Model, *, panels: Sequence[Panel] = ()) -> None:
+        self.server, self.model = server, model
+        self.values: dict[str, float] = {}
+        self.known: Known | None = None
+        self._calls: queue.Queue[Callable[[], None] | None] = queue.Queue()
+        self._asked_at = 0.0
+        self._fresh = True  # the next design is the first of its model
+        self._workers: list[Worker] = []
+        self.follower = Follower(self.post, self._told)
+        self.layout = Layout(server, self)
+        self.view = View(Canvas(server), self.layout)
+        self.player = Player(self.view.pose)
+        self.controls: Controls | None = None
+        self._panels = list(panels)
+        for panel in self._panels:
+            panel.attach(self)
+        self._thread = threading.Thread(target=self._run, name="page", daemon=True)
+        self.post(lambda: self.open(model))
+        self._thread.start()
+
+    @property
+    def tabs(self) -> viser.GuiTabGroupHandle:
+        """Where panels add their tabs."""
+        return self.layout.tabs
+
+    def post(self, call: Callable[[], None]) -> None:
+        """Run a call in the page's thread, soon; from any thread."""
+        self._calls.put(call)
+
+    def close(self) -> None:
+        """Finish what was posted and end the workers and the thread."""
+        self._calls.put(None)
+        self._thread.join(timeout=10)
+
+    def open(self, model: Model) -> None:
+        """Show another model in place of the present one."""
+        self.model, self.values, self._fresh = model, model.start, True
+        self.stop_film()
+        self.layout.name(model.name)
+        if self.controls is not None:
+            self.controls.remove()
+        with self.layout.design:
+            self.controls = Controls(self.server.gui, model.ranges, lambda path: self.post(lambda: self._moved(path)))
+        for panel in self._panels:
+            panel.opened()
+        self.ask()
+
+    def change(self, path: str, value: float) -> None:
+        """Move one parameter; a value that it has already asks for nothing."""
+        if path in self.values and self.values[path] != value:
+            self.values = {**self.values, path: value}
+            self.ask()
+
+    def _moved(self, path: str) -> None:
+        value = self.controls.value(path) if self.controls is not None else None
+        if value is not None:
+            self.change(path, value)
+
+    def set_values(self, values: dict[str, float]) -> None:
+        """Move several parameters at once, the controls with them."""
+        found = {path: value for path, value in values.items() if path in self.values}
+        if self.controls is not None:
+            self.controls.set(found)
+        if any(self.values[path] != value for path, value in found.items()):
+            self.values = {**self.values, **found}
+            self.ask()
+
+    def ask(self) -> None:
+        """Ask for the verdict on the present values."""
+        self._asked_at = monotonic()
+        self.follower.ask(self.model, self.values, self.layout.push)
+
+    def push_changed(self) -> None:
+        """Ask for the limit load in another direction."""
+        if self.known is not None and not self.follower.pending:
+            self.known = replace(self.known, push=self.layout.push, pushed=None, slipped=None)
+            self.layout.numbers.content = numbers(self.known)
+            self.follower.again(self.known.verdict, self.layout.push)
+
+    def say(self, message: str) -> None:
+        """Show what went wrong, nothing for an empty message."""
+        self.layout.trouble.content = trouble(message)
+
+    def start(self, work: Callable[..., None], *arguments: Any, report: Callable[[Any], None]) -> Worker:
+        """Run a function of a channel in another process; its messages come to `report` in the page's thread."""
+        worker = Worker(work, *arguments, report=lambda _, message: self.post(lambda: report(message)))
+        self._workers.append(worker)
+        return worker
+
+    def play(self, film: Callable[[float], Floats], seconds: float) -> None:
+        """Show the blocks in motion."""
+        self.player.play(film, seconds)
+
+    def stop_film(self) -> None:
+        """Stop what moves; the next drawing shows the blocks where they are built."""
+        self.player.stop()
+        self.view.moved = None
+
+    def _told(self, message: Any) -> None:
+        if isinstance(message, Judged):
+            self._show(message)
+        elif isinstance(message, Failed):
+            if message.ours:
+                LOG.error(message.message)
+            self.say(message.message + (LAST_GOOD if self.known is not None else ""))
+            if self.known is None:
+                self.layout.headline.content = waiting("No verdict")
+        elif self.known is not None:
+            self._learn(message)
+
+    def _show(self, judged: Judged) -> None:
+        """A new verdict: its words first, then the picture, then what the picture cost."""
+        begin = process_time()
+        self.known = known = Known(judged.verdict, self.layout.push, judged.seconds)
+        self.layout.headline.content = headline(known)
+        self.say("")
+        self.server.flush()
+        if self.view.moved is not None:
+            self.stop_film()
+        if self._fresh:
+            self.view.canvas.recentre(judged.verdict.assembly)
+            self._fresh = False
+        self.view.show(known)
+        self.view.animate(self.player)
+        self.known = replace(known, seconds={**known.seconds, "draw": process_time() - begin})
+        self.layout.numbers.content = numbers(self.known)
+        for panel in self._panels:
+            panel.judged(self.known)
+
+    def _learn(self, message: Any) -> None:
+        """One of the dearer numbers of the design on show."""
+        assert self.known is not None
+        if isinstance(message, Scored):
+            self.known = replace(self.known, verdict=message.verdict)
+            self.view.show(self.known)
+        elif isinstance(message, Pushed):
+            self.known = replace(self.known, pushed=message)
+            self.view.learned(self.known, self.player)
+        elif isinstance(message, Slipped):
+            self.known = replace(self.known, slipped=message)
+        self.layout.numbers.content = numbers(self.known)
+
+    def _run(self) -> None:
+        while True:
+            try:
+                call = self._calls.get(timeout=FILM_BEAT if self.player.playing else BEAT)
+            except queue.Empty:
+                call = self._tick
+            if call is None:
+                break
+            try:
+                call()
+                self._tick()
+            except Exception as error:
+                LOG.exception("the page failed")
+                self.say(f"internal error ({type(error).__name__}: {error})")
+        for worker in self._workers:
+            worker.stop()
+        self.follower.stop()
+
+    def _tick(self) -> None:
+        self.follower.tick()
+        self.player.tick()
+        late = monotonic() - self._asked_at if self.follower.pending else 0.0
+        self.layout.busy(f"judging the newest change, {late:.0f} s" if late > SLOW else "")

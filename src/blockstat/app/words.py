@@ -1,0 +1,159 @@
+"""What the page says, as HTML: the verdict, the numbers, a block."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from html import escape
+from math import atan, degrees, isfinite, isinf, isnan
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blockstat.app.design import Pushed, Slipped
+from blockstat.limit import LoadOutcome
+from blockstat.result import Outcome, Verdict
+from blockstat.view3d.colouring import tension
+
+if TYPE_CHECKING:
+    from blockstat.polyhedron import Floats
+
+#: Blue and orange, which colour-blind readers tell apart; the word is always there too.
+TONES = {
+    Outcome.STABLE: ("#0072B2", "Stable"),
+    Outcome.UNSTABLE: ("#D55E00", "Unstable"),
+    Outcome.UNDECIDED: ("#6b6b6b", "Undecided"),
+    Outcome.STABLE_ONLY_BY_SELF_STRESS: ("#CC79A7", "Stable only by self-stress"),
+}
+STEPS = (("build", "blocks"), ("interfaces", "contacts"), ("solve", "solve"), ("draw", "colours"))
+NO_BLOCK = '<div style="font-size:.85em;margin:0 8px">Click a block to see its forces.</div>'
+MARGIN = "margin:0 10px"
+SMALL = "font-size:.85em;line-height:1.45"
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """All that is known of the design on show."""
+
+    verdict: Verdict
+    push: str
+    seconds: dict[str, float] = field(default_factory=dict)
+    pushed: Pushed | None = None
+    slipped: Slipped | None = None
+
+
+def headline(known: Known) -> str:
+    """The verdict in words: one word, its sentence, the blocks that move first."""
+    verdict = known.verdict
+    colour, word = TONES[verdict.outcome]
+    names = [verdict.assembly.names[i] for i in verdict.moving[:3]]
+    lines = [escape(verdict.outcome.value.partition(": ")[2].capitalize())]
+    if names:
+        more = len(verdict.moving) - len(names)
+        lines.append(f"First to move: {escape(', '.join(names))}{f' and {more} more' if more else ''}.")
+    lines += [f"Note: {escape(text)}." for text in verdict.warnings[:2]]
+    body = "".join(f'<div style="{SMALL}">{line}</div>' for line in lines)
+    big = f'<div style="color:{colour};font-size:1.5em;font-weight:700">{word}</div>'
+    return f'<div style="{MARGIN}">{big}{body}</div>'
+
+
+def numbers(known: Known) -> str:
+    """A table of the numbers; what is still being computed shows as dots."""
+    verdict, assembly = known.verdict, known.verdict.assembly
+    free = assembly.free
+    rows = [
+        ("score", "adhesion / weight", _score(verdict)),
+        (f"limit load, {known.push}", "× gravity", _limit(known)),
+        ("reserve in tilt", "", _tilt(known)),
+        ("least friction", f"now {assembly.friction:g}", _friction(known)),
+        ("volume", "m³", f"{assembly.volume[free].sum():.4g}"),
+        ("weight", "kN", f"{assembly.free_weight / 1e3:.4g}"),
+        ("blocks / joints", "", f"{assembly.n_blocks:,} / {verdict.interfaces.n_interfaces:,}"),
+    ]
+    cells = "".join(
+        f'<tr><td style="padding:.12em .6em .12em 0">{escape(name)} <span style="color:#666;font-size:.85em">'
+        f'{escape(unit)}</span></td><td style="text-align:right;vertical-align:top"><b>{value}</b></td></tr>'
+        for name, unit, value in rows
+    )
+    table = f'<table style="width:100%;{SMALL};border-collapse:collapse;margin-top:.5em">{cells}</table>'
+    return f'<div style="{MARGIN}">{table}{_steps(known.seconds)}</div>'
+
+
+def waiting(sentence: str) -> str:
+    """What stands in the verdict's place before there is one."""
+    return f'<div style="{MARGIN};color:#6b6b6b;font-size:1.2em">{escape(sentence)}</div>'
+
+
+def trouble(message: str) -> str:
+    """Why there is no new verdict; nothing for no message."""
+    if not message:
+        return ""
+    box = "border-left:4px solid #D55E00;background:#fdf3ec;padding:.4em .6em;margin:.4em 10px;overflow-wrap:anywhere"
+    return f'<div role="alert" class="trouble" style="{box};{SMALL}">{escape(message)}</div>'
+
+
+def block_card(verdict: Verdict, block: int, moved: Floats | None = None) -> str:
+    """A block: its name, weight, displacement, neighbours and the force that each puts on it.
+
+    moved : distances that a dynamic run found, shape (n_blocks,) [m].
+    """
+    assembly, faces = verdict.assembly, verdict.interfaces
+    weight = assembly.mass[block] * float(np.linalg.norm(assembly.gravity))
+    rows = []
+    for joint in np.flatnonzero((faces.pair == block).any(axis=1)):
+        a, b = (int(i) for i in faces.pair[joint])
+        own = slice(faces.start[joint], faces.start[joint + 1])
+        net = verdict.forces[own].sum(axis=0)
+        shear = float(np.hypot(net[1], net[2]))
+        other = assembly.names[a if b == block else b]
+        rows.append(f"<tr><td>{escape(other)}</td><td>{net[0] / 1e3:.3g}</td><td>{shear / 1e3:.3g}</td></tr>")
+    fixed = " (support)" if assembly.support[block] else ""
+    lines = [f"<b>{escape(assembly.names[block])}</b>{fixed}, weight {weight / 1e3:.4g} kN"]
+    if verdict.mechanism.any():
+        lines.append(f"in the mechanism {verdict.motion[block]:.3g} of the fastest corner's way")
+    if moved is not None:
+        lines.append(f"moved {1e3 * moved[block]:.3g} mm in Bullet")
+    missing = 0.0 if isnan(verdict.score) else float(tension(verdict)[block])
+    if missing:
+        lines.append(f"tension missing {missing / 1e3:.3g} kN")
+    head = "<tr style='color:#666'><td>neighbour</td><td>normal kN</td><td>shear kN</td></tr>"
+    table = f'<table style="width:100%;{SMALL}">{head}{"".join(rows)}</table>'
+    return f'<div style="margin:0 8px"><div style="{SMALL}">{"<br>".join(lines)}</div>{table}</div>'
+
+
+def _score(verdict: Verdict) -> str:
+    if isnan(verdict.score):
+        return "…"
+    return "∞" if isinf(verdict.score) else f"{verdict.score:.3g}"
+
+
+def _limit(known: Known) -> str:
+    found = known.pushed
+    if found is None:
+        return "…"
+    if found.limit is None or found.limit.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE:
+        return "none"
+    if found.limit.outcome is LoadOutcome.UNBOUNDED:
+        return "unbounded"
+    return f"{found.limit.lower:.4g}" + ("" if found.limit.outcome is LoadOutcome.LIMIT else " at least")
+
+
+def _tilt(known: Known) -> str:
+    found = known.pushed
+    if found is None:
+        return "…"
+    lower = found.limit.lower if found.limit is not None else -1.0
+    return f"{degrees(atan(lower)):.3g}°" if lower >= 0 else "none"
+
+
+def _friction(known: Known) -> str:
+    if known.slipped is None:
+        return "…"
+    least = known.slipped.least
+    return f"{least:.3f}" if isfinite(least) else "none is enough"
+
+
+def _steps(seconds: dict[str, float]) -> str:
+    own = dict(seconds)
+    own["solve"] = sum(own.pop(step, 0.0) for step in ("equilibrium", "memory", "solve", "certificate"))
+    words = ", ".join(f"{word} {1e3 * own[step]:.0f}" for step, word in STEPS if step in own)
+    return f'<div style="color:#666;{SMALL}">milliseconds: {words}</div>' if words else ""

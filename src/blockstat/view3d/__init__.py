@@ -1,0 +1,1 @@
+"""Three-dimensional views of assemblies and verdicts, drawn with viser."""

@@ -1,0 +1,6 @@
+"""What dynamics add to the live page: "Let it fall" and "Optimise"."""
+
+from dynsim.panel.fall import FallPanel
+from dynsim.panel.optimise import OptimisePanel
+
+__all__ = ["FallPanel", "OptimisePanel"]

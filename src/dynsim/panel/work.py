@@ -1,0 +1,107 @@
+"""What workers of the page do with Bullet; each message is sent as soon as it is known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blockstat.analysis import assess
+from blockstat.app.background import Channel
+from blockstat.app.design import Model
+from blockstat.errors import InputError
+from blockstat.polyhedron import Floats
+from blockstat.result import Verdict
+from blockstat.reuse import Memory
+from blockstat.search import Candidate, search
+from dynsim.compare import likely_reason
+from dynsim.run import Run, simulate
+from dynsim.verify import DynamicVerdict, verify
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: A fall is simulated on, for its film, until a block has gone this far, in block sizes.
+FAR = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Fallen:
+    """Bullet's verdict, with the likely reason where it differs from the static one."""
+
+    verdict: DynamicVerdict
+    reason: str
+
+
+@dataclass(frozen=True, eq=False)
+class Film:
+    """A trajectory to show, in single precision."""
+
+    times: Floats  #: shape (n_frames,) [s]
+    displacement: np.ndarray  #: shape (n_frames, n_blocks, 3) [m]
+    rotation: np.ndarray  #: shape (n_frames, n_blocks, 3, 3)
+
+
+@dataclass(frozen=True)
+class Refused:
+    """Why it cannot be done."""
+
+    message: str
+
+
+@dataclass(frozen=True)
+class Step:
+    """One more design of a search was judged."""
+
+    done: int
+    expected: int
+    candidate: Candidate
+
+
+@dataclass(frozen=True)
+class Found:
+    """A search is over."""
+
+    best: dict[str, float] | None = field(default=None)  #: None when no design stood
+
+
+def let_fall(channel: Channel, static: Verdict) -> None:
+    """Verify an assembly in Bullet; of one that falls, go on until the fall can be seen."""
+    assembly = static.assembly
+    try:
+        verdict = verify(assembly)
+    except (InputError, RuntimeError) as error:
+        channel.send(Refused(str(error)))
+        return
+    channel.send(Fallen(verdict, likely_reason(static, verdict)))
+    run = verdict.run
+    if verdict.outcome.word != "stands":
+        far = FAR * float(np.median(assembly.size[assembly.free]))
+        run = simulate(assembly, stop=lambda _, moved: bool(np.linalg.norm(moved, axis=1).max() > far))
+    channel.send(_film(run))
+
+
+def _film(run: Run) -> Film:
+    return Film(run.times, run.displacement.astype(np.float32), run.rotation.astype(np.float32))
+
+
+def optimise(channel: Channel, model: Model, values: dict[str, float], names: list[str]) -> None:
+    """Search some parameters of a scene, the others at their present values; statics prune, Bullet confirms."""
+    memory = Memory()
+
+    def under(assembly: Assembly) -> Assembly:
+        return model.with_material(assembly, values)
+
+    try:
+        result = search(
+            model.moved(values),
+            static=lambda assembly: assess(under(assembly), memory=memory),
+            verify=lambda assembly: verify(under(assembly)),
+            names=names,
+            progress=lambda done, expected, last: channel.send(Step(done, expected, last)),
+        )
+    except (InputError, RuntimeError) as error:
+        channel.send(Refused(str(error)))
+        return
+    channel.send(Found(result.best_parameters))

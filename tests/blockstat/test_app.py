@@ -1,0 +1,382 @@
+"""The page without a browser: what is asked, what is answered, what is drawn."""
+
+import logging
+import time
+from math import isnan
+
+import numpy as np
+import pytest
+
+from blockstat import InputError, assess, build, load_scene, show, write
+from blockstat.app.background import Crashed, Ended, Worker
+from blockstat.app.controls import named
+from blockstat.app.design import Failed, Judged, Question, open_model
+from blockstat.app.follow import Follower
+from blockstat.app.judge import judged
+from blockstat.app.motion import swing, trajectory
+from blockstat.app.words import Known, block_card, headline, numbers
+from blockstat.io.scene_text import scene_text
+from blockstat.reuse import Memory
+from blockstat.view3d.arrows import force_arrows, thrust_arrows
+from blockstat.view3d.colouring import CHOICES, colouring, tension
+from blockstat.view3d.geometry import block_at, surface
+from browser import CHAPEL
+from problems import arch, stack
+
+
+@pytest.fixture
+def hut(tmp_path):
+    path = tmp_path / "hut.toml"
+    path.write_text(CHAPEL)
+    return path
+
+
+def test_the_surface_has_the_area_and_the_volume_of_the_blocks():
+    for assembly in (stack(3), arch(11, 0.2)):
+        shape = surface(assembly)
+        a, b, c = (assembly.vertices[shape.triangles[:, k]] for k in range(3))
+        # Gauss: the signed volume of the cones from the origin over outward triangles.
+        cones = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6
+        volume = np.bincount(shape.triangle_block, cones, assembly.n_blocks)
+        assert np.allclose(volume, assembly.volume)
+        area = np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
+        assert np.isclose(area, assembly.planes.area.sum())
+
+
+def test_a_box_has_twelve_edges():
+    assembly = stack(2)
+    assert (np.bincount(surface(assembly).edge_block) == 12).all()
+
+
+def test_a_ray_meets_the_first_block_in_its_way():
+    assembly = stack(3)
+    shape = surface(assembly)
+    middle = assembly.centroid[2]
+    for away in np.array([[5.0, 0, 0], [0, -7.0, 0.1], [3.0, 4.0, 0]]):
+        assert block_at(shape, assembly.vertices, middle + away, -away) == 2
+    assert block_at(shape, assembly.vertices, middle + [0, 0, 50.0], np.array([0, 0, -1.0])) == 3
+    assert block_at(shape, assembly.vertices, middle + [0, 0, 50.0], np.array([0, 0, 1.0])) is None
+
+
+@pytest.mark.parametrize("thickness", [0.08, 0.25])
+def test_every_colouring_has_a_colour_a_block_and_a_legend(thickness):
+    verdict = assess(arch(11, thickness))
+    for choice in CHOICES:
+        found = colouring(choice, verdict)
+        assert found.index.shape == (verdict.assembly.n_blocks,)
+        assert 0 <= found.index.min() <= found.index.max() < len(found.palette)
+        assert (found.index[verdict.assembly.support] == 0).all()
+        assert "support" in found.legend
+    with pytest.raises(InputError, match="colourings are: verdict"):
+        colouring("mood", verdict)
+
+
+def test_colours_keep_their_order_in_grey():
+    # A reader who sees no hue must still see which block is the worse.
+    for choice, thickness in (("demand", 0.25), ("displacement", 0.08), ("tension", 0.08)):
+        palette = colouring(choice, assess(arch(11, thickness))).palette[1:] / 255
+        grey = palette @ [0.2126, 0.7152, 0.0722]
+        assert (np.diff(grey) > 0).all()
+
+
+def test_missing_tension_is_that_of_the_verdict():
+    verdict = assess(arch(11, 0.08))
+    # Each point's adhesion is counted at both blocks that it joins.
+    assert np.isclose(tension(verdict).sum(), 2 * verdict.adhesion.sum())
+
+
+def test_thrust_arrows_carry_the_weight():
+    verdict = assess(arch(15, 0.3))
+    arrows = thrust_arrows(verdict)
+    vectors = (arrows.head - arrows.tail) / np.linalg.norm(arrows.head - arrows.tail, axis=1).max() * arrows.longest
+    assert np.isclose(vectors[:, 2].sum(), -verdict.assembly.free_weight, rtol=1e-6)
+    pressed, torn = force_arrows(verdict)
+    assert len(torn.tail) == 0
+    assert len(pressed.tail) == verdict.interfaces.n_interfaces
+
+
+def test_a_film_begins_and_ends_where_it_should():
+    verdict = assess(arch(11, 0.08))
+    film = swing(verdict, 0.3)
+    assert np.allclose(film(0.0), verdict.assembly.vertices)
+    assert np.isclose(np.linalg.norm(film(1.5) - film(0.0), axis=1).max(), 0.3, rtol=0.05)
+    assembly = stack(2)
+    times = np.array([0.0, 0.5, 1.0])
+    gone = np.zeros((3, 3, 3))
+    gone[1:, 2, 0] = 0.1, 0.4
+    move = trajectory(assembly, times, gone, np.broadcast_to(np.eye(3), (3, 3, 3, 3)))
+    for seconds, way in ((0.7, 0.1), (99.0, 0.4)):
+        assert np.allclose((move(seconds) - assembly.vertices)[assembly.vertex_block == 2], [way, 0, 0])
+
+
+def test_a_scene_written_and_read_is_the_same_scene(hut, root, tmp_path):
+    # A scene that names a mesh file finds it next to itself only, so the canopy is left out.
+    paths = [path for path in sorted((root / "examples").glob("*.toml")) if path.stem != "canopy"]
+    assert len(paths) > 5
+    for path in (hut, *paths):
+        scene = load_scene(path)
+        again = tmp_path / "again.toml"
+        again.write_text(scene_text(scene))
+        assert load_scene(again) == scene
+
+
+def test_a_model_moves_its_parameters_and_its_material(hut):
+    model = open_model(hut)
+    assert {"wall.thickness", "buttresses.south.number", "friction", "density"} <= set(model.ranges)
+    assembly = model.built({**model.start, "wall.thickness": 0.4, "friction": 0.25, "density": 1800.0})
+    assert assembly.friction == 0.25
+    assert (assembly.density == 1800.0).all()
+    assert assembly.metadata["parameters"]["wall.thickness"] == 0.4
+    assert named("buttresses.south.number") == ("buttresses south", "number")
+    assert named("friction") == ("material", "friction")
+
+
+def test_an_assembly_has_only_its_material_to_move(tmp_path):
+    model = open_model(write(stack(2), tmp_path / "stones.json"))
+    assert set(model.ranges) == {"friction", "density"}
+    with pytest.raises(InputError, match="has no scene"):
+        model.moved(model.start)
+
+
+def test_a_question_that_cannot_be_built_is_answered_with_its_reason(hut):
+    model = open_model(hut)
+    answer = judged(Question(7, model, {**model.start, "windows.north.number": 2.0}), Memory())
+    assert isinstance(answer, Failed)
+    assert (answer.number, answer.ours) == (7, False)
+    assert "windows.north" in answer.message
+    good = judged(Question(8, model, model.start), Memory())
+    assert isinstance(good, Judged)
+    assert good.verdict.outcome is assess(model.built(model.start)).outcome
+
+
+def test_the_words_say_what_the_verdict_says():
+    verdict = assess(arch(11, 0.08))
+    known = Known(verdict, "+y")
+    first = verdict.assembly.names[verdict.moving[0]]
+    assert "Unstable" in headline(known)
+    assert first in headline(known)
+    assert f"{verdict.score:.3g}" in numbers(known)
+    card = block_card(verdict, 3)
+    for k in np.flatnonzero((verdict.interfaces.pair == 3).any(axis=1)):
+        assert all(verdict.assembly.names[i] in card for i in verdict.interfaces.pair[k])
+
+
+def test_names_are_shown_as_they_are_written_and_never_run():
+    assembly = stack(1)
+    evil = "<img src=x onerror=alert(1)>"
+    renamed = assembly.__class__(**{**vars_of(assembly), "names": ("ground", evil), "groups": ("", evil)})
+    verdict = assess(renamed)
+    for text in (block_card(verdict, 1), block_card(verdict, 0), colouring("group", verdict).legend):
+        assert "<img" not in text
+        assert "&lt;img" in text
+
+
+def vars_of(assembly):
+    return {name: getattr(assembly, name) for name in assembly.__dataclass_fields__}
+
+
+def count_to(channel, number):
+    for k in range(number):
+        channel.send(k)
+
+
+def break_down(channel):
+    raise RuntimeError("the bridge is out")
+
+
+def sleep_long(channel):
+    channel.send("asleep")
+    time.sleep(600)
+
+
+def collected(work, *arguments, until=Ended):
+    told = []
+    worker = Worker(work, *arguments, report=lambda _, message: told.append(message))
+    wait(lambda: told and isinstance(told[-1], until))
+    return worker, told
+
+
+def wait(true, seconds=60):
+    for _ in range(100 * seconds):
+        if true():
+            return
+        time.sleep(0.01)
+    raise AssertionError("it did not come about in time")
+
+
+def test_a_worker_tells_everything_and_then_that_it_ended():
+    _, told = collected(count_to, 3)
+    assert told[:3] == [0, 1, 2]
+    assert type(told[3]) is Ended
+
+
+def test_a_worker_that_breaks_says_why():
+    _, told = collected(break_down)
+    assert isinstance(told[-1], Crashed)
+    assert "the bridge is out" in told[-1].message
+
+
+def test_a_worker_that_is_stopped_is_gone_and_silent():
+    worker, told = collected(sleep_long, until=str)
+    worker.stop()
+    wait(lambda: not worker._process.is_alive())
+    time.sleep(0.1)
+    assert told == ["asleep"]
+    assert not worker.running
+
+
+def answered(calls, follower):
+    """Run what was posted; whether the newest question has its answer."""
+    while calls.qsize():
+        calls.get()()
+    return not follower.pending
+
+
+def test_the_newest_question_wins(hut):
+    import queue
+
+    calls, told = queue.Queue(), []
+    follower = Follower(calls.put, told.append)
+    model = open_model(hut)
+    try:
+        for value in np.linspace(0.6, 0.35, 20):
+            last = follower.ask(model, {**model.start, "wall.thickness": float(value)}, "+y")
+        wait(lambda: answered(calls, follower))
+    finally:
+        follower.stop()
+    answers = [message for message in told if isinstance(message, Judged)]
+    assert answers[-1].number == last == 20
+    assert len(answers) < 20
+    assert [m.number for m in answers] == sorted(m.number for m in answers)
+
+
+def test_a_judge_that_is_killed_is_replaced(hut):
+    import queue
+
+    calls, told = queue.Queue(), []
+    follower = Follower(calls.put, told.append)
+    model = open_model(hut)
+
+    try:
+        follower.ask(model, model.start, "+y")
+        wait(lambda: answered(calls, follower))
+        follower._judge._process.kill()
+        wait(lambda: not follower._judge.running)
+        follower.ask(model, {**model.start, "wall.thickness": 0.5}, "+y")
+        wait(lambda: answered(calls, follower))
+    finally:
+        follower.stop()
+    assert [type(m) for m in told if isinstance(m, (Judged, Failed))][-1] is Judged
+
+
+def test_the_scores_that_memory_leaves_open_come_later(hut):
+    model, memory = open_model(hut), Memory()
+    thin = {**model.start, "wall.thickness": 0.15}
+    judged(Question(1, model, thin), memory)
+    again = judged(Question(2, model, thin), memory)
+    assert isnan(again.verdict.score)
+    assert "…" in numbers(Known(again.verdict, "+y"))
+    assert "not known yet" in colouring("tension", again.verdict).legend
+
+
+def test_show_is_one_page_that_needs_nothing_else():
+    pytest.importorskip("viser")
+    assembly = arch(11, 0.08)
+    html = show(assembly, assess(assembly))._repr_html_()
+    assert "srcdoc=" in html
+    assert "__VISER_EMBED_DATA__" in html
+    assert "Unstable" in html
+    with pytest.raises(InputError, match="not of this assembly"):
+        show(stack(2), assess(assembly))
+
+
+def test_without_viser_the_message_says_what_to_install(monkeypatch):
+    import sys
+
+    monkeypatch.setitem(sys.modules, "viser", None)
+    with pytest.raises(InputError, match=r"pip install 'blockstat\[ui\]'"):
+        show(stack(1))
+
+
+def test_the_page_opens_no_other_kind_of_file(tmp_path):
+    (tmp_path / "a.png").write_text("")
+    with pytest.raises(InputError, match=r"the page opens \.toml"):
+        open_model(tmp_path / "a.png")
+    with pytest.raises(InputError, match="no such file"):
+        open_model(tmp_path / "absent.toml")
+
+
+def test_a_page_without_a_browser_follows_its_values(hut, capfd):
+    pytest.importorskip("viser")
+    from blockstat.app.server import running
+
+    logging.getLogger("blockstat.app").setLevel(logging.ERROR)
+    with running(open_model(hut)) as (page, address):
+        assert address.startswith("http://127.0.0.1:")
+        wait(lambda: page.known is not None)
+        page.post(lambda: page.set_values({"wall.thickness": 0.1}))
+        wait(lambda: page.known.verdict.outcome.word == "unstable")
+        wait(lambda: page.known.slipped is not None)
+        assert page.known.verdict.score == assess(build_of(page)).score
+    assert "Traceback" not in capfd.readouterr().err
+
+
+def build_of(page):
+    return build(page.model.moved(page.values))
+
+
+@pytest.mark.parametrize("program", ["blockstat", "dynsim"])
+def test_the_command_prints_its_address_serves_and_ends_when_interrupted(program, hut):
+    pytest.importorskip("viser")
+    import signal
+    import subprocess
+    import sys
+    import urllib.request
+
+    code = f"from {program}.cli import main\nif __name__ == '__main__': main()"
+    command = [sys.executable, "-c", code, "app", str(hut), "--port", "8471"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        line = process.stdout.readline()
+        try:
+            assert line.startswith("hut: http://127.0.0.1:")
+            with urllib.request.urlopen(line.split()[1]) as answer:
+                assert answer.status == 200
+        finally:
+            process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+    assert process.returncode == 0
+    assert "Traceback" not in out + err
+
+
+def test_a_bad_file_on_the_command_line_is_one_line(tmp_path):
+    import subprocess
+    import sys
+
+    command = [sys.executable, "-c", "from blockstat.cli import main; main()", "app", str(tmp_path / "no.toml")]
+    answer = subprocess.run(command, capture_output=True, text=True)
+    assert answer.returncode == 2
+    assert "no such file" in answer.stderr
+    assert len(answer.stderr.strip().splitlines()) == 1
+
+
+def test_a_material_that_is_not_moved_stays_as_the_file_has_it(hut):
+    model = open_model(hut)
+    assembly = build(load_scene(hut))
+    assert model.with_material(assembly, model.start) is assembly
+    assert model.with_material(assembly, {**model.start, "friction": 0.3}).friction == 0.3
+
+
+def test_the_report_of_a_search_holds_a_view_that_turns(hut, tmp_path):
+    pytest.importorskip("viser")
+    from types import SimpleNamespace
+
+    from blockstat.report import write_designs, write_report
+    from blockstat.search import search
+
+    stands = SimpleNamespace(outcome=SimpleNamespace(word="stands"))
+    result = search(load_scene(hut), static=assess, verify=lambda _: stands, names=["vault.thickness"])
+    figures = write_designs(result, tmp_path)
+    assert tmp_path / "view.html" in [figure.path for figure in figures]
+    report = write_report(result, tmp_path, figures).read_text()
+    assert report.count("<iframe srcdoc=") == 1
+    assert "__VISER_EMBED_DATA__" in report

@@ -1,0 +1,220 @@
+"""Bullet and the search on the live page."""
+
+import numpy as np
+import pytest
+
+from blockstat import assess, write
+from blockstat.app.design import open_model
+from blockstat.app.words import Known
+from browser import CHAPEL, live
+from dynsim.panel import FallPanel, OptimisePanel
+from dynsim.panel.fall import criteria, side_by_side
+from dynsim.panel.optimise import KINDS, plotted
+from dynsim.panel.work import Fallen, Film, Found, Refused, Step, let_fall, optimise
+from problems import stack
+
+#: The hut with two thicknesses of its walls.
+SMALL = CHAPEL.replace("min = 0.1", "min = 0.3").replace("step = 0.05 }\nheight", "step = 0.3 }\nheight")
+
+#: The same in smaller stones: a run of Bullet that is long enough to be broken off.
+LARGE = SMALL.replace("length = 1.0\nheight = 0.5", "length = 0.4\nheight = 0.25").replace(
+    "voussoirs = 7", "voussoirs = 13"
+)
+
+
+class Told:
+    """A channel that keeps what it is told."""
+
+    def __init__(self):
+        self.messages = []
+
+    def send(self, message):
+        self.messages.append(message)
+
+
+def leaning():
+    """Three cubes under a gravity that tips them: tan = .5 against a third."""
+    return stack(3).with_(gravity=(0.5 * 9.81, 0.0, -9.81))
+
+
+def test_what_falls_is_shown_falling_further_than_its_verdict_needs():
+    told = Told()
+    let_fall(told, assess(leaning()))
+    fallen, film = told.messages
+    assert isinstance(fallen, Fallen)
+    assert fallen.verdict.outcome.word == "falls"
+    assert isinstance(film, Film)
+    gone = np.linalg.norm(film.displacement[-1] - film.displacement[0], axis=1).max()
+    assert gone > 10 * fallen.verdict.brick_threshold
+    text = side_by_side(Known(assess(leaning()), "+y"), fallen)
+    assert "unstable" in text
+    assert "falls" in text
+    for _, value, limit in criteria(fallen.verdict):
+        assert f"{1e3 * value:.3g}" in text
+        assert f"{1e3 * limit:.3g}" in text
+
+
+def test_what_stands_is_filmed_standing():
+    told = Told()
+    let_fall(told, assess(stack(2)))
+    assert told.messages[0].verdict.outcome.word == "stands"
+    assert np.abs(told.messages[1].displacement).max() < 1e-3
+
+
+def test_what_bullet_cannot_do_is_said():
+    told = Told()
+    assembly = stack(2)
+    let_fall(told, assess(assembly.with_(support=np.ones(3, dtype=bool))))
+    assert isinstance(told.messages[0], Refused)
+    assert "nothing to simulate" in told.messages[0].message
+
+
+def test_a_search_tells_each_design_and_then_the_best(tmp_path):
+    path = tmp_path / "hut.toml"
+    path.write_text(SMALL)
+    model, told = open_model(path), Told()
+    optimise(told, model, model.start, ["wall.thickness"])
+    steps = [message for message in told.messages if isinstance(message, Step)]
+    assert [step.candidate.parameters["wall.thickness"] for step in steps] == [0.6, 0.3]
+    assert isinstance(told.messages[-1], Found)
+    standing = [step.candidate for step in steps if step.candidate.stands]
+    assert told.messages[-1].best == (standing[-1].parameters if standing else None)
+    number, *kinds = plotted([step.candidate for step in steps])
+    assert list(number) == [0, 1, 2, 3]
+    assert (np.column_stack(kinds) > 0).sum(axis=1).tolist() == [0, 1, 1, 0]
+    assert max(kind[1] for kind in kinds) == steps[0].candidate.volume
+
+
+@pytest.fixture
+def hut(tmp_path):
+    path = tmp_path / "hut.toml"
+    path.write_text(SMALL)
+    return path
+
+
+@pytest.fixture
+def large(tmp_path):
+    path = tmp_path / "large.toml"
+    path.write_text(LARGE)
+    return path
+
+
+def worker_of(panel, tab):
+    """The worker of a panel that has said that it works; the process starts a moment after the words."""
+    for _ in range(200):
+        if panel._worker is not None:
+            return panel._worker
+        tab.page.wait_for_timeout(20)
+    raise AssertionError("no worker was started")
+
+
+def panels():
+    return [FallPanel(), OptimisePanel()]
+
+
+@pytest.mark.slow
+def test_let_it_fall_plays_the_trajectory_and_sets_both_verdicts_side_by_side(tmp_path, capfd):
+    path = write(leaning(), tmp_path / "leaning.json")
+    with live(path, capfd, panels=panels()) as (page, open_tab):
+        tab = open_tab()
+        tab.sees("Unstable", exact=True)
+        tab.tab("Fall")
+        tab.press("Let it fall")
+        tab.sees("Eq. 1")
+        tab.sees("falls", exact=True)
+        tab.sees("displacement [mm]")
+        moved = page.view.moved
+        assert moved.max() > 0.1
+        tab.press("Play again")
+        tab.page.wait_for_timeout(1000)
+        assert page.player.playing
+        # Another design forgets the run.
+        tab.tab("Design")
+        tab.number(0, 0.6)
+        tab.tab("Fall")
+        tab.sees("has not been asked")
+
+
+@pytest.mark.slow
+def test_a_tab_closed_in_the_middle_of_a_run_leaves_the_run_alone(large, capfd):
+    with live(large, capfd, panels=panels()) as (page, open_tab):
+        tab = open_tab()
+        tab.sees("Stable", exact=True)
+        tab.tab("Fall")
+        tab.press("Let it fall")
+        tab.sees("simulating")
+        assert worker_of(page._panels[0], tab).running
+        tab.close()
+        other = open_tab()
+        other.tab("Fall")
+        other.sees("Eq. 1")
+        other.sees("Stable", exact=True)
+
+
+@pytest.mark.slow
+def test_bullet_can_be_stopped(large, capfd):
+    with live(large, capfd, panels=panels()) as (page, open_tab):
+        tab = open_tab()
+        tab.sees("Stable", exact=True)
+        tab.tab("Fall")
+        tab.press("Let it fall")
+        tab.sees("simulating")
+        worker = worker_of(page._panels[0], tab)
+        tab.press("Stop Bullet")
+        tab.sees("Bullet was stopped")
+        assert not worker.running
+        tab.tab("Design")
+        tab.number(0, 0.3)
+        tab.sees("limit load, +y")
+
+
+@pytest.mark.slow
+def test_optimise_fills_its_history_and_a_row_shows_its_design(hut, capfd):
+    with live(hut, capfd, panels=panels()) as (page, open_tab):
+        tab = open_tab()
+        tab.sees("Stable", exact=True)
+        tab.tab("Optimise")
+        tab.page.get_by_role("checkbox").locator("visible=true").nth(0).wait_for()
+        for box in range(1, tab.page.get_by_role("checkbox").locator("visible=true").count()):
+            tab.page.get_by_role("checkbox").locator("visible=true").nth(box).click()
+        tab.press("Optimise")
+        tab.sees("2 designs.")
+        assert dots(tab) >= 2 * 20  # pixels: two dots
+        for row, value in (("1: 0.6", 0.6), ("2: 0.3", 0.3), ("1: 0.6", 0.6)):
+            tab.page.get_by_role("button", name=row).click()
+            for _ in range(600):
+                if page.values["wall.thickness"] == value and not page.follower.pending:
+                    break
+                tab.page.wait_for_timeout(100)
+            assert page.known.verdict.assembly.metadata["parameters"]["wall.thickness"] == value
+
+
+def dots(tab):
+    """Pixels of the plot in the colours of its dots."""
+    colours = [list(colour) for colour in KINDS.values()]
+    return tab.page.locator(".uplot canvas").evaluate(
+        """(canvas, colours) => {
+            const data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+            let count = 0;
+            for (let i = 0; i < data.length; i += 4)
+                if (data[i + 3] == 255 && colours.some(c => c.every((v, k) => v == data[i + k]))) count++;
+            return count;
+        }""",
+        colours,
+    )
+
+
+@pytest.mark.slow
+def test_a_cancelled_search_stops_and_keeps_its_rows(large, capfd):
+    with live(large, capfd, panels=panels()) as (page, open_tab):
+        tab = open_tab()
+        tab.sees("Stable", exact=True)
+        tab.tab("Optimise")
+        tab.press("Optimise")
+        tab.sees("of about")
+        worker = worker_of(page._panels[1], tab)
+        tab.press("Cancel")
+        tab.sees("Cancelled after")
+        assert not worker.running
+        assert tab.page.get_by_role("button", name="1: 0.6").count() == 1
+        tab.page.get_by_role("button", name="Optimise").wait_for()
