@@ -1,5 +1,7 @@
 """Bullet and the search on the live page."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -75,10 +77,11 @@ def test_a_search_tells_each_design_and_then_the_best(tmp_path):
     model, told = open_model(path), Told()
     optimise(told, model, model.start, ["wall.thickness"])
     steps = [message for message in told.messages if isinstance(message, Step)]
-    assert [step.candidate.parameters["wall.thickness"] for step in steps] == [0.6, 0.3]
+    assert {step.candidate.parameters["wall.thickness"] for step in steps} == {0.3, 0.6}
     assert isinstance(told.messages[-1], Found)
     standing = [step.candidate for step in steps if step.candidate.stands]
-    assert told.messages[-1].best == (standing[-1].parameters if standing else None)
+    least = min(standing, key=lambda candidate: candidate.volume, default=None)
+    assert told.messages[-1].best == (least.parameters if least is not None else None)
     number, *kinds = plotted([step.candidate for step in steps])
     assert list(number) == [0, 1, 2, 3]
     assert (np.column_stack(kinds) > 0).sum(axis=1).tolist() == [0, 1, 1, 0]
@@ -180,8 +183,8 @@ def test_optimise_fills_its_history_and_a_row_shows_its_design(hut, capfd):
         tab.press("Optimise")
         tab.sees("2 designs.")
         assert dots(tab) >= 2 * 20  # pixels: two dots
-        for row, value in (("1: 0.6", 0.6), ("2: 0.3", 0.3), ("1: 0.6", 0.6)):
-            tab.page.get_by_role("button", name=row).click()
+        for value in (0.6, 0.3, 0.6):
+            tab.page.get_by_role("button", name=re.compile(rf"\d: {value} ")).click()
             for _ in range(600):
                 if page.values["wall.thickness"] == value and not page.follower.pending:
                     break
@@ -216,5 +219,5 @@ def test_a_cancelled_search_stops_and_keeps_its_rows(large, capfd):
         tab.press("Cancel")
         tab.sees("Cancelled after")
         assert not worker.running
-        assert tab.page.get_by_role("button", name="1: 0.6").count() == 1
+        tab.page.get_by_role("button", name=re.compile(r"1: 0\.\d ")).wait_for()
         tab.page.get_by_role("button", name="Optimise").wait_for()

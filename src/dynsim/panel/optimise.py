@@ -39,7 +39,9 @@ class OptimisePanel:
         gui = page.server.gui
         self._tab = page.tabs.add_tab("Optimise")
         with self._tab:
-            self._go = gui.add_button("Optimise", hint="take the chosen parameters down as far as the building stands")
+            self._go = gui.add_button(
+                "Optimise", hint="the smallest values of the chosen parameters at which the building stands"
+            )
             self._cancel = gui.add_button("Cancel", disabled=True)
             self._choice = gui.add_folder("Parameters to move")
             self._bar = gui.add_progress_bar(0.0, visible=False)
@@ -123,7 +125,7 @@ class OptimisePanel:
         gui, page = self._page.server.gui, self._page
         values = " / ".join(f"{value:g}" for value in candidate.parameters.values())
         volume = "" if candidate.volume is None else f", {candidate.volume:.2f} m³"
-        word = candidate.dynamic or "cannot be built"
+        word = candidate.dynamic or candidate.static
         with self._list:
             row = gui.add_button(
                 f"{number}: {values} {word}{volume}", color=KINDS.get(candidate.dynamic, KINDS["pruned"]), order=-number

@@ -96,8 +96,10 @@ def optimise(channel: Channel, model: Model, values: dict[str, float], names: li
     try:
         result = search(
             model.moved(values),
-            static=lambda assembly: assess(under(assembly), memory=memory),
-            verify=lambda assembly: verify(under(assembly)),
+            static=lambda assembly: assess(assembly, memory=memory),
+            verify=lambda assembly: verify(assembly),
+            under=under,
+            memory=memory,
             names=names,
             progress=lambda done, expected, last: channel.send(Step(done, expected, last)),
         )
