@@ -15,7 +15,7 @@ import numpy as np
 
 from blockstat.analysis import FLOWS
 from blockstat.bonds import Bonds
-from blockstat.bounds import lower_bound, upper_bound
+from blockstat.bounds import Bound, lower_bound, upper_bound
 from blockstat.contact import GAP, Interfaces
 from blockstat.coulomb import coulomb_state
 from blockstat.errors import InputError
@@ -23,10 +23,11 @@ from blockstat.joint import joint_friction
 from blockstat.load import as_load
 from blockstat.polyhedron import Floats
 from blockstat.problem import Problem, pose, timed
+from blockstat.program import PenaltyProgram
 from blockstat.proof import decide
 from blockstat.result import Outcome, unit_motion
 from blockstat.solve import certificate, dual
-from blockstat.solve.raw import DualProgram
+from blockstat.solve.raw import DualAnswer, DualProgram
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -37,6 +38,8 @@ COULOMB_WIDTH = 5e-4
 UNBOUNDED = 1e6
 #: Brackets narrower than this, for a load as strong as the weight, are closed whatever the multiplier.
 ROUNDING = 1e-9
+#: A bracket wider than this, relative to its upper end, is asked of the other solver too.
+SHARP = 1e-7
 
 
 class LoadOutcome(Enum):
@@ -210,6 +213,14 @@ def _coulomb_bracket(problem: Problem, direction: Floats, associated: float) -> 
     return low, high
 
 
+def _bounds(
+    program: PenaltyProgram, load: Floats, answer: DualAnswer, dead: Floats
+) -> tuple[Bound | None, Bound | None]:
+    """What an answer proves from below and from above."""
+    low = lower_bound(program, load, answer.force, answer.multiplier, dead)
+    return low, upper_bound(program, load, answer.twist, answer.force)
+
+
 def _bracket(problem: Problem, direction: Floats) -> tuple[LoadOutcome, float, float, Floats, Floats]:
     """Outcome, bounds, scaled force field and twist."""
     program, eq = problem.program, problem.eq
@@ -231,8 +242,14 @@ def _bracket(problem: Problem, direction: Floats) -> tuple[LoadOutcome, float, f
         carried = certificate.check(at, field, np.zeros_like(load)).proves_stable
         word = LoadOutcome.UNBOUNDED if carried else LoadOutcome.UNDECIDED
         return word, np.inf if carried else 0.0, np.inf, dead.force, np.zeros_like(load)
-    low = lower_bound(program, load, answer.force, answer.multiplier, dead.force)
-    high = upper_bound(program, load, answer.twist, answer.force)
+    low, high = _bounds(program, load, answer, dead.force)
+    if program.solver == "auto" and not (low and high and high.value - low.value <= SHARP * abs(high.value)):
+        other = "interior-point" if answer.solver == "clarabel" else "clarabel"
+        again = dual.solve_dual(DualProgram(replace(program, solver=other), -program.load, pinned=load))
+        if "Infeasible" not in again.status:
+            second = _bounds(program, load, again, dead.force)
+            low = max((bound for bound in (low, second[0]) if bound), key=lambda bound: bound.value, default=None)
+            high = min((bound for bound in (high, second[1]) if bound), key=lambda bound: bound.value, default=None)
     lower, field = (low.value, low.evidence) if low else (0.0, dead.force)
     upper, twist = (high.value, high.evidence) if high else (np.inf, answer.twist)
     lower = min(lower, upper)  # both are proven to a tolerance, within which they may cross
