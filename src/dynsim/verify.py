@@ -68,7 +68,7 @@ def _clear(verdict: DynamicVerdict, within: float) -> bool:
     return verdict.first_time is not None and verdict.first_time * verdict.run.pace < within
 
 
-#: Slow motion that grows slower is a rest while blocks are within this part of their threshold.
+#: Slow motion that grows slower is a rest while blocks are within this part of the default threshold.
 SMALL = 0.1
 
 
@@ -86,12 +86,12 @@ class _Judge:
         self._roof = settings.roof_threshold or limit
         self._brick = settings.brick_threshold or limit
         self._hold = max(last_change(loads), 0.0)
-        self._rest = settings.rest * default_threshold(assembly)
+        self._rest, self._small = (share * default_threshold(assembly) for share in (settings.rest, SMALL))
         self._actions = actions
         self._crack = settings.crack_threshold
 
     def __call__(self, settings: Settings, actions: Sequence[Action], spent: float = 0.0) -> DynamicVerdict:
-        calm = Calm(self._rest, settings.rest_after, SMALL * self._brick)
+        calm = Calm(self._rest, settings.rest_after, self._small)
         furthest = max(self._brick, self._roof)
 
         def decided(elapsed: float, moved: Floats) -> bool:
