@@ -1,6 +1,7 @@
 """Ask Bullet for every closed form and limit again and write docs/dynamics_validation.md: `make validation`.
 
-The families and their sources are in tests/references/dynamics.py; tests/dynsim/test_dynamic_references.py asks the same.
+The families and their sources are in tests/references/dynamics.py; tests/dynsim/test_dynamic_references.py asks the
+same.
 """
 
 from __future__ import annotations
