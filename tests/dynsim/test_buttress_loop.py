@@ -53,7 +53,7 @@ def test_buttresses_are_added_to_walls_that_crack_until_none_does():
 
 
 def test_a_wall_without_room_for_more_ends_the_loop():
-    scene = hall(0.2, sides(0.01, "west"))
+    scene = hall(0.2, sides(0.04, "west"))
     result = buttress_loop(scene, judge)
     assert not result.sound
     assert result.steps[-1].cracks
