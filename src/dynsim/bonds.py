@@ -15,6 +15,7 @@ Either breaks for good when its blocks have moved apart or slid by more than the
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -50,6 +51,28 @@ def bonds_of(assembly: Assembly) -> tuple[Action, ...]:
     if len(bonded(assembly, interfaces)[0]):
         actions.append(CentreBonds(interfaces))
     return tuple(actions)
+
+
+def weakened(assembly: Assembly) -> Assembly | None:
+    """The assembly with no joint glued by more than all its free blocks weigh; None where that changes nothing.
+
+    What stands with weaker glue stands with stronger glue, but the contact solver has to carry every preload too, and
+    far above what is needed it makes blocks creep.
+    """
+    weight = float(assembly.mass[assembly.free].sum() * np.linalg.norm(assembly.gravity))
+    area = float(find_interfaces(assembly).area.max(initial=0.0)) or 1.0
+    laws = [_weaker(law, weight, area) for law in assembly.joints]
+    return None if laws == list(assembly.joints) else assembly.with_(joints=laws)
+
+
+def _weaker(law: JointLaw, most: float, area: float) -> JointLaw:
+    """A law with its strengths in tension cut down to `most` [N] on a joint of that area [m2], the others in ratio."""
+    share = min(1.0, most / max(law.bond, law.tension * area, 1e-300))
+    if share == 1.0:
+        return law
+    moment = None if law.bond_moment is None else share * law.bond_moment
+    cohesion = None if law.cohesion is None else share * law.cohesion
+    return replace(law, bond=share * law.bond, tension=share * law.tension, bond_moment=moment, cohesion=cohesion)
 
 
 def _check(assembly: Assembly, interfaces: Interfaces, law: PointLaw) -> None:

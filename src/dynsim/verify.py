@@ -11,6 +11,7 @@ import numpy as np
 from blockstat.assembly import Assembly
 from blockstat.polyhedron import Floats, Ints
 from dynsim.action import Action, Load
+from dynsim.bonds import weakened
 from dynsim.cracks import find_cracks
 from dynsim.criteria import ARM, angles, default_threshold, drops, group_box_centre, rate
 from dynsim.guards import check_assembly
@@ -36,7 +37,8 @@ def verify(
     Falls: a block went beyond its threshold, by Eq. 1, Eq. 2, the length of its displacement or its rotation.
     Stands: it did not, and at the end all blocks moved by less than `Settings.rest` thresholds in
     `Settings.rest_after`. Creeps: neither. A run ends early on a fall and on a rest. Where nothing acts but weight,
-    quicker runs come first and are believed where blocks stand or clearly fall (see `dynsim.stages`).
+    quicker runs come first and are believed where blocks stand or clearly fall (see `dynsim.stages`). Glue of more than
+    the weight of all blocks a joint is tried at that first.
 
     loads : what acts on it besides its weight (`dynsim.loading`, `dynsim.ground`). Under loads that last or change,
     blocks rock and slide and come to rest elsewhere, so the default threshold is then the size of a block, and what
@@ -51,6 +53,10 @@ def verify(
     if np.isfinite(last_change(loads)):
         settings = replace(settings, end=AFTERWARDS * settings.end)
     judge = _Judge(assembly, settings, loads, actions)
+    if not (loads or actions) and (weak := weakened(assembly)) is not None:
+        verdict = _Judge(weak, settings, loads, actions)(settings, ())
+        if verdict.outcome is DynamicOutcome.STANDS:
+            return replace(verdict, run=replace(verdict.run, assembly=assembly), warnings=(*verdict.warnings, WEAKER))
     if loads or actions or any(law.strong for law in assembly.joints):
         return judge(settings, [*loads, *actions])
     *quicker, finest = stages(assembly, settings)
@@ -68,6 +74,9 @@ def _clear(verdict: DynamicVerdict, within: float) -> bool:
     return verdict.first_time is not None and verdict.first_time * verdict.run.pace < within
 
 
+WEAKER = (
+    "it stands with glue of no more than the weight of all blocks a joint, so it stands with the stronger glue given"
+)
 #: Slow motion that grows slower is a rest while blocks are within this part of the default threshold.
 SMALL = 0.1
 

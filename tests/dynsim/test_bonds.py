@@ -7,12 +7,12 @@ import sys
 import numpy as np
 import pytest
 
-from blockstat import Assembly, InputError, JointLaw, assess, glued, write
+from blockstat import Assembly, InputError, JointLaw, Outcome, assess, glued, write
 from bonded import bonded_scene
 from dynsim import DynamicOutcome, InertiaScale, Settings, World, simulate, verify
 from dynsim.bonds import bonds_of
 from dynsim.loading import Removal
-from problems import assembly, box
+from problems import assembly, box, running_bond
 
 STANDS, FALLS = DynamicOutcome.STANDS, DynamicOutcome.FALLS
 SIDES = [(0.99, FALLS), (1.01, STANDS)]
@@ -185,3 +185,15 @@ def test_statics_and_bullet_agree_on_a_hundred_glued_scenes():
     wrong = [assess(asm).outcome.word for asm in scenes if not agree(asm)]
     assert len(wrong) <= 1
     assert set(wrong) <= {"stable"}
+
+
+@pytest.mark.parametrize("times", [100, 10_000])
+def test_glue_far_stronger_than_needed_holds(times):
+    # A wall pushed by three times what tips it dry; statics say that a hundred bricks' weight a joint is enough.
+    dry = running_bond(6, 5).with_(gravity=(0, 3 * 0.2 / 1.05, -1))
+    asm = glued(dry, times * float(np.median(dry.mass[~dry.support])))
+    assert assess(asm).outcome is Outcome.STABLE
+    verdict = verify(asm)
+    assert verdict.outcome is DynamicOutcome.STANDS
+    assert any("weight of all blocks" in text for text in verdict.warnings)
+    assert verdict.run.assembly is asm
