@@ -38,8 +38,9 @@ COULOMB_WIDTH = 5e-4
 UNBOUNDED = 1e6
 #: Brackets narrower than this, for a load as strong as the weight, are closed whatever the multiplier.
 ROUNDING = 1e-9
-#: A bracket wider than this, relative to its upper end, is asked of the other solver too.
-SHARP = 1e-7
+#: A bracket wider than this, relative to its upper end, is asked of the other solver too: up to so many unknowns, and
+#: beyond, where that costs more than all the rest.
+SHARP, CHEAP, LOOSE = 1e-7, 2_000, 1e-3
 
 
 class LoadOutcome(Enum):
@@ -243,7 +244,8 @@ def _bracket(problem: Problem, direction: Floats) -> tuple[LoadOutcome, float, f
         word = LoadOutcome.UNBOUNDED if carried else LoadOutcome.UNDECIDED
         return word, np.inf if carried else 0.0, np.inf, dead.force, np.zeros_like(load)
     low, high = _bounds(program, load, answer, dead.force)
-    if program.solver == "auto" and not (low and high and high.value - low.value <= SHARP * abs(high.value)):
+    sharp = SHARP if len(program.load) <= CHEAP else LOOSE
+    if program.solver == "auto" and not (low and high and high.value - low.value <= sharp * abs(high.value)):
         other = "interior-point" if answer.solver == "clarabel" else "clarabel"
         again = dual.solve_dual(DualProgram(replace(program, solver=other), -program.load, pinned=load))
         if "Infeasible" not in again.status:
