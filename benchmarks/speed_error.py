@@ -257,9 +257,10 @@ def advice(points: list[Point]) -> str:
         return max(p.error for p in points if p.way == way)
 
     return ADVICE.format(
-        tail=f"Polygons save nothing that is worth their error (the octagon is up to {100 * worst('8-gon'):.1g} % off, "
-        f"ours {worst('ours'):.0e}), and a loose tolerance is no saving either (1e-3: up to "
-        f"{worst('Clarabel primal, 1e-03'):.0e} off); Bullet costs the most and answers another question."
+        tail="Below a hundred blocks any exact cone will do; beyond, look at the list below. Polygons cost digits "
+        f"wherever the motion is not along their sides (the octagon up to {100 * worst('8-gon'):.1g} %, ours "
+        f"{worst('ours'):.0e}), a loose tolerance everywhere (1e-3: up to {worst('Clarabel primal, 1e-03'):.0e}); "
+        "Bullet costs the most and answers another question."
     )
 
 
