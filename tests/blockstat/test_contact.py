@@ -161,3 +161,16 @@ def test_blocks_that_meet_at_a_corner_have_no_joint():
     faces = find_interfaces(assemble(freeform(points, thickness=0.109375, springers=0.2, bond="stack")))
     assert faces.area.min() > 1e-3
     assert np.diff(faces.start).min() >= 3
+
+
+@pytest.mark.parametrize("thickness", [1e-2, 1e-4, 1e-6])
+def test_no_joint_reaches_through_a_plate(thickness):
+    faces = find_interfaces(stack(20, 1.0, thickness))
+    assert faces.pair.tolist() == [[k, k + 1] for k in range(20)]
+
+
+@pytest.mark.parametrize(("shared", "joints"), [(0.5, 1), (1e-3, 0)])
+def test_a_joint_is_wider_than_it_is_open(shared, joints):
+    # Two cubes side by side, 5 mm apart, within the tolerance, that face each other over so much of their height.
+    blocks = [box((0, 0, 0), (1, 1, 1)), box((1.005, 0, 1 - shared), (2.005, 1, 2 - shared))]
+    assert find_interfaces(assembly(blocks)).n_interfaces == joints
