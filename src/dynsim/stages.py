@@ -1,4 +1,4 @@
-"""The runs behind one verdict, from quick to fine: coarse time steps make blocks fall that stand, hardly ever the other way."""
+"""The runs behind one verdict, from quick to fine: coarse time steps fell what stands, hardly ever the other way."""
 
 from __future__ import annotations
 
