@@ -70,7 +70,7 @@ JOBS = (
     page("speed_error", "benchmarks/speed_error.py --write", 7, "docs/speed-error.png"),
     page("bullet", "benchmarks/bullet.py --write", 15, "docs/bullet.png"),
     page("paper", "examples/paper/experiment.py --write", 5, "docs/paper.png"),
-    page("comparison", "examples/compare_scenes.py --write docs/comparison.md", 15),
+    page("comparison", "examples/compare_scenes.py --jobs 1 --write docs/comparison.md", 15, "docs/comparison/*.png"),
     Job("pictures", "docs/make_pictures.py", ("docs/chapel*.png",), 1),
     Job("screenshots", "docs/make_screenshots.py", ("docs/app-*.png",), 5),
     table("compare_verdicts", 2.5),
@@ -97,7 +97,7 @@ def run(job: Job) -> str:
     OUT.mkdir(parents=True, exist_ok=True)
     record, log = OUT / f"{job.name}.json", OUT / f"{job.name}.log"
     record.unlink(missing_ok=True)
-    print(f"start   {job.name}, about {job.minutes:g} min", flush=True)
+    print(f"start   {job.name}, about {job.minutes:g} min\n", end="", flush=True)  # one write, two threads
     begin = time()
     with log.open("w") as file:
         process = subprocess.Popen(
