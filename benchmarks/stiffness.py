@@ -105,7 +105,7 @@ def parts(table: list[dict]) -> dict[str, str]:
         for row in table:
             if (row["reading"], row["value"]) == (reading, value):
                 name = f"inertia x {value:,.0f}" if reading == "inertia" else f"springs of {value:,.0f} N m/rad"
-                cells = " | ".join(f"{v:.0f}" if v < 5000 else "fallen" for v in row["drop_mm"])
+                cells = " | ".join(f"{round(v)}" if v < 5000 else "fallen" for v in row["drop_mm"])
                 drops.append(f"| {name} | {row['wall']:g} m | {cells} |")
     return {"statics": "\n".join(statics), "drops": "\n".join(drops)}
 
