@@ -8,7 +8,7 @@ STAMP := $(VENV)/.installed
 # that has it.
 COMPAS ?=
 
-.PHONY: demo test test-all lint benchmark search solvers bullet speed-error validation hard pictures gallery scenes screenshots clean
+.PHONY: demo test test-all lint benchmark search solvers bullet speed-error comparison validation hard pictures gallery scenes screenshots clean
 
 demo: $(STAMP)
 	$(BIN)/dynsim optimise examples/chapel.toml -o out/chapel
@@ -47,6 +47,10 @@ bullet: $(STAMP)
 
 speed-error: $(STAMP)
 	$(BIN)/python benchmarks/speed_error.py --write
+
+# A third of an hour on two cores; what is done is kept in build/, so it goes on where it was stopped.
+comparison: $(STAMP)
+	$(BIN)/python examples/compare_scenes.py --write docs/comparison.md
 
 validation: $(STAMP)
 	$(BIN)/python docs/make_validation.py

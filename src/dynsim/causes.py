@@ -10,7 +10,7 @@ import numpy as np
 from blockstat.analysis import assess
 from blockstat.assembly import Assembly
 from blockstat.result import Outcome, Verdict
-from dynsim.settings import Settings
+from dynsim.settings import PRESETS, Settings
 from dynsim.stages import stages
 from dynsim.verify import DynamicOutcome, DynamicVerdict, verify
 
@@ -141,7 +141,7 @@ def _tips(assembly: Assembly) -> bool:
 
 
 def finer(assembly: Assembly, settings: Settings) -> Settings:
-    """One run at half the time step of the finest behind a verdict."""
+    """One run at half the finest time step behind a verdict, or at the finest of the careful preset if that is less."""
     finest = stages(assembly, settings)[-1]
-    half = finest.time_step / 2
-    return replace(finest, time_step=half, quick_step=half, fine_step=half)
+    step = min(finest.time_step / 2, PRESETS["careful"]["fine_step"])
+    return replace(finest, time_step=step, quick_step=step, fine_step=step)
