@@ -34,6 +34,7 @@ class LimitRow:
     associated: float
     coulomb: float
     bullet: float
+    finer: float | None = None  #: Bullet's with finer time steps, where it was asked for
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
@@ -216,7 +217,21 @@ def ratios(rows: Sequence[LimitRow]) -> str:
         cells: list[object] = [name, len(own)]
         for which in ("associated", "coulomb"):
             share = np.array([row.bullet / getattr(row, which) for row in own])
-            cells += [f"{np.median(share):.3f}", f"{share.min():.3f}", f"{share.max():.3f}"]
+            apart = max((row.bullet - getattr(row, which) for row in own), key=abs)
+            cells += [f"{np.median(share):.3f}", f"{share.min():.3f}", f"{share.max():.3f}", f"{apart:+.3f}"]
         lines.append(cells)
-    head = ["", "scenes", "Bullet / force fields: median", "least", "most", "Bullet / Coulomb: median", "least", "most"]
+    measures = ("least", "most", "furthest [g]")
+    head = ["", "scenes", "Bullet / force fields: median", *measures, "Bullet / Coulomb: median", *measures]
     return table(head, lines)
+
+
+def finer_limits(rows: Sequence[LimitRow]) -> str:
+    """Bullet's limits beside those with finer time steps, where these were asked for."""
+    return table(
+        ["", "force fields [g]", "Coulomb [g]", "Bullet [g]", "Bullet, finer [g]"],
+        (
+            [row.name, f"{row.associated:.4f}", f"{row.coulomb:.4f}", f"{row.bullet:.4f}", f"{row.finer:.4f}"]
+            for row in rows
+            if row.finer is not None
+        ),
+    )

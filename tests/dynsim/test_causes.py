@@ -51,6 +51,7 @@ DIFFERENCES = {
     Cause.TIME_TOO_SHORT: (
         lambda: arch(9, 0.07), Settings(end=0.04, rest_after=0.04, rest=1e3), ("unstable", "unstable", "stands"),
     ),
+    Cause.HELD: (lambda: jammed(squeeze=8e-3), None, ("stable", "stable_only_by_self_stress", "stands")),
     Cause.SETTLED: (hung, None, ("unstable", "unstable", "stands")),
     Cause.CREEPS: (
         lambda: arch(9, 0.08), one_step(1e-3, end=0.1, rest_after=0.1), ("unstable", "unstable", "creeps"),
