@@ -244,8 +244,8 @@ middle of Bullet's bracket (`dynsim.limit`, bracket of 1 %). A dashed line marks
 
 ![Bullet's limit over the static limits]({folder}/limits.png)
 
-{doubted} of them carried over {over:.0%} more in Bullet than statics without dilatancy allow. Asked again with time steps
-of {finer:g} ms, Bullet says:
+{doubted} of them carried over {over:.0%} more in Bullet than statics without dilatancy allow. Asked again with time
+steps of {finer:g} ms, Bullet says:
 
 {finer_limits}
 

@@ -141,6 +141,7 @@ def _tips(assembly: Assembly) -> bool:
 
 def finer(assembly: Assembly, settings: Settings) -> Settings:
     """One run at half the finest time step behind a verdict, or at the finest of the careful preset if that is less."""
-    finest = stages(assembly, settings)[-1]
+    runs = stages(assembly, settings)
+    finest = runs.fine or runs.first
     step = min(finest.time_step / 2, PRESETS["careful"]["fine_step"])
     return replace(finest, time_step=step, quick_step=step, fine_step=step)
