@@ -266,8 +266,8 @@ mechanisms are nearly as good, as in a stack of which every joint is at its limi
 ## Every disagreement, by its cause
 
 {disagreements} scenes differ in one of the two comparisons, and {neither} have a verdict that says neither. A cause is
-looked for with small pushes, with a run at half of the finest time step, and with one ten times as long
-(`dynsim.causes`). Pictures show where Bullet's fall has brought the blocks, or how they would have to fall by statics.
+looked for with small pushes, with a run of time steps half as long as the finest or less, and with one that lasts ten
+times as long (`dynsim.causes`). Pictures show where Bullet's fall has brought the blocks, or how they would have to fall by statics.
 
 {causes}
 """
