@@ -8,7 +8,7 @@ STAMP := $(VENV)/.installed
 # that has it.
 COMPAS ?=
 
-.PHONY: demo test test-all lint benchmark search solvers bullet speed-error validation hard pictures gallery scenes screenshots clean
+.PHONY: demo test test-all notebooks lint benchmark search solvers bullet speed-error validation hard pictures gallery scenes screenshots clean
 
 demo: $(STAMP)
 	$(BIN)/dynsim optimise examples/chapel.toml -o out/chapel
@@ -16,8 +16,11 @@ demo: $(STAMP)
 test: $(STAMP)
 	$(BIN)/python -m pytest -n 2 -m "not slow"
 
-test-all: $(STAMP)
+test-all: notebooks
 	$(BIN)/python -m pytest -n 2
+
+notebooks: $(STAMP)
+	$(BIN)/python -m pytest -n 2 --nbmake notebooks
 
 lint: $(STAMP)
 	$(BIN)/ruff check .
