@@ -16,11 +16,13 @@ def test_a_chain_ends_at_the_crown(n):
     assert chain(stack(n)) == n
 
 
-def test_runs_go_from_coarse_to_fine():
+def test_a_stand_is_believed_at_one_step_and_a_fall_checked_at_two_others():
     found = stages(arch(100, 0.15), Settings())
-    assert [run.time_step for run in found] == sorted((run.time_step for run in found), reverse=True)
-    assert [run.iterations for run in found] == [50, 100, 200]
-    assert len(stages(stack(3), Settings.named("fast"))) == 1
+    assert found.check and found.fine
+    assert found.check.time_step > found.first.time_step > found.fine.time_step
+    assert found.fine.iterations == 2 * found.first.iterations == 200
+    alone = stages(stack(3), Settings.named("fast"))
+    assert alone.check is None and alone.fine is None
 
 
 def watched(position, distance=0.02, small=0.1):
