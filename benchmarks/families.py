@@ -70,9 +70,9 @@ def chapel(rng: Random) -> Assembly:
     """A vaulted nave of large bricks with a door, a window on each side and, on most sides, a buttress."""
     height = rng.uniform(1.9, 2.6)
     scene = {
-        "name": "chapel", "length": rng.uniform(2.7, 3.6), "span": rng.uniform(1.8, 3.0),
+        "name": "chapel", "length": rng.uniform(2.7, 3.6), "span": rng.uniform(2.3, 3.4),
         "brick": {"length": 1.2, "height": 0.6}, "wall": {"thickness": rng.uniform(0.25, 0.7), "height": height},
-        "doors": {"west": {"width": 0.8, "height": 1.2}},
+        "doors": {"west": {"width": 0.7, "height": 1.2}},
         "windows": {
             side: {"width": rng.uniform(0.3, 0.5), "height": 0.6, "sill": 0.6} for side in ("south", "north")
         },

@@ -10,7 +10,7 @@ import numpy as np
 from blockstat.analysis import assess
 from blockstat.assembly import Assembly
 from blockstat.result import Outcome, Verdict
-from dynsim.settings import Settings
+from dynsim.settings import PRESETS, Settings
 from dynsim.stages import stages
 from dynsim.verify import DynamicOutcome, DynamicVerdict, verify
 
@@ -36,6 +36,7 @@ class Cause(Enum):
     COARSE_STAND = "false stand of a coarse run: with finer time steps it falls"
     TIME_TOO_SHORT = "statics exclude rest: the motion is slow, and in ten times as long it passes the threshold"
     SETTLED = "blocks moved a little and came to rest elsewhere, on other joints than they were built with"
+    HELD = "it rests in a finer run too, on friction that statics without self-stress do not count on"
     CREEPS = "it creeps in Bullet: neither a stand nor a fall"
     UNDECIDED = "statics do not decide"
     OPEN_FALL = "statics allow rest, with Coulomb friction too: marginal, or a motion that rest would have stopped"
@@ -93,7 +94,7 @@ def find_cause(
         return Cause.GEOMETRY
     if dynamic.outcome is DynamicOutcome.FALLS:
         return _why_it_fell(coulomb, settings or Settings(), closely)
-    return _why_it_stood(static, coulomb, dynamic, settings or Settings(), closely)
+    return _why_it_stood(static, dynamic, settings or Settings(), closely)
 
 
 def _why_it_fell(coulomb: Verdict, settings: Settings, closely: bool) -> Cause:
@@ -109,21 +110,19 @@ def _why_it_fell(coulomb: Verdict, settings: Settings, closely: bool) -> Cause:
     return Cause.OPEN_FALL
 
 
-def _why_it_stood(
-    static: Verdict, coulomb: Verdict, dynamic: DynamicVerdict, settings: Settings, closely: bool
-) -> Cause:
+def _why_it_stood(static: Verdict, dynamic: DynamicVerdict, settings: Settings, closely: bool) -> Cause:
     """No force field exists, or none without self-stress."""
     assembly = static.assembly
-    if closely:
-        for again, cause in (
-            (finer(assembly, settings), Cause.COARSE_STAND),
-            (replace(settings, rest=1e-6, end=LONGER * settings.end), Cause.TIME_TOO_SHORT),
-        ):
-            if verify(assembly, settings=again).outcome is DynamicOutcome.FALLS:
-                return cause
+    if closely and verify(assembly, settings=finer(assembly, settings)).outcome is DynamicOutcome.FALLS:
+        return Cause.COARSE_STAND
+    if closely and static.outcome is Outcome.STABLE:
+        return Cause.HELD
+    longer = replace(settings, rest=1e-6, end=LONGER * settings.end)
+    if closely and verify(assembly, settings=longer).outcome is DynamicOutcome.FALLS:
+        return Cause.TIME_TOO_SHORT
     if dynamic.settling + dynamic.max_displacement > SETTLED * dynamic.brick_threshold:
         return Cause.SETTLED
-    marginal = static.score < SCORE if static.outcome is Outcome.UNSTABLE else coulomb.outcome is Outcome.UNDECIDED
+    marginal = static.outcome is Outcome.UNSTABLE and static.score < SCORE
     return Cause.MARGINAL if marginal else Cause.OPEN_STAND
 
 
@@ -141,7 +140,8 @@ def _tips(assembly: Assembly) -> bool:
 
 
 def finer(assembly: Assembly, settings: Settings) -> Settings:
-    """One run at half the time step of the finest behind a verdict."""
-    finest = stages(assembly, settings)[-1]
-    half = finest.time_step / 2
-    return replace(finest, time_step=half, quick_step=half, fine_step=half)
+    """One run at half the finest time step behind a verdict, or at the finest of the careful preset if that is less."""
+    runs = stages(assembly, settings)
+    finest = runs.fine or runs.first
+    step = min(finest.time_step / 2, PRESETS["careful"]["fine_step"])
+    return replace(finest, time_step=step, quick_step=step, fine_step=step)

@@ -10,6 +10,8 @@ from dataclasses import asdict, dataclass
 from html import escape
 from pathlib import Path
 
+from blockstat.errors import InputError
+
 STATICS = ("static", "coulomb")
 
 
@@ -59,9 +61,12 @@ class Comparisons:
         return Comparisons(tuple(row for row in self if row.agree is False or row.agree_coulomb is False))
 
     def confusion(self, statics: str = "static") -> dict[tuple[str, str], int]:
-        """How many rows have each pair of a static and a dynamic verdict; statics : "static" or "coulomb"."""
+        """How many rows have each pair of a static and a dynamic verdict; statics : "static" or "coulomb".
+
+        Rows without verdicts do not count. Raises InputError for another word.
+        """
         if statics not in STATICS:
-            raise ValueError(f"no static verdict {statics!r}; there are: {', '.join(STATICS)}")
+            raise InputError(f"no static verdict {statics!r}; there are: {', '.join(STATICS)}")
         return dict(Counter((getattr(row, statics), row.dynamic or "") for row in self if row.static is not None))
 
     def write_csv(self, path: str | Path) -> Path:
