@@ -14,7 +14,7 @@ MISSING ?=
 JOBS := bullet comparison compare-verdicts gallery glue hard live-page loads paper pictures scenes screenshots search \
 	solvers solvers-large soundness speed-error stiffness sweep
 
-.PHONY: demo test test-all lint benchmark evidence pages validation $(JOBS) clean
+.PHONY: demo test test-all notebooks lint benchmark evidence pages validation $(JOBS) clean
 
 demo: $(STAMP)
 	$(BIN)/dynsim optimise examples/chapel.toml -o out/chapel
@@ -22,8 +22,11 @@ demo: $(STAMP)
 test: $(STAMP)
 	$(BIN)/python -m pytest -n 2 -m "not slow"
 
-test-all: $(STAMP)
+test-all: notebooks
 	$(BIN)/python -m pytest -n 2
+
+notebooks: $(STAMP)
+	$(BIN)/python -m pytest -n 2 --nbmake notebooks
 
 lint: $(STAMP)
 	$(BIN)/ruff check .

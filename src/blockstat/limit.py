@@ -25,7 +25,7 @@ from blockstat.polyhedron import Floats
 from blockstat.problem import Problem, pose, timed
 from blockstat.program import PenaltyProgram
 from blockstat.proof import decide
-from blockstat.result import Outcome, unit_motion
+from blockstat.result import Outcome, as_html, unit_motion
 from blockstat.solve import certificate, dual
 from blockstat.solve.raw import DualAnswer, DualProgram
 
@@ -111,6 +111,9 @@ class LimitLoad:
             counts = ", ".join(f"{len(pairs)} {kind}" for kind, pairs in self.joints().items())
             lines.append(f"Joints of the mechanism: {counts}.")
         return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
+
+    def _repr_html_(self) -> str:
+        return as_html(self.explain())
 
     def summary(self) -> dict[str, Any]:
         """Plain values for JSON; infinite bounds are None."""

@@ -1,10 +1,13 @@
-"""Pictures of assemblies and of what the statics say about them, with matplotlib, no OpenGL."""
+"""Pictures of assemblies and of what the statics say about them, with matplotlib, no OpenGL.
+
+Each goes to a file, or into axes of one's own: `figure, axes = plt.subplots()`, then `picture(assembly, axes)`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -16,9 +19,13 @@ from blockstat.result import Verdict, corner_speed
 from blockstat.sensitivity import stone_sensitivity
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from blockstat.assembly import Assembly
+
+#: Where a picture goes: a file, or matplotlib axes.
+Place = TypeVar("Place", str, Path, "Axes")
 
 STONE = (0.87, 0.83, 0.75)
 SUPPORT = (0.72, 0.74, 0.76)
@@ -31,7 +38,7 @@ STILL = 1e-3  #: blocks slower than this, relative to the fastest, leave no ghos
 
 def picture(
     assembly: Assembly,
-    path: str | Path,
+    place: Place,
     *,
     values: Floats | None = None,
     label: str = "",
@@ -45,31 +52,28 @@ def picture(
     azimuth: float = -55.0,
     elevation: float = 25.0,
     opacity: float = 1.0,
-    overlay: Callable[[Figure], None] | None = None,
-) -> Path:
-    """Draw the blocks in parallel projection and save a PNG (or any format matplotlib writes); returns the path.
+    overlay: Callable[[Axes], None] | None = None,
+) -> Place:
+    """Draw the blocks in parallel projection; returns the place.
 
+    place : a file, in PNG or any format matplotlib writes, or the axes to draw in.
     values : one number a block to colour by, shape (n_blocks,), with `label` and its unit on the colour bar;
     bottom, top : the ends of the bar, the top by default the largest value.
     displacement, rotation : poses to draw the blocks in, shapes (n_blocks, 3) [m] and (n_blocks, 3, 3).
     ghosts : indices of blocks, ascending, that are drawn a second time where they were, pale and behind the others.
-    azimuth, elevation : from where one looks, in degrees. opacity : of the blocks. overlay : draws on the figure
-    before it is saved.
+    azimuth, elevation : from where one looks, in degrees. opacity : of the blocks. overlay : draws on the axes
+    at last. Raises InputError for a file that cannot be written.
     """
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
     from matplotlib.collections import PolyCollection
     from matplotlib.colors import Normalize
-    from matplotlib.figure import Figure
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    path = Path(path)
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: no such directory: {path.parent}")
-    if not path.suffix:
-        raise InputError(f"{path}: a picture needs a suffix, such as .png, .svg or .pdf")
-    if path.suffix.lower() == ".glb":
-        raise InputError(f"{path}: only a mechanism is written as .glb (--mechanism); a picture is .png or .svg")
+    if isinstance(place, (str, Path)):
+        figure = _fresh_figure(Path(place))
+        axes = figure.add_subplot()
+    else:
+        figure, axes = None, place
     view = view_of(azimuth, elevation)
     colour = np.where(assembly.support[:, None], SUPPORT, STONE).astype(float)
     bar = None
@@ -82,8 +86,6 @@ def picture(
     colour = np.column_stack([colour, np.full(assembly.n_blocks, opacity)])
     ghosts = np.empty(0, dtype=np.int64) if ghosts is None else ghosts
     polygons, paint, outline = _haunted(assembly, posed(assembly, displacement, rotation), view, colour, ghosts)
-    figure = Figure(figsize=(8, 6), dpi=150, layout=ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.1))
-    axes = figure.add_subplot()
     axes.add_collection(PolyCollection(polygons, facecolors=paint, edgecolors=outline, linewidths=0.35))
     axes.autoscale_view()
     axes.set_aspect("equal")
@@ -91,14 +93,29 @@ def picture(
     if title:
         axes.set_title(title, fontsize=11)
     if bar is not None:
-        figure.colorbar(bar, ax=axes, label=label, shrink=0.6)
+        axes.figure.colorbar(bar, ax=axes, label=label, shrink=0.6)
     if overlay is not None:
-        overlay(figure)
-    try:
-        figure.savefig(path)
-    except ValueError as error:
-        raise InputError(f"{path}: {error}") from None
-    return path
+        overlay(axes)
+    if figure is not None:
+        try:
+            figure.savefig(str(place))
+        except ValueError as error:
+            raise InputError(f"{place}: {error}") from None
+    return place
+
+
+def _fresh_figure(path: Path) -> Figure:
+    """A figure for a file that can be written."""
+    from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: no such directory: {path.parent}")
+    if not path.suffix:
+        raise InputError(f"{path}: a picture needs a suffix, such as .png, .svg or .pdf")
+    if path.suffix.lower() == ".glb":
+        raise InputError(f"{path}: only a mechanism is written as .glb (--mechanism); a picture is .png or .svg")
+    return Figure(figsize=(8, 6), dpi=150, layout=ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.1))
 
 
 def _haunted(
@@ -113,20 +130,20 @@ def _haunted(
     return visible(both, vertices, view, colour, layer)
 
 
-def picture_of_verdict(verdict: Verdict, path: str | Path, **options: Any) -> Path:
+def picture_of_verdict(verdict: Verdict, place: Place, **options: Any) -> Place:
     """The mechanism of an assembly that moves, else the demand on the joints of one that stands."""
     assembly = verdict.assembly
     if not len(verdict.moving):
         return picture(
-            assembly, path, values=verdict.demand(), colours=DEMAND, top=1.0,
+            assembly, place, values=verdict.demand(), colours=DEMAND, top=1.0,
             label="friction used at the block's joints (1 = sliding)", title=f"{assembly.name}: stable", **options,
         )  # fmt: skip
-    return picture_of_mechanism(verdict, path, **options)
+    return picture_of_mechanism(verdict, place, **options)
 
 
 def picture_of_mechanism(
-    result: Verdict | LimitLoad, path: str | Path, *, amplitude: float | None = None, **options: Any
-) -> Path:
+    result: Verdict | LimitLoad, place: Place, *, amplitude: float | None = None, **options: Any
+) -> Place:
     """The mechanism of an assembly that moves, or of a limit load, in front of a pale ghost of the assembly at rest.
 
     amplitude : how far the fastest corner goes [m]; see `mechanism_pose`. options : those of `picture`.
@@ -143,10 +160,10 @@ def picture_of_mechanism(
         "values": speed, "label": "speed of the fastest corner, relative", "title": title, "displacement": shown,
         "rotation": turned, "ghosts": np.flatnonzero(speed > STILL),
     }  # fmt: skip
-    return picture(assembly, path, **drawn | options)
+    return picture(assembly, place, **drawn | options)
 
 
-def picture_of_help(limit: LimitLoad, direction: Sequence[float], path: str | Path, **options: Any) -> Path:
+def picture_of_help(limit: LimitLoad, direction: Sequence[float], place: Place, **options: Any) -> Place:
     """Where a stone more helps most: blocks coloured by what added mass there does to the limit load.
 
     Blue raises the limit, red lowers it; the numbers are for a hundredth of the masonry's mass at the block's
@@ -162,7 +179,7 @@ def picture_of_help(limit: LimitLoad, direction: Sequence[float], path: str | Pa
         "label": "change of the limit by 1 % more mass, put here",
         "title": f"{assembly.name}: where a stone more helps (limit {limit.lower:.4g})",
     }  # fmt: skip
-    return picture(assembly, path, **drawn | options)
+    return picture(assembly, place, **drawn | options)
 
 
 def mechanism_pose(result: Verdict | LimitLoad, *, amplitude: float | None = None) -> tuple[Floats, Floats]:
@@ -199,8 +216,8 @@ def _extent(assembly: Assembly) -> float:
     return float((upper[free].max(axis=0) - lower[free].min(axis=0)).max())
 
 
-def picture_of_forces(verdict: Verdict, path: str | Path, **options: Any) -> Path:
-    """The resultant of each joint as a line through its centre of pressure, over pale blocks; returns the path.
+def picture_of_forces(verdict: Verdict, place: Place, **options: Any) -> Place:
+    """The resultant of each joint as a line through its centre of pressure, over pale blocks; returns the place.
 
     The lines' lengths go with the forces; in an arch they join up to its thrust line. Joints in tension, in an
     assembly that does not stand, are dashed.
@@ -212,17 +229,15 @@ def picture_of_forces(verdict: Verdict, path: str | Path, **options: Any) -> Pat
     size = np.linalg.norm(force, axis=1)
     reach = 0.06 * _extent(verdict.assembly) / max(float(size.max()), 1e-300)
 
-    def draw(figure: Figure) -> None:
-        axes = figure.axes[0]
+    def draw(axes: Axes) -> None:
         for middle, pull, torn in zip(point, force, tension, strict=True):
             ends = np.array([middle - reach * pull, middle + reach * pull]) @ view[:2].T
             axes.plot(*ends.T, color="#b2182b", linewidth=1.2, linestyle=":" if torn else "-")
 
     name = verdict.assembly.name
-    title = f"{name}: joint forces, longest {size.max():.3g} N"
-    return picture(
-        verdict.assembly, path, title=title, azimuth=azimuth, elevation=elevation, opacity=0.35, overlay=draw, **options
-    )
+    drawn = {"title": f"{name}: joint forces, longest {size.max():.3g} N", "opacity": 0.35}
+    look = {"azimuth": azimuth, "elevation": elevation, "overlay": draw}
+    return picture(verdict.assembly, place, **drawn | options, **look)
 
 
 def resultants(verdict: Verdict) -> tuple[Floats, Floats, np.ndarray]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -122,6 +123,9 @@ class Verdict:
         lines += [f"Warning: {text}" for text in self.warnings]
         return "\n".join(lines)
 
+    def _repr_html_(self) -> str:
+        return as_html(self.explain())
+
     def summary(self) -> dict[str, Any]:
         """Plain values for JSON; an infinite score or force is None."""
         proof = self.certificate
@@ -151,6 +155,11 @@ class Verdict:
 
 def _finite(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
+
+
+def as_html(text: str) -> str:
+    """An explanation as notebooks show it."""
+    return f'<pre style="white-space: pre-wrap">{escape(text)}</pre>'
 
 
 def corner_speed(assembly: Assembly, twist: Floats) -> Floats:

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from blockstat.joint import joint_friction, point_law
 from blockstat.paint import view_of
-from blockstat.plot import DEMAND, picture
+from blockstat.plot import DEMAND, Place, picture
 from blockstat.polyhedron import Floats
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
     from blockstat.contact import Interfaces
     from blockstat.result import Verdict
@@ -74,7 +73,7 @@ def eccentricity(interfaces: Interfaces, point: Floats) -> Floats:
     return result
 
 
-def picture_of_utilisation(verdict: Verdict, path: str | Path, **options: Any) -> Path:
+def picture_of_utilisation(verdict: Verdict, place: Place, **options: Any) -> Place:
     """The joints coloured by `utilisation`, over blocks that one sees through; options are those of `picture`."""
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
@@ -90,14 +89,13 @@ def picture_of_utilisation(verdict: Verdict, path: str | Path, **options: Any) -
     depth = np.add.reduceat(faces.point @ view[2], faces.start[:-1]) / np.diff(faces.start) if len(used) else used
     order = np.argsort(depth, kind="stable")
 
-    def draw(figure: Figure) -> None:
-        axes = figure.axes[0]
+    def draw(axes: Axes) -> None:
         patches = [flat[k] for k in order]
         axes.add_collection(
             PolyCollection(patches, facecolors=bar.to_rgba(used[order]), edgecolors="black", linewidths=0.3)
         )
-        figure.colorbar(bar, ax=axes, shrink=0.6, label="capacity of the joint used (1 = sliding or hinging)")
+        axes.figure.colorbar(bar, ax=axes, shrink=0.6, label="capacity of the joint used (1 = sliding or hinging)")
 
     title = f"{verdict.assembly.name}: {verdict.outcome.word}, use of the joints"
     drawn = {"title": title, "opacity": 0.12, "overlay": draw}
-    return picture(verdict.assembly, path, **drawn | look)
+    return picture(verdict.assembly, place, **drawn | look)

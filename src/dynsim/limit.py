@@ -15,6 +15,7 @@ from blockstat.errors import InputError
 from blockstat.limit import LoadOutcome, limit_load
 from blockstat.load import as_load
 from blockstat.polyhedron import Floats
+from blockstat.result import as_html
 from dynsim.loading import Constant
 from dynsim.settings import Settings
 from dynsim.verify import DynamicOutcome, verify
@@ -81,6 +82,9 @@ class DynamicLimit:
         lines += [f"{t.multiplier:.5g}: {t.verdict}, {1e3 * t.max_displacement:.2g} mm" for t in self.trials]
         lines += [f"Warning: {text}" for text in self.warnings]
         return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        return as_html(self.explain())
 
     def summary(self) -> dict[str, Any]:
         """Plain values for JSON; None for what is not finite."""

@@ -9,7 +9,7 @@ from typing import Any
 from blockstat.analysis import assess
 from blockstat.assembly import Assembly
 from blockstat.model import build
-from blockstat.plot import picture
+from blockstat.plot import Place, picture
 from blockstat.report import Figure, write_designs, write_report
 from blockstat.reuse import Memory
 from blockstat.search import Candidate, SearchResult, search
@@ -86,7 +86,7 @@ def _moved(
     return [Figure(picture_of_run(verdict, directory / "moved.png"), f"The design with {values} {word}.")]
 
 
-def picture_of_run(verdict: DynamicVerdict, path: Path) -> Path:
+def picture_of_run(verdict: DynamicVerdict, place: Place) -> Place:
     """The last frame of a run, displacements magnified to be seen, coloured by displacement."""
     run = verdict.run
     moved = verdict.displacement
@@ -95,6 +95,6 @@ def picture_of_run(verdict: DynamicVerdict, path: Path) -> Path:
     scale = max(1.0, 0.05 * float((upper - lower).max()) / max(float(length.max()), 1e-9))
     scale = min(scale, 1000.0)
     return picture(
-        run.assembly, path, values=1e3 * length, label="displacement since release [mm]", displacement=scale * moved,
+        run.assembly, place, values=1e3 * length, label="displacement since release [mm]", displacement=scale * moved,
         title=f"{run.assembly.name}: {verdict.outcome.word}, displacements x {scale:.0f}",
     )  # fmt: skip

@@ -7,6 +7,7 @@ from enum import Enum
 from typing import Any
 
 from blockstat.polyhedron import Floats, Ints
+from blockstat.result import as_html
 from dynsim.cracks import Cracks
 from dynsim.run import Run
 
@@ -77,6 +78,9 @@ class DynamicVerdict:
             lines.append(self.cracks.explain())
         lines += [f"Warning: {text}" for text in self.warnings]
         return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        return as_html(self.explain())
 
     def summary(self) -> dict[str, Any]:
         """Plain values for JSON."""

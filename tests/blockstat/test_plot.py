@@ -1,3 +1,5 @@
+import html
+
 import numpy as np
 import pytest
 from shapely import Point, Polygon
@@ -14,6 +16,7 @@ from blockstat.plot import (
     picture_of_verdict,
     resultants,
 )
+from blockstat.utilisation import picture_of_utilisation
 from problems import arch, assembly, box, running_bond
 
 
@@ -88,6 +91,28 @@ def test_pictures_have_something_on_them(tmp_path):
         assert (pixels < 0.99).any(axis=2).mean() > 0.02
     plain = picture(stands, tmp_path / "plain.png")
     assert plain.stat().st_size > 5000
+
+
+def test_pictures_go_into_axes(tmp_path):
+    from matplotlib.figure import Figure
+
+    axes = Figure(figsize=(12, 4)).subplots(1, 4)
+    stands, limit = assess(arch(12, 0.2)), limit_load(arch(12, 0.2), (1, 0, 0))
+    assert picture_of_verdict(stands, axes[0]) is axes[0]
+    picture_of_mechanism(limit, axes[1])
+    picture_of_forces(stands, axes[2])
+    picture_of_utilisation(stands, axes[3])
+    # Every panel has its blocks, in front of the eye; the thrust line is drawn over them.
+    assert all(np.ptp(panel.dataLim.get_points(), axis=0).min() > 0.5 for panel in axes)
+    assert [bool(panel.lines) for panel in axes] == [False, False, True, False]
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_verdicts_and_limits_explain_themselves_in_a_notebook():
+    for result in (assess(arch(12, 0.2)), assess(arch(12, 0.08)), limit_load(arch(12, 0.2), (1, 0, 0))):
+        page = result._repr_html_()
+        assert html.unescape(page) == f'<pre style="white-space: pre-wrap">{result.explain()}</pre>'
+        assert "<=" not in page
 
 
 def test_bad_picture_paths(tmp_path):

@@ -1,3 +1,4 @@
+import numpy as np
 import pytest
 
 from blockstat import InputError, build, load_scene, parameters, with_values
@@ -16,6 +17,16 @@ def refused(change: dict) -> str:
         scene_from(SCENE | change)
     assert "\n" not in str(error.value)
     return str(error.value)
+
+
+def test_numbers_of_numpy_are_numbers():
+    window = {"number": np.int64(1), "width": np.float64(0.4), "height": 0.5, "sill": 0.5}
+    plain = window | {"number": 1, "width": 0.4}
+    pierced = scene_from(SCENE | {"windows": {"south": window}})
+    assert pierced == scene_from(SCENE | {"windows": {"south": plain}})
+    gate = {"name": "gate", "elements": {"post": {"kind": "box", "size": np.array([1.0, 1.0, 2.0])}}}
+    assert build(scene_from(gate)).volume[-1] == 2.0
+    assert refused({"span": 2.0 + 1.0j}).startswith("(2+1j) is neither")
 
 
 def test_unknown_keys_are_refused_with_their_path_and_the_known_ones():

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, TypeAlias
 
 import msgspec
+import numpy as np
 
 from blockstat.errors import InputError
 from blockstat.spec.chapel import Building
@@ -54,8 +55,11 @@ def with_values(scene: Scene, values: dict[str, float]) -> Scene:
 
 
 def scene_from(data: Any) -> Scene:
-    """A scene from plain dicts, or from structs in dicts. Raises InputError naming the path of a bad or unknown key."""
-    data = _searched(msgspec.to_builtins(data))
+    """A scene from plain dicts, or from structs in dicts; numbers and arrays of numpy will do.
+
+    Raises InputError naming the path of a bad or unknown key.
+    """
+    data = _searched(msgspec.to_builtins(data, enc_hook=_from_numpy))
     if not isinstance(data, dict):
         raise InputError(f"a scene is a table of keys, not {data!r}")
     check_finite(data)
@@ -70,6 +74,12 @@ def scene_from(data: Any) -> Scene:
             table[key] = bool(whole) if key == "present" and whole in (0, 1) else whole
             read(plain)
     return scene
+
+
+def _from_numpy(value: Any) -> Any:
+    if isinstance(value, (np.generic, np.ndarray)):
+        return value.tolist()
+    raise InputError(f"{value!r} is neither a number, a text, a list nor a table")
 
 
 def _read_chapel(data: dict[str, Any]) -> Building:
