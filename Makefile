@@ -3,12 +3,13 @@ PYTHON ?= python3.11
 VENV ?= .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+DOCS := $(VENV)/.docs
 
 # `make solvers` takes most of an hour and 10 GB; compas_cra joins in when COMPAS names the Python of an environment
 # that has it.
 COMPAS ?=
 
-.PHONY: demo test test-all lint benchmark search solvers bullet speed-error validation hard pictures gallery scenes screenshots clean
+.PHONY: demo test test-all lint benchmark search solvers bullet speed-error validation hard pictures gallery scenes screenshots docs clean
 
 demo: $(STAMP)
 	$(BIN)/dynsim optimise examples/chapel.toml -o out/chapel
@@ -67,6 +68,11 @@ screenshots: $(STAMP)
 scenes: $(STAMP)
 	$(BIN)/python docs/make_scenes.py
 
+# A warning is an error. Notebooks run, and are run again when they or the code have changed.
+docs: $(DOCS)
+	$(BIN)/python -m sphinx -W --keep-going -q docs build/docs
+	@echo build/docs/index.html
+
 clean:
 	rm -rf $(VENV) out build dist src/*.egg-info
 
@@ -74,4 +80,8 @@ clean:
 $(STAMP): pyproject.toml requirements.lock
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e ".[fast,dynamics,ui,test,dev]"
+	touch $@
+
+$(DOCS): $(STAMP)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e ".[docs]"
 	touch $@
