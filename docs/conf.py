@@ -8,6 +8,8 @@ import re
 from itertools import groupby
 from pathlib import Path
 
+from docutils import nodes
+from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.util.inspect import TypeAliasForwardRef
 
 import blockstat
@@ -16,7 +18,7 @@ HERE = Path(__file__).parent
 SOURCES = sorted((HERE.parent / "src").rglob("*.py"))
 
 project = "blockstat"
-author = "The blockstat authors"
+author = copyright = "The blockstat authors"
 version = release = blockstat.__version__
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]
@@ -26,6 +28,7 @@ html_theme = "furo"
 html_title = "blockstat"
 html_theme_options = {"source_repository": "", "navigation_with_keys": True}
 html_copy_source = False
+html_math_renderer = "mathml"  # browsers show it by themselves, without a script from elsewhere
 
 myst_enable_extensions = ["dollarmath", "html_image"]
 myst_heading_anchors = 3
@@ -41,6 +44,7 @@ nb_execution_cache_path = str(
 )
 nb_execution_raise_on_error = True
 nb_execution_timeout = 600
+nb_merge_streams = True
 
 autodoc_default_options = {"members": True}
 autodoc_member_order = "bysource"
@@ -81,8 +85,10 @@ def _parameters(obj) -> list[str]:
 
 
 def _listed(text: str, names: str) -> list[str]:
-    """Where parameters need words docstrings say `name, other : meaning`; a list of these. A sentence that begins a line
-    is about all of them again."""
+    """Where parameters need words docstrings say `name, other : meaning`: a list of these.
+
+    A sentence that begins a line is about the whole again.
+    """
     mark = re.compile(rf"(?:^|(?<=[.;)]\s))((?:{names})(?:, (?:{names}))*)(?: \[[^]]*\])? : ", re.MULTILINE)
     lines = []
     for part in re.split(r"(?<=\.)\n(?=[A-Z])", text):
@@ -100,7 +106,8 @@ def _docstring(app, what, name, obj, options, lines):
     result = []
     for paragraph in re.split(r"\n\s*\n", "\n".join(lines)):
         for indented, group in groupby(paragraph.split("\n"), key=lambda line: line.startswith("    ")):
-            result += ["::", "", *group, ""] if indented else _listed("\n".join(group), names)
+            text = list(group)
+            result += ["::", "", *text, ""] if indented else _listed("\n".join(text), names)
     lines[:] = result
 
 
@@ -109,7 +116,13 @@ def _signature(app, what, name, obj, options, signature, returns):
     return signature and signature.replace("<factory>", "..."), returns
 
 
+def _mathml(writer, node):
+    writer.body.append(tex2mathml(node.astext(), as_block=isinstance(node, nodes.math_block)))
+    raise nodes.SkipNode
+
+
 def setup(app):
+    app.add_html_math_renderer("mathml", inline_renderers=(_mathml, None), block_renderers=(_mathml, None))
     app.connect("source-read", _links)
     app.connect("autodoc-process-docstring", _docstring)
     app.connect("autodoc-process-signature", _signature)
