@@ -102,7 +102,7 @@ def test_the_only_object_of_a_file_is_all_its_solids(tmp_path):
     boxes[-1].metadata["name"] = "last"  # what joins meshes may name all of them after one
     path = tmp_path / "joined.obj"
     trimesh.util.concatenate(boxes).export(path)
-    with pytest.raises(InputError, match="which blocks are supports.*block0, block1, block2"):
+    with pytest.raises(InputError, match=r"which blocks are supports.*block0, block1, block2"):
         read(path)
     tower = read(path, supports=[0])
     assert tower.n_blocks == 3
