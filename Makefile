@@ -5,11 +5,17 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 DOCS := $(VENV)/.docs
 
-# `make solvers` takes most of an hour and 10 GB; compas_cra joins in when COMPAS names the Python of an environment
-# that has it.
+# compas_cra joins the other solvers when COMPAS names the Python of an environment that has it.
 COMPAS ?=
+export BLOCKSTAT_COMPAS_PYTHON := $(COMPAS)
 
-.PHONY: demo test test-all lint benchmark search solvers bullet speed-error validation hard pictures gallery scenes screenshots docs clean
+# Jobs of docs/make_evidence.py by their names, for one or a few of them.
+ONLY ?=
+MISSING ?=
+JOBS := bullet comparison compare-verdicts gallery glue hard live-page loads paper pictures scenes screenshots search \
+	solvers solvers-large soundness speed-error stiffness sweep
+
+.PHONY: demo test test-all lint benchmark evidence pages validation $(JOBS) docs clean
 
 demo: $(STAMP)
 	$(BIN)/dynsim optimise examples/chapel.toml -o out/chapel
@@ -27,46 +33,20 @@ lint: $(STAMP)
 
 benchmark: $(STAMP)
 	$(BIN)/python benchmarks/assess.py
-	$(BIN)/python benchmarks/loads.py
-	$(BIN)/python benchmarks/compare_verdicts.py
-	$(BIN)/python benchmarks/live_page.py
 	$(BIN)/python benchmarks/building.py
 
-# Takes long: the chapel optimised three ways, soundness of pruning, cost of a sweep, the paper's experiment.
-search: $(STAMP)
-	$(BIN)/python benchmarks/search.py --lighter
-	$(BIN)/python benchmarks/soundness.py
-	$(BIN)/python benchmarks/sweep.py
-	$(BIN)/python examples/paper/experiment.py --write
+# Every table and picture of the README and the docs, within an hour on two cores.
+evidence: $(STAMP)
+	$(BIN)/python docs/make_evidence.py $(if $(ONLY),--only $(ONLY)) $(if $(MISSING),--missing)
 
-solvers: $(STAMP)
-	$(BIN)/python benchmarks/solvers.py --write --sizes 100 1000 3000 10000 --limit 300 $(if $(COMPAS),--compas $(COMPAS))
-
-# Half an hour: a chapel of 2,600 blocks alone takes ten minutes.
-bullet: $(STAMP)
-	$(BIN)/python benchmarks/bullet.py --write
-
-speed-error: $(STAMP)
-	$(BIN)/python benchmarks/speed_error.py --write
+$(JOBS): $(STAMP)
+	$(BIN)/python docs/make_evidence.py --only $@
 
 validation: $(STAMP)
-	$(BIN)/python docs/make_validation.py
-	$(BIN)/python docs/make_dynamics_validation.py
+	$(BIN)/python docs/make_evidence.py --only validation dynamics-validation
 
-hard: $(STAMP)
-	$(BIN)/python docs/make_hard.py
-
-pictures: $(STAMP)
-	$(BIN)/python docs/make_pictures.py
-
-gallery: $(STAMP)
-	$(BIN)/python docs/make_gallery.py
-
-screenshots: $(STAMP)
-	$(BIN)/python docs/make_screenshots.py
-
-scenes: $(STAMP)
-	$(BIN)/python docs/make_scenes.py
+pages: $(STAMP)
+	$(BIN)/python docs/make_pages.py
 
 # A warning is an error. Notebooks run, and are run again when they or the code have changed.
 docs: $(DOCS)

@@ -1,6 +1,6 @@
 """Glue in Bullet: critical strengths against closed forms, agreement with statics, strong glue, cost.
 
-python benchmarks/glue.py [--json] [--scenes 100]
+python benchmarks/glue.py [--json] [--scenes 100] [--write FILE]
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from pathlib import Path
 from time import process_time
 
 import numpy as np
+import results
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
@@ -113,10 +114,34 @@ def cost() -> list[dict]:
     return rows
 
 
+def parts(found: dict) -> dict[str, str]:
+    """The tables of docs/glue.md."""
+    critical = ["| bond | critical strength / exact |", "|---|---|"]
+    critical += [f"| {name} | {value:.4f} |" for name, value in found["critical"].items()]
+    agreement = ["| family | scenes | with a moment | statics and Bullet differ |", "|---|---|---|---|"]
+    for row in found["agreement"]:
+        words = "; ".join(
+            f"{d['static']} / {d['dynamic']} at {d['strength']:.2f} (seed {d['seed']})" for d in row["differ"]
+        )
+        agreement.append(f"| {row['family']} | {row['scenes']} | {row['with_moment']} | {words or 'none'} |")
+    stood = sum(d["static"] == "unstable" and d["dynamic"] == "stands" for r in found["agreement"] for d in r["differ"])
+    agreement += ["", f"Bullet lets {stood or 'none'} stand that statics exclude."]
+    strong = ["| bond over the weight of a brick | statics | Bullet | moved, in block sizes |", "|---|---|---|---|"]
+    strong += [f"| {r['weights']} | {r['static']} | {r['verdict']} | {r['moved']:.1e} |" for r in found["strong"]]
+    cost = ["| blocks | joints | dry ms/step | preload | bond with a moment |", "|---|---|---|---|---|"]
+    cost += [
+        f"| {r['blocks']} | {r['interfaces']} | {r['dry']:.2f} | {r['preload']:.2f} | {r['moment']:.2f} |"
+        for r in found["cost"]
+    ]
+    tables = {"critical": critical, "agreement": agreement, "strong": strong, "cost": cost}
+    return {name: "\n".join(lines) for name, lines in tables.items()}
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--scenes", type=int, default=100)
+    parser.add_argument("--write", type=Path, metavar="FILE", help="of docs/results")
     options = parser.parse_args()
     found = {
         "critical": {name: critical(scene) for name, scene in CRITICAL.items()},
@@ -124,26 +149,9 @@ def main() -> None:
         "strong": strong(),
         "cost": cost(),
     }
-    if options.json:
-        print(json.dumps(found))
-        return
-    print("| bond | critical strength / exact |\n|---|---|")
-    for name, value in found["critical"].items():
-        print(f"| {name} | {value:.4f} |")
-    print("\n| family | scenes | with a moment | statics and Bullet differ |\n|---|---|---|---|")
-    for row in found["agreement"]:
-        words = "; ".join(
-            f"{d['static']} / {d['dynamic']} at {d['strength']:.2f} (seed {d['seed']})" for d in row["differ"]
-        )
-        print(f"| {row['family']} | {row['scenes']} | {row['with_moment']} | {words or 'none'} |")
-    print("\n| bond over the weight of a brick | statics | Bullet | moved, in block sizes |\n|---|---|---|---|")
-    for row in found["strong"]:
-        print(f"| {row['weights']} | {row['static']} | {row['verdict']} | {row['moved']:.1e} |")
-    print("\n| blocks | joints | dry ms/step | preload | bond with a moment |\n|---|---|---|---|---|")
-    for row in found["cost"]:
-        print(
-            f"| {row['blocks']} | {row['interfaces']} | {row['dry']:.2f} | {row['preload']:.2f} | {row['moment']:.2f} |"
-        )
+    print(json.dumps(found) if options.json else "\n\n".join(parts(found).values()))
+    if options.write:
+        results.save(options.write, parts(found))
 
 
 if __name__ == "__main__":

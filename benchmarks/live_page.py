@@ -11,8 +11,10 @@ import argparse
 import json
 import pickle
 import statistics
+from pathlib import Path
 from time import process_time, sleep
 
+import results
 from scenes import chapel_scene
 
 from blockstat.app.design import Model
@@ -73,20 +75,32 @@ def _wait(page, path: str, before) -> None:
         sleep(0.005)
 
 
+def table(found: list[dict]) -> str:
+    """Seconds of a move at each size, and the medians of its steps."""
+    rows = {
+        "blocks": [f"{one['blocks']:,}" for one in found],
+        "moves": [f"{one['moves']}" for one in found],
+        "of these to a design that falls": [f"{one['unstable']}" for one in found],
+        "median [s]": [f"{one['median']:.3f}" for one in found],
+        "target [s]": ["-" if one["target"] is None else f"{one['target']:g}" for one in found],
+        "least [s]": [f"{one['least']:.3f}" for one in found],
+        "most [s]": [f"{one['most']:.3f}" for one in found],
+        **{f"{step} [ms]": [f"{1e3 * one['steps'][step]:.0f}" for one in found] for step in (*STEPS, "send", "page")},
+    }
+    lines = [f"| {name} | {' | '.join(cells)} |" for name, cells in rows.items()]
+    return "\n".join([lines[0], "|---" * (len(found) + 1) + "|", *lines[1:]])
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sizes", type=int, nargs="+", default=sorted(TARGETS))
     parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.add_argument("--write", type=Path, metavar="FILE", help="of docs/results")
     options = parser.parse_args()
     found = [measured(size) for size in options.sizes]
-    if options.json:
-        print(json.dumps({"moved": MOVED, "sizes": found}))
-        return
-    for one in found:
-        target = "" if one["target"] is None else f" (target {one['target']:g} s)"
-        print(f"{one['blocks']:,} blocks, {one['moves']} moves of {MOVED}, {one['unstable']} to a design that falls")
-        print(f"  median {one['median']:.3f} s{target}, least {one['least']:.3f} s, most {one['most']:.3f} s")
-        print("  " + ", ".join(f"{step} {1e3 * seconds:.0f} ms" for step, seconds in one["steps"].items()))
+    print(json.dumps({"moved": MOVED, "sizes": found}) if options.json else table(found))
+    if options.write:
+        results.save(options.write, {"moves": table(found)})
 
 
 if __name__ == "__main__":

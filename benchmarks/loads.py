@@ -1,6 +1,6 @@
 """Loads in Bullet against closed forms, Bullet's own limits, forces at rest, and many designs side by side.
 
-    python benchmarks/loads.py [--strips DIRECTORY]
+    python benchmarks/loads.py [--strips DIRECTORY] [--write FILE]
 
 Seconds are process time. --strips also draws film strips of two runs.
 """
@@ -9,10 +9,12 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+import results
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
@@ -38,6 +40,7 @@ from problems import arch, assembly, box, running_bond, stack
 
 G = 9.81
 DOWN = (0, 0, -G)
+ARCH = "arch of 15, t / R = .15, pushed"
 FAR = Settings(brick_threshold=20.0, roof_threshold=20.0)
 
 
@@ -51,16 +54,16 @@ def turning_point(make, *, low=0.9, high=1.1, width=0.002):
     return (low + high) / 2
 
 
-def tipping():
+def tipping() -> Iterator[str]:
     for width in (0.25, 0.5, 1.0):
         asm, angle = stack(1, width, 2.0, gravity=DOWN, friction=2.0), np.degrees(np.arctan(width / 2))
         tilted = turning_point(lambda f, asm=asm, angle=angle: (asm, [Tilt((0, 1, 0), f * angle, rate=5.0)]))
         pushed = turning_point(lambda f, asm=asm, width=width: (asm, [Ramp((f * width / 2 * G, 0, 0), 2.0)]))
-        print(f"| tilt, block {width:g} x 2 | tan angle = b / h | {tilted:.3f} |")
-        print(f"| ramp of acceleration, block {width:g} x 2 | a / g = b / h (West) | {pushed:.3f} |")
+        yield f"| tilt, block {width:g} x 2 | tan angle = b / h | {tilted:.3f} |"
+        yield f"| ramp of acceleration, block {width:g} x 2 | a / g = b / h (West) | {pushed:.3f} |"
 
 
-def overturning():
+def overturning() -> Iterator[str]:
     width, height = 0.25, 2.0
     asm = stack(1, width, height, gravity=DOWN, friction=2.0)
     p = np.sqrt(3 * G / (2 * np.hypot(width, height)))
@@ -68,23 +71,22 @@ def overturning():
         duration = np.arccosh(1 + 1 / (2 * strength * (strength - 1))) / p
         peak = (strength * width / height * G, 0, 0)
         found = turning_point(lambda f, peak=peak, duration=duration: (asm, [Pulse(peak, f * duration)]), width=0.005)
-        print(
-            f"| rectangular pulse, {strength:g} times West's, block 0.25 x 2 | duration (Housner 1963) | {found:.3f} |"
-        )
+        name = f"rectangular pulse, {strength:g} times West's, block 0.25 x 2"
+        yield f"| {name} | duration (Housner 1963) | {found:.3f} |"
 
 
-def sliding():
+def sliding() -> Iterator[str]:
     for mu, share, duration in ((0.2, 0.5, 0.4), (0.5, 0.8, 0.3)):
         blocks = [box((-50, -50, -1), (50, 50, 0)), box((-0.5, -0.5, 0), (0.5, 0.5, 0.2), name="slab")]
         asm, a = assembly(blocks, friction=mu, gravity=DOWN), share * G
         exact = (a * duration) ** 2 / (2 * mu * G) * (1 - mu * G / a)
         moved = -verify(asm, loads=[Pulse((a, 0, 0), duration)], settings=FAR).displacement[1, 0]
-        print(f"| slab, mu = {mu:g}, pulse of {share:g} g | distance (Newmark 1965) | {moved / exact:.3f} |")
+        yield f"| slab, mu = {mu:g}, pulse of {share:g} g | distance (Newmark 1965) | {moved / exact:.3f} |"
         pushed = verify(asm, loads=[Push("slab", velocity=(1.5, 0, 0))], settings=FAR).displacement[1, 0]
-        print(f"| slab, mu = {mu:g}, pushed at 1.5 m/s | v^2 / 2 mu g | {pushed / (1.5**2 / (2 * mu * G)):.3f} |")
+        yield f"| slab, mu = {mu:g}, pushed at 1.5 m/s | v^2 / 2 mu g | {pushed / (1.5**2 / (2 * mu * G)):.3f} |"
 
 
-def hinges():
+def hinges() -> Iterator[str]:
     asm = arch(15, 0.15, gravity=DOWN)
     for name, path in (("outwards", (0.03, 0, 0)), ("inwards", (-0.03, 0, 0)), ("down", (0, 0, -0.05))):
         verdict = verify(asm, loads=[Settlement("right", path, 0.02)])
@@ -93,16 +95,16 @@ def hinges():
             Rotation.from_matrix(last[a].T @ last[b]).magnitude() for a, b in pairwise([0, *range(2, asm.n_blocks), 1])
         ]
         order = np.sort(turns)[::-1]
-        print(
+        yield (
             f"| {name} by {1e3 * np.abs(path).sum():g} mm | {verdict.outcome.word} | "
             f"{', '.join(f'{np.degrees(t):.2f}' for t in order[:3])} | {np.degrees(order[3]):.3f} |"
         )
 
 
-def limits():
+def limits() -> Iterator[str]:
     scenes = (
         ("block tipping", stack(1, 0.5, 2.0), (1, 0, 0)),
-        ("arch of 15, t / R = .15, pushed", arch(15, 0.15), (1, 0, 0)),
+        (ARCH, arch(15, 0.15), (1, 0, 0)),
         ("wall 8 x 4 out of plane", running_bond(8, 4), (0, 1, 0)),
         ("wall 8 x 4 in plane", running_bond(8, 4), (1, 0, 0)),
     )
@@ -111,30 +113,36 @@ def limits():
         zero = limit_load(asm, direction, flow="coulomb").coulomb
         assert zero is not None
         middle = (found.lower + found.upper) / 2
-        print(
+        yield (
             f"| {name} | {found.lower:.4f} to {found.upper:.4f} | {found.ratio:.3f} | {middle / zero[0]:.3f} | "
             f"{len(found.trials)} | {found.process_seconds:.1f} | {'; '.join(found.warnings) or '-'} |"
         )
+        if name == ARCH:
+            thinner = thickness(1 - found.ratio)
+    yield "\n" + thinner
 
 
-def thickness():
-    """How far the static limit of the arch goes with its thickness."""
+def thickness(lost: float) -> str:
+    """How much thinner an arch would be that statics make weaker by that share."""
     thin, thick = (limit_load(arch(15, 0.15 * factor), (1, 0, 0)).lower for factor in (0.99, 1.01))
     share = (thick - thin) / (thick + thin) / 0.01
-    print(f"One percent of the arch's thickness is {share:.1f} percent of its static limit.")
+    return (
+        f"Bullet's arch is {100 * lost:.1f} percent weaker than that of statics. One percent of its thickness is "
+        f"{share:.1f} percent of its static limit, so it is as if it were {100 * lost / share:.1f} percent thinner."
+    )
 
 
-def forces():
+def forces() -> Iterator[str]:
     for name, asm in (("wall 8 x 4", running_bond(8, 4)), ("arch of 15", arch(15, 0.15))):
         run = simulate(asm)
         carried = -sum(run.contacts.on(int(b))[2] for b in np.flatnonzero(asm.support)) / asm.free_weight
         worst = max(
             np.linalg.norm(run.contacts.on(int(b)) + asm.mass[b] * asm.gravity) / asm.mass[b] for b in asm.free
         ) / np.linalg.norm(asm.gravity)
-        print(f"| {name} | {carried:.5f} | {worst:.5f} |")
+        yield f"| {name} | {carried:.5f} | {worst:.5f} |"
 
 
-def side_by_side():
+def side_by_side() -> Iterator[str]:
     designs = [arch(n, t) for n in (9, 15) for t in (0.09, 0.12, 0.2)] + [stack(3), running_bond(4, 3)]
 
     def bits(jobs):
@@ -143,7 +151,7 @@ def side_by_side():
     alone = [verify(design).run.displacement.tobytes() for design in designs]
     for jobs in (1, 2, 3):
         same = sum(a == b for a, b in zip(alone, bits(jobs), strict=True))
-        print(f"{len(designs)} designs, {jobs} processes: {same} runs the same bit by bit as alone")
+        yield f"- {len(designs)} designs, {jobs} at a time: {same} runs the same bit by bit as alone"
 
 
 def strips(directory: Path):
@@ -154,24 +162,34 @@ def strips(directory: Path):
     film_strip(verify(wall, loads=[Pulse((0, 0.25 * G, 0), 0.5)], settings=whole).run, directory / "strip-wall.png")
 
 
+def head(*cells: str) -> str:
+    """The head of a table."""
+    return f"| {' | '.join(cells)} |\n{'|---' * len(cells)}|\n"
+
+
+HEADS = {
+    "closed_forms": head("load", "closed form", "Bullet / closed form"),
+    "hinges": head("support moves", "verdict", "the three joints that turn most, degrees", "the fourth"),
+    "limits": head("scene", "Bullet", "/ associated", "/ zero dilatancy", "runs", "s", "warnings"),
+    "forces": head("at rest", "carried by the supports / weight", "worst balance of a block / its weight"),
+    "side_by_side": "",
+}
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--strips", type=Path, metavar="DIRECTORY")
+    parser.add_argument("--write", type=Path, metavar="FILE", help="of docs/results")
     given = parser.parse_args()
-    print("| load | closed form | Bullet / closed form |\n|---|---|---|")
-    tipping()
-    overturning()
-    sliding()
-    print("\n| support moves | verdict | the three joints that turn most, degrees | the fourth |\n|---|---|---|---|")
-    hinges()
-    print("\n| scene | Bullet | / associated | / zero dilatancy | runs | s | warnings |\n|---|---|---|---|---|---|---|")
-    limits()
-    thickness()
-    print("\n| at rest | carried by the supports / weight | worst balance of a block / its weight |\n|---|---|---|")
-    forces()
-    print()
-    side_by_side()
-    if given.strips is not None:
+    lines = {
+        "closed_forms": [*tipping(), *overturning(), *sliding()], "hinges": [*hinges()], "limits": [*limits()],
+        "forces": [*forces()], "side_by_side": [*side_by_side()],
+    }  # fmt: skip
+    parts = {name: HEADS[name] + "\n".join(found) for name, found in lines.items()}
+    print(*parts.values(), sep="\n\n")
+    if given.write:
+        results.save(given.write, parts)
+    if given.strips:
         strips(given.strips)
 
 

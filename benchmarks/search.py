@@ -16,6 +16,7 @@ from time import process_time
 
 import msgspec
 import numpy as np
+import results
 from scenes import chapel_scene
 
 from blockstat import Memory, assess, build, search
@@ -137,7 +138,7 @@ def main() -> None:
     parser.add_argument("--no-gradient", action="store_true")
     parser.add_argument("--reasons", action="store_true", help="say why statics and Bullet differ")
     parser.add_argument("--json", action="store_true")
-    parser.add_argument("--write", type=Path, help="also write the table to this file")
+    parser.add_argument("--write", type=Path, metavar="FILE", help="of docs/results")
     options = parser.parse_args()
     chapel = scene()
     assess(build(chapel))  # libraries are loaded before anything is timed
@@ -157,7 +158,7 @@ def main() -> None:
         figures["lighter"] = lighter(chapel, quick["volume"])
     print(json.dumps(figures, indent=1) if options.json else table(figures))
     if options.write:
-        options.write.write_text(table(figures) + "\n")
+        results.save(options.write, {"table": table(figures)})
 
 
 if __name__ == "__main__":

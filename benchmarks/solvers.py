@@ -2,7 +2,8 @@
 
     python benchmarks/solvers.py [--sizes 100 1000 ...] [--scenes wall ...] [--solvers ours ...] [--limit 60] [--json]
     python benchmarks/solvers.py --profile wall 1000
-    python benchmarks/solvers.py --write     # all of it, into docs/speed.md
+    python benchmarks/solvers.py --write FILE             # with parts of the time, and one parameter moved
+    python benchmarks/solvers.py --large --write FILE     # 10,000 blocks, and ours alone on larger walls; 10 GB
 
 Each cell has its own process, one thread and a limit of wall seconds; a solver that exceeds it is not asked for more
 blocks of that scene. compas_cra answers when BLOCKSTAT_COMPAS_PYTHON, or --compas, names the Python of an environment
@@ -19,6 +20,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import results
 import speed_page
 
 HERE = Path(__file__).parent
@@ -27,8 +29,8 @@ SOLVERS = ("cvxpy", "clarabel-primal", "clarabel-dual", "ours", "compas-rbe")
 COMPAS = "BLOCKSTAT_COMPAS_PYTHON"
 THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "RAYON_NUM_THREADS")
 AGREE = 1e-6  #: scores of two solvers may differ by that much
-#: The largest walls, which only ours is asked for.
-ALONE = (30_000, 100_000)
+#: Of `--large`: the solvers that can, their blocks, and the walls that only ours is asked for, the first to compare.
+FAST, LARGE, ALONE = ("clarabel-dual", "ours"), 10_000, (1000, 30_000, 100_000)
 
 
 def run(script: str, *arguments: object, limit: float | None = None, **environment: str) -> dict:
@@ -105,11 +107,9 @@ def options() -> argparse.Namespace:
     parser.add_argument("--limit", type=float, default=60.0, help="wall seconds of a cell")
     parser.add_argument("--compas", help="Python of an environment with compas_cra")
     parser.add_argument("--profile", nargs=2, metavar=("SCENE", "SIZE"))
-    parser.add_argument("--largest", action="store_true", help="also ours on walls of 30,000 and 100,000 blocks")
-    parser.add_argument("--resolve", action="store_true", help="also how often the chapel is solved again a second")
-    parser.add_argument("--add", nargs="+", default=[], metavar="FILE", help="what earlier runs printed with --json")
+    parser.add_argument("--large", action="store_true", help="the large scenes instead")
     parser.add_argument("--json", action="store_true")
-    parser.add_argument("--write", action="store_true", help="write docs/speed.md, with all of the above")
+    parser.add_argument("--write", type=Path, metavar="FILE", help="of docs/results")
     return parser.parse_args()
 
 
@@ -117,12 +117,9 @@ def main() -> None:
     given = options()
     if given.compas:
         os.environ[COMPAS] = given.compas
+    if given.large:
+        given.sizes, given.solvers = [LARGE], FAST
     found: dict = {"rows": [], "profiles": [], "alone": []}
-    for file in given.add:
-        earlier = json.loads(Path(file).read_text())
-        found |= {
-            key: found.get(key, []) + value if isinstance(value, list) else value for key, value in earlier.items()
-        }
     if given.profile:
         found["profiles"].append(run("breakdown.py", *given.profile))
     else:
@@ -132,18 +129,15 @@ def main() -> None:
             found["rows"].append(row)
             if not given.json:
                 print(speed_page.cell_line(row), flush=True)
-    if given.write or given.resolve:
-        found["resolve"] = run("resolve.py")
-    if given.write:
-        found["profiles"] = profiles()
-    if given.write or given.largest:
+    if given.large:
         found["alone"] = alone(20 * given.limit)
-    if given.json:
-        print(json.dumps(found))
-    else:
-        print(speed_page.after_table(found))
+    elif given.write:
+        found["resolve"] = run("resolve.py")
+        found["profiles"] = profiles()
+    parts = speed_page.parts(found)
+    print(json.dumps(found) if given.json else "\n\n".join(text for name, text in parts.items() if name != "table"))
     if given.write:
-        (HERE.parent / "docs" / "speed.md").write_text(speed_page.page(found))
+        results.save(given.write, parts)
 
 
 if __name__ == "__main__":

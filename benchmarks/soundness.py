@@ -1,6 +1,6 @@
 """Does anything stand in Bullet that statics exclude? Random arches, walls and vaulted huts, dry and glued.
 
-python benchmarks/soundness.py [--designs 500] [--seed 11] [--json] [--rows FILE]
+python benchmarks/soundness.py [--designs 500] [--seed 11] [--json] [--rows FILE] [--write FILE]
 
 Statics judge every design; what they exclude is simulated with careful settings (glued designs: the default ones), and
 once more for ten times as long if it did not fall. A design that then stands is a counter-example, and is printed.
@@ -17,6 +17,7 @@ from pathlib import Path
 from time import process_time
 
 import numpy as np
+import results
 
 from blockstat import Assembly, InputError, assess, build, glued
 from blockstat.spec import scene_from
@@ -106,20 +107,21 @@ def judged(name: str, rng: Random) -> dict:
     return row
 
 
-def _print(rows: list[dict]) -> None:
-    print(f"{'family':>15} {'designs':>8} {'excluded':>9} {'fell':>6} {'fell later':>11} {'creep':>6} {'stood':>6}")
+def table(rows: list[dict]) -> str:
+    """Counts by family, and each counter-example."""
+    lines = ["| family | designs | excluded | fell | fell later | creep | stood |", "|---" * 7 + "|"]
     for name in [*FAMILIES, "all"]:
         own = [row for row in rows if name in (row["family"], "all")]
         count = Counter(row.get("dynamic") for row in own)
         later = sum(row.get("dynamic") == "falls" and row["first"] != "falls" for row in own)
         excluded = sum(row["static"] == "unstable" for row in own)
-        print(
-            f"{name:>15} {len(own):8} {excluded:9} {count['falls'] - later:6} {later:11} {count['creeps']:6} "
-            f"{count['stands']:6}"
+        lines.append(
+            f"| {name} | {len(own)} | {excluded} | {count['falls'] - later} | {later} | {count['creeps']} "
+            f"| {count['stands']} |"
         )
-    for row in rows:
-        if row.get("dynamic") == "stands":
-            print("counter-example:", row)
+    stood = [row for row in rows if row.get("dynamic") == "stands"]
+    lines += ["", *(f"Counter-example: {row}" for row in stood)] if stood else ["", "No counter-example was found."]
+    return "\n".join(lines)
 
 
 def main() -> None:
@@ -128,6 +130,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=11)
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--rows", type=Path, help="file of rows: those in it are taken from it, others appended")
+    parser.add_argument("--write", type=Path, metavar="FILE", help="of docs/results")
     options = parser.parse_args()
     known = []
     if options.rows and options.rows.is_file():
@@ -144,10 +147,9 @@ def main() -> None:
         if options.rows:
             with options.rows.open("a") as file:
                 file.write(json.dumps(rows[-1]) + "\n")
-    if options.json:
-        print(json.dumps(rows))
-        return
-    _print(rows)
+    print(json.dumps(rows) if options.json else table(rows))
+    if options.write:
+        results.save(options.write, {"table": table(rows)})
 
 
 if __name__ == "__main__":

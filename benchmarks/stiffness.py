@@ -1,6 +1,6 @@
 """What rotational stiffness does to a vault on walls: drop by Eq. 1 against simulated time.
 
-    python benchmarks/stiffness.py [--json]
+    python benchmarks/stiffness.py [--json] [--write FILE]
 
 The walls are 0.5, 1 and 2 m thick; statics, which see no inertia, hold only the last. The inertia of every block is
 scaled, or every joint has an angular spring.
@@ -17,6 +17,7 @@ from pathlib import Path
 from time import process_time
 
 import numpy as np
+import results
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
@@ -92,26 +93,32 @@ def rows() -> list[dict]:
     return found
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
-    options = parser.parse_args()
-    table = rows()
-    if options.json:
-        print(json.dumps({"times": TIMES, "rows": table}))
-        return
+def parts(table: list[dict]) -> dict[str, str]:
+    """What statics say of each wall, and the drops in mm."""
+    statics = []
     for wall in WALLS:
         first = next(row for row in table if row["wall"] == wall)
         push = "" if first["push"] is None else f", up to a push of {first['push']:.3f} of the weight"
-        print(f"walls of {wall:g} m, {first['blocks']} blocks: {first['static']} by statics{push}")
-    print("\n| reading | walls | " + " | ".join(f"{t:g} s" for t in TIMES) + " | process s |")
-    print("|---" * (3 + len(TIMES)) + "|")
+        statics.append(f"- walls of {wall:g} m, {first['blocks']} blocks: {first['static']} by statics{push}")
+    drops = ["| reading | walls | " + " | ".join(f"{t:g} s" for t in TIMES) + " |", "|---" * (2 + len(TIMES)) + "|"]
     for reading, value in READINGS:
         for row in table:
             if (row["reading"], row["value"]) == (reading, value):
                 name = f"inertia x {value:,.0f}" if reading == "inertia" else f"springs of {value:,.0f} N m/rad"
-                cells = " | ".join(f"{v:.0f}" if v < 5000 else "fallen" for v in row["drop_mm"])
-                print(f"| {name} | {row['wall']:g} m | {cells} | {row['process_seconds']:.0f} |")
+                cells = " | ".join(f"{round(v)}" if v < 5000 else "fallen" for v in row["drop_mm"])
+                drops.append(f"| {name} | {row['wall']:g} m | {cells} |")
+    return {"statics": "\n".join(statics), "drops": "\n".join(drops)}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--write", type=Path, metavar="FILE", help="of docs/results")
+    options = parser.parse_args()
+    table = rows()
+    print(json.dumps({"times": TIMES, "rows": table}) if options.json else "\n\n".join(parts(table).values()))
+    if options.write:
+        results.save(options.write, parts(table))
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """What a row of a sweep costs, and what a million would.
 
-python benchmarks/sweep.py [--designs 40] [--json]
+python benchmarks/sweep.py [--designs 40] [--json] [--write FILE]
 
 Seconds are process time of a worker: building, statics and certificate of each design of a Latin hypercube, in batches
 that share evidence.
@@ -13,6 +13,7 @@ import json
 import tempfile
 from pathlib import Path
 
+import results
 from scenes import chapel_scene
 
 from blockstat import build
@@ -47,22 +48,28 @@ def cost(scene: Scene, designs: int) -> dict:
     }  # fmt: skip
 
 
+def table(rows: list[dict]) -> str:
+    cores = " | ".join(f"a million on {n:,} cores [h]" for n in CORES)
+    lines = [f"| scene | blocks | ms a row | bytes a row | {cores} |", "|---" * (4 + len(CORES)) + "|"]
+    for row in rows:
+        hours = " | ".join(f"{row['seconds'] * MILLION / n / 3600:.2g}" for n in CORES)
+        lines.append(
+            f"| {row['scene']} | {row['blocks']} | {1e3 * row['seconds']:.1f} | {row['bytes']:.0f} | {hours} |"
+        )
+    return "\n".join(lines)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--designs", type=int, default=40)
     parser.add_argument("--json", action="store_true")
+    parser.add_argument("--write", type=Path, metavar="FILE", help="of docs/results")
     options = parser.parse_args()
     rows = [cost(scene_from(data), options.designs) for data in (ARCH, HUT)]
     rows.append(cost(chapel_scene(300), options.designs))
-    if options.json:
-        print(json.dumps(rows))
-        return
-    cores = " | ".join(f"a million on {n:,} cores [h]" for n in CORES)
-    print(f"| scene | blocks | ms a row | bytes a row | {cores} |")
-    print("|---" * (4 + len(CORES)) + "|")
-    for row in rows:
-        hours = " | ".join(f"{row['seconds'] * MILLION / n / 3600:.2g}" for n in CORES)
-        print(f"| {row['scene']} | {row['blocks']} | {1e3 * row['seconds']:.1f} | {row['bytes']:.0f} | {hours} |")
+    print(json.dumps(rows) if options.json else table(rows))
+    if options.write:
+        results.save(options.write, {"table": table(rows)})
 
 
 if __name__ == "__main__":

@@ -17,6 +17,8 @@ from dynsim.world import World
 
 #: Taller scenes need longer to show a fall: times grow as sqrt(height) above this height at simulation scale.
 TALL = 2.0
+#: The last part of settling has the time step of the free run, so that nothing changes when blocks are let go.
+OWN_STEP = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +96,11 @@ def simulate(
         look = settings.substeps * settings.time_step
         world.damp(1.0)
         settling = round(settings.settle * stretch / look)
+        coarse = round(settling * (1 - OWN_STEP)) if settings.settle_step else 0
+        world.set_time_step(settings.settle_step or settings.time_step)
         for frame in range(settling):
+            if frame == coarse:
+                world.set_time_step(settings.time_step)
             world.advance((frame - settling) * look / world.time)
         world.damp(0.0)
         looks = round(settings.end * stretch / look)

@@ -25,16 +25,17 @@ class Settings:
     times and lengths are reported in the scene's own.
     """
 
-    time_step: float = 1e-3  #: [s] of a simulation, and of a verdict where more than weight acts
-    quick_step: float = 2e-3  #: [s] of a verdict's first run, believed where blocks stand or clearly fall
-    fine_step: float = 5e-4  #: [s] of its second run, where they fall or creep; if it is the same there is none
+    time_step: float = 1e-3  #: [s] of a simulation, believed where blocks stand or clearly fall
+    quick_step: float = 2e-3  #: [s] of the run that checks another fall, and of settling in a verdict
+    fine_step: float = 5e-4  #: [s] of the run that has the last word; if it is no finer, there is one run only
     iterations: int = 50  #: of the contact solver, a step
-    fine_iterations: int = 100  #: in a verdict's second run
+    fine_iterations: int = 100  #: in the run that has the last word
     look_every: float = 0.02  #: [s] between looks at the blocks
     settle: float = 0.5  #: [s] under full damping before the free run
+    settle_step: float | None = None  #: [s] of most of that time; None: as in the free run
     rest_after: float = 0.5  #: [s] blocks must have been at rest
     rest: float = 0.02  #: displacement in that time, in default thresholds, below which they are
-    clear_fall: float = 0.15  #: [s] after release before which passing the threshold needs no second run
+    clear_fall: float = 0.15  #: [s] after release before which passing the threshold needs no other run
     end: float = 3.0  #: [s] a free run ends here at the latest (after loads that change, three times that)
     group: str | None = None  #: group of Eq. 1; None: "vault" if there is one, else the whole assembly
     roof_threshold: float | None = None  #: [m] of Eq. 1; None: relative to block size
@@ -53,11 +54,11 @@ class Settings:
 
     def __post_init__(self) -> None:
         for name in (
-            "time_step", "quick_step", "fine_step", "look_every", "settle", "rest_after", "rest", "clear_fall", "end",
+            "time_step", "quick_step", "fine_step", "look_every", "settle", "settle_step", "rest_after", "rest", "clear_fall", "end",
             "roof_threshold", "brick_threshold", "crack_threshold",
         ):  # fmt: skip
             value = getattr(self, name)
-            if value is None and name.endswith("threshold"):
+            if value is None and name.endswith(("threshold", "settle_step")):
                 continue
             if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 < value < float("inf"):
                 raise InputError(f"settings: {name} is {value!r}; it must be a positive number")

@@ -18,7 +18,7 @@ from dynsim.guards import check_assembly
 from dynsim.loaded import AFTERWARDS, Calm, last_change, stays, threshold_under
 from dynsim.run import Run, simulate
 from dynsim.settings import Settings
-from dynsim.stages import stages
+from dynsim.stages import SAME_FALL, Stages, stages
 from dynsim.stiffness import caveats
 from dynsim.verdict import DynamicOutcome, DynamicVerdict
 
@@ -37,8 +37,8 @@ def verify(
     Falls: a block went beyond its threshold, by Eq. 1, Eq. 2, the length of its displacement or its rotation.
     Stands: it did not, and at the end all blocks moved by less than `Settings.rest` thresholds in
     `Settings.rest_after`. Creeps: neither. A run ends early on a fall and on a rest. Where nothing acts but weight,
-    quicker runs come first and are believed where blocks stand or clearly fall (see `dynsim.stages`). Glue of more than
-    the weight of all blocks a joint is tried at that first.
+    a fall that is not clear is believed only if a run with another time step sees the same one (see `dynsim.stages`).
+    Glue of more than the weight of all blocks a joint is tried at that first.
 
     loads : what acts on it besides its weight (`dynsim.loading`, `dynsim.ground`). Under loads that last or change,
     blocks rock and slide and come to rest elsewhere, so the default threshold is then the size of a block, and what
@@ -59,19 +59,30 @@ def verify(
             return replace(verdict, run=replace(verdict.run, assembly=assembly), warnings=(*verdict.warnings, WEAKER))
     if loads or actions or any(law.strong for law in assembly.joints):
         return judge(settings, [*loads, *actions])
-    *quicker, finest = stages(assembly, settings)
-    spent = 0.0
-    for stage in quicker:
-        verdict = judge(stage, (), spent)
-        if verdict.outcome is DynamicOutcome.STANDS or _clear(verdict, settings.clear_fall):
-            return verdict
-        spent = verdict.run.process_seconds
-    return judge(finest, (), spent)
+    return _staged(judge, stages(assembly, settings))
 
 
-def _clear(verdict: DynamicVerdict, within: float) -> bool:
-    """Whether blocks fell so soon after release that a finer time step would not have held them."""
-    return verdict.first_time is not None and verdict.first_time * verdict.run.pace < within
+def _staged(judge: _Judge, runs: Stages) -> DynamicVerdict:
+    """The verdict of the first run that is believed, with the process time of all."""
+    verdict = judge(runs.first, ())
+    if runs.fine is None or verdict.outcome is DynamicOutcome.STANDS:
+        return verdict
+    fell = _fall_time(verdict)
+    if fell < runs.first.clear_fall:
+        return verdict
+    spent = verdict.run.process_seconds
+    if runs.check is not None and verdict.outcome is DynamicOutcome.FALLS:
+        longest = min(max(SAME_FALL * fell, runs.check.rest_after), runs.check.end)
+        check = judge(replace(runs.check, end=longest), ())
+        spent += check.run.process_seconds
+        if fell / SAME_FALL <= _fall_time(check) <= fell * SAME_FALL:
+            return replace(verdict, run=replace(verdict.run, process_seconds=spent))
+    return judge(runs.fine, (), spent)
+
+
+def _fall_time(verdict: DynamicVerdict) -> float:
+    """When blocks passed their threshold, in the time of `Settings` [s]; inf if none did."""
+    return np.inf if verdict.first_time is None else verdict.first_time * verdict.run.pace
 
 
 WEAKER = (

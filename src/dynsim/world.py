@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 
@@ -46,7 +47,7 @@ class World:
         self.time = float(np.sqrt(self.length * strength / GRAVITY))  #: simulation seconds a scene second
         self._mass = BLOCK_MASS / float(np.median(assembly.mass[free]))
         self._acceleration = GRAVITY / strength
-        self.time_step = settings.time_step / self.time  #: [s]
+        self.time_step = settings.time_step / self.time  #: [s]; `set_time_step` changes it
         self.actions: tuple[Action, ...] = (*bonds_of(assembly), *actions)
         self._stepwise = any(action.each_step for action in self.actions)
         self._shapes = shapes(assembly)
@@ -82,12 +83,11 @@ class World:
             self._directory.cleanup()
 
     def _set_up(self) -> None:
-        b, s = self._bullet, self.settings
+        b = self._bullet
         b.setPhysicsEngineParameter(
-            fixedTimeStep=s.time_step if self._stepwise else s.substeps * s.time_step,
-            numSubSteps=0 if self._stepwise else s.substeps, numSolverIterations=s.iterations,
-            physicsClientId=self._client, **ENGINE,
+            numSolverIterations=self.settings.iterations, physicsClientId=self._client, **ENGINE
         )  # fmt: skip
+        self.set_time_step(self.settings.time_step)
         self.set_gravity(self.assembly.gravity)
         # Boxes and hulls never mix: Bullet keeps a margin on one kind and not on the other.
         as_boxes = all(shape.half_extents is not None for shape in self._shapes)
@@ -135,6 +135,15 @@ class World:
             options["localInertiaDiagonal"] = (shape.inertia * self._mass * self.length**2).tolist()
         b.changeDynamics(body, -1, physicsClientId=self._client, **options)
         return body
+
+    def set_time_step(self, step: float) -> None:
+        """Time step from now on [s], in the time of `Settings`; a look stays as long as it is."""
+        self.settings = s = replace(self.settings, time_step=step)
+        self.time_step = step / self.time
+        self._bullet.setPhysicsEngineParameter(
+            fixedTimeStep=step if self._stepwise else s.substeps * step,
+            numSubSteps=0 if self._stepwise else s.substeps, physicsClientId=self._client,
+        )  # fmt: skip
 
     def damp(self, value: float) -> None:
         """Set linear and angular damping of all blocks; 1 takes all velocity away at every step."""

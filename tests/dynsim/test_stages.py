@@ -3,10 +3,13 @@
 import numpy as np
 import pytest
 
-from dynsim import Settings
+from blockstat import assess, build
+from blockstat.spec import scene_from
+from dynsim import Settings, verify
 from dynsim.loaded import Calm
 from dynsim.stages import chain, stages
 from problems import arch, stack
+from references.dynamics import harmonic, out_of_plane
 
 
 @pytest.mark.parametrize("n", [9, 40])
@@ -16,11 +19,13 @@ def test_a_chain_ends_at_the_crown(n):
     assert chain(stack(n)) == n
 
 
-def test_runs_go_from_coarse_to_fine():
+def test_a_stand_is_believed_at_one_step_and_a_fall_checked_at_two_others():
     found = stages(arch(100, 0.15), Settings())
-    assert [run.time_step for run in found] == sorted((run.time_step for run in found), reverse=True)
-    assert [run.iterations for run in found] == [50, 100, 200]
-    assert len(stages(stack(3), Settings.named("fast"))) == 1
+    assert found.check and found.fine
+    assert found.check.time_step > found.first.time_step > found.fine.time_step
+    assert found.fine.iterations == 2 * found.first.iterations == 200
+    alone = stages(stack(3), Settings.named("fast"))
+    assert alone.check is None and alone.fine is None
 
 
 def watched(position, distance=0.02, small=0.1):
@@ -37,3 +42,36 @@ def test_motion_that_dies_away_is_rest_and_motion_that_grows_is_not():
     assert watched(lambda t: 0.09 * (1 - np.exp(-t))) is not None
     assert watched(lambda t: 0.05 * t) is None  # creeps
     assert watched(lambda t: 0.03 * (1 + t) ** 2) is None  # accelerates
+
+
+#: It comes to rest in runs at 2 ms and falls in finer ones.
+HUT = {
+    "name": "hut",
+    "length": 1.9990221888169872,
+    "span": 2.296551119358741,
+    "brick": {"length": 0.8, "height": 0.5},
+    "wall": {"thickness": 0.2778872303997488, "height": 1.255489833970407},
+    "vault": {"thickness": 0.37886609928097703, "voussoirs": 6},
+    "material": {"friction": 0.7},
+}
+
+
+def test_a_rest_that_only_a_coarse_step_sees_is_not_believed():
+    hut = build(scene_from(HUT))
+    assert assess(hut, flow="coulomb").outcome.word == "stable_only_by_self_stress"
+    assert verify(hut, settings=Settings(time_step=2e-3, fine_step=2e-3)).outcome.word == "stands"
+    assert verify(hut).outcome.word == "falls"
+
+
+def test_a_slow_fall_that_another_time_step_sees_needs_no_fine_run():
+    found = verify(out_of_plane(6, 1.03))
+    assert found.outcome.word == "falls"
+    assert found.first_time is not None and found.first_time * found.run.pace > Settings().clear_fall
+    assert found.run.time_step == Settings().time_step
+
+
+def test_what_falls_only_in_coarse_steps_gets_the_fine_run():
+    # One percent inside the limit it falls at 2 and 1 ms, the later the finer the step.
+    found = verify(harmonic(10, 0.99))
+    assert found.outcome.word == "stands"
+    assert found.run.time_step == Settings().fine_step
