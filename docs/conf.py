@@ -26,7 +26,9 @@ extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]
 exclude_patterns = ["results", "search.md", "**.ipynb_checkpoints"]
 html_theme = "furo"
 html_title = "blockstat"
-html_theme_options = {"source_repository": "", "navigation_with_keys": True}
+html_static_path = ["_static"]
+html_css_files = ["pages.css"]
+html_theme_options = {"navigation_with_keys": True}
 html_copy_source = False
 html_math_renderer = "mathml"  # browsers show it by themselves, without a script from elsewhere
 
