@@ -53,7 +53,7 @@ def row(name: str, result: SearchResult, seconds: float) -> dict:
 def pruned(chapel: Scene) -> tuple[dict, SearchResult]:
     begin, memory = process_time(), Memory()
     result = search(
-        chapel, names=NAMES, over="grid", verify=verify, static=lambda a: assess(a, memory=memory), memory=memory
+        chapel, names=NAMES, over="grid", verify=verify, static=lambda a: assess(a, memory=memory, score=False), memory=memory
     )
     return row("pruned", result, process_time() - begin), result
 

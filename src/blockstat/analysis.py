@@ -19,13 +19,15 @@ from blockstat.result import Outcome, Verdict, unit_motion
 from blockstat.reuse import Memory
 from blockstat.solve import cvxpy_primal, dual
 from blockstat.solve.certificate import Certificate
-from blockstat.solve.raw import RawSolution
+from blockstat.solve.raw import MECHANISM, RawSolution
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
 FLOWS = ("associated", "coulomb")
 SOLVERS = (*dual.CHOICES, "cvxpy")
+#: Status of an answer that is evidence of an earlier design.
+RECALLED = "Recalled"
 
 
 def assess(
@@ -39,6 +41,7 @@ def assess(
     solver: str = "auto",
     flow: str = "associated",
     memory: Memory | None = None,
+    score: bool = True,
 ) -> Verdict:
     """Static verdict on an assembly of rigid blocks with dry Coulomb joints.
 
@@ -52,6 +55,8 @@ def assess(
     primal, the reference. The verdict says which one answered.
     memory : evidence of earlier designs with the same joints, which may decide without a solve (see `blockstat.reuse`);
     an instability proven so has no score (nan).
+    score : False ends at the first mechanism found, several times sooner; an unstable assembly then has no score (nan),
+    and its mechanism is one of many, not that of least adhesion.
     flow : "associated" asks whether an admissible force field exists; "coulomb" asks in addition whether one exists
     without dilatancy and self-stress (see `blockstat.coulomb`), and answers STABLE_ONLY_BY_SELF_STRESS if not.
 
@@ -67,12 +72,18 @@ def assess(
     timings = dict(problem.timings)
     raw = proof = state = None
     if problem.program is not None:
-        raw, proof = _solved(problem, problem.program, solver, memory, timings)
+        raw, proof = _solved(problem, problem.program, solver, memory, timings, score)
         if flow == "coulomb" and problem.slips and proof.outcome is Outcome.STABLE:
             with timed(timings, "coulomb"):
                 state = coulomb_state(problem.program)
     timings["total"] = sum(timings.values())
     verdict = _verdict(problem, raw, proof, timings)
+    if raw is not None and raw.status in (MECHANISM, RECALLED) and verdict.outcome is Outcome.UNDECIDED:
+        # The mechanism of least adhesion moves fewer blocks, so it may not press on contacts that are not modelled.
+        return assess(
+            assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=problem.interfaces,
+            solver=solver, flow=flow,
+        )  # fmt: skip
     if flow == "associated":
         return verdict
     outcome = verdict.outcome
@@ -82,7 +93,12 @@ def assess(
 
 
 def _solved(
-    problem: Problem, program: PenaltyProgram, solver: str, memory: Memory | None, timings: dict[str, float]
+    problem: Problem,
+    program: PenaltyProgram,
+    solver: str,
+    memory: Memory | None,
+    timings: dict[str, float],
+    score: bool,
 ) -> tuple[RawSolution, Proof]:
     """An answer and what it proves: an earlier one if there is one that does, else a new one."""
     if memory is not None:
@@ -91,9 +107,9 @@ def _solved(
         if known is not None:
             proof, kind = known
             none = np.full(program.n_points, np.nan)
-            return RawSolution(proof.force, none, proof.twist, True, "Recalled", 0, f"earlier {kind}"), proof
+            return RawSolution(proof.force, none, proof.twist, True, RECALLED, 0, f"earlier {kind}"), proof
     with timed(timings, "solve"):
-        raw = cvxpy_primal.solve(program) if solver == "cvxpy" else dual.solve(program)
+        raw = cvxpy_primal.solve(program) if solver == "cvxpy" else dual.solve(program, score=score)
     with timed(timings, "certificate"):
         proof = decide(program, raw)
     if memory is not None:

@@ -19,7 +19,7 @@ from blockstat.concave import concave_patches
 from blockstat.errors import InputError
 from blockstat.faces import convex_faces, frames, planar
 from blockstat.merge import Patches, merge_coplanar
-from blockstat.polyhedron import Floats, Ints
+from blockstat.polyhedron import Floats, Ints, members
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -136,7 +136,7 @@ def _opposed_faces(assembly: Assembly, pairs: Ints, allowed: Floats) -> tuple[In
     first_b = np.concatenate([[0], np.cumsum(count_b)])
     repeat = count_b[row_a]
     fa = np.repeat(face_a, repeat)
-    fb = face_b[np.repeat(first_b[row_a], repeat) + _ragged(repeat)]
+    fb = face_b[members(first_b[row_a], repeat)[1]]
     row = np.repeat(row_a, repeat)
 
     planes = assembly.planes
@@ -152,19 +152,13 @@ def _faces_near(assembly: Assembly, blocks: Ints, lower: Floats, upper: Floats, 
     """For each row the faces of its block whose box comes within reach of the other block's box."""
     first = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks + 1))
     count = np.diff(first)[blocks]
-    row = np.repeat(np.arange(len(blocks)), count)
-    face = np.repeat(first[blocks], count) + _ragged(count)
+    row, face = members(first[blocks], count)
     corners, start = assembly.vertices[assembly.face_vertices], assembly.face_start[:-1]
     face_lower = np.minimum.reduceat(corners, start)[face]
     face_upper = np.maximum.reduceat(corners, start)[face]
     slack = reach[row][:, None]
     near = ((face_lower <= upper[row] + slack) & (face_upper >= lower[row] - slack)).all(axis=1)
     return row[near], face[near]
-
-
-def _ragged(count: Ints) -> Ints:
-    """0..count[0]-1, 0..count[1]-1, ... in one array."""
-    return np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
 
 
 def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints]) -> list[_Pieces]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from blockstat.broad import near_pairs
 from blockstat.overlap import overlaps
-from blockstat.polyhedron import Floats, Ints, next_in_face
+from blockstat.polyhedron import Floats, Ints, members, next_in_face
 from blockstat.problem import Problem
 
 #: Points along an edge that are looked at.
@@ -36,13 +36,11 @@ def edge_warnings(problem: Problem, mechanism: Floats) -> list[str]:
             f'"{one}" and "{two}" overlap too far to have a joint ({len(hidden)} such pairs move), so instability is '
             "not proven"
         ]
-    found = []
-    for a, b in pairs.tolist():
-        if (a, b) in joined or not (moves[a] or moves[b]):
-            continue
-        if _presses(problem, a, b, mechanism) or _presses(problem, b, a, mechanism):
-            found.append((a, b))
-    if not found:
+    bare = np.array([tuple(pair) not in joined for pair in pairs.tolist()], dtype=bool)
+    pairs = pairs[bare & moves[pairs].any(axis=1)]
+    both = np.concatenate([pairs, pairs[:, ::-1]])
+    found = np.unique(np.sort(both[_presses(problem, both, mechanism)], axis=1), axis=0)
+    if not len(found):
         return []
     one, two = (assembly.names[i] for i in found[0])
     return [
@@ -51,46 +49,61 @@ def edge_warnings(problem: Problem, mechanism: Floats) -> list[str]:
     ]
 
 
-def _presses(problem: Problem, a: int, b: int, mechanism: Floats) -> bool:
-    """Whether a point on an edge of block a rests inside a face of block b and moves into it."""
+def _presses(problem: Problem, pairs: Ints, mechanism: Floats) -> Ints:
+    """Pairs of which a point on an edge of the first rests inside a face of the second and moves into it."""
+    row, face, points = _near(problem, pairs)
+    inside = _depth(problem, face, points) > INSIDE * _sizes(problem, pairs[row])
+    row, face, points = row[inside], face[inside], points[inside]
+    one, two = (_velocity(problem, mechanism, pairs[row, side], points) for side in (0, 1))
+    speed = np.einsum("ij,ij->i", one - two, problem.assembly.planes.normal[face])
+    return np.unique(row[speed < -SLOW])
+
+
+def _sizes(problem: Problem, pairs: Ints) -> Floats:
+    return problem.assembly.size[pairs].min(axis=1)
+
+
+def _near(problem: Problem, pairs: Ints) -> tuple[Ints, Ints, Floats]:
+    """Points along the edges of the first block of a pair that lie in the plane of a face of the second.
+
+    Returns for each its pair, the face, and itself, shape (k, 3) [m].
+    """
     assembly = problem.assembly
-    size = float(min(assembly.size[a], assembly.size[b]))
-    points = _edge_points(assembly.block_vertices(a), assembly.faces_of(a))
-    first, last = np.searchsorted(assembly.face_block, [b, b + 1])
-    for face in range(first, last):
-        normal, centre = assembly.planes.normal[face], assembly.planes.centre[face]
-        height = (points - centre) @ normal
-        near = points[np.abs(height) <= problem.gap * size]
-        if not len(near):
-            continue
-        corners = assembly.vertices[assembly.face_vertices[assembly.face_start[face] : assembly.face_start[face + 1]]]
-        resting = near[_inside(near, corners, normal, INSIDE * size)]
-        if len(resting) and (_speed(problem, a, b, resting, mechanism) @ normal).min() < -SLOW:
-            return True
-    return False
+    bound = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks + 1))
+    first, count = bound[:-1], np.diff(bound)
+    row, face = members(first[pairs[:, 1]], count[pairs[:, 1]])
+    # Faces of a block are one run of corners, each the tail of an edge.
+    tail, head = assembly.face_vertices, assembly.face_vertices[next_in_face(assembly.face_start)]
+    start, corners = assembly.face_start[first], np.diff(assembly.face_start[bound])
+    block = pairs[row, 0]
+    place, edge = members(start[block], corners[block])
+    once = tail[edge] < head[edge]  # two faces share an edge and go along it in opposite ways
+    place, edge = place[once], edge[once]
+    row, face = row[place], face[place]
+    normal, centre = assembly.planes.normal[face], assembly.planes.centre[face]
+    low, high = (np.einsum("ij,ij->i", assembly.vertices[end[edge]] - centre, normal) for end in (tail, head))
+    share = np.linspace(0, 1, SAMPLES)
+    height = np.outer(low, 1 - share) + np.outer(high, share)
+    which, sample = np.nonzero(np.abs(height) <= problem.gap * _sizes(problem, pairs[row])[:, None])
+    part = share[sample][:, None]
+    points = (1 - part) * assembly.vertices[tail[edge[which]]] + part * assembly.vertices[head[edge[which]]]
+    return row[which], face[which], points
 
 
-def _edge_points(vertices: Floats, faces: list[Ints]) -> Floats:
-    """Points along all edges of a block, ends included."""
-    start = np.concatenate([[0], np.cumsum([len(face) for face in faces])])
-    tail = np.concatenate(faces)
-    head = tail[next_in_face(start)]
-    share = np.linspace(0, 1, SAMPLES)[:, None, None]
-    return ((1 - share) * vertices[tail] + share * vertices[head]).reshape(-1, 3)
-
-
-def _inside(points: Floats, corners: Floats, normal: Floats, margin: float) -> np.ndarray:
-    """Points whose foot lies inside a convex outline by more than a margin."""
-    edge = np.roll(corners, -1, axis=0) - corners
-    inward = np.cross(normal, edge)
+def _depth(problem: Problem, face: Ints, points: Floats) -> Floats:
+    """How far inside the outline of a convex face the foot of each point is [m]."""
+    assembly = problem.assembly
+    corners = assembly.vertices[assembly.face_vertices]
+    edges = corners[next_in_face(assembly.face_start)] - corners
+    inward = np.cross(np.repeat(assembly.planes.normal, np.diff(assembly.face_start), axis=0), edges)
     inward /= np.maximum(np.linalg.norm(inward, axis=1), 1e-300)[:, None]
-    return (np.einsum("ek,pek->pe", inward, points[:, None] - corners[None]) > margin).all(axis=1)
+    owner, edge = members(assembly.face_start[face], np.diff(assembly.face_start)[face])
+    least = np.full(len(face), np.inf)
+    np.minimum.at(least, owner, np.einsum("ij,ij->i", inward[edge], points[owner] - corners[edge]))
+    return least
 
 
-def _speed(problem: Problem, a: int, b: int, points: Floats, mechanism: Floats) -> Floats:
-    """Velocity of points of block a as seen from block b."""
-    velocity = []
-    for block in (a, b):
-        arm = points - problem.assembly.centroid[block]
-        velocity.append(mechanism[block, :3] + np.cross(mechanism[block, 3:], arm))
-    return velocity[0] - velocity[1]
+def _velocity(problem: Problem, mechanism: Floats, blocks: Ints, points: Floats) -> Floats:
+    """Velocity of points fixed to blocks."""
+    arm = points - problem.assembly.centroid[blocks]
+    return mechanism[blocks, :3] + np.cross(mechanism[blocks, 3:], arm)

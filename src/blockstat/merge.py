@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from blockstat.concave import outline_hull
-from blockstat.polyhedron import Floats, Ints
+from blockstat.polyhedron import Floats, Ints, members
 
 #: Normals whose sine is below this are those of one plane.
 SAME_NORMAL = 1e-4
@@ -45,7 +45,7 @@ class Patches:
         """Some of them, in the order asked for."""
         count = self.count[rows]
         first = (np.cumsum(self.count) - self.count)[rows]
-        corner = np.repeat(first - (np.cumsum(count) - count), count) + np.arange(count.sum())
+        corner = members(first, count)[1]
         return Patches(
             self.pair[rows], self.frame[rows], self.origin[rows], self.area[rows], self.gap[rows],
             self.corner[corner], count,

@@ -12,7 +12,7 @@ import numpy as np
 
 from blockstat.broad import near_pairs
 from blockstat.errors import InputError
-from blockstat.polyhedron import Floats, Ints
+from blockstat.polyhedron import Floats, Ints, members
 from blockstat.separation import face_separation
 
 if TYPE_CHECKING:
@@ -60,10 +60,8 @@ def overlaps(assembly: Assembly, *, gap: float) -> tuple[Ints, Floats]:
 def convex_blocks(assembly: Assembly, *, tolerance: float = 1e-6) -> np.ndarray:
     """Mask of the blocks with no vertex outside a face plane by more than tolerance x size, shape (n_blocks,)."""
     planes = assembly.planes
-    count = np.diff(assembly.vertex_start)[assembly.face_block]
-    face = np.repeat(np.arange(len(count)), count)
-    vertex = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-    vertex += assembly.vertex_start[assembly.face_block][face]
+    block = assembly.face_block
+    face, vertex = members(assembly.vertex_start[block], np.diff(assembly.vertex_start)[block])
     height = np.einsum("ij,ij->i", assembly.vertices[vertex] - planes.centre[face], planes.normal[face])
     outside = np.zeros(assembly.n_blocks)
     np.maximum.at(outside, assembly.face_block[face], height)

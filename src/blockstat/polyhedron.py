@@ -15,6 +15,12 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
+def members(first: Ints, count: Ints) -> tuple[Ints, Ints]:
+    """Runs first[k], first[k] + 1, ... of count[k] numbers one after the other: the k of each and the number."""
+    owner = np.repeat(np.arange(len(count)), count)
+    return owner, np.arange(len(owner)) + np.repeat(first - (np.cumsum(count) - count), count)
+
+
 def next_in_face(face_start: Ints) -> Ints:
     """For each face corner the position of the corner that follows it round the face, shape (n_corners,)."""
     following = np.arange(1, face_start[-1] + 1)

@@ -12,7 +12,7 @@ from blockstat.result import Outcome
 from blockstat.solve import certificate, dual
 from blockstat.solve.certificate import Certificate
 from blockstat.solve.opening import opened
-from blockstat.solve.raw import RawSolution
+from blockstat.solve.raw import ACCEPTED, MECHANISM, RawSolution
 
 #: A block that weighs less than this beside the heaviest is given this as its unit.
 LIGHTEST = 1e-9
@@ -54,7 +54,7 @@ def _locally(program: PenaltyProgram) -> RawSolution:
 
 
 def _prove(program: PenaltyProgram, raw: RawSolution, *, mend: bool = False) -> Proof:
-    proven = raw.status == "Accepted"
+    proven = raw.status in (ACCEPTED, MECHANISM)
     force = raw.force if proven else certificate.balance(program, raw.force)
     twist = raw.twist
     proof = certificate.check(program, force, twist)

@@ -55,7 +55,7 @@ def optimise(
         memory = Memory()
         result = search(
             building,
-            static=lambda assembly: assess(assembly, memory=memory),
+            static=lambda assembly: assess(assembly, memory=memory, score=False),
             verify=lambda assembly: verify(assembly, settings=settings),
             under=under,
             memory=memory,

@@ -54,8 +54,8 @@ class Settings:
 
     def __post_init__(self) -> None:
         for name in (
-            "time_step", "quick_step", "fine_step", "look_every", "settle", "settle_step", "rest_after", "rest", "clear_fall", "end",
-            "roof_threshold", "brick_threshold", "crack_threshold",
+            "time_step", "quick_step", "fine_step", "look_every", "settle", "settle_step", "rest_after", "rest",
+            "clear_fall", "end", "roof_threshold", "brick_threshold", "crack_threshold",
         ):  # fmt: skip
             value = getattr(self, name)
             if value is None and name.endswith(("threshold", "settle_step")):

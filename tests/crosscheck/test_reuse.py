@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 from blockstat import Memory, Outcome, assess, build, limit_load, with_values
+from blockstat.problem import pose
+from blockstat.solve import dual
+from blockstat.solve.raw import MECHANISM
 from blockstat.spec import scene_from
 from problems import HUT, arch, running_bond, stack
 
@@ -65,3 +68,23 @@ def test_memory_never_crosses_the_limit():
         for sign, outcome in ((-1, Outcome.STABLE), (1, Outcome.UNSTABLE)):
             tilt = limit * (1 + sign * 10.0**-k)
             assert assess(asm, gravity=(tilt, 0, -1), memory=memory).outcome is outcome
+
+
+@pytest.mark.parametrize("walk", WALKS, ids=lambda w: w[0])
+def test_same_verdicts_without_a_score(walk):
+    for x in np.linspace(0, 1, 17):
+        asm, options = walk[1](x)
+        early = assess(asm, score=False, solver="interior-point", **options)
+        full = assess(asm, solver="interior-point", **options)
+        assert early.outcome is full.outcome
+        assert early.score == full.score or (early.outcome is Outcome.UNSTABLE and np.isnan(early.score))
+
+
+def test_the_first_mechanism_comes_before_the_one_of_least_adhesion():
+    asm = hut(0.2)
+    problem = pose(asm, friction=None, gravity=None, loads=None, gap=0.01, interfaces=None, solver="interior-point")
+    early, full = (dual.solve(problem.program, score=score) for score in (False, True))
+    assert early.status == MECHANISM
+    assert early.iterations < 0.7 * full.iterations
+    assert np.isnan(early.adhesion).all()
+    assert np.isfinite(full.adhesion).all()

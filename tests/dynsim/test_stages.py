@@ -21,11 +21,13 @@ def test_a_chain_ends_at_the_crown(n):
 
 def test_a_stand_is_believed_at_one_step_and_a_fall_checked_at_two_others():
     found = stages(arch(100, 0.15), Settings())
-    assert found.check and found.fine
+    assert found.check
+    assert found.fine
     assert found.check.time_step > found.first.time_step > found.fine.time_step
     assert found.fine.iterations == 2 * found.first.iterations == 200
     alone = stages(stack(3), Settings.named("fast"))
-    assert alone.check is None and alone.fine is None
+    assert alone.check is None
+    assert alone.fine is None
 
 
 def watched(position, distance=0.02, small=0.1):
@@ -66,7 +68,8 @@ def test_a_rest_that_only_a_coarse_step_sees_is_not_believed():
 def test_a_slow_fall_that_another_time_step_sees_needs_no_fine_run():
     found = verify(out_of_plane(6, 1.03))
     assert found.outcome.word == "falls"
-    assert found.first_time is not None and found.first_time * found.run.pace > Settings().clear_fall
+    assert found.first_time is not None
+    assert found.first_time * found.run.pace > Settings().clear_fall
     assert found.run.time_step == Settings().time_step
 
 

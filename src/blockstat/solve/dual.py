@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -10,8 +10,8 @@ from blockstat.polyhedron import Floats
 from blockstat.program import PenaltyProgram
 from blockstat.solve import clarabel_dual, clarabel_primal, structured
 from blockstat.solve.apart import solve_apart
-from blockstat.solve.certificate import FORCE_TOLERANCE, force_errors, opening_room, settle
-from blockstat.solve.raw import DualAnswer, DualProgram, RawSolution
+from blockstat.solve.certificate import FORCE_TOLERANCE, check, force_errors, opening_room, settle
+from blockstat.solve.raw import ACCEPTED, MECHANISM, OPTIMUM, DualAnswer, DualProgram, Enough, RawSolution
 
 #: Joints open by more than this many violations need no watching when a mechanism is mended.
 WIDE_OPEN = 1e3
@@ -26,15 +26,15 @@ BALANCED = 1e-6
 CHOICES = ("auto", "interior-point", "clarabel")
 
 
-def solve_dual(problem: DualProgram, accept: Callable[[Floats], bool] | None = None) -> DualAnswer:
+def solve_dual(problem: DualProgram, enough: Enough = OPTIMUM) -> DualAnswer:
     """Solve a dual program with the structured method where it fits and pays, else with Clarabel.
 
-    accept : may call forces on the way, shape (m, 3), good enough; Clarabel does not ask.
+    enough : may end the structured method before the optimum; Clarabel does not ask.
     The choice is the program's `solver`: "auto", "interior-point" or "clarabel". Where the structured method does not
     fit (friction without limit) or gets stuck, Clarabel takes over; the answer says who gave it.
     """
     if _structured(problem):
-        answer = structured.solve_dual(problem, accept)
+        answer = structured.solve_dual(problem, enough)
         if not answer.status.startswith("Stalled"):
             return answer
     return clarabel_dual.solve_dual(problem)
@@ -69,17 +69,18 @@ def solve_pressure(program: PenaltyProgram, cost: Floats, compliance: float) -> 
     return answer.force, unit * (rate + offset + problem.compliance * answer.force / scale**2), answer.status
 
 
-def solve(program: PenaltyProgram) -> RawSolution:
+def solve(program: PenaltyProgram, *, score: bool = True) -> RawSolution:
     """Minimise 1/2 ||E' A' u||^2 - w' u over twists with A' u in K*; at points with a cap, 1/2 |g_n + y|^2.
 
-    Large programs are solved in parts that do not touch each other (see `blockstat.solve.apart`).
+    score : False allows to end with the first mechanism that is found, whose adhesion is not known. Large programs
+    are solved in parts that do not touch each other (see `blockstat.solve.apart`).
     """
     if len(program.load) >= APART and program.plane is None:
-        return solve_apart(program, _solve)
-    return _solve(program)
+        return solve_apart(program, partial(_solve, score=score))
+    return _solve(program, score=score)
 
 
-def _solve(program: PenaltyProgram) -> RawSolution:
+def _solve(program: PenaltyProgram, *, score: bool = True) -> RawSolution:
     """Solve a penalty program as a whole."""
     proven: list[Floats] = []
 
@@ -88,10 +89,24 @@ def _solve(program: PenaltyProgram) -> RawSolution:
         proven[:] = [settle(program, force, trials=1)]
         return max(force_errors(program, proven[0])) <= FORCE_TOLERANCE
 
-    answer = solve_dual(DualProgram(program, -program.load, penalty=True), accept)
-    if answer.status == "Accepted":
-        none = np.zeros(program.n_points)
-        return RawSolution(proven[0], none, 0 * answer.twist, True, answer.status, answer.iterations, answer.solver)
+    def falls(twist: Floats) -> bool:
+        """The iterates lie inside the cones, so mechanisms are among them long before the optimum."""
+        return float(program.load @ twist) > 0 and check(program, no_force, twist).proves_unstable
+
+    no_force = np.zeros((len(program.friction), 3))
+    enough = Enough(accept, None if score else falls)
+    answer = solve_dual(DualProgram(program, -program.load, penalty=True), enough)
+    if answer.status in (ACCEPTED, MECHANISM):
+        stands = answer.status == ACCEPTED
+        return RawSolution(
+            force=proven[0] if stands else no_force,
+            adhesion=np.full(program.n_points, 0.0 if stands else np.nan),
+            twist=0 * answer.twist if stands else answer.twist,
+            bounded=True,
+            status=answer.status,
+            iterations=answer.iterations,
+            solver=answer.solver,
+        )
     adhesion = np.maximum(program.opening.T @ answer.twist + answer.crushing[: program.n_points], 0.0)
     return RawSolution(
         force=answer.force,

@@ -17,6 +17,7 @@ from blockstat.polyhedron import Floats
 from blockstat.solve.cones import Scaling
 from blockstat.solve.kkt import ConicProgram, Kkt, Pair, largest
 from blockstat.solve.normal import normal_equations
+from blockstat.solve.raw import ACCEPTED, MECHANISM
 
 MOST_ITERATIONS = 100
 #: Linear programs are asked for as many digits as there are, for the sake of the bounds that rest on them; the penalty
@@ -54,17 +55,27 @@ class _State:
     kappa: float
 
 
-def solve(program: ConicProgram, accept: Callable[[Floats], bool] | None = None) -> ConicAnswer:
-    """Solve a program.
+@dataclass(frozen=True)
+class Early:
+    """What may end the iteration early."""
 
-    accept : asked about the multipliers of the rows once they nearly satisfy M'z + q = 0, and again each time they do
-    three times better; True ends the iteration with status "Accepted".
-    """
+    #: Asked about the multipliers of the rows once they nearly satisfy M'z + q = 0, and again each time they do three
+    #: times better; True ends with status "Accepted".
+    multipliers: Callable[[Floats], bool] | None = None
+    #: Asked about the unknowns of each iterate; True ends with status "Mechanism".
+    unknowns: Callable[[Floats], bool] | None = None
+
+
+AT_THE_OPTIMUM = Early()
+
+
+def solve(program: ConicProgram, early: Early = AT_THE_OPTIMUM) -> ConicAnswer:
+    """Solve a program."""
     normal = normal_equations(program.pair, program.n_blocks, program.width)
-    return _iterate(program, Kkt(program, normal), accept)
+    return _iterate(program, Kkt(program, normal), early)
 
 
-def _iterate(program: ConicProgram, kkt: Kkt, accept: Callable[[Floats], bool] | None) -> ConicAnswer:
+def _iterate(program: ConicProgram, kkt: Kkt, early: Early) -> ConicAnswer:
     """Predictor and corrector until the answer is good, or gets no better."""
     try:
         state = _start(program, kkt)
@@ -76,10 +87,13 @@ def _iterate(program: ConicProgram, kkt: Kkt, accept: Callable[[Floats], bool] |
         status, error = _judge(program, kkt, state)
         if status:
             return _answer(state, status, iteration)
+        if early.unknowns is not None and early.unknowns(state.x / state.tau):
+            return _answer(state, MECHANISM, iteration)
+        accept = early.multipliers
         if accept is not None and (near := largest(kkt.transposed(state.z) / state.tau + program.cost)) < asked:
             asked = 0.3 * near
             if accept(state.z / state.tau):
-                return _answer(state, "Accepted", iteration)
+                return _answer(state, ACCEPTED, iteration)
         mu = _complementarity(program, state)
         # Far from the end the gap may shrink for long before the errors do; near it they count alone.
         moves = error < 0.9 * best_error or (mu < 0.9 * least and best_error > ALMOST)
@@ -98,7 +112,7 @@ def _iterate(program: ConicProgram, kkt: Kkt, accept: Callable[[Floats], bool] |
 
 
 def _answer(state: _State, status: str, iterations: int) -> ConicAnswer:
-    scale = state.tau if status in ("Solved", "AlmostSolved", "Accepted") else 1.0
+    scale = state.tau if status in ("Solved", "AlmostSolved", ACCEPTED, MECHANISM) else 1.0
     return ConicAnswer(state.x / scale, state.z / scale, status, iterations)
 
 

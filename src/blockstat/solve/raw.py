@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -13,11 +14,24 @@ from blockstat.program import PenaltyProgram
 
 
 @dataclass(frozen=True)
+class Enough:
+    """What may end a solve before its optimum; nothing does unless asked for."""
+
+    forces: Callable[[Floats], bool] | None = None  #: told forces on the way, shape (m, 3); ends with "Accepted"
+    twist: Callable[[Floats], bool] | None = None  #: told twists on the way, shape (6 n,); ends with "Mechanism"
+
+
+OPTIMUM = Enough()
+#: Status of an answer that was ended so: its forces, or its twist, have passed our own check.
+ACCEPTED, MECHANISM = "Accepted", "Mechanism"
+
+
+@dataclass(frozen=True)
 class RawSolution:
     """A candidate answer in the units of the program; nothing in it is trusted."""
 
     force: Floats  #: f, shape (m, 3)
-    adhesion: Floats  #: s, shape (n_points,)
+    adhesion: Floats  #: s, shape (n_points,); nan where the solve ended with a mechanism before its optimum
     twist: Floats  #: u, shape (6 n,)
     bounded: bool  #: False when no adhesion is enough; then `twist` is a ray along which the work grows
     status: str  #: the solver's own word, for the record only
@@ -74,7 +88,7 @@ class DualAnswer:
     twist: Floats  #: u, shape (6 n,)
     force: Floats  #: multipliers of the cones as forces, shape (m, 3)
     multiplier: float  #: lambda of A f + w + lambda l = 0 when a load was pinned, else 0
-    status: str  #: "Solved", "AlmostSolved", "PrimalInfeasible", "DualInfeasible" or the solver's own word
+    status: str  #: "Solved", "AlmostSolved", "PrimalInfeasible", "DualInfeasible", of `Enough`, or the solver's own
     iterations: int
     crushing: Floats  #: y, the closing that caps allow, shape (m,)
     solver: str

@@ -12,9 +12,9 @@ from blockstat.planar import Plane
 from blockstat.polyhedron import Floats, Ints
 from blockstat.program import PenaltyProgram
 from blockstat.solve.cones import Cones
-from blockstat.solve.interior_point import ConicAnswer, solve
+from blockstat.solve.interior_point import AT_THE_OPTIMUM, ConicAnswer, Early, solve
 from blockstat.solve.kkt import ConicProgram, Limits
-from blockstat.solve.raw import DualAnswer, DualProgram
+from blockstat.solve.raw import OPTIMUM, DualAnswer, DualProgram, Enough
 
 
 def fits(problem: DualProgram) -> bool:
@@ -24,16 +24,13 @@ def fits(problem: DualProgram) -> bool:
     return bool((limited > 0).all() and np.isfinite(limited).all())
 
 
-def solve_dual(problem: DualProgram, accept: Callable[[Floats], bool] | None = None) -> DualAnswer:
-    """Solve a dual program, in the plane when it is planar.
-
-    accept : told the forces on the way, shape (m, 3); may say that they are good enough.
-    """
+def solve_dual(problem: DualProgram, enough: Enough = OPTIMUM) -> DualAnswer:
+    """Solve a dual program, in the plane when it is planar."""
     plane = problem.plane
-    return _solve_in_plane(problem, plane, accept) if plane is not None else _solve_in_space(problem, accept)
+    return _solve_in_plane(problem, plane, enough) if plane is not None else _solve_in_space(problem, enough)
 
 
-def _solve_in_space(problem: DualProgram, accept: Callable[[Floats], bool] | None) -> DualAnswer:
+def _solve_in_space(problem: DualProgram, enough: Enough) -> DualAnswer:
     """Each point is a cone (g_n / mu, g_1, g_2), or where friction is nothing or endless g_n >= 0 and g_t = 0."""
     program = problem.program
     mu = program.friction
@@ -50,6 +47,9 @@ def _solve_in_space(problem: DualProgram, accept: Callable[[Floats], bool] | Non
         force[rows] = scale * z[: len(rows)]
         return force.reshape(-1, 3)
 
+    def twist(x: Floats) -> Floats:
+        return x[: len(program.load)]
+
     answer = _solve(
         problem,
         rates,
@@ -64,9 +64,17 @@ def _solve_in_space(problem: DualProgram, accept: Callable[[Floats], bool] | Non
         ),
         None,
         _limits(program, rough, slip / mu[rough]),
-        None if accept is None else lambda z: accept(forces(z)),
+        _early(enough, forces, twist),
     )
-    return _answer(problem, answer, answer.x[: len(program.load)], forces(answer.z))
+    return _answer(problem, answer, twist(answer.x), forces(answer.z))
+
+
+def _early(enough: Enough, forces: Callable[[Floats], Floats], twist: Callable[[Floats], Floats]) -> Early:
+    """What may end the solve, asked of forces and twists made from the method's own unknowns."""
+    return Early(
+        None if enough.forces is None else lambda z, ask=enough.forces: ask(forces(z)),
+        None if enough.twist is None else lambda x, ask=enough.twist: ask(twist(x)),
+    )
 
 
 def _limits(program: PenaltyProgram, rough: Ints, head: Floats) -> Limits | None:
@@ -81,7 +89,7 @@ def _limits(program: PenaltyProgram, rough: Ints, head: Floats) -> Limits | None
     return Limits(triple, head[triple], np.where(points < program.n_points, points, -1), y, z)
 
 
-def _solve_in_plane(problem: DualProgram, plane: Plane, accept: Callable[[Floats], bool] | None) -> DualAnswer:
+def _solve_in_plane(problem: DualProgram, plane: Plane, enough: Enough) -> DualAnswer:
     """Each pair of points is two half-planes, g_n + mu g_t >= 0 and g_n - mu g_t >= 0."""
     program = problem.program
     normal, along = plane.rates(program.matrix)
@@ -107,9 +115,13 @@ def _solve_in_plane(problem: DualProgram, plane: Plane, accept: Callable[[Floats
         return plane.unfold_forces(plus + minus, mu * (plus - minus), len(program.friction))
 
     pair = np.tile(blocks, (2, 1))
-    good = None if accept is None else lambda z: accept(forces(z))
-    answer = _solve(problem, rates, offset, Cones(0, 0, len(offset)), pair, local, opening, plane, accept=good)
-    return _answer(problem, answer, plane.unfold @ answer.x, forces(answer.z))
+
+    def twist(x: Floats) -> Floats:
+        return plane.unfold @ x
+
+    early = _early(enough, forces, twist)
+    answer = _solve(problem, rates, offset, Cones(0, 0, len(offset)), pair, local, opening, plane, early=early)
+    return _answer(problem, answer, twist(answer.x), forces(answer.z))
 
 
 def _solve(
@@ -122,7 +134,7 @@ def _solve(
     opening: tuple[sparse.csr_array, Floats, Ints],
     plane: Plane | None,
     limits: Limits | None = None,
-    accept: Callable[[Floats], bool] | None = None,
+    early: Early = AT_THE_OPTIMUM,
 ) -> ConicAnswer:
     """Solve with rates x + offset in the cones, the half-lines of the limits and the bordering rows below them."""
     width = 6 if plane is None else 3
@@ -155,7 +167,7 @@ def _solve(
         ridge=1.0 if problem.least_norm else 0.0,
         compliance=problem.compliance,
     )
-    return solve(program if limits is None else _with_limits(problem, program, limits), accept)
+    return solve(program if limits is None else _with_limits(problem, program, limits), early)
 
 
 def _with_limits(problem: DualProgram, program: ConicProgram, limits: Limits) -> ConicProgram:

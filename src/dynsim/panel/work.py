@@ -96,7 +96,7 @@ def optimise(channel: Channel, model: Model, values: dict[str, float], names: li
     try:
         result = search(
             model.moved(values),
-            static=lambda assembly: assess(assembly, memory=memory),
+            static=lambda assembly: assess(assembly, memory=memory, score=False),
             verify=lambda assembly: verify(assembly),
             under=under,
             memory=memory,
