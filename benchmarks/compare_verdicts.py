@@ -12,23 +12,10 @@ from pathlib import Path
 
 import numpy as np
 import results
+from families import hut
 
-from blockstat import InputError, assess, build
-from blockstat.spec import scene_from
+from blockstat import InputError, assess
 from dynsim import verify
-
-
-def random_hut(rng: np.random.Generator, number: int) -> dict:
-    """Four walls and a barrel vault of some fifty blocks; about a sixth of them fall."""
-    return {
-        "name": f"hut {number}",
-        "length": rng.uniform(1.5, 3.0),
-        "span": rng.uniform(1.5, 3.5),
-        "brick": {"length": 0.8, "height": float(rng.choice([0.4, 0.5]))},
-        "wall": {"thickness": rng.uniform(0.25, 0.8), "height": rng.uniform(1.0, 2.2)},
-        "vault": {"thickness": rng.uniform(0.15, 0.4), "voussoirs": int(rng.integers(5, 12))},
-        "material": {"friction": float(rng.choice([0.5, 0.7]))},
-    }
 
 
 def parts(counts: Counter[tuple[str, str, str]]) -> dict[str, str]:
@@ -61,7 +48,7 @@ def main() -> None:
     counts: Counter[tuple[str, str, str]] = Counter()
     for number in range(options.scenes):
         try:
-            assembly = build(scene_from(random_hut(rng, number)))
+            assembly = hut(rng, walls=(0.25, 0.8), vaults=(0.15, 0.4), name=f"hut {number}")
         except InputError:
             continue
         words = [assess(assembly, flow=flow).outcome.word for flow in ("associated", "coulomb")]

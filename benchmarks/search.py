@@ -23,7 +23,7 @@ from blockstat import Memory, assess, build, search
 from blockstat.search import Margin, SearchResult, space_of
 from blockstat.spec import Scene, scene_from
 from dynsim import verify
-from dynsim.compare import likely_reason
+from dynsim.causes import likely_reason
 
 NAMES = ("wall.thickness", "vault.thickness", "buttresses.south.thickness", "buttresses.north.present")
 PUSH = (0.0, 1.0, 0.0)  #: across the nave
@@ -53,8 +53,9 @@ def row(name: str, result: SearchResult, seconds: float) -> dict:
 def pruned(chapel: Scene) -> tuple[dict, SearchResult]:
     begin, memory = process_time(), Memory()
     result = search(
-        chapel, names=NAMES, over="grid", verify=verify, static=lambda a: assess(a, memory=memory, score=False), memory=memory
-    )
+        chapel, names=NAMES, over="grid", verify=verify, memory=memory,
+        static=lambda assembly: assess(assembly, memory=memory, score=False),
+    )  # fmt: skip
     return row("pruned", result, process_time() - begin), result
 
 

@@ -18,64 +18,12 @@ from time import process_time
 
 import numpy as np
 import results
+from families import Random, arch, hut, portal, wall
 
-from blockstat import Assembly, InputError, assess, build, glued
-from blockstat.spec import scene_from
+from blockstat import Assembly, InputError, assess, glued
 from dynsim import Settings, verify
 
 LONGER = 10.0
-Random = np.random.Generator
-
-
-def arch(rng: Random) -> Assembly:
-    """An arch of 4 to 20 voussoirs about as thick as the least it needs."""
-    n, t = int(rng.integers(4, 21)), rng.uniform(0.07, 0.14)
-    element = {"kind": "arch", "span": 2 - t, "thickness": t, "depth": rng.uniform(0.2, 0.6), "voussoirs": n}
-    friction = float(rng.uniform(0.3, 0.9))
-    return build(scene_from({"name": "arch", "elements": {"arch": element}, "material": {"friction": friction}}))
-
-
-def portal(rng: Random) -> Assembly:
-    """An arch on two piers about as wide as they need to be."""
-    t, height, width = rng.uniform(0.12, 0.3), rng.uniform(0.4, 2.0), rng.uniform(0.15, 0.7)
-    pier = {"kind": "pier", "size": [width, 0.5], "height": height, "courses": int(rng.integers(1, 4))}
-    elements = {
-        "arch": {
-            "kind": "arch", "span": 2.0, "thickness": t, "depth": 0.5, "voussoirs": int(rng.integers(5, 14)),
-            "at": [0, 0, height],
-        },
-        "left": {**pier, "at": [-1 - width / 2, 0, 0]},
-        "right": {**pier, "at": [1 + width / 2, 0, 0]},
-    }  # fmt: skip
-    return build(scene_from({"name": "portal", "elements": elements}))
-
-
-def wall(rng: Random) -> Assembly:
-    """Four small walls without a roof on ground that is tilted a good deal."""
-    thickness = rng.uniform(0.15, 0.5)
-    scene = {
-        "name": "walls", "length": rng.uniform(1.5, 2.5), "span": rng.uniform(0.8, 1.5), "vault": None,
-        "brick": {"length": 0.6, "height": 0.3}, "wall": {"thickness": thickness, "height": rng.uniform(0.6, 1.5)},
-    }  # fmt: skip
-    angle, side = np.radians(rng.uniform(8.0, 40.0)), rng.uniform(0.0, 2 * np.pi)
-    pull = 9.81 * np.array([np.sin(angle) * np.cos(side), np.sin(angle) * np.sin(side), -np.cos(angle)])
-    return build(scene_from(scene)).with_(gravity=tuple(pull))
-
-
-def hut(rng: Random) -> Assembly:
-    """Four walls and a barrel vault of some fifty blocks."""
-    return build(
-        scene_from(
-            {
-                "name": "hut", "length": rng.uniform(1.5, 3.0), "span": rng.uniform(1.5, 3.5),
-                "brick": {"length": 0.8, "height": float(rng.choice([0.4, 0.5]))},
-                "wall": {"thickness": rng.uniform(0.2, 0.6), "height": rng.uniform(1.0, 2.2)},
-                "vault": {"thickness": rng.uniform(0.1, 0.35), "voussoirs": int(rng.integers(5, 12))},
-                "material": {"friction": float(rng.choice([0.5, 0.7]))},
-            }
-        )
-    )  # fmt: skip
-
 
 FAMILIES: dict[str, tuple[Callable[[Random], Assembly], float, bool]] = {
     "arches": (arch, 0.34, False), "portals": (portal, 0.26, False), "walls": (wall, 0.12, False),

@@ -1,5 +1,7 @@
 """Dynamic verification of masonry in Bullet."""
 
+from dynsim.compare import compare
+from dynsim.comparisons import Comparison, Comparisons
 from dynsim.export import read_run, write_run
 from dynsim.ground import Pulse, Ramp, Record
 from dynsim.limit import DynamicLimit, limit
@@ -14,6 +16,8 @@ from dynsim.world import World
 
 __all__ = [
     "AngularSprings",
+    "Comparison",
+    "Comparisons",
     "Constant",
     "DynamicLimit",
     "DynamicOutcome",
@@ -29,6 +33,7 @@ __all__ = [
     "Settlement",
     "Tilt",
     "World",
+    "compare",
     "limit",
     "read_record",
     "read_run",

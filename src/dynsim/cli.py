@@ -48,7 +48,7 @@ from dynsim.cli_rows import end_of, print_comparisons, side_by_side, verify_summ
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
-    from dynsim.compare import Comparison
+    from dynsim.comparisons import Comparison
     from dynsim.pool import Row
     from dynsim.verify import DynamicVerdict
 
@@ -217,19 +217,20 @@ def compare(
     as_json: AsJson = False,
 ) -> None:
     """Static and dynamic verdicts side by side, one row a file, several files at a time."""
-    from dynsim.compare import Comparison, write_csv
-    from dynsim.compare import compare as both
+    from dynsim.compare import compare_one
+    from dynsim.comparisons import Comparison, Comparisons
 
     read = partial(load, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
 
-    def kept(rows: list[Row[Comparison]]) -> list[Comparison]:
-        return [r.result or Comparison(name=f.stem, note=r.error) for f, r in zip(files, rows, strict=True)]
+    def kept(rows: list[Row[Comparison]]) -> Comparisons:
+        found = (r.result or Comparison(name=f.stem, note=r.error) for f, r in zip(files, rows, strict=True))
+        return Comparisons(tuple(found))
 
     def save(rows: list[Row[Comparison]]) -> None:
         if output is not None:
-            write_csv(kept(rows), output)
+            kept(rows).write_csv(output)
 
-    found = side_by_side(files, read, both, jobs, timeout, save=save)
+    found = side_by_side(files, read, compare_one, jobs, timeout, save=save)
     rows = kept(found)
     if as_json:
         print_json({"rows": [{"file": str(f), **asdict(row)} for f, row in zip(files, rows, strict=True)]})

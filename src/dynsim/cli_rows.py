@@ -11,6 +11,7 @@ from blockstat.errors import InputError, InputWarning
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
+    from dynsim.comparisons import Comparisons
     from dynsim.pool import Row
     from dynsim.verify import DynamicVerdict
 
@@ -77,7 +78,7 @@ def verify_summary(row: Row[DynamicVerdict]) -> dict[str, Any]:
     return row.result.summary()
 
 
-def print_comparisons(rows: list[Any]) -> None:
+def print_comparisons(rows: Comparisons) -> None:
     """A table on the terminal, and the notes below it."""
     from rich.console import Console
     from rich.table import Table
@@ -100,7 +101,7 @@ def print_comparisons(rows: list[Any]) -> None:
         if row.static is None:
             table.add_row(row.name, "", "", "no verdict")
             continue
-        drops = [f"{1e3 * value:.3g}" for value in (row.group_drop, row.max_drop, row.max_displacement)]
+        drops = [f"{1e3 * (value or 0.0):.3g}" for value in (row.group_drop, row.max_drop, row.max_displacement)]
         score = "inf" if row.score is None else f"{row.score:.2e}"
         agree = {True: "yes", False: "NO", None: "-"}[row.agree]
         table.add_row(

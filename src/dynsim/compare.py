@@ -2,86 +2,68 @@
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from pathlib import Path
-from typing import Any
+from collections.abc import Callable, Iterable
+from functools import partial
 
 from blockstat.analysis import assess
 from blockstat.assembly import Assembly
-from blockstat.result import Outcome, Verdict
+from blockstat.result import Outcome
+from dynsim.causes import agrees, find_cause, likely_reason, with_coulomb
+from dynsim.comparisons import Comparison, Comparisons
+from dynsim.first_motion import cosine
+from dynsim.pool import Row, run_many
 from dynsim.settings import Settings
-from dynsim.verify import DynamicOutcome, DynamicVerdict, verify
+from dynsim.verify import DynamicOutcome, verify
 
 
-@dataclass(frozen=True)
-class Comparison:
-    """One row: what statics and Bullet say of one assembly. Seconds are process time; None was not reached."""
+def compare(
+    assemblies: Assembly | Iterable[Assembly],
+    *,
+    settings: Settings | None = None,
+    closely: bool = False,
+    jobs: int | None = None,
+    timeout: float | None = None,
+    progress: Callable[[int, Row[Comparison]], None] | None = None,
+) -> Comparisons:
+    """Static and dynamic verdicts on one assembly or several, as a table: a row each, in the order given.
 
-    name: str
-    blocks: int | None = None
-    interfaces: int | None = None
-    static: str | None = None  #: "stable", "unstable", "undecided"
-    score: float | None = None
-    dynamic: str | None = None  #: "stands", "falls", "creeps"
-    group_drop: float | None = None
-    max_drop: float | None = None
-    max_displacement: float | None = None
-    static_seconds: float | None = None
-    dynamic_seconds: float | None = None
-    agree: bool | None = None  #: None when statics are undecided, Bullet sees creep, or a verdict is missing
-    note: str = ""
+    settings : of the dynamic ones, as in `verify`. closely : look for the cause of a difference with further, finer and
+    longer runs. jobs, timeout, progress : as in `run_many`; one process for each core by default. An assembly without
+    a verdict has a row with a note that says why.
+    """
+    designs = [assemblies] if isinstance(assemblies, Assembly) else list(assemblies)
+    names = [design.name for design in designs]
+    judge = partial(compare_one, settings=settings, closely=closely)
+    rows = run_many(judge, designs, names=names, jobs=jobs, timeout=timeout, progress=progress)
+    return Comparisons(tuple(row.result or Comparison(name=row.name, note=row.error) for row in rows))
 
 
-def compare(assembly: Assembly, *, settings: Settings | None = None) -> Comparison:
-    """Both verdicts on one assembly, and the likely reason when they differ."""
+def compare_one(assembly: Assembly, *, settings: Settings | None = None, closely: bool = False) -> Comparison:
+    """The row of one assembly, in this process. Raises InputError where there is no verdict."""
     static = assess(assembly)
+    coulomb = with_coulomb(static)
     dynamic = verify(assembly, settings=settings)
-    score = static.summary()["score"]
+    cause = find_cause(static, coulomb, dynamic, settings=settings, closely=closely)
+    both_fall = static.outcome is Outcome.UNSTABLE and dynamic.outcome is DynamicOutcome.FALLS
+    note = likely_reason(static, dynamic) if dynamic.outcome is DynamicOutcome.CREEPS else cause.value if cause else ""
     return Comparison(
         name=assembly.name,
         blocks=assembly.n_blocks,
         interfaces=static.interfaces.n_interfaces,
         static=static.outcome.word,
-        score=score,
+        coulomb=coulomb.outcome.word,
+        score=static.summary()["score"],
         dynamic=dynamic.outcome.word,
         group_drop=dynamic.group_drop,
         max_drop=dynamic.max_drop,
         max_displacement=dynamic.max_displacement,
+        settling=dynamic.settling,
         static_seconds=static.timings["total"],
+        coulomb_seconds=coulomb.timings["total"],
         dynamic_seconds=dynamic.run.process_seconds,
-        agree=_agree(static, dynamic),
-        note=likely_reason(static, dynamic),
+        agree=agrees(static, dynamic),
+        agree_coulomb=agrees(coulomb, dynamic),
+        cosine=cosine(static, dynamic) if both_fall else None,
+        cause=cause.word if cause is not None else "",
+        note=note,
     )
-
-
-def _agree(static: Verdict, dynamic: DynamicVerdict) -> bool | None:
-    if static.outcome is Outcome.UNDECIDED or dynamic.outcome is DynamicOutcome.CREEPS:
-        return None
-    return (static.outcome is Outcome.STABLE) == (dynamic.outcome is DynamicOutcome.STANDS)
-
-
-def likely_reason(static: Verdict, dynamic: DynamicVerdict) -> str:
-    """Why statics and dynamics differ, in one sentence; empty when they agree."""
-    if _agree(static, dynamic) is not False:
-        if dynamic.outcome is DynamicOutcome.CREEPS:
-            return f"it creeps at {1e3 * dynamic.rate:.2g} mm/s in Bullet: neither a stand nor a fall"
-        return "marginal" if static.outcome is Outcome.UNDECIDED else ""
-    if static.outcome is Outcome.UNSTABLE:
-        return "statics exclude rest: the motion is slower than the threshold in the simulated time"
-    if dynamic.run.initial_overlap > 0.1 * dynamic.brick_threshold:
-        return "the shapes Bullet sees overlap, so it does not simulate quite this geometry"
-    found = assess(static.assembly, interfaces=static.interfaces, flow="coulomb").outcome
-    if found is Outcome.STABLE_ONLY_BY_SELF_STRESS:
-        return "it stands only by self-stress or dilatancy: Coulomb friction without them finds no equilibrium"
-    return "statics allow rest, with Coulomb friction too: marginal, or a motion that rest would have stopped"
-
-
-def write_csv(rows: Sequence[Comparison], path: Path) -> None:
-    """The rows as CSV; what was not reached stays empty."""
-    table: list[dict[str, Any]] = [asdict(row) for row in rows]
-    with path.open("w", newline="") as file:
-        writer = csv.DictWriter(file, list(Comparison.__dataclass_fields__))
-        writer.writeheader()
-        writer.writerows([{k: "" if v is None else v for k, v in row.items()} for row in table])

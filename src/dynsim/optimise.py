@@ -14,7 +14,7 @@ from blockstat.report import Figure, write_designs, write_report
 from blockstat.reuse import Memory
 from blockstat.search import Candidate, SearchResult, search
 from blockstat.spec import Scene, with_values
-from dynsim.compare import likely_reason
+from dynsim.causes import likely_reason
 from dynsim.settings import Settings
 from dynsim.verify import DynamicVerdict, verify
 

@@ -264,9 +264,7 @@ class World:
         if support not in self._carried:
             self._carried.add(support)
             heavy = [CARRIER_MASS * BLOCK_SIZE**2] * 3
-            b.changeDynamics(
-                body, -1, mass=CARRIER_MASS, localInertiaDiagonal=heavy, physicsClientId=self._client
-            )  # fmt: skip
+            b.changeDynamics(body, -1, mass=CARRIER_MASS, localInertiaDiagonal=heavy, physicsClientId=self._client)
             for other in np.flatnonzero(self.assembly.support):
                 b.setCollisionFilterPair(body, self._bodies[other], -1, -1, 0, physicsClientId=self._client)
         place = (self.assembly.centroid[support] + displacement) * self.length

@@ -12,7 +12,7 @@ import pytest
 from blockstat import Memory, assess, search
 from blockstat.spec import scene_from
 from dynsim import Settings, verify
-from dynsim.compare import likely_reason
+from dynsim.causes import likely_reason
 
 FAST = Settings.named("fast")
 

@@ -15,7 +15,7 @@ from blockstat.polyhedron import Floats
 from blockstat.result import Verdict
 from blockstat.reuse import Memory
 from blockstat.search import Candidate, search
-from dynsim.compare import likely_reason
+from dynsim.causes import likely_reason
 from dynsim.run import Run, simulate
 from dynsim.verify import DynamicVerdict, verify
 

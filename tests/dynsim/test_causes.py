@@ -1,0 +1,109 @@
+"""Each cause of a difference, made on purpose."""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+
+from families import hut
+
+from blockstat import assess
+from dynsim import DynamicOutcome, Settings, verify
+from dynsim.causes import Cause, find_cause, likely_reason, with_coulomb
+from dynsim.compare import compare_one
+from problems import arch, assembly, box, stack
+from references.dynamics import harmonic
+
+
+def jammed(squeeze: float = 0.0):
+    """A block between fixed walls, with nothing below, wider than its place by so much."""
+    sides = [box((-1, 0, 0), (0, 1, 1)), box((1, 0, 0), (2, 1, 1))]
+    return assembly([*sides, box((-squeeze / 2, 0, 0), (1 + squeeze / 2, 1, 1))], supports=[0, 1])
+
+
+def hung():
+    """A cube that is built 15 mm above the ground."""
+    return assembly([box((-5, -5, -1), (5, 5, 0)), box((0, 0, 0.015), (1, 1, 1.015))])
+
+
+def one_step(step: float, **options) -> Settings:
+    return Settings(time_step=step, quick_step=step, fine_step=step, **options)
+
+
+def slow_hut():
+    """A vaulted hut on self-stress, which a time step of 2 ms lets stand."""
+    rng = np.random.default_rng(7)
+    for _ in range(24):
+        hut(rng, walls=(0.25, 0.8), vaults=(0.15, 0.4))
+    return hut(rng, walls=(0.25, 0.8), vaults=(0.15, 0.4))
+
+
+#: Scene, settings of the run, what force fields, Coulomb friction and Bullet say.
+DIFFERENCES = {
+    Cause.SELF_STRESS: (jammed, None, ("stable", "stable_only_by_self_stress", "falls")),
+    Cause.MARGINAL: (lambda: harmonic(10, 0.999), None, ("stable", "stable", "falls")),
+    Cause.COARSE_FALL: (lambda: arch(31, 0.13), one_step(1 / 100), ("stable", "stable", "falls")),
+    Cause.COARSE_STAND: (slow_hut, one_step(2e-3), ("stable", "stable_only_by_self_stress", "stands")),
+    Cause.TIME_TOO_SHORT: (
+        lambda: arch(9, 0.07), Settings(end=0.04, rest_after=0.04, rest=1e3), ("unstable", "unstable", "stands"),
+    ),
+    Cause.HELD: (lambda: jammed(squeeze=8e-3), None, ("stable", "stable_only_by_self_stress", "stands")),
+    Cause.SETTLED: (hung, None, ("unstable", "unstable", "stands")),
+    Cause.CREEPS: (
+        lambda: arch(9, 0.08), one_step(1e-3, end=0.1, rest_after=0.1), ("unstable", "unstable", "creeps"),
+    ),
+}  # fmt: skip
+SLOW = {Cause.COARSE_STAND}
+
+
+@pytest.mark.parametrize(
+    "cause", [pytest.param(cause, id=cause.word, marks=[pytest.mark.slow] * (cause in SLOW)) for cause in DIFFERENCES]
+)
+def test_a_difference_made_on_purpose_is_told_by_its_cause(cause):
+    scene, settings, words = DIFFERENCES[cause]
+    row = compare_one(scene(), settings=settings, closely=True)
+    assert (row.static, row.coulomb, row.dynamic) == words
+    assert row.cause == cause.word
+    assert row.note
+
+
+def test_shapes_that_overlap_are_named_before_self_stress():
+    # Bullet pushes what overlaps apart, and that makes the thrust.
+    row = compare_one(jammed(squeeze=12e-3))
+    assert (row.coulomb, row.dynamic) == ("stable_only_by_self_stress", "stands")
+    assert (row.agree_coulomb, row.cause) == (False, "geometry")
+
+
+def test_a_cube_on_its_edge_is_not_decided():
+    cube = box((-0.5, -0.5, -0.5), (0.5, 0.5, 0.5))
+    turned = cube.vertices @ np.array([(1, 0, 1), (0, np.sqrt(2), 0), (-1, 0, 1)]) / np.sqrt(2)
+    on_edge = replace(cube, vertices=turned + np.array([0, 0, np.sqrt(0.5)]))
+    row = compare_one(assembly([box((-5, -5, -1), (5, 5, 0)), on_edge]))
+    assert (row.static, row.agree) == ("undecided", None)
+    assert row.cause in ("undecided", "creeps")
+
+
+def test_what_agrees_has_no_cause():
+    static, dynamic = assess(stack(2)), verify(stack(2))
+    assert find_cause(static, with_coulomb(static), dynamic, closely=True) is None
+    assert likely_reason(static, dynamic) == ""
+
+
+def test_without_a_closer_look_no_further_run_is_made():
+    marginal = harmonic(10, 0.999)
+    assert compare_one(marginal).cause == "open_fall"
+    assert compare_one(arch(9, 0.07), settings=Settings(end=0.04, rest_after=0.04, rest=1e3)).cause in (
+        "open_stand",
+        "settled",
+    )
+
+
+def test_the_reason_for_a_creep_tells_its_rate():
+    scene, settings = arch(9, 0.08), one_step(1e-3, end=0.1, rest_after=0.1)
+    dynamic = verify(scene, settings=settings)
+    assert dynamic.outcome is DynamicOutcome.CREEPS
+    assert f"{1e3 * dynamic.rate:.2g} mm/s" in likely_reason(assess(scene), dynamic)

@@ -1,0 +1,73 @@
+"""The table of static and dynamic verdicts, and what a notebook, CSV and JSON get of it."""
+
+import csv
+import json
+
+import pytest
+
+from blockstat import InputError
+from dynsim import Comparison, Comparisons, compare
+from problems import arch, assembly, box, stack
+
+
+def jammed():
+    """A block between two fixed ones, with nothing below: a thrust that nothing makes could hold it."""
+    blocks = [box((-1, 0, 0), (0, 1, 1)), box((1, 0, 0), (2, 1, 1)), box((0, 0, 0), (1, 1, 1))]
+    return assembly(blocks, supports=[0, 1], name="jammed <b>")
+
+
+@pytest.fixture(scope="module")
+def table():
+    made = [stack(2, name="stack"), arch(9, 0.07, name="thin"), jammed(), stack(0, name="ground")]
+    return compare(made, jobs=2)
+
+
+def test_rows_come_in_order_with_three_verdicts(table):
+    assert [(row.name, row.static, row.coulomb, row.dynamic) for row in table] == [
+        ("stack", "stable", "stable", "stands"),
+        ("thin", "unstable", "unstable", "falls"),
+        ("jammed <b>", "stable", "stable_only_by_self_stress", "falls"),
+        ("ground", None, None, None),
+    ]  # fmt: skip
+    assert "nothing to simulate" in table[3].note
+    assert table[1].cosine == pytest.approx(1, abs=0.02)
+    assert table[0].cosine is None
+    assert all(row.dynamic_seconds > 0 for row in table if row.dynamic)
+
+
+def test_confusion_counts_the_judged(table):
+    assert table.confusion() == {("stable", "stands"): 1, ("unstable", "falls"): 1, ("stable", "falls"): 1}
+    assert table.confusion("coulomb")[("stable_only_by_self_stress", "falls")] == 1
+    with pytest.raises(InputError, match="there are: static, coulomb"):
+        table.confusion("bullet")
+
+
+def test_disagreements_are_a_table(table):
+    assert [row.name for row in table.disagreements] == ["jammed <b>"]
+    assert isinstance(table.disagreements, Comparisons)
+    assert table.disagreements[0].agree_coulomb is True
+    differs = Comparison(name="a stand on self-stress", agree=True, agree_coulomb=False)
+    assert list(Comparisons((differs,)).disagreements) == [differs]
+
+
+def test_csv_and_json_hold_the_same(table, tmp_path):
+    with table.write_csv(tmp_path / "rows.csv").open() as file:
+        lines = list(csv.DictReader(file))
+    rows = json.loads(table.write_json(tmp_path / "rows.json").read_text())["rows"]
+    assert [Comparison(**row) for row in rows] == list(table)
+    assert len(lines) == len(rows) == 4
+    for line, row in zip(lines, rows, strict=True):
+        assert {key: "" if value is None else str(value) for key, value in row.items()} == line
+
+
+def test_a_notebook_shows_a_row_for_each_and_escapes_names(table):
+    html = table._repr_html_()
+    assert html.count("<tr>") == 1 + len(table)
+    assert "jammed &lt;b&gt;" in html
+    assert "<b>" not in html
+    assert "4 assemblies, 3 with verdicts" in html
+    assert html.count(">no</td>") == 1
+
+
+def test_one_assembly_is_a_table_of_one_row():
+    assert [row.dynamic for row in compare(stack(1), jobs=1)] == ["stands"]
