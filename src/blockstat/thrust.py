@@ -102,8 +102,7 @@ def load_domain(assembly: Assembly, one: Any, two: Any, *, directions: int = 32,
     """The pairs of multipliers of two loads that the assembly carries, probed along rays from the dead load.
 
     one, two : loads as in `limit_load`. directions : number of rays, evenly spread. Other options as in `assess`.
-    Raises InputError when the assembly does not stand or carries a combination
-    without end.
+    Raises InputError when the assembly does not stand or carries a combination without end.
     """
     first, second = as_load(assembly, one), as_load(assembly, two)
     shared = {"interfaces": find_interfaces(assembly, gap=options.pop("gap", GAP)), **options}
