@@ -3,6 +3,7 @@ PYTHON ?= python3.11
 VENV ?= .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+DOCS := $(VENV)/.docs
 
 # compas_cra joins the other solvers when COMPAS names the Python of an environment that has it.
 COMPAS ?=
@@ -14,7 +15,7 @@ MISSING ?=
 JOBS := bullet comparison compare-verdicts gallery glue hard live-page loads paper pictures scenes screenshots search \
 	solvers solvers-large soundness speed-error stiffness sweep
 
-.PHONY: demo test test-all notebooks lint benchmark evidence pages validation $(JOBS) clean
+.PHONY: demo test test-all notebooks lint benchmark evidence pages validation $(JOBS) docs clean
 
 demo: $(STAMP)
 	$(BIN)/dynsim optimise examples/chapel.toml -o out/chapel
@@ -50,6 +51,11 @@ validation: $(STAMP)
 pages: $(STAMP)
 	$(BIN)/python docs/make_pages.py
 
+# A warning is an error. Notebooks run, and are run again when they or the code have changed.
+docs: $(DOCS)
+	$(BIN)/python -m sphinx -W --keep-going -q docs build/docs
+	@echo build/docs/index.html
+
 clean:
 	rm -rf $(VENV) out build dist src/*.egg-info
 
@@ -57,4 +63,8 @@ clean:
 $(STAMP): pyproject.toml requirements.lock
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e ".[fast,dynamics,ui,test,dev]"
+	touch $@
+
+$(DOCS): $(STAMP)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e ".[docs]"
 	touch $@

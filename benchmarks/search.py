@@ -130,6 +130,11 @@ def table(figures: dict) -> str:
     return "\n".join(lines)
 
 
+def summary(designs: int, ratio: float) -> str:
+    """One line."""
+    return f"- To simulate all {designs} designs takes {ratio:.0f} times as long as the search (from a sample)."
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sample", type=int, default=16)
@@ -159,7 +164,8 @@ def main() -> None:
         figures["lighter"] = lighter(chapel, quick["volume"])
     print(json.dumps(figures, indent=1) if options.json else table(figures))
     if options.write:
-        results.save(options.write, {"table": table(figures)})
+        parts = {"table": table(figures), "summary": summary(figures["space"], figures["ratio"])}
+        results.save(options.write, parts)
 
 
 if __name__ == "__main__":

@@ -72,6 +72,11 @@ def table(rows: list[dict]) -> str:
     return "\n".join(lines)
 
 
+def summary(excluded: int, designs: int, stood: int) -> str:
+    """One line."""
+    return f"- Of {designs} random designs statics exclude {excluded}; Bullet lets {stood or 'none'} of them stand."
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--designs", type=int, default=500)
@@ -97,7 +102,9 @@ def main() -> None:
                 file.write(json.dumps(rows[-1]) + "\n")
     print(json.dumps(rows) if options.json else table(rows))
     if options.write:
-        results.save(options.write, {"table": table(rows)})
+        excluded = [row for row in rows if row["static"] == "unstable"]
+        stood = sum(row.get("dynamic") == "stands" for row in rows)
+        results.save(options.write, {"table": table(rows), "summary": summary(len(excluded), len(rows), stood)})
 
 
 if __name__ == "__main__":

@@ -52,7 +52,21 @@ def parts(found: dict) -> dict[str, str]:
     if found.get("resolve"):
         lines["resolve"] = [resolve_text(found["resolve"])]
     lines["targets"] = targets(found)
+    if not found["alone"]:
+        lines["summary"] = [summary(found["rows"])]
     return {name: "\n".join(own) for name, own in lines.items()}
+
+
+def summary(rows: list[dict]) -> str:
+    """One line on the largest wall that every solver decided."""
+    walls = [row for row in rows if row["scene"] == "wall" and "seconds" in row]
+    every = {row["solver"] for row in walls}
+    sizes = [n for n in {row["blocks"] for row in walls} if every == {r["solver"] for r in walls if r["blocks"] == n}]
+    if not sizes:
+        return "- No wall was decided by every solver."
+    largest = {row["solver"]: row for row in walls if row["blocks"] == max(sizes)}
+    others = ", ".join(f"{name} {row['ratio']:.1f}" for name, row in largest.items() if name != "ours")
+    return f"- A wall of {max(sizes):,} blocks takes ours {largest['ours']['seconds']:.2f} s; times as long: {others}."
 
 
 def alone_line(row: dict) -> str:

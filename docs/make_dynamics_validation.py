@@ -19,14 +19,20 @@ from references.dynamics import BLOCKS, DIRECTIONS, LIMITS, RESTS, rocking, slip
 HEADER = """# Validation of the dynamics
 
 Written by `make validation`, default preset. A limit is a multiple of the exact one: between the largest that stood and
-the smallest that did not. Seconds are process time of all runs of a row.
+the smallest that did not. Seconds are process time of all runs of a row. Families and sources are in
+[tests/references/dynamics.py](../tests/references/dynamics.py), the tests in
+[tests/dynsim/test_dynamic_references.py](../tests/dynsim/test_dynamic_references.py).
 """
+
+
+def section(title: str, test: str, source: str) -> list[str]:
+    """Heading, which test asks for the rows, and where the truth is from."""
+    return [f"## {title}", "", f"Test: `{test}`. Source: {source}.", ""]
 
 
 def limits() -> list[str]:
     lines = [
-        "## Limits",
-        "",
+        *section("Limits", "test_a_family_stops_standing_at_its_limit[<row>]", "the second column"),
         "| | limit from | stood | did not | error | accepted | s |",
         "|---|---|---|---|---|---|---|",
     ]
@@ -43,7 +49,11 @@ def limits() -> list[str]:
 
 
 def slips() -> list[str]:
-    lines = ["## Slip", "", f"Directions of {DIRECTIONS} in which a slab rests at .995 mu and slides at 1.005 mu.", ""]
+    lines = [
+        *section("Slip", "test_slip_within_half_a_percent_of_friction", "Coulomb, tan(angle) = mu"),
+        f"Directions of {DIRECTIONS} in which a slab rests at .995 mu and slides at 1.005 mu.",
+        "",
+    ]
     for name, hull in (("boxes", False), ("hulls", True)):
         right = sum(slips_rightly(hull, direction) for direction in range(DIRECTIONS))
         lines.append(f"- {name}: {right} of {DIRECTIONS}")
@@ -52,9 +62,10 @@ def slips() -> list[str]:
 
 def rocks() -> list[str]:
     lines = [
-        "## Rocking (Housner)", "", "| block [m] | quarter period / exact | restitution / (1 - 1.5 sin^2 alpha) |",
+        *section("Rocking", "test_rocking_follows_housner", "[Housner 1963](bibliography.md#housner-1963)"),
+        "| block [m] | quarter period / exact | restitution / (1 - 1.5 sin^2 alpha) |",
         "|---|---|---|",
-    ]  # fmt: skip
+    ]
     for width, height in BLOCKS:
         found = rocking(width, height)
         lines.append(f"| {width} x {height} | {found.quarter:.4f} | {found.restitution:.4f} |")
@@ -62,7 +73,11 @@ def rocks() -> list[str]:
 
 
 def rests() -> list[str]:
-    lines = ["## Rest", "", "| | verdict | moved [mm] | threshold [mm] | s |", "|---|---|---|---|---|"]
+    lines = [
+        *section("Rest", "test_tall_walls_and_long_arches_rest[<row>]", "statics, by which both stand"),
+        "| | verdict | moved [mm] | threshold [mm] | s |",
+        "|---|---|---|---|---|",
+    ]
     for name, scene in RESTS.items():
         verdict = verify(scene())
         lines.append(

@@ -6,6 +6,7 @@ The rows and their sources are in tests/references; tests/validation asks the sa
 from __future__ import annotations
 
 import math
+import re
 import sys
 from pathlib import Path
 from time import process_time
@@ -13,16 +14,28 @@ from time import process_time
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent / "tests"))
 
-from references import SECTIONS, Row
+from references import SECTIONS
+from references.row import Row
 
 HEADER = """# Validation
 
 Written by `make validation`. Value: the reference, E exact, P published, D derived from first principles by two
 methods, d by one. Bracket: the distance between what is proven to stand and what is proven to fall (for zero dilatancy
-and Coulomb angles: the bisection). Every row is a test to the digits given (`tests/validation/test_references.py`); the
-sources stand at the top of the modules in `tests/references`.
+and Coulomb angles: the bisection). The source of a published value is a work of the [bibliography](bibliography.md), of
+an exact one its formula or the reason for it, of a derived one the program that finds it again.
+
+Every row is a test to the digits given, named after its first two columns:
+
+    pytest "tests/validation/test_references.py::test_reference[P Ferris & Tin-Loi W1, associated]"
 """
-COLUMNS = "| | reference | value | ours | bracket | error | s |\n|---|---|---|---|---|---|---|"
+COLUMNS = "| | reference | value | ours | bracket | error | s | source |\n|---|---|---|---|---|---|---|---|"
+#: A work as the bibliography calls it.
+WORK = re.compile(r"[A-Z]\w+( [A-Z][\w]+)? \d{4}")
+
+
+def linked(source: str) -> str:
+    """A source with its works linked to the bibliography."""
+    return WORK.sub(lambda m: f"[{m[0]}](bibliography.md#{m[0].lower().replace(' ', '-')})", source)
 
 
 def line(row: Row) -> str:
@@ -32,15 +45,19 @@ def line(row: Row) -> str:
     width = "" if math.isnan(bracket) else f"{abs(bracket):.0e}"
     error = 0.0 if ours == row.value else ours - row.value
     value = row.reference if isinstance(row.reference, str) else f"{row.value:.7g}"
-    return f"| {row.tag} | {row.name} | {value} | {ours:.7g} | {width} | {error:+.0e} | {seconds:.2f} |"
+    return (
+        f"| {row.tag} | {row.name} | {value} | {ours:.7g} | {width} | {error:+.0e} | {seconds:.2f} "
+        f"| {linked(row.source)} |"
+    )
 
 
 def main() -> None:
     written = [HEADER]
-    for title, rows in SECTIONS.items():
-        written.append(f"## {title}\n\n{COLUMNS}")
+    for title, module in SECTIONS.items():
+        path = f"tests/references/{module.__name__.rpartition('.')[2]}.py"
+        written.append(f"## {title}\n\nComputed in [{path}](../{path}).\n\n{COLUMNS}")
         print(written[-1])
-        for row in rows:
+        for row in module.ROWS:
             if row.missing:
                 print(f"{row.needs} is not here; left out: {row.name}", file=sys.stderr)
                 continue

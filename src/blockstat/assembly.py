@@ -29,7 +29,7 @@ class Block:
     """One block before it joins an assembly: a closed polyhedron with outward faces.
 
     vertices : shape (n, 3) [m]; faces : corner indices of each face, counter-clockwise seen from outside;
-    density [kg/m3] or None for the density of the assembly.
+    density : [kg/m3], None for that of the assembly; group : dotted, for joint laws, loads and criteria.
     """
 
     vertices: Any

@@ -47,6 +47,7 @@ def tilt_limit(
     """Angle [deg] by which gravity may be rotated about an axis before the assembly falls, in 0 to 180.
 
     axis : "x", "y", "z" or three numbers; the rotation is right-handed, so -axis tilts the other way.
+    friction, gap : as in `assess`.
     Up to a right angle this is the limit load of a horizontal acceleration, tan(angle); beyond, and where joints have
     a strength that does not grow with the weight, verdicts are asked for angle by angle. `falls` is nan when the
     assembly stands at every angle.
@@ -118,6 +119,7 @@ def friction_limit(
 ) -> Bracket:
     """Least coefficient of friction with which the assembly still stands, between two values at most `width` apart.
 
+    gravity, loads, gap : as in `assess`. top : the most friction that is tried.
     More friction only adds admissible forces, so bisection is exact. `stands` is nan when not even `top` is enough;
     `falls` is nan when the assembly stands without friction (or, with cohesion, with the least that it may go with).
     """

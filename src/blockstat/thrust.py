@@ -77,6 +77,9 @@ def settlement(
 
     Minimises -w' u over motions with the supports' velocity given (the state of least potential energy): the forces
     are those of the thrust that resists the movement least.
+
+    supports : names or indices of support blocks that move together; direction : of the movement, any length.
+    Other options as in `assess`. Raises InputError when the assembly does not stand or jams.
     """
     problem, inside = _standing(assembly, gap, options)
     program = problem.program
@@ -98,8 +101,8 @@ def settlement(
 def load_domain(assembly: Assembly, one: Any, two: Any, *, directions: int = 32, **options: Any) -> LoadDomain:
     """The pairs of multipliers of two loads that the assembly carries, probed along rays from the dead load.
 
-    one, two : loads as in `limit_load`. Raises InputError when the assembly does not stand or carries a combination
-    without end.
+    one, two : loads as in `limit_load`. directions : number of rays, evenly spread. Other options as in `assess`.
+    Raises InputError when the assembly does not stand or carries a combination without end.
     """
     first, second = as_load(assembly, one), as_load(assembly, two)
     shared = {"interfaces": find_interfaces(assembly, gap=options.pop("gap", GAP)), **options}

@@ -95,6 +95,22 @@ def test_separate_solids_in_one_object_are_mentioned_and_nameless_ones_are_block
         assert read(joined, supports=["ground"]).n_blocks == 2
 
 
+def test_the_only_object_of_a_file_is_all_its_solids(tmp_path):
+    import trimesh
+
+    boxes = [trimesh.creation.box((1, 1, 1), trimesh.transformations.translation_matrix((0, 0, k))) for k in range(10)]
+    boxes[-1].metadata["name"] = "last"  # what joins meshes may name all of them after one
+    path = tmp_path / "joined.obj"
+    trimesh.util.concatenate(boxes).export(path)
+    with pytest.raises(InputError, match=r"which blocks are supports.*block0, block1, .*, block7 and 2 more"):
+        read(path)
+    tower = read(path, supports=[0])
+    assert tower.n_blocks == 10
+    assert assess(tower).outcome.word == "stable"
+    boxes[0].export(path)
+    assert read(path, supports=[0]).n_blocks == 1
+
+
 def test_names_that_collide_with_the_numbering(tmp_path):
     blocks = [box((0, 0, k), (1, 1, k + 1), name=name) for k, name in enumerate(("a", "b", "c"))]
     path = write(assembly(blocks), tmp_path / "x.obj")

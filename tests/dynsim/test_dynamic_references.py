@@ -1,5 +1,7 @@
 """Bullet against closed forms and known limits (tests/references/dynamics.py), with the tolerances of the docs."""
 
+import re
+
 import pytest
 
 from dynsim import verify
@@ -31,3 +33,14 @@ def test_a_family_stops_standing_at_its_limit(limit):
 @pytest.mark.parametrize("name", list(RESTS))
 def test_tall_walls_and_long_arches_rest(name):
     assert verify(RESTS[name]()).outcome.word == "stands"
+
+
+def test_every_row_of_the_page_names_its_test(root):
+    page = (root / "docs" / "dynamics_validation.md").read_text()
+    sections = {part.splitlines()[0]: part for part in page.split("\n## ")[1:]}
+    tests = {title: re.search(r"^Test: `(\w+)", part, re.MULTILINE)[1] for title, part in sections.items()}
+    assert all(callable(globals()[name]) for name in tests.values())
+    assert len(set(tests.values())) == len(tests)
+    for title, names in (("Limits", [limit.name for limit in LIMITS]), ("Rest", list(RESTS))):
+        rows = [line.split(" | ")[0].removeprefix("| ") for line in sections[title].splitlines() if line[:2] == "| "]
+        assert rows[1:] == names

@@ -4,7 +4,8 @@ P: Milankovitch (1907) and Makris & Alexakis, Archive of Applied Mechanics 83 (2
 with vertical joints. Ochsendorf, PhD thesis, Cambridge (2002): tilt. Shin et al. (2016) and Kao et al., CAD 146:103216
 (2022): tilt of 36 blocks. De Lorenzis, DeJong & Ochsendorf, Earthquake Eng. Struct. Dyn. 36 (2007): seven voussoirs.
 Heyman, The Stone Skeleton: the dome. Sliding: Gilbert, Casapulla & Ahmed, Computers & Structures 84 (2006), 27 blocks.
-D: a planar linear program and hand-written mechanisms. R is the radius of the centreline; voussoirs have straight
+D: a planar linear program (tests/crosscheck/test_arch_program.py) and, but for the dome and the piers, hand-written
+mechanisms. R is the radius of the centreline; voussoirs have straight
 sides ("poly") unless they are true sectors, whose weight is put on by hand.
 """
 
@@ -67,29 +68,32 @@ THRUST = {.15: (".175635", ".227718"), .2: (".154245", ".255311"), .3: (".118217
 POINTED = {.1: {10: ".085991", 50: ".086797"}, .2: {10: ".069925", 50: ".070727"}, .5: {10: ".039687", 50: ".039970"}}  # fmt: skip
 PIERS = {2.5: ".67333", 5.0: ".83754", 10.0: ".95326"}
 
+#: Where they are derived a second time.
+LINEAR = "[linear program](../tests/crosscheck/test_arch_program.py)"
+
 ROWS = [
-    *(Row("D", f"least t/R, {n} voussoirs", text, partial(least_thickness, n)) for n, text in POLY.items()),
-    Row("P", "least t/R, 100 voussoirs against the continuum", ".1075", lambda: least_thickness(100)),
-    Row("D", "least t/R, 76 true sectors against the continuum", ".1074780", lambda: between(0.3, 0.08, lambda t: with_true_weights(SECTORS, t), 1e-9)),
-    Row("P", "least t/R, 400 vertical joints", ".1095", lambda: between(0.12, 0.1, lambda t: stands(vertical_arch(400, t), friction=50.0), 1e-6)),
-    *(Row("D", f"least t/R, 27 voussoirs, mu {mu}", text, partial(least_thickness, 27, mu)) for mu, text in SLIDING.items()),
-    Row("D", "least friction at the least t/R, 76 sectors", ".395265", hinging_friction, within=1e-6),
-    Row("D", "least friction at any t/R, 88 voussoirs", ".309215", friction_of_any_arch),
-    *(Row("D", f"lambda, {n} deg, t/R {t}, mu {mu}", text, lambda n=n, t=t, mu=mu: limit(arch(20, t, embrace=math.radians(n)), SIDE, friction=mu))
+    *(Row("D", f"least t/R, {n} voussoirs", LINEAR, text, partial(least_thickness, n)) for n, text in POLY.items()),
+    Row("P", "least t/R, 100 voussoirs against the continuum", "Makris 2013", ".1075", lambda: least_thickness(100)),
+    Row("D", "least t/R, 76 true sectors against the continuum", LINEAR, ".1074780", lambda: between(0.3, 0.08, lambda t: with_true_weights(SECTORS, t), 1e-9)),
+    Row("P", "least t/R, 400 vertical joints", "Makris 2013", ".1095", lambda: between(0.12, 0.1, lambda t: stands(vertical_arch(400, t), friction=50.0), 1e-6)),
+    *(Row("D", f"least t/R, 27 voussoirs, mu {mu}", LINEAR, text, partial(least_thickness, 27, mu)) for mu, text in SLIDING.items()),
+    Row("D", "least friction at the least t/R, 76 sectors", LINEAR, ".395265", hinging_friction, within=1e-6),
+    Row("D", "least friction at any t/R, 88 voussoirs", LINEAR, ".309215", friction_of_any_arch),
+    *(Row("D", f"lambda, {n} deg, t/R {t}, mu {mu}", LINEAR, text, lambda n=n, t=t, mu=mu: limit(arch(20, t, embrace=math.radians(n)), SIDE, friction=mu))
       for n, rows in PUSHED.items() for t, values in rows.items() for mu, text in zip((INF, 0.7, 0.6), values, strict=True)),
-    Row("D", "De Lorenzis arch, straight sides", ".373612", lambda: limit(arch(7, 0.15, embrace=WIDE), SIDE, friction=INF)),
-    Row("D", "De Lorenzis arch, true sectors", ".370010", lambda: between(0.3, 0.4, lambda a: with_true_weights(7, 0.15, push=a, embrace=WIDE), 1e-7)),
-    Row("P", "De Lorenzis arch, true sectors", ".37", lambda: between(0.3, 0.4, lambda a: with_true_weights(7, 0.15, push=a, embrace=WIDE), 1e-4)),
-    Row("P", "tilt of 100 voussoirs, t/R .20 [deg]", "15.84", lambda: tilt(arch(100, 0.2), friction=INF)),
-    Row("D", "tilt of 100 voussoirs, t/R .20 [deg]", "15.8444", lambda: tilt(arch(100, 0.2), friction=INF)),
-    Row("D", "tilt of 20 voussoirs, t/R .20 [deg]", "15.9418", lambda: tilt(arch(20, 0.2), friction=INF)),
-    Row("P", "tilt of 36 voussoirs, t/R .15 [deg]", "8.2", lambda: tilt(arch(36, 0.15), friction=INF)),
-    Row("D", "tilt of 36 voussoirs, t/R .15 [deg]", "8.2464", lambda: tilt(arch(36, 0.15), friction=INF)),
-    *(Row("D", f"{which} thrust / weight, t/R {t}", text, partial(thrust, t, which)) for t, values in THRUST.items() for which, text in zip(("least", "greatest"), values, strict=True)),
-    *(Row("D", f"load on voussoir {k} of 20 / weight", text, partial(loaded_voussoir, k)) for k, text in ((4, "3.018464"), (9, ".422907"))),
-    *(Row("D", f"least t/R, pointed arch, e/R {e}, {n} a half", text, lambda n=n, e=e, text=text: between(1.2 * float(text), 0.8 * float(text), lambda t: stands(pointed_arch(n, e, t), friction=STICKY), 1e-8))
+    Row("D", "De Lorenzis arch, straight sides", LINEAR, ".373612", lambda: limit(arch(7, 0.15, embrace=WIDE), SIDE, friction=INF)),
+    Row("D", "De Lorenzis arch, true sectors", LINEAR, ".370010", lambda: between(0.3, 0.4, lambda a: with_true_weights(7, 0.15, push=a, embrace=WIDE), 1e-7)),
+    Row("P", "De Lorenzis arch, true sectors", "De Lorenzis 2007", ".37", lambda: between(0.3, 0.4, lambda a: with_true_weights(7, 0.15, push=a, embrace=WIDE), 1e-4)),
+    Row("P", "tilt of 100 voussoirs, t/R .20 [deg]", "Ochsendorf 2002", "15.84", lambda: tilt(arch(100, 0.2), friction=INF)),
+    Row("D", "tilt of 100 voussoirs, t/R .20 [deg]", LINEAR, "15.8444", lambda: tilt(arch(100, 0.2), friction=INF)),
+    Row("D", "tilt of 20 voussoirs, t/R .20 [deg]", LINEAR, "15.9418", lambda: tilt(arch(20, 0.2), friction=INF)),
+    Row("P", "tilt of 36 voussoirs, t/R .15 [deg]", "Shin 2016, Kao 2022", "8.2", lambda: tilt(arch(36, 0.15), friction=INF)),
+    Row("D", "tilt of 36 voussoirs, t/R .15 [deg]", LINEAR, "8.2464", lambda: tilt(arch(36, 0.15), friction=INF)),
+    *(Row("D", f"{which} thrust / weight, t/R {t}", LINEAR, text, partial(thrust, t, which)) for t, values in THRUST.items() for which, text in zip(("least", "greatest"), values, strict=True)),
+    *(Row("D", f"load on voussoir {k} of 20 / weight", LINEAR, text, partial(loaded_voussoir, k)) for k, text in ((4, "3.018464"), (9, ".422907"))),
+    *(Row("D", f"least t/R, pointed arch, e/R {e}, {n} a half", LINEAR, text, lambda n=n, e=e, text=text: between(1.2 * float(text), 0.8 * float(text), lambda t: stands(pointed_arch(n, e, t), friction=STICKY), 1e-8))
       for e, values in POINTED.items() for n, text in values.items()),
-    Row("d", "least t/R, hemispherical dome, 60 rings", ".042813", lambda: between(0.06, 0.03, lambda t: with_true_weights(120, t, lune=True), 1e-8)),
-    Row("P", "least t/R, hemispherical dome, about", ".042", lambda: between(0.06, 0.03, lambda t: with_true_weights(120, t, lune=True), 1e-4), within=1e-3),
-    *(Row("d", f"barrel on piers of {h} m, least width [m]", text, lambda h=h: between(1.2, 0.5, lambda w: stands(barrel_on_piers(w, h)), 1e-7)) for h, text in PIERS.items()),
+    Row("D", "least t/R, hemispherical dome, 60 rings", LINEAR, ".042813", lambda: between(0.06, 0.03, lambda t: with_true_weights(120, t, lune=True), 1e-8)),
+    Row("P", "least t/R, hemispherical dome, about", "Heyman 1995", ".042", lambda: between(0.06, 0.03, lambda t: with_true_weights(120, t, lune=True), 1e-4), within=1e-3),
+    *(Row("D", f"barrel on piers of {h} m, least width [m]", LINEAR, text, lambda h=h: between(1.2, 0.5, lambda w: stands(barrel_on_piers(w, h)), 1e-7)) for h, text in PIERS.items()),
 ]  # fmt: skip

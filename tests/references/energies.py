@@ -34,13 +34,28 @@ def growth(asm, friction: float, degrees: tuple[float, float]) -> Value:
 
 
 ROWS = [
-    Row("P", "energy of 2009, base 1", ".090", lambda: Value(tension(1.0) ** 2), within=1e-6),
-    Row("P", "energy of 2009, base 2", ".0225", lambda: Value(tension(2.0) ** 2), within=1e-6),
-    Row("P", "torque energy of 2012, base 1", ".045", lambda: Value(0.5 * (tension(1.0) * 1.0) ** 2), within=1e-6),
-    Row("P", "torque energy of 2012, base 2", ".045", lambda: Value(0.5 * (tension(2.0) * 2.0) ** 2), within=1e-6),
+    Row("P", "energy of 2009, base 1", "Whiting 2009", ".090", lambda: Value(tension(1.0) ** 2), within=1e-6),
+    Row("P", "energy of 2009, base 2", "Whiting 2009", ".0225", lambda: Value(tension(2.0) ** 2), within=1e-6),
+    Row(
+        "P",
+        "torque energy of 2012, base 1",
+        "Whiting 2012",
+        ".045",
+        lambda: Value(0.5 * (tension(1.0) * 1.0) ** 2),
+        within=1e-6,
+    ),
+    Row(
+        "P",
+        "torque energy of 2012, base 2",
+        "Whiting 2012",
+        ".045",
+        lambda: Value(0.5 * (tension(2.0) * 2.0) ** 2),
+        within=1e-6,
+    ),
     Row(
         "E",
         "exponent of the energy past the limit, block",
+        "the lack grows in proportion",
         2.0,
         lambda: growth(stack(1, 0.5, 1.0), 0.9, (0.05, 1.0)),
         within=1e-3,
@@ -48,6 +63,7 @@ ROWS = [
     Row(
         "E",
         "exponent of the energy past the limit, arch",
+        "the lack grows in proportion",
         2.0,
         lambda: growth(arch(20, 0.15), 2.0, (1e-3, 3e-2)),
         within=1e-3,

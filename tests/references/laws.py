@@ -53,11 +53,11 @@ def cantilever(moment: float) -> Value:
 
 
 ROWS = [
-    Row("E", "slab slides, mu W + c A", 1.9, lambda: sliding(cohesion=0.7)),
-    Row("E", "the same with a tension of .3", 1.9, lambda: sliding(cohesion=0.7, tension=0.3)),
-    Row("E", "bonded cantilever, F = 3", 1.5, lambda: cantilever(0.0)),
-    Row("E", "bonded cantilever, F = 3, M = .4", 2.3, lambda: cantilever(0.4)),
-    *(Row("E", f"torsion, uniform pressure, {n} x {n} cells", float(UNIFORM), lambda n=n: torsion(n, uniform=True), within=0.28 / n**1.8) for n in (4, 8, 16, 32)),
-    *(Row("E", f"torsion, any pressure, {n} x {n} cells", float(np.sqrt(0.5)), lambda n=n: torsion(n, uniform=False), within=2.0 / n**2) for n in (4, 8, 16, 32)),
-    *(Row("E", f"stress block, N = {used} sigma A, {n} cells", 0.25 * (1 - used), lambda n=n, used=used: tipping(n, used), within=0.5 / n**2) for used in (0.25, 0.8) for n in (4, 8, 16)),
+    Row("E", "slab slides, mu W + c A", "mu W + c A", 1.9, lambda: sliding(cohesion=0.7)),
+    Row("E", "the same with a tension of .3", "mu W + c A", 1.9, lambda: sliding(cohesion=0.7, tension=0.3)),
+    Row("E", "bonded cantilever, F = 3", "(M + F a / 2) / (W L / 2)", 1.5, lambda: cantilever(0.0)),
+    Row("E", "bonded cantilever, F = 3, M = .4", "(M + F a / 2) / (W L / 2)", 2.3, lambda: cantilever(0.4)),
+    *(Row("E", f"torsion, uniform pressure, {n} x {n} cells", "mu N a (sqrt 2 + ln(1 + sqrt 2)) / 6", float(UNIFORM), lambda n=n: torsion(n, uniform=True), within=0.28 / n**1.8) for n in (4, 8, 16, 32)),
+    *(Row("E", f"torsion, any pressure, {n} x {n} cells", "mu N a / sqrt 2", float(np.sqrt(0.5)), lambda n=n: torsion(n, uniform=False), within=2.0 / n**2) for n in (4, 8, 16, 32)),
+    *(Row("E", f"stress block, N = {used} sigma A, {n} cells", "(b / h) (1 - N / (sigma A))", 0.25 * (1 - used), lambda n=n, used=used: tipping(n, used), within=0.5 / n**2) for used in (0.25, 0.8) for n in (4, 8, 16)),
 ]  # fmt: skip

@@ -25,17 +25,24 @@ class Row:
     """One reference.
 
     tag : E exact, P published, D derived from first principles by two methods, d by one.
+    source : a formula or a method, or works as docs/bibliography.md calls them; always the latter for P.
     reference : as printed, and then met to half a unit of its last digit (a unit where it was derived: some are cut off
     and not rounded); a number is met to a millionth.
     """
 
     tag: str
     name: str
+    source: str
     reference: str | float
     compute: Callable[[], Value]
     within: float | None = None  #: error accepted instead, where the source says "about"
     needs: Path | None = None  #: data without which it cannot be computed
     slow: bool = False  #: takes more than about ten seconds
+
+    @property
+    def test(self) -> str:
+        """Name of the test that asks for it: tests/validation/test_references.py::test_reference[...]."""
+        return f"{self.tag} {self.name}"
 
     @property
     def missing(self) -> bool:

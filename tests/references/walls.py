@@ -48,15 +48,18 @@ OPEN = {"W1": ".639969", "W3": ".359007", "W4": ".285403"}
 FRICTIONLESS = {"W1": ".639969", "W3": ".359007", "W4": ".285775"}
 ZERO_DILATANCY = {"W1": ".640", "W3": ".356", "W4": ".264"}
 
+#: Where the walls are derived a second time.
+LINEAR = "[linear program](../tests/crosscheck/test_linear_program.py)"
+
 ROWS = [
-    *(Row("P", f"Ferris & Tin-Loi {n}, associated", f"{data[3]:.3f}", lambda n=n: limit(wall(n), SIDE)) for n, data in FERRIS.items()),
-    *(Row("D", f"Ferris & Tin-Loi {n}, associated", f"{data[4]:.6f}", lambda n=n: limit(wall(n), SIDE)) for n, data in FERRIS.items()),
-    *(Row("D", f"Ferris & Tin-Loi {n}, exact cones in space", f"{data[4]:.6f}", lambda n=n: limit(*turned_wall(n))) for n, data in FERRIS.items()),
-    *(Row("P", f"Ferris & Tin-Loi {n}, zero dilatancy", text, lambda n=n: zero_dilatancy(wall(n), SIDE), slow=True) for n, text in ZERO_DILATANCY.items()),
-    *(Row("D", f"Ferris & Tin-Loi {n}, open head joints", text, lambda n=n: open_heads(n)) for n, text in OPEN.items()),
-    *(Row("D", f"Ferris & Tin-Loi {n}, frictionless head joints", text, lambda n=n: limit(wall(n, head_friction=0.0), SIDE)) for n, text in FRICTIONLESS.items()),
-    *(Row("d", f"facade of a U-shaped wall, {n} courses", text, lambda n=n: limit(u_wall(n), OUT)) for n, text in ((4, ".552372"), (8, ".389499"), (12, ".277391"))),
-    *(Row("E", f"facade alone, {n} courses, 1/n", 1 / n, lambda n=n: limit(facade(n), OUT)) for n in (3, 8, 12)),
-    Row("E", "free-standing wall, t/H", 0.2 / (6 * 0.175), lambda: limit(running_bond(6, 5), OUT)),
-    Row("E", "low free-standing wall slides, mu", 0.7, lambda: limit(running_bond(1, 5), OUT)),
+    *(Row("P", f"Ferris & Tin-Loi {n}, associated", "Ferris 2001", f"{data[3]:.3f}", lambda n=n: limit(wall(n), SIDE)) for n, data in FERRIS.items()),
+    *(Row("D", f"Ferris & Tin-Loi {n}, associated", LINEAR, f"{data[4]:.6f}", lambda n=n: limit(wall(n), SIDE)) for n, data in FERRIS.items()),
+    *(Row("D", f"Ferris & Tin-Loi {n}, exact cones in space", LINEAR, f"{data[4]:.6f}", lambda n=n: limit(*turned_wall(n))) for n, data in FERRIS.items()),
+    *(Row("P", f"Ferris & Tin-Loi {n}, zero dilatancy", "Ferris 2001", text, lambda n=n: zero_dilatancy(wall(n), SIDE), slow=True) for n, text in ZERO_DILATANCY.items()),
+    *(Row("D", f"Ferris & Tin-Loi {n}, open head joints", LINEAR, text, lambda n=n: open_heads(n)) for n, text in OPEN.items()),
+    *(Row("D", f"Ferris & Tin-Loi {n}, frictionless head joints", LINEAR, text, lambda n=n: limit(wall(n, head_friction=0.0), SIDE)) for n, text in FRICTIONLESS.items()),
+    *(Row("d", f"facade of a U-shaped wall, {n} courses", "conic program, derived once", text, lambda n=n: limit(u_wall(n), OUT)) for n, text in ((4, ".552372"), (8, ".389499"), (12, ".277391"))),
+    *(Row("E", f"facade alone, {n} courses, 1/n", "moments about the foot", 1 / n, lambda n=n: limit(facade(n), OUT)) for n in (3, 8, 12)),
+    Row("E", "free-standing wall, t/H", "moments about the foot", 0.2 / (6 * 0.175), lambda: limit(running_bond(6, 5), OUT)),
+    Row("E", "low free-standing wall slides, mu", "Coulomb", 0.7, lambda: limit(running_bond(1, 5), OUT)),
 ]  # fmt: skip

@@ -49,8 +49,8 @@ ROWS = [
     row
     for case, axis, mu, published, closed, associated, within in WEDGES
     for row in (
-        Row("P", f"wedge {case}-{axis}, mu {mu}, Coulomb [deg]", published, lambda c=case, a=axis, m=mu, n=float(closed): coulomb(c, a, m, n), needs=CASES),
-        Row("E", f"wedge {case}-{axis}, mu {mu}, Coulomb [deg]", closed, lambda c=case, a=axis, m=mu, n=float(closed): coulomb(c, a, m, n), within=within, needs=CASES),
-        Row("D", f"wedge {case}-{axis}, mu {mu}, forces only [deg]", associated, lambda c=case, a=axis, m=mu: force_only(c, a, m), needs=CASES),
+        Row("P", f"wedge {case}-{axis}, mu {mu}, Coulomb [deg]", "Kao 2022", published, lambda c=case, a=axis, m=mu, n=float(closed): coulomb(c, a, m, n), needs=CASES),
+        Row("E", f"wedge {case}-{axis}, mu {mu}, Coulomb [deg]", "groove or flank of a wedge", closed, lambda c=case, a=axis, m=mu, n=float(closed): coulomb(c, a, m, n), within=within, needs=CASES),
+        Row("D", f"wedge {case}-{axis}, mu {mu}, forces only [deg]", "conic program", associated, lambda c=case, a=axis, m=mu: force_only(c, a, m), needs=CASES),
     )
 ]  # fmt: skip

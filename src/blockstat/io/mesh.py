@@ -63,7 +63,7 @@ def _solids(path: Path) -> tuple[list[_Solid], dict[str, Any]]:
     suffix = path.suffix.lower()
     if suffix == ".obj":
         solids, shared = read_obj(path)
-        if len(solids) == 1 and not solids[0].name:
+        if len(solids) == 1 and "support" not in solids[0].extras:  # not ours: perhaps all blocks put together
             solids = split_solids(solids[0])
         return [_Solid(*solid) for solid in solids], shared
     try:

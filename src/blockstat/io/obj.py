@@ -75,7 +75,7 @@ def read_obj(path: Path) -> tuple[list[Solid], dict[str, Any]]:
 
 
 def split_solids(solid: Solid) -> list[Solid]:
-    """The parts of a file without objects that share no vertices, each a block."""
+    """The parts of a file's only object that share no vertices, each a block without a name if there are several."""
     from scipy import sparse
     from scipy.sparse.csgraph import connected_components
 
@@ -86,7 +86,7 @@ def split_solids(solid: Solid) -> list[Solid]:
     parts: dict[int, list[list[int]]] = {}
     for face in solid.faces:
         parts.setdefault(int(label[face[0]]), []).append(face)
-    return [_solid(solid.name, solid.vertices, own, {}) for own in parts.values()]
+    return [solid] if len(parts) == 1 else [_solid("", solid.vertices, own, {}) for own in parts.values()]
 
 
 def _solid(

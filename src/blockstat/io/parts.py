@@ -52,7 +52,8 @@ def chosen_supports(
     """
     chosen: list[int | str] = [given] if isinstance(given, (int, str)) else list(marked if given is None else given)
     if not chosen:
-        some = ", ".join(names[:8])
+        some = ", ".join(name or f"block{i}" for i, name in enumerate(names[:8]))
+        some += f" and {len(names) - 8} more" if len(names) > 8 else ""
         raise InputError(f"{kind} does not say which blocks are supports; give their names or numbers (blocks: {some})")
     return chosen
 

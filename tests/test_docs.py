@@ -1,0 +1,47 @@
+"""The pages of docs/: their code runs and prints what they show, and the reference leaves nothing public out."""
+
+import contextlib
+import io
+import re
+from pathlib import Path
+
+import pytest
+
+import blockstat
+import dynsim
+
+DOCS = Path(__file__).parents[1] / "docs"
+PAGES = [DOCS / "quick_start.md", *sorted((DOCS / "howto").glob("*.md"))]
+#: Code, and what it prints.
+BLOCK = re.compile(r"```(python|text)\n(.*?)```", re.DOTALL)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_code_prints_what_the_page_shows(page, root, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "examples").symlink_to(root / "examples")
+    scope: dict = {}
+    printed = ""
+    for kind, content in BLOCK.findall(page.read_text()):
+        if kind == "text":
+            assert printed == content
+            printed = ""
+            continue
+        assert not printed, "the page does not show what this prints"
+        with contextlib.redirect_stdout(io.StringIO()) as output:
+            exec(compile(content, str(page), "exec"), scope)
+        printed = output.getvalue()
+    assert not printed
+
+
+def test_the_reference_has_every_public_name_once():
+    pages = "".join(page.read_text() for page in (DOCS / "api").glob("*.md"))
+    named, module = [], ""
+    for kind, name in re.findall(r"^\.\. (currentmodule|autoclass|autofunction):: ([\w.]+)$", pages, re.MULTILINE):
+        if kind == "currentmodule":
+            module = name
+        else:
+            named.append(name if "." in name else f"{module}.{name}")
+    public = [f"{package.__name__}.{name}" for package in (blockstat, dynsim) for name in package.__all__]
+    assert set(public) <= set(named)
+    assert len(named) == len(set(named))
