@@ -12,7 +12,7 @@ export BLOCKSTAT_COMPAS_PYTHON := $(COMPAS)
 # Jobs of docs/make_evidence.py by their names, for one or a few of them.
 ONLY ?=
 MISSING ?=
-JOBS := bullet comparison compare-verdicts gallery glue hard live-page loads paper pictures scenes screenshots search \
+JOBS := bullet comparison compare-verdicts gallery glue hard iterations live-page loads paper pictures scenes screenshots search \
 	solvers solvers-large soundness speed-error stiffness sweep
 
 .PHONY: demo test test-all notebooks lint benchmark evidence pages validation $(JOBS) docs clean

@@ -77,6 +77,7 @@ JOBS = (
     table("glue", 5),
     table("stiffness", 2),
     table("loads", 1, "--strips docs", writes=["docs/strip-*.png"]),
+    table("iterations", 2),
     table("search", 6, "--sample 6", "--no-gradient"),
     table("soundness", 3),
     table("sweep", 0.3),
