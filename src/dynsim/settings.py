@@ -35,7 +35,7 @@ class Settings:
     settle_step: float | None = None  #: [s] of most of that time; None: as in the free run
     rest_after: float = 0.5  #: [s] blocks must have been at rest
     rest: float = 0.02  #: displacement in that time, in default thresholds, below which they are
-    clear_fall: float = 0.15  #: [s] after release before which passing the threshold needs no other run
+    clear_fall: float = 0.3  #: [s] after release before which passing the threshold needs no other run
     end: float = 3.0  #: [s] a free run ends here at the latest (after loads that change, three times that)
     group: str | None = None  #: group of Eq. 1; None: "vault" if there is one, else the whole assembly
     roof_threshold: float | None = None  #: [m] of Eq. 1; None: relative to block size

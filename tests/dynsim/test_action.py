@@ -39,4 +39,4 @@ def test_a_push_accelerates_a_sliding_block(each_step, length):
     expected = 0.5 * (0.5 - mu) * g * run.times[late] ** 2
     np.testing.assert_allclose(run.since_release[late, 1, 0], expected, rtol=0.03)
     assert push.times[0] < 0
-    assert len(push.times) == pytest.approx((1.0 + 0.5) / 0.02 * (20 if each_step else 1), rel=0.02)
+    assert len(push.times) == pytest.approx((1.0 + Settings().settle) / 0.02 * (20 if each_step else 1), rel=0.02)
