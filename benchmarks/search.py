@@ -12,7 +12,8 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
-from time import process_time
+from time import perf_counter, process_time
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -24,6 +25,7 @@ from blockstat.search import Margin, SearchResult, space_of
 from blockstat.spec import Scene, scene_from
 from dynsim import verify
 from dynsim.causes import likely_reason
+from dynsim.pool import Ahead, jobs_checked
 
 NAMES = ("wall.thickness", "vault.thickness", "buttresses.south.thickness", "buttresses.north.present")
 PUSH = (0.0, 1.0, 0.0)  #: across the nave
@@ -50,13 +52,24 @@ def row(name: str, result: SearchResult, seconds: float) -> dict:
     }  # fmt: skip
 
 
-def pruned(chapel: Scene) -> tuple[dict, SearchResult]:
+def pruned(chapel: Scene, **ahead: Any) -> tuple[dict, SearchResult]:
     begin, memory = process_time(), Memory()
+    options = {"verify": verify, **ahead}
     result = search(
-        chapel, names=NAMES, over="grid", verify=verify, memory=memory,
-        static=lambda assembly: assess(assembly, memory=memory, score=False),
+        chapel, names=NAMES, over="grid", memory=memory,
+        static=lambda assembly: assess(assembly, memory=memory, score=False), **options,
     )  # fmt: skip
     return row("pruned", result, process_time() - begin), result
+
+
+def side_by_side(chapel: Scene, alone: SearchResult) -> dict:
+    """The same with a simulation on each core, timed by the clock, as `dynsim optimise` does it."""
+    jobs, begin = jobs_checked(None), perf_counter()
+    with Ahead(verify, jobs) as dynamic:
+        _, result = pruned(chapel, verify=dynamic, begin=dynamic.begin, ahead=jobs)
+    seconds = perf_counter() - begin
+    words = [[(c.parameters, c.static, c.dynamic) for c in found.history] for found in (alone, result)]
+    return {"jobs": jobs, "seconds": seconds, "same": words[0] == words[1]}
 
 
 def reasons(chapel: Scene, result: SearchResult) -> list[tuple]:
@@ -124,6 +137,12 @@ def table(figures: dict) -> str:
         for parameters, word, note in found.get("disagreements", ()):
             values = " ".join(f"{value:.4g}" for value in parameters.values())
             lines.append(f"- statics allow {values}, Bullet: {word}; {note or 'no reason asked for'}")
+    both = figures["side_by_side"]
+    lines += [
+        "",
+        f"Pruned with {both['jobs']} processes: {both['seconds']:.0f} s on the clock, "
+        f"the history is {'the same' if both['same'] else 'ANOTHER'}.",
+    ]
     lines += ["", f"Bullet alone over pruned: {figures['ratio']:.0f} times the seconds."]
     if "lighter" in figures:
         lines.append(f"Every design lighter than the pruned answer in Bullet: {figures['lighter']}.")
@@ -154,6 +173,7 @@ def main() -> None:
         ways.append(gradient(chapel, options.reserve))
     figures = {
         "blocks": build(chapel).n_blocks, "space": space_of(chapel, NAMES).size, "ways": ways,
+        "side_by_side": side_by_side(chapel, result),
         "ratio": ways[0]["seconds"] / quick["seconds"],
         "static_seconds": sum(c.static_seconds for c in result.history),
         "dynamic_seconds": sum(c.dynamic_seconds for c in result.history),

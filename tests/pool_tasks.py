@@ -33,3 +33,13 @@ def slow(seconds):
 def warned(text):
     warnings.warn(InputWarning(text), stacklevel=2)
     return text
+
+
+def fragile(task):
+    """The process that did it; in any but the caller's it may die of the task."""
+    caller, what = task
+    if what == "dies" and os.getpid() != caller:
+        os.kill(os.getpid(), signal.SIGKILL)
+    if what == "fails":
+        raise ValueError("it fails")
+    return os.getpid()

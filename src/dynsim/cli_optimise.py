@@ -38,6 +38,7 @@ def optimise(
     group: Group = None,
     threshold: Threshold = None,
     preset: Preset = "default",
+    jobs: Annotated[int | None, typer.Option(help="Simulations side by side; as many as cores by default.")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Make a building lighter: statics prune, Bullet verifies, a report tells."""
@@ -58,6 +59,7 @@ def optimise(
         directory,
         names=names,
         settings=settings,
+        jobs=jobs,
         under=lambda assembly: modified(assembly, friction=friction, gravity=gravity, tilt=tilt),
         conditions=", ".join(f"{name} {value}" for name, value in given.items() if value is not None),
         strategy=strategy,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from blockstat.reuse import Memory
 from blockstat.search import Candidate, SearchResult, search
 from blockstat.spec import Scene, with_values
 from dynsim.causes import likely_reason
+from dynsim.pool import Ahead, jobs_checked
 from dynsim.settings import Settings
 from dynsim.verify import DynamicVerdict, verify
 
@@ -30,13 +32,15 @@ def optimise(
     *,
     names: Sequence[str] | None = None,
     settings: Settings | None = None,
+    jobs: int | None = None,
     under: Callable[[Assembly], Assembly] = lambda assembly: assembly,
     conditions: str = "",
     **options: Any,
 ) -> tuple[SearchResult, Path]:
     """Search, confirm, and write history.csv, best.json, best.glb, pictures and report.html into a directory.
 
-    An interrupted search goes on from its history.csv when called again. under : puts each design under another
+    An interrupted search goes on from its history.csv when called again. jobs : simulations side by side, as many as
+    cores by default, whatever the number with the same history; under : puts each design under another
     friction or gravity, and conditions says which. options : those of `blockstat.search` (strategy, over, margin, snap,
     points). Returns the result and the report's path.
     """
@@ -52,20 +56,23 @@ def optimise(
             values = " ".join(f"{value:g}" for value in last.parameters.values())
             bar.update(task, completed=done, total=expected, description=f"{values}: {word}")
 
-        memory = Memory()
-        result = search(
-            building,
-            static=lambda assembly: assess(assembly, memory=memory, score=False),
-            verify=lambda assembly: verify(assembly, settings=settings),
-            under=under,
-            memory=memory,
-            names=names,
-            history=directory / "history.csv",
-            progress=progress,
-            remark=likely_reason,
-            conditions=f"{settings} {conditions}" if settings or conditions else "",
-            **options,
-        )
+        memory, jobs = Memory(), jobs_checked(jobs)
+        with Ahead(partial(verify, settings=settings), jobs) as dynamic:
+            result = search(
+                building,
+                static=lambda assembly: assess(assembly, memory=memory, score=False),
+                verify=dynamic,
+                begin=dynamic.begin if jobs > 1 else None,
+                ahead=jobs,
+                under=under,
+                memory=memory,
+                names=names,
+                history=directory / "history.csv",
+                progress=progress,
+                remark=likely_reason,
+                conditions=f"{settings} {conditions}" if settings or conditions else "",
+                **options,
+            )
     figures = write_designs(result, directory, under=under)
     figures += _moved(result, directory, settings, under)
     notes = [f"Judged with {conditions}.", NOTE] if conditions else [NOTE]

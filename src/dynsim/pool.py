@@ -23,6 +23,7 @@ from dynsim.settings import Settings
 from dynsim.verify import DynamicVerdict, verify
 
 T = TypeVar("T")
+Waiting = queue.SimpleQueue[int | None]  #: numbers of tasks; None ends a line
 Answer = tuple[Any, str, tuple[str, ...]]  #: what a worker says: fields of a row after its name
 
 INTERRUPTED = "interrupted before it was done"
@@ -99,8 +100,8 @@ def run_many(
     jobs = min(jobs_checked(jobs), max(len(arguments), 1))
     if timeout is not None and not timeout > 0:
         raise InputError(f"timeout is {timeout!r}; it must be above 0")
-    waiting: queue.SimpleQueue[int] = queue.SimpleQueue()
-    for index in range(len(arguments)):
+    waiting: Waiting = queue.SimpleQueue()
+    for index in (*range(len(arguments)), *[None] * jobs):
         waiting.put(index)
     done: queue.SimpleQueue[tuple[int, Answer]] = queue.SimpleQueue()
     found: dict[int, Row[T]] = {}
@@ -126,6 +127,57 @@ def run_many(
     return Rows(rows, finished)
 
 
+class Ahead(Generic[T]):
+    """A function whose answers may be begun before they are asked for, in processes of their own.
+
+    A context manager; what is still running at its end is given up.
+    """
+
+    def __init__(self, function: Callable[[Any], T], jobs: int | None = None) -> None:
+        """function : one that can be imported; jobs : processes, all cores by default."""
+        self._function = function
+        self._arguments: list[Any] = []
+        self._begun: dict[int, int] = {}  #: identities of arguments, which are kept, and their numbers
+        self._found: dict[int, Answer] = {}
+        self._waiting: Waiting = queue.SimpleQueue()
+        self._done: queue.SimpleQueue[tuple[int, Answer]] = queue.SimpleQueue()
+        self._scratch = tempfile.TemporaryDirectory(prefix="dynsim-pool-")
+        self._lines = [
+            _Line(function, self._arguments, self._waiting, self._done, None, self._scratch.name)
+            for _ in range(jobs_checked(jobs))
+        ]
+
+    def __enter__(self) -> Ahead[T]:
+        for line in self._lines:
+            line.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        for line in self._lines:
+            line.stop()
+            self._waiting.put(None)
+        self._scratch.cleanup()
+
+    def begin(self, argument: Any) -> None:
+        """Begin an answer that will probably be asked for."""
+        self._begun[id(argument)] = len(self._arguments)
+        self._arguments.append(argument)
+        self._waiting.put(len(self._arguments) - 1)
+
+    def __call__(self, argument: Any) -> T:
+        """The answer for an argument; where nothing was begun, or that failed, it is found here."""
+        number = self._begun.get(id(argument))
+        if number is None:
+            return self._function(argument)
+        while number not in self._found:
+            index, answer = self._done.get()
+            self._found[index] = answer
+        result, error, _ = self._found.pop(number)
+        self._arguments[number] = None
+        del self._begun[id(argument)]
+        return self._function(argument) if error or result is None else result
+
+
 def jobs_checked(jobs: int | None) -> int:
     """The number of processes: as asked, or one a core that this process may use."""
     if jobs is None:
@@ -142,7 +194,7 @@ class _Line(threading.Thread):
         self,
         function: Callable[[Any], Any],
         arguments: Sequence[Any],
-        waiting: queue.SimpleQueue[int],
+        waiting: Waiting,
         done: queue.SimpleQueue[tuple[int, Answer]],
         timeout: float | None,
         scratch: str,
@@ -157,11 +209,7 @@ class _Line(threading.Thread):
         self._process: subprocess.Popen[bytes] | None = None
 
     def run(self) -> None:
-        while not self._stopped:
-            try:
-                index = self._waiting.get_nowait()
-            except queue.Empty:
-                break
+        while not self._stopped and (index := self._waiting.get()) is not None:
             answer: Answer
             try:
                 answer = self._ask(self._arguments[index])

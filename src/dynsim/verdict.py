@@ -54,6 +54,11 @@ class DynamicVerdict:
         return self.max_drop < self.brick_threshold
 
     @property
+    def process_seconds(self) -> float:
+        """Process time of the runs behind it, wherever they took place."""
+        return self.run.process_seconds
+
+    @property
     def displacement(self) -> Floats:
         """Displacement of each centroid at the end, shape (n_blocks, 3) [m]."""
         return self.run.since_release[-1]

@@ -221,8 +221,8 @@ def remembered(path=None, **options):
     """A search whose statics use what earlier designs showed."""
     memory = Memory()
     return search(
-        SPACES["fine hut"], verify=Verifier(), static=lambda asm: assess(asm, memory=memory), memory=memory,
-        history=path, **options,
+        SPACES["fine hut"], verify=options.pop("verify", Verifier()), memory=memory,
+        static=lambda asm: assess(asm, memory=memory), history=path, **options,
     )  # fmt: skip
 
 
@@ -238,6 +238,33 @@ def test_after_an_interruption_verdicts_rest_on_the_same_evidence(tmp_path):
 
         remembered(path, progress=interrupt)
         assert rows(remembered(path)) == rows(whole)
+        assert lines(path) == lines(tmp_path / "whole.csv")
+
+
+@pytest.mark.parametrize("ahead", [1, 2, 5])
+def test_looking_ahead_changes_nothing_in_the_history(tmp_path, ahead):
+    whole = remembered(tmp_path / "whole.csv")
+    begun, unforeseen, verifier = [], [], Verifier()
+
+    def verify(assembly):
+        if not any(assembly is known for known in begun):
+            unforeseen.append(assembly)
+        return verifier(assembly)
+
+    quick = remembered(tmp_path / "quick.csv", verify=verify, begin=begun.append, ahead=ahead)
+    assert rows(quick) == rows(whole)
+    assert lines(tmp_path / "quick.csv") == lines(tmp_path / "whole.csv")
+    assert not unforeseen
+    assert quick.dynamic_runs <= len(begun) < quick.dynamic_runs + ahead
+    for stop_after in range(1, len(whole.history), 4):
+        path = tmp_path / f"{stop_after}.csv"
+
+        def interrupt(done, expected, last, stop_after=stop_after):
+            if done == stop_after:
+                raise KeyboardInterrupt
+
+        remembered(path, progress=interrupt, begin=begun.append, ahead=ahead)
+        assert rows(remembered(path, begin=begun.append, ahead=ahead)) == rows(whole)
         assert lines(path) == lines(tmp_path / "whole.csv")
 
 

@@ -114,7 +114,7 @@ def plain(row):
 
 @pytest.fixture(scope="module")
 def uninterrupted(tmp_path_factory):
-    process = start(tmp_path_factory.mktemp("whole"))
+    process = start(tmp_path_factory.mktemp("whole"), "--jobs", "1")
     out, err = process.communicate()
     assert process.returncode == 0, err
     return json.loads(out)

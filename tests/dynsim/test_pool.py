@@ -12,6 +12,7 @@ import pytest
 import pool_tasks
 from blockstat import InputError, write
 from dynsim import Removal, run_many, verify, verify_many
+from dynsim.pool import Ahead
 from problems import arch, assembly, box, running_bond, stack
 
 
@@ -28,6 +29,31 @@ def test_the_same_bits_whatever_the_number_of_processes():
         assert [bits(row.result) for row in rows] == alone
     # In another order, so that each comes after others in its process.
     assert [bits(row.result) for row in verify_many(designs[::-1], jobs=1)] == alone[::-1]
+
+
+def test_answers_that_were_begun_ahead_are_the_same_bit_by_bit():
+    designs = [arch(9, 0.1), arch(9, 0.2), stack(3)]
+    with Ahead(verify, jobs=2) as ahead:
+        for design in designs[:2]:
+            ahead.begin(design)
+        assert [bits(ahead(design)) for design in designs] == [bits(verify(design)) for design in designs]
+        assert bits(ahead(designs[0])) == bits(verify(designs[0]))
+
+
+def test_what_fails_ahead_is_found_where_it_is_asked_for():
+    with Ahead(pool_tasks.fragile, jobs=1) as ahead:
+        here = os.getpid()
+        tasks = [(here, "dies"), (here, "fails"), (here, "")]
+        for task in tasks:
+            ahead.begin(task)
+        assert ahead(tasks[0]) == here
+        with pytest.raises(ValueError, match="fails"):
+            ahead(tasks[1])
+        assert ahead(tasks[2]) != here
+    start = time.monotonic()
+    with Ahead(pool_tasks.slow, jobs=1) as ahead:
+        ahead.begin(60.0)
+    assert time.monotonic() - start < 30
 
 
 def test_loads_go_along_and_bad_designs_lose_their_row_only():

@@ -52,6 +52,8 @@ def search(
     points: int = 6,
     under: Callable[[Assembly], Assembly] | None = None,
     memory: Memory | None = None,
+    begin: Callable[[Assembly], None] | None = None,
+    ahead: int = 2,
     history: str | Path | None = None,
     progress: Callable[[int, int, Candidate], None] | None = None,
     cancel: Callable[[], bool] | None = None,
@@ -69,6 +71,8 @@ def search(
     designs on the steps of the ranges. points : number of reserves of "pareto".
     under : puts each design under another friction or gravity before it is judged.
     memory : the one that `static` hands to `assess`, if it has one; after an interruption it is filled as it was.
+    begin : told of designs that `verify` will probably be asked about, `ahead` of them at a time, so that it can run
+    them side by side ("pruned" only); the history is the same.
     history : CSV file that gets each row as soon as it is known; rows found there are not computed again, so an
     interrupted search goes on where it stopped. conditions : what else the verdicts depend on (friction, thresholds); a
     history under others is not taken up. remark : gives the note of a candidate from its two verdicts.
@@ -83,7 +87,7 @@ def search(
     if strategy in ("gradient", "pareto"):
         conditions = f"{conditions} {margin}"
     log = History(Path(history), space.names, digest(space, conditions)) if history is not None else None
-    judges = Judges(static, verify, under or _as_it_is, memory, remark, progress, cancel)
+    judges = Judges(static, verify, begin, ahead, under or _as_it_is, memory, remark, progress, cancel)
     judge = Judge(space, judges, log)
     best: Values | None = None
     found: tuple[Candidate, ...] = ()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import isfinite
 from time import process_time
@@ -15,14 +15,17 @@ from blockstat.result import Outcome, Verdict
 from blockstat.reuse import Memory
 from blockstat.search.candidate import BY_STATICS, ERROR, FORCES, MECHANISM, PRUNED, SOLVED, UNASKED, Candidate
 from blockstat.search.history import History, Key
-from blockstat.search.space import Space
+from blockstat.search.space import Space, Values
 
 #: What a verdict says of where it comes from.
 EVIDENCE = {"earlier forces": FORCES, "earlier mechanism": MECHANISM, "none": ""}
 
 
 class Dynamic(Protocol):
-    """What the search needs of a dynamic verdict: `outcome.word` is "stands" or something else."""
+    """What the search needs of a dynamic verdict: `outcome.word` is "stands" or something else.
+
+    One that was found in another process may say how long it took, as `process_seconds`.
+    """
 
     @property
     def outcome(self) -> Any: ...
@@ -34,6 +37,8 @@ class Judges:
 
     static: Callable[[Assembly], Verdict]  #: by forces
     verify: Callable[[Assembly], Dynamic] | None  #: by motion; None: statics alone decide
+    begin: Callable[[Assembly], None] | None = None  #: told what `verify` will probably be asked about
+    ahead: int = 0  #: how many designs at a time
     under: Callable[[Assembly], Assembly] = lambda assembly: assembly  #: another friction or gravity
     memory: Memory | None = None  #: the one that `static` hands to `assess`, if any
     remark: Callable[[Verdict, Any], str] | None = None  #: gives the note of a candidate from its two verdicts
@@ -52,7 +57,9 @@ class Judge:
     rows: dict[Key, Candidate] = field(default_factory=dict)  #: in the order in which they were asked for
     known: dict[Key, Candidate] = field(default_factory=dict)  #: of an earlier run
     standing: dict[Key, Any] = field(default_factory=dict)  #: dynamic verdicts of this run on designs that stand
-    _latest: tuple[Key, Assembly, Verdict] | None = None
+    _foreseen: dict[Key, Candidate] = field(default_factory=dict)  #: judged by statics before they are asked for
+    _judged: dict[Key, tuple[Assembly, Verdict]] = field(default_factory=dict)  #: until dynamics have been asked
+    _begun: set[Key] = field(default_factory=set)
     _restored: bool = False
 
     def __post_init__(self) -> None:
@@ -69,11 +76,49 @@ class Judge:
         """
         key = tuple(values.values())
         before = self.rows.get(key, self.known.get(key))
-        candidate = before or self._static(key, dict(values))
+        candidate = before or self._foreseen.pop(key, None) or self._static(key, dict(values))
         wanted = (UNASKED, PRUNED) if always else (UNASKED,)
         if dynamics and candidate.static != ERROR and candidate.dynamic in wanted:
             candidate = self._dynamic(key, candidate)
+        self._judged.pop(key, None)
         return self.enter(key, candidate, new=candidate is not before)
+
+    def first_that_stands(self, line: Sequence[Values]) -> Values | None:
+        """The first of some designs that stands; they are judged in their order, and none behind it is entered."""
+        for number, values in enumerate(line):
+            self._look_ahead(line[number:])
+            if self.ask(values).stands:
+                return values
+        return None
+
+    def _look_ahead(self, line: Iterable[Values]) -> None:
+        """Begin the simulations of the next designs that statics allow.
+
+        Statics judge in the same order as without, so that verdicts rest on the same evidence.
+        """
+        if self.judges.begin is None:
+            return
+        running = 0
+        for values in line:
+            key = tuple(values.values())
+            candidate = self.rows.get(key, self.known.get(key)) or self._foreseen.get(key)
+            if candidate is None:
+                candidate = self._foreseen[key] = self._static(key, dict(values))
+            if candidate.dynamic != UNASKED or candidate.static == ERROR:
+                continue
+            if key not in self._begun:
+                self._begun.add(key)
+                self.judges.begin(self._of(key, candidate)[0])
+            running += 1
+            if running == self.judges.ahead:
+                return
+
+    def _of(self, key: Key, candidate: Candidate) -> tuple[Assembly, Verdict]:
+        """The assembly of a candidate and what statics say of it."""
+        if key not in self._judged:
+            assembly = self.make(candidate.parameters)
+            self._judged[key] = assembly, self.judges.static(assembly)
+        return self._judged[key]
 
     def enter(self, key: Key, candidate: Candidate, *, new: bool) -> Candidate:
         """Put a candidate into the books."""
@@ -94,7 +139,7 @@ class Judge:
             verdict = self.judges.static(assembly)
         except InputError as error:
             return Candidate(values, ERROR, None, UNASKED, None, None, process_time() - begin, 0.0, str(error))
-        self._latest = (key, assembly, verdict)
+        self._judged[key] = assembly, verdict
         word = PRUNED if verdict.outcome is Outcome.UNSTABLE else UNASKED
         if self.judges.verify is None and verdict.outcome is Outcome.STABLE:
             word = BY_STATICS
@@ -114,16 +159,13 @@ class Judge:
         if self.judges.verify is None:
             return candidate
         self.check_cancelled()
-        if self._latest is None or self._latest[0] != key:
-            assembly = self.make(candidate.parameters)
-            self._latest = (key, assembly, self.judges.static(assembly))
-        _, assembly, verdict = self._latest
+        assembly, verdict = self._of(key, candidate)
         begin = process_time()
         try:
             found = self.judges.verify(assembly)
         except InputError as error:
             return replace(candidate, dynamic=ERROR, dynamic_seconds=process_time() - begin, note=str(error))
-        seconds = process_time() - begin
+        seconds = max(process_time() - begin, getattr(found, "process_seconds", 0.0))
         candidate = replace(candidate, dynamic=found.outcome.word, dynamic_seconds=seconds)
         if candidate.stands:
             self.standing[key] = found

@@ -39,7 +39,7 @@ def pruned_line(judge: Judge) -> Values | None:
         line = [{**best, name: value} for value in sorted(judge.space.line(name))]
         if len(line) > LONG:
             _bisect(judge, line)
-        standing = next((values for values in line if judge.ask(values).stands), None)
+        standing = judge.first_that_stands(line)
         if standing is not None:
             best, stood = standing, True
     return best if stood else None
@@ -78,10 +78,7 @@ def pruned_grid(judge: Judge) -> Values | None:
             continue  # it cannot stand
         weighed.append((float(assembly.volume[assembly.free].sum()), values))
     # Sorting keeps the order of equals.
-    for _, values in sorted(weighed, key=lambda pair: pair[0]):
-        if judge.ask(values).stands:
-            return values
-    return None
+    return judge.first_that_stands([values for _, values in sorted(weighed, key=lambda pair: pair[0])])
 
 
 WALKS: dict[tuple[str, str], Walk] = {
