@@ -21,6 +21,7 @@ import numpy as np
 ROOT = Path(__file__).parents[1]
 sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "benchmarks")]
 
+import results
 from compare_kept import Kept
 from compare_page import (
     LEAST_SHARE,
@@ -250,6 +251,18 @@ def page(path: Path, scenes: list[Scene], rows: Comparisons, limits_found: list[
         causes=causes(rows, {s.name: s.assembly for s in scenes}, folder, path),
     )  # fmt: skip
     path.write_text(text)
+    results.save(path.parent / "results" / f"{path.stem}.md", {"summary": summary(rows)})
+
+
+def summary(rows: Comparisons) -> str:
+    """One sentence."""
+    excluded = [row for row in rows if row.static == "unstable"]
+    stood = sum(row.dynamic == "stands" for row in excluded)
+    fields, coulomb = (sum(getattr(row, word) is True for row in rows) for word in ("agree", "agree_coulomb"))
+    return (
+        f'- Of {len(rows)} scenes Bullet agrees with force fields alone on {fields} and with `flow="coulomb"` on '
+        f"{coulomb}; of the {len(excluded)} that statics exclude it lets {stood or 'none'} stand."
+    )
 
 
 TIMED = ("static", "coulomb", "dynamic")
