@@ -37,6 +37,9 @@ STEADY, STRETCH = 8e-3, 4
 #: Slips that grow by more than this over the second half of the solves grow without bound (steady growth doubles them);
 #: those that grow by less have a bound, even where they flicker between equivalent states.
 GROWTH = 1.25
+#: What comes to rest does so ever more slowly, so its slips at most double; those that grow by more over the second half
+#: of the solves grow ever faster.
+EXPLOSION = 4.0
 #: Solves before growth, with and without a steady factor, is believed.
 EARLY, PATIENCE = 12, 24
 #: Slips beyond this are without bound.
@@ -93,6 +96,8 @@ def _judge(changes: list[float], factors: list[float], sizes: list[float]) -> bo
         return False
     solves = len(changes)
     grows = sizes[-1] > GROWTH * sizes[solves // 2]
+    if solves >= EARLY and sizes[-1] > EXPLOSION * sizes[solves // 2]:
+        return False
     recent = factors[-STRETCH:]
     if len(recent) == STRETCH and max(recent) - min(recent) <= STEADY:
         mean = float(np.mean(recent))
