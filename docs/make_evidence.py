@@ -68,7 +68,7 @@ JOBS = (
     page("gallery", "docs/make_gallery.py", 4, "docs/gallery/*.png"),
     page("scenes", "docs/make_scenes.py", 0.1),
     page("speed_error", "benchmarks/speed_error.py --write", 7, "docs/speed-error.png"),
-    page("bullet", "benchmarks/bullet.py --write", 15, "docs/bullet.png"),
+    page("bullet", "benchmarks/bullet.py --write", 10, "docs/bullet.png"),
     page("paper", "examples/paper/experiment.py --write", 5, "docs/paper.png"),
     page(
         "comparison",
@@ -84,7 +84,7 @@ JOBS = (
     table("stiffness", 2),
     table("loads", 1, "--strips docs", writes=["docs/strip-*.png"]),
     table("iterations", 2),
-    table("search", 8, "--sample 12", "--lighter", "--reasons", "--no-gradient"),
+    table("search", 13, "--sample 12", "--lighter", "--reasons"),
     table("soundness", 3),
     table("sweep", 0.3),
     table("live_page", 1.5),
