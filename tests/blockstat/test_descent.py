@@ -173,3 +173,20 @@ def test_an_interrupted_descent_ends_with_the_same_history(tmp_path):
     assert rows(again) == rows(whole)
     with pytest.raises(InputError, match="of another search"):
         search(scene, **{**options, "margin": replace(options["margin"], least=0.1)}, history=path)
+
+
+@pytest.mark.parametrize("snap", [False, True])
+def test_where_more_reserve_does_not_help_a_heavier_design_is_offered(snap):
+    # Only nearly the heaviest designs stand by this verifier, and no design has the reserve that tells them apart.
+    scene = portal()
+    sizes = [build(with_values(scene, values)) for values in space_of(scene).grid()]
+    most = max(asm.volume[asm.free].sum() for asm in sizes)
+
+    def verify(asm):
+        return Judgement(Word.STANDS if asm.volume[asm.free].sum() > 0.95 * most else Word.FALLS)
+
+    result = search(scene, verify=verify, strategy="gradient", margin=Margin(PUSH, 0.05), snap=snap)
+    assert result.best is not None
+    best = build(result.best)
+    assert best.volume[best.free].sum() > 0.95 * most
+    assert limit_load(best, acceleration(best, PUSH)).lower >= 0.05

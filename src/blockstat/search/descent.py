@@ -29,6 +29,8 @@ MOST = 64
 AIM = 2e-6
 #: Where a design does not stand in the dynamic verifier, this much reserve more is asked for, then twice that, ...
 MORE, TRIES = 0.01, 6
+#: Where no more reserve helps, designs met on the way are tried, each so many times heavier than the last that fell.
+HEAVIER = 1.05
 #: Price of reserve that is lacking, in volumes of the largest design; more than any reserve costs.
 PENALTY = 50.0
 #: A descent ends after this many designs, when it can gain less than this share, or within this distance (scaled).
@@ -194,6 +196,19 @@ def lightest(judge: Judge, margin: Margin, *, snap: bool = False) -> Values | No
             return found.parameters
         if tries < TRIES:
             push(number, tries + 1, max(least, found.reserve or 0.0) + MORE * 2**tries, descent)
+    return _met(judge, margin.least, snap=snap)
+
+
+def _met(judge: Judge, least: float, *, snap: bool) -> Values | None:
+    """The first that stands of the designs that were measured and have the reserve, from the lightest on."""
+    ranges = judge.space.ranges
+    fallen = 0.0
+    for found in sorted(judge.rows.values(), key=lambda c: c.volume or 0.0):
+        on_steps = all(value in ranges[name].steps() for name, value in found.parameters.items())
+        if _enough(found, least) and (on_steps or not snap) and (found.volume or 0.0) >= HEAVIER * fallen:
+            if judge.ask(found.parameters).stands:
+                return found.parameters
+            fallen = found.volume or 0.0
     return None
 
 
