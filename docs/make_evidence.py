@@ -67,7 +67,7 @@ JOBS = (
     page("hard", "docs/make_hard.py", 2),
     page("gallery", "docs/make_gallery.py", 4, "docs/gallery/*.png"),
     page("scenes", "docs/make_scenes.py", 0.1),
-    page("speed_error", "benchmarks/speed_error.py --write", 7, "docs/speed-error.png"),
+    page("speed_error", "benchmarks/speed_error.py --write", 9, "docs/speed-error.png"),
     page("bullet", "benchmarks/bullet.py --write", 10, "docs/bullet.png"),
     page("paper", "examples/paper/experiment.py --write", 5, "docs/paper.png"),
     page(
