@@ -169,7 +169,7 @@ and `python examples/compare_cases.py DIRECTORY` of files. The verdicts took {se
 {static:.1f}, Coulomb {coulomb:.1f}, Bullet {dynamic:.0f}.
 
 Bullet agrees with force fields alone on {agree} scenes and with Coulomb friction on {agree_coulomb}. Of {excluded}
-scenes that statics exclude, {stood} stood in Bullet.
+scenes that statics exclude, {stood} stood in Bullet. Refused by Bullet, so not compared: {refused}.
 
 {static_matrix}
 
@@ -241,6 +241,7 @@ def page(path: Path, scenes: list[Scene], rows: Comparisons, limits_found: list[
         seconds=f"{sum(seconds.values()):.0f}", **seconds,
         agree=sum(row.agree is True for row in rows), agree_coulomb=sum(row.agree_coulomb is True for row in rows),
         excluded=len(excluded), stood=sum(row.dynamic == "stands" for row in excluded),
+        refused=", ".join(row.name for row in rows if row.dynamic is None) or "none",
         static_matrix=matrix(rows, "static"), coulomb_matrix=matrix(rows, "coulomb"), families=families(rows, family),
         truths=truths(scenes, rows), limit_count=len(limits_found), share=LEAST_SHARE, ratios=ratios(limits_found),
         doubted=sum(row.finer is not None for row in limits_found), over=DOUBTED - 1, finer=1e3 * FINER,

@@ -37,8 +37,8 @@ STEADY, STRETCH = 8e-3, 4
 #: Slips that grow by more than this over the second half of the solves grow without bound (steady growth doubles them);
 #: those that grow by less have a bound, even where they flicker between equivalent states.
 GROWTH = 1.25
-#: What comes to rest does so ever more slowly, so its slips at most double; those that grow by more over the second half
-#: of the solves grow ever faster.
+#: What comes to rest does so ever more slowly, so its slips at most double; those that grow by more over the second
+#: half of the solves grow ever faster.
 EXPLOSION = 4.0
 #: Solves before growth, with and without a steady factor, is believed.
 EARLY, PATIENCE = 12, 24

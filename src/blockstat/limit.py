@@ -112,6 +112,9 @@ class LimitLoad:
             lines.append(f"Joints of the mechanism: {counts}.")
         return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
 
+    def __str__(self) -> str:
+        return self.explain()
+
     def _repr_html_(self) -> str:
         return as_html(self.explain())
 

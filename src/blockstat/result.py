@@ -123,6 +123,9 @@ class Verdict:
         lines += [f"Warning: {text}" for text in self.warnings]
         return "\n".join(lines)
 
+    def __str__(self) -> str:
+        return self.explain()
+
     def _repr_html_(self) -> str:
         return as_html(self.explain())
 

@@ -113,6 +113,7 @@ def test_verdicts_and_limits_explain_themselves_in_a_notebook():
         page = result._repr_html_()
         assert html.unescape(page) == f'<pre style="white-space: pre-wrap">{result.explain()}</pre>'
         assert "<=" not in page
+        assert str(result) == result.explain()
 
 
 def test_bad_picture_paths(tmp_path):

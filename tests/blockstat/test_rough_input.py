@@ -111,6 +111,26 @@ def test_the_only_object_of_a_file_is_all_its_solids(tmp_path):
     assert read(path, supports=[0]).n_blocks == 1
 
 
+def test_bricks_of_the_only_object_may_share_vertices(tmp_path):
+    # two halves of a beam that would bridge the gap if they were one block
+    boxes = [
+        box((0, 0, 0), (0.5, 1, 1)),
+        box((2.5, 0, 0), (3, 1, 1)),
+        box((0, 0, 1), (1.5, 1, 2)),
+        box((1.5, 0, 1), (3, 1, 2)),
+    ]
+    corners = sorted({tuple(corner) for block in boxes for corner in block.vertices.tolist()})
+    lines = [f"v {x} {y} {z}" for x, y, z in corners]
+    for block in boxes:
+        own = [corners.index(tuple(corner)) + 1 for corner in block.vertices.tolist()]
+        lines += ["f " + " ".join(str(own[corner]) for corner in face) for face in block.faces]
+    path = tmp_path / "welded.obj"
+    path.write_text("\n".join(lines))
+    bridge = read(path, supports=[0, 1])
+    assert bridge.n_blocks == 4
+    assert assess(bridge, friction=0.0).outcome.word == "unstable"
+
+
 def test_names_that_collide_with_the_numbering(tmp_path):
     blocks = [box((0, 0, k), (1, 1, k + 1), name=name) for k, name in enumerate(("a", "b", "c"))]
     path = write(assembly(blocks), tmp_path / "x.obj")

@@ -55,6 +55,8 @@ def test_bad_toml_names_file_and_line(tmp_path):
         load_scene(path)
     with pytest.raises(InputError, match=r"none\.toml: no such file"):
         load_scene(tmp_path / "none.toml")
+    with pytest.raises(InputError, match=r"wall\.obj: a scene file \(\.toml\) is needed"):
+        load_scene(path.rename(tmp_path / "wall.obj"))
     path.write_text('name = "x"\nlength = 3.0\nspan = 2.0\nroof = "flat"\n')
     with pytest.raises(InputError, match=r"bad\.toml: roof: unknown key"):
         load_scene(path)

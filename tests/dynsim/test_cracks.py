@@ -63,4 +63,5 @@ def test_a_verdict_tells_its_cracks():
     assert verdict.cracks.n_cracks >= 1
     assert sum(verdict.summary()["cracks"].values()) == verdict.cracks.n_cracks
     assert "Cracks:" in verdict.explain()
+    assert str(verdict) == verdict.explain()
     assert "Cracks:" in verdict._repr_html_()

@@ -45,6 +45,7 @@ def test_few_runs_from_the_static_limit():
     assert len(found.trials) <= 7
     assert found.summary()["runs"] == len(found.trials)
     assert "Bullet / static" in found.explain()
+    assert str(found) == found.explain()
     assert "Bullet / static" in found._repr_html_()
     # The bracket is what the runs say.
     stood = [t.multiplier for t in found.trials if t.verdict == "stands"]

@@ -17,7 +17,7 @@ import numpy as np
 from blockstat.assembly import Block
 from blockstat.errors import InputError
 from blockstat.io.names import distinct_names
-from blockstat.io.obj import read_obj, split_solids, write_obj
+from blockstat.io.obj import closed_runs, read_obj, split_solids, write_obj
 from blockstat.io.parts import Parts, chosen_supports
 from blockstat.io.triangles import triangulate
 
@@ -96,21 +96,8 @@ def _closed_runs(mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
     import trimesh
 
     _, corner = np.unique(np.round(mesh.vertices, _digits(mesh)), axis=0, return_inverse=True)
-    open_edges: set[tuple[int, int]] = set()
-    runs, first = [], 0
-    for number, (a, b, c) in enumerate(corner.reshape(-1)[mesh.faces].tolist()):
-        for edge in ((a, b), (b, c), (c, a)):
-            if edge[::-1] in open_edges:
-                open_edges.remove(edge[::-1])
-            else:
-                open_edges.add(edge)
-        if not open_edges:
-            runs.append(range(first, number + 1))
-            first = number + 1
-    if first < len(mesh.faces):
-        runs.append(range(first, len(mesh.faces)))
     solids = []
-    for run in runs:
+    for run in closed_runs(corner.reshape(-1)[mesh.faces].tolist()):
         used, faces = np.unique(mesh.faces[run.start : run.stop], return_inverse=True)
         solids.append(trimesh.Trimesh(mesh.vertices[used], faces.reshape(-1, 3), process=False))
     return solids

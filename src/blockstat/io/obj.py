@@ -8,7 +8,7 @@ and names that a line of OBJ cannot hold; one before the first object holds fric
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -75,7 +75,11 @@ def read_obj(path: Path) -> tuple[list[Solid], dict[str, Any]]:
 
 
 def split_solids(solid: Solid) -> list[Solid]:
-    """The parts of a file's only object that share no vertices, each a block without a name if there are several."""
+    """The closed parts of a file's only object, each a block without a name if there are several.
+
+    Parts share no vertices, or one is closed in the order of the file before the next begins: bricks that touch may
+    share vertices.
+    """
     from scipy import sparse
     from scipy.sparse.csgraph import connected_components
 
@@ -86,7 +90,24 @@ def split_solids(solid: Solid) -> list[Solid]:
     parts: dict[int, list[list[int]]] = {}
     for face in solid.faces:
         parts.setdefault(int(label[face[0]]), []).append(face)
-    return [solid] if len(parts) == 1 else [_solid("", solid.vertices, own, {}) for own in parts.values()]
+    runs = [part[run.start : run.stop] for part in parts.values() for run in closed_runs(part)]
+    return [solid] if len(runs) == 1 else [_solid("", solid.vertices, run, {}) for run in runs]
+
+
+def closed_runs(faces: Sequence[Sequence[int]]) -> list[range]:
+    """Cut faces into runs of which each is a closed surface; what is left open at the end is the last."""
+    open_edges: set[tuple[int, int]] = set()
+    runs, first = [], 0
+    for number, face in enumerate(faces):
+        for tail, head in zip(face, [*face[1:], face[0]], strict=True):
+            if (head, tail) in open_edges:
+                open_edges.remove((head, tail))
+            else:
+                open_edges.add((tail, head))
+        if not open_edges:
+            runs.append(range(first, number + 1))
+            first = number + 1
+    return [*runs, range(first, len(faces))] if first < len(faces) else runs
 
 
 def _solid(

@@ -9,6 +9,8 @@ import tomllib
 from blockstat.errors import InputError
 from blockstat.spec import Scene, scene_from
 
+BLOCKS = (".json", ".obj", ".glb", ".stl", ".ply")  #: suffixes of files that are no scenes
+
 
 def load_scene(path: str | Path) -> Scene:
     """Read a scene; a mesh file named in it is looked for beside it.
@@ -18,6 +20,8 @@ def load_scene(path: str | Path) -> Scene:
     path = Path(path)
     if not path.is_file():
         raise InputError(f"{path}: no such file")
+    if path.suffix.lower() in BLOCKS:
+        raise InputError(f"{path}: a scene file (.toml) is needed; this holds blocks, which have no parameters")
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
