@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from pathlib import Path
 from time import perf_counter, process_time
 from typing import Any
@@ -168,12 +169,14 @@ def main() -> None:
     chapel = scene()
     assess(build(chapel))  # libraries are loaded before anything is timed
     quick, result = pruned(chapel)
+    both = side_by_side(chapel, result)
+    print(both, file=sys.stderr, flush=True)
     ways = [bullet_alone(chapel, options.sample, options.seed), quick]
     if not options.no_gradient:
         ways.append(gradient(chapel, options.reserve))
     figures = {
         "blocks": build(chapel).n_blocks, "space": space_of(chapel, NAMES).size, "ways": ways,
-        "side_by_side": side_by_side(chapel, result),
+        "side_by_side": both,
         "ratio": ways[0]["seconds"] / quick["seconds"],
         "static_seconds": sum(c.static_seconds for c in result.history),
         "dynamic_seconds": sum(c.dynamic_seconds for c in result.history),
