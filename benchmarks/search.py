@@ -25,8 +25,9 @@ from blockstat import Memory, assess, build, search
 from blockstat.search import Margin, SearchResult, space_of
 from blockstat.spec import Scene, scene_from
 from dynsim import verify
+from dynsim.ahead import Ahead
 from dynsim.causes import likely_reason
-from dynsim.pool import Ahead, jobs_checked
+from dynsim.pool import jobs_checked
 
 NAMES = ("wall.thickness", "vault.thickness", "buttresses.south.thickness", "buttresses.north.present")
 PUSH = (0.0, 1.0, 0.0)  #: across the nave

@@ -128,11 +128,11 @@ def hull_obj(pieces: Sequence[Floats]) -> str:
     for number, points in enumerate(map(on_grid, pieces)):
         hull = _hull(points)
         lines.append(f"o piece{number}")
-        lines += ["v " + " ".join(repr(float(x)) for x in point) for point in points]
-        for simplex, equation in zip(hull.simplices, hull.equations, strict=True):
-            a, b, c = simplex
-            outward = np.dot(np.cross(points[b] - points[a], points[c] - points[a]), equation[:3]) > 0
-            corners = (a, b, c) if outward else (a, c, b)
-            lines.append("f " + " ".join(str(corner + offset) for corner in corners))
+        lines += ["v " + " ".join(map(repr, point)) for point in points.tolist()]
+        corners = hull.simplices.copy()
+        a, b, c = points[corners].swapaxes(0, 1)
+        inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
+        corners[inward] = corners[inward][:, [0, 2, 1]]
+        lines += ["f " + " ".join(map(str, face)) for face in (corners + offset).tolist()]
         offset += len(points)
     return "\n".join(lines) + "\n"

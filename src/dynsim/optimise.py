@@ -15,8 +15,9 @@ from blockstat.report import Figure, write_designs, write_report
 from blockstat.reuse import Memory
 from blockstat.search import Candidate, SearchResult, search
 from blockstat.spec import Scene, with_values
+from dynsim.ahead import Ahead
 from dynsim.causes import likely_reason
-from dynsim.pool import Ahead, jobs_checked
+from dynsim.pool import jobs_checked
 from dynsim.settings import Settings
 from dynsim.verify import DynamicVerdict, verify
 

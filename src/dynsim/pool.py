@@ -108,7 +108,7 @@ def run_many(
     finished = True
     # A process that is killed leaves its files behind: they go with this directory.
     scratch = tempfile.TemporaryDirectory(prefix="dynsim-pool-")
-    lines = [_Line(function, arguments, waiting, done, timeout, scratch.name) for _ in range(jobs)]
+    lines = [Line(function, arguments, waiting, done, timeout, scratch.name) for _ in range(jobs)]
     try:
         for line in lines:
             line.start()
@@ -127,57 +127,6 @@ def run_many(
     return Rows(rows, finished)
 
 
-class Ahead(Generic[T]):
-    """A function whose answers may be begun before they are asked for, in processes of their own.
-
-    A context manager; what is still running at its end is given up.
-    """
-
-    def __init__(self, function: Callable[[Any], T], jobs: int | None = None) -> None:
-        """function : one that can be imported; jobs : processes, all cores by default."""
-        self._function = function
-        self._arguments: list[Any] = []
-        self._begun: dict[int, int] = {}  #: identities of arguments, which are kept, and their numbers
-        self._found: dict[int, Answer] = {}
-        self._waiting: Waiting = queue.SimpleQueue()
-        self._done: queue.SimpleQueue[tuple[int, Answer]] = queue.SimpleQueue()
-        self._scratch = tempfile.TemporaryDirectory(prefix="dynsim-pool-")
-        self._lines = [
-            _Line(function, self._arguments, self._waiting, self._done, None, self._scratch.name)
-            for _ in range(jobs_checked(jobs))
-        ]
-
-    def __enter__(self) -> Ahead[T]:
-        for line in self._lines:
-            line.start()
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        for line in self._lines:
-            line.stop()
-            self._waiting.put(None)
-        self._scratch.cleanup()
-
-    def begin(self, argument: Any) -> None:
-        """Begin an answer that will probably be asked for."""
-        self._begun[id(argument)] = len(self._arguments)
-        self._arguments.append(argument)
-        self._waiting.put(len(self._arguments) - 1)
-
-    def __call__(self, argument: Any) -> T:
-        """The answer for an argument; where nothing was begun, or that failed, it is found here."""
-        number = self._begun.get(id(argument))
-        if number is None:
-            return self._function(argument)
-        while number not in self._found:
-            index, answer = self._done.get()
-            self._found[index] = answer
-        result, error, _ = self._found.pop(number)
-        self._arguments[number] = None
-        del self._begun[id(argument)]
-        return self._function(argument) if error or result is None else result
-
-
 def jobs_checked(jobs: int | None) -> int:
     """The number of processes: as asked, or one a core that this process may use."""
     if jobs is None:
@@ -187,7 +136,12 @@ def jobs_checked(jobs: int | None) -> int:
     return jobs
 
 
-class _Line(threading.Thread):
+def ready(function: Callable[[Any], Any]) -> bool:
+    """What a process does that starts early: to have been told of the function it has imported it."""
+    return callable(function)
+
+
+class Line(threading.Thread):
     """One process at a time that takes waiting tasks; a new one after a death."""
 
     def __init__(
@@ -198,8 +152,12 @@ class _Line(threading.Thread):
         done: queue.SimpleQueue[tuple[int, Answer]],
         timeout: float | None,
         scratch: str,
+        *,
+        early: bool = False,
     ) -> None:
+        """early : whether the process starts before there is a task."""
         super().__init__(daemon=True)
+        self._early = early
         self._function, self._arguments = function, arguments
         self._waiting, self._done, self._timeout = waiting, done, timeout
         path = os.pathsep.join([str(Path(__file__).parents[1]), *filter(None, sys.path)])
@@ -209,10 +167,12 @@ class _Line(threading.Thread):
         self._process: subprocess.Popen[bytes] | None = None
 
     def run(self) -> None:
+        if self._early:
+            self._ask(ready, self._function)
         while not self._stopped and (index := self._waiting.get()) is not None:
             answer: Answer
             try:
-                answer = self._ask(self._arguments[index])
+                answer = self._ask(self._function, self._arguments[index])
             except Exception as failure:
                 answer = None, f"internal error ({type(failure).__name__}: {failure})", ()
             self._done.put((index, answer))
@@ -224,8 +184,8 @@ class _Line(threading.Thread):
             self._stopped = True
             _end(self._process)
 
-    def _ask(self, argument: Any) -> Answer:
-        task = pickle.dumps((self._function, argument), protocol=pickle.HIGHEST_PROTOCOL)
+    def _ask(self, function: Callable[[Any], Any], argument: Any) -> Answer:
+        task = pickle.dumps((function, argument), protocol=pickle.HIGHEST_PROTOCOL)
         process = self._living()
         if process is None:
             return None, INTERRUPTED, ()

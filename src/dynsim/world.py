@@ -105,7 +105,7 @@ class World:
             )
         else:
             assert self._directory is not None
-            path = Path(self._directory.name) / f"{block}.obj"
+            path = Path(self._directory.name) / "block.obj"  # read at once and not kept
             path.write_text(hull_obj([piece * self.length for piece in shape.pieces]))
             collision = b.createCollisionShape(
                 b.GEOM_MESH,

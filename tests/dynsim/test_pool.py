@@ -12,7 +12,7 @@ import pytest
 import pool_tasks
 from blockstat import InputError, write
 from dynsim import Removal, run_many, verify, verify_many
-from dynsim.pool import Ahead
+from dynsim.ahead import Ahead
 from problems import arch, assembly, box, running_bond, stack
 
 

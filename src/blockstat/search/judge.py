@@ -17,6 +17,8 @@ from blockstat.search.candidate import BY_STATICS, ERROR, FORCES, MECHANISM, PRU
 from blockstat.search.history import History, Key
 from blockstat.search.space import Space, Values
 
+#: Designs kept between being weighed and being judged.
+KEPT = 256
 #: What a verdict says of where it comes from.
 EVIDENCE = {"earlier forces": FORCES, "earlier mechanism": MECHANISM, "none": ""}
 
@@ -60,6 +62,7 @@ class Judge:
     _foreseen: dict[Key, Candidate] = field(default_factory=dict)  #: judged by statics before they are asked for
     _judged: dict[Key, tuple[Assembly, Verdict]] = field(default_factory=dict)  #: until dynamics have been asked
     _begun: set[Key] = field(default_factory=set)
+    _weighed: dict[Key, Assembly] = field(default_factory=dict)  #: built to be weighed, and not judged yet
     _restored: bool = False
 
     def __post_init__(self) -> None:
@@ -68,6 +71,13 @@ class Judge:
     def make(self, values: Mapping[str, float]) -> Assembly:
         """The design as it is judged. Raises InputError when its parts do not fit together."""
         return self.judges.under(build(self.space.at(values)))
+
+    def weigh(self, values: Values) -> float:
+        """Volume of the free blocks of a design [m3]; raises as `make`. The first few are kept for their judgement."""
+        assembly = self.make(values)
+        if len(self._weighed) < KEPT:
+            self._weighed[tuple(values.values())] = assembly
+        return float(assembly.volume[assembly.free].sum())
 
     def ask(self, values: Mapping[str, float], *, dynamics: bool = True, always: bool = False) -> Candidate:
         """The candidate with these values.
@@ -135,7 +145,7 @@ class Judge:
         self.check_cancelled()
         begin = process_time()
         try:
-            assembly = self.make(values)
+            assembly = self._weighed.pop(key, None) or self.make(values)
             verdict = self.judges.static(assembly)
         except InputError as error:
             return Candidate(values, ERROR, None, UNASKED, None, None, process_time() - begin, 0.0, str(error))

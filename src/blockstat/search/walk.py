@@ -73,10 +73,9 @@ def pruned_grid(judge: Judge) -> Values | None:
     for values in judge.space.grid():
         judge.check_cancelled()
         try:
-            assembly = judge.make(values)
+            weighed.append((judge.weigh(values), values))
         except InputError:
             continue  # it cannot stand
-        weighed.append((float(assembly.volume[assembly.free].sum()), values))
     # Sorting keeps the order of equals.
     return judge.first_that_stands([values for _, values in sorted(weighed, key=lambda pair: pair[0])])
 
