@@ -83,26 +83,30 @@ class Assembly:
         names = _unique_names(blocks)
         vertices = [_vertex_array(block, label) for block, label in zip(blocks, names, strict=True)]
         vertex_start = np.concatenate([[0], np.cumsum([len(v) for v in vertices])])
-        faces, face_block, doubled = [], [], []
+        corners, sides, doubled = [], [], []
+        checked: dict[tuple[int, int], list[list[int]]] = {}  # bricks share one list of faces
         for index, (block, label) in enumerate(zip(blocks, names, strict=True)):
-            checked = _face_lists(block, label, len(vertices[index]))
-            if len(checked) < len(block.faces):
+            kind = id(block.faces), len(vertices[index])
+            if kind not in checked:
+                checked[kind] = _face_lists(block, label, len(vertices[index]))
+            faces = checked[kind]
+            if len(faces) < len(block.faces):
                 doubled.append(label)
-            faces.extend(np.asarray(face) + vertex_start[index] for face in checked)
-            face_block.extend([index] * len(checked))
+            corners.append(np.concatenate(faces) + vertex_start[index])
+            sides.append([len(face) for face in faces])
         if doubled:
             text = f'{len(doubled)} blocks list faces twice (the first is "{doubled[0]}"); each counts once'
             warnings.warn(InputWarning(text), stacklevel=3)
-        face_start = np.concatenate([[0], np.cumsum([len(f) for f in faces])])
+        face_start = np.concatenate([[0], np.cumsum(np.concatenate(sides))])
         given = [density if b.density is None else b.density for b in blocks]
         densities = np.array([check_density(label, value) for label, value in zip(names, given, strict=True)])
         assembly = cls(
             name=name,
             vertices=np.concatenate(vertices),
             vertex_start=vertex_start,
-            face_vertices=np.concatenate(faces),
+            face_vertices=np.concatenate(corners),
             face_start=face_start,
-            face_block=np.array(face_block, dtype=np.int64),
+            face_block=np.repeat(np.arange(len(blocks)), [len(count) for count in sides]),
             names=tuple(names),
             groups=tuple(b.group for b in blocks),
             density=densities,

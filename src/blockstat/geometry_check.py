@@ -83,12 +83,15 @@ def _warn_of_several_solids(assembly: Assembly, merged: np.ndarray) -> None:
     n = len(assembly.vertices)
     block = np.repeat(assembly.face_block, np.diff(assembly.face_start))
     loose = np.zeros(assembly.n_blocks, dtype=bool)
-    loose[block[~np.isin(head * n + tail, tail * n + head)]] = True
+    forward, backward = tail * n + head, head * n + tail
+    if not np.array_equal(np.sort(forward), np.sort(backward)):
+        loose[block[~np.isin(backward, forward)]] = True
     tail, head = np.where(loose[block], merged[tail], tail), np.where(loose[block], merged[head], head)
     graph = sparse.coo_array((np.ones(len(tail)), (tail, head)), shape=(n, n))
-    _, label = connected_components(graph, directed=False)
-    parts = np.unique(np.column_stack([block, label[tail]]), axis=0)
-    several = np.flatnonzero(np.bincount(parts[:, 0], minlength=assembly.n_blocks) > 1)
+    count, label = connected_components(graph, directed=False)
+    owner = np.full(count, -1)
+    owner[label[tail]] = block
+    several = np.flatnonzero(np.bincount(owner[owner >= 0], minlength=assembly.n_blocks) > 1)
     if len(several):
         text = (
             f'{len(several)} blocks hold separate solids that move as one (the first is "{assembly.names[several[0]]}")'
