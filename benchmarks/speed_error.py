@@ -243,7 +243,8 @@ PAGE = """# Speed against error
 Written by `python benchmarks/speed_error.py --write`: one run, process seconds from the assembly in memory to the limit
 load multiplier, joints found anew each time. References have six digits, so errors of a few 1e-6 are theirs; the
 chapels are measured against our proven bracket. Polygons stand about the cone, as is usual. Bullet is another model:
-without dilatancy its limits lie below the associated ones, so part of its distance is physics.
+without dilatancy its limits lie below the associated ones, so part of its distance is physics. compas_cra says whether
+an assembly stands and has no limit load: its seconds are in [speed.md](speed.md).
 
 ![error over seconds, one panel a family](speed-error.png)
 
