@@ -66,13 +66,17 @@ class Settings:
             value = getattr(self, name)
             if isinstance(value, bool) or not isinstance(value, int) or value < 1:
                 raise InputError(f"settings: {name} is {value!r}; it must be a whole number of at least 1")
-        longest = max(self.time_step, self.quick_step, self.fine_step)
+        settle_step = self.settle_step or self.time_step
+        longest = max(self.time_step, self.quick_step, self.fine_step, settle_step)
         if longest > LONGEST_STEP:
             raise InputError(
                 f"settings: a time step of {longest!r} s; it must be at most 1/60 s, or blocks pass through each other"
             )
-        if not max(self.time_step, self.quick_step) <= self.look_every <= self.rest_after <= self.end:
-            raise InputError("settings: time_step, quick_step <= look_every <= rest_after <= end is needed")
+        coarsest = max(self.time_step, self.quick_step, settle_step)
+        if not coarsest <= self.look_every <= self.rest_after <= self.end:
+            raise InputError(
+                "settings: time_step, quick_step, settle_step <= look_every <= rest_after <= end is needed"
+            )
         if self.fine_step > self.quick_step:
             raise InputError("settings: fine_step <= quick_step is needed")
 

@@ -77,7 +77,7 @@ def test_a_force_on_no_block_or_of_no_number_is_refused():
             world.push([1], np.full((1, 3), np.nan), np.zeros((1, 3)))
 
 
-@pytest.mark.parametrize("step", ["time_step", "quick_step"])
+@pytest.mark.parametrize("step", ["time_step", "quick_step", "settle_step"])
 def test_an_absurd_time_step_is_refused(step):
     with pytest.raises(InputError, match="at most 1/60 s"):
         Settings(**{step: 1.0, "look_every": 1.0, "rest_after": 1.0})
