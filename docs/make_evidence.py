@@ -4,7 +4,7 @@
 
 The jobs run two at a time, the longest first, each with one thread; what they print is in out/evidence. A job that
 fails does not stop the others, and the exit status is then 1. `--missing` runs what has not been made since the last
-full run, `--list` nothing: it only writes the table of jobs. Jobs marked as long run only when named.
+full run, `--list` nothing: it only writes the table of jobs.
 """
 
 from __future__ import annotations
@@ -42,7 +42,6 @@ class Job:
     command: str
     writes: tuple[str, ...]
     minutes: float
-    long: bool = False
 
     def files(self) -> list[Path]:
         """What there is of what it writes."""
@@ -54,11 +53,11 @@ def page(name: str, command: str, minutes: float, *writes: str) -> Job:
     return Job(name.replace("_", "-"), command, (f"docs/{name}.md", *writes), minutes)
 
 
-def table(name: str, minutes: float, *options: str, script: str = "", writes: Sequence[str] = (), **more: bool) -> Job:
+def table(name: str, minutes: float, *options: str, script: str = "", writes: Sequence[str] = ()) -> Job:
     """A job that writes docs/results/NAME.md for the marked blocks of pages."""
     file = f"docs/results/{name}.md"
     command = " ".join([f"benchmarks/{script or name}.py", *options, "--write", file])
-    return Job(name.replace("_", "-"), command, (file, *writes), minutes, **more)
+    return Job(name.replace("_", "-"), command, (file, *writes), minutes)
 
 
 JOBS = (
@@ -89,7 +88,7 @@ JOBS = (
     table("sweep", 0.3),
     table("live_page", 1.5),
     table("solvers", 7),
-    table("solvers_large", 10, "--large", "--limit 300", script="solvers", long=True),
+    table("solvers_large", 10, "--large", "--limit 300", script="solvers"),
 )
 
 
@@ -149,14 +148,13 @@ def listed(jobs: Sequence[Job]) -> str:
     for job in jobs:
         writes = ", ".join(f"`{pattern}`" for pattern in job.writes)
         took = "{process:.1f} | {clock:.1f}".format(**made(job)) if made(job) else "- | -"
-        name = f"{job.name} (long)" if job.long else job.name
-        rows.append(f"| {name} | `python {job.command}` | {writes} | {job.minutes:g} | {took} |")
+        rows.append(f"| {job.name} | `python {job.command}` | {writes} | {job.minutes:g} | {took} |")
     return "\n".join(rows)
 
 
 def chosen(jobs: Sequence[Job], only: Sequence[str], missing: bool) -> list[Job]:
-    """The jobs of those names, or all that are not long; without those that were made, if what is missing is wanted."""
-    some = [job for job in jobs if (job.name in only if only else not job.long)]
+    """The jobs of those names, or all; without those that were made, if what is missing is wanted."""
+    some = [job for job in jobs if not only or job.name in only]
     return [job for job in some if not (missing and made(job))]
 
 
@@ -175,7 +173,7 @@ def main() -> None:
     failed = run_all(jobs)
     print(f"{len(jobs) - len(failed)} of {len(jobs)} jobs done in {(time() - begin) / 60:.1f} min")
     # A table without some of the times would be poorer than the one there is.
-    if options.list or all(made(job) for job in JOBS if not job.long):
+    if options.list or all(made(job) for job in JOBS):
         save(make_pages.RESULTS / "evidence.md", {"jobs": listed(JOBS)})
     make_pages.main()
     if failed:

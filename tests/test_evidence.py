@@ -128,9 +128,3 @@ def test_the_time_of_a_job_counts_the_processes_it_waits_for(elsewhere):
     job = writer("busy", code)
     assert run_all([job]) == []
     assert made(job)["process"] * 60 > 0.1
-
-
-def test_long_jobs_run_only_by_name():
-    short, long = writer("short"), Job("long", "", (), 60, long=True)
-    assert chosen([short, long], [], missing=False) == [short]
-    assert chosen([short, long], ["long"], missing=False) == [long]
