@@ -5,6 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from blockstat import Assembly, LoadOutcome, glued, limit_load
+from blockstat.contact import GAP
+from blockstat.problem import pose
+from blockstat.program import PenaltyProgram
 from problems import arch, assembly, box, running_bond
 
 
@@ -73,3 +76,10 @@ def bonded_scene(seed: int) -> tuple[str, Assembly, float]:
         if limit.outcome is LoadOutcome.LIMIT and limit.lower > 0 and limit.gap < 1e-3:
             share = ratio / (1.0 + limit.lower)
             return name, glued(dry, share * strength, moment=moment and share * moment), ratio
+
+
+def program_of(asm: Assembly) -> PenaltyProgram:
+    """Its equilibrium as `blockstat.coulomb` takes it."""
+    program = pose(asm, friction=None, gravity=None, loads=None, gap=GAP, interfaces=None).program
+    assert program is not None
+    return program

@@ -18,6 +18,11 @@ from dynsim.loading import Removal
 AFTERWARDS = 3.0
 #: Motion dies away when it is less than this part of what it was in the time before.
 DYING = 0.9
+#: Blocks are quiet when they moved, in the root mean square, by less than this part of the rest distance in half the
+#: time. One block shakes at random; a mechanism too slow to be seen in it yet moves many at once.
+QUIET = 0.025
+#: What is not quiet has to be still for this many times as long.
+LONGER = 2.0
 
 
 def last_change(loads: Sequence[Load]) -> float:
@@ -39,8 +44,11 @@ def threshold_under(assembly: Assembly, loads: Sequence[Load]) -> float:
 
 
 class Calm:
-    """Whether blocks are at rest, as seen look by look: within a distance of one place for a time; or near where they
-    were let go, within three such distances for that time, and less far than in the time before.
+    """Whether blocks are at rest, as seen look by look.
+
+    They are still: within a distance of one place for a time; or near where they were let go, within three such
+    distances for that time, and less far than in the time before. And they are quiet, or have been within the
+    distance of one place for longer.
     """
 
     def __init__(self, distance: float, duration: float, small: float) -> None:
@@ -54,22 +62,34 @@ class Calm:
         """Look at displacements, shape (n, 3) [m], at a time; before 0 nothing is calm."""
         if time <= 0 or _furthest(moved - self._place) >= self._distance:
             self._start, self._place = max(time, 0.0), moved
-        still = time > 0 and time - self._start >= self._duration
-        self.reached = still or self._dies_away(time, moved)
+        if time > 0:
+            self._remember(time, moved)
+            still_for = time - self._start
+            still = still_for >= self._duration or self._dies_away(time, moved)
+            self.reached = still and (still_for >= LONGER * self._duration or self._quiet(time, moved))
         return self.reached
+
+    def _remember(self, time: float, moved: Floats) -> None:
+        """Keep the looks of the last two durations, from the last one before them on."""
+        self._past.append((time, moved))
+        while len(self._past) > 1 and self._past[1][0] <= time - 2 * self._duration + 1e-9:
+            self._past.popleft()
+
+    def _before(self, time: float) -> Floats:
+        """Displacements in the look nearest to a time."""
+        return min(self._past, key=lambda look: abs(look[0] - time))[1]
+
+    def _quiet(self, time: float, moved: Floats) -> bool:
+        steps = moved - self._before(time - self._duration / 2)
+        return float(np.sqrt((steps**2).sum(axis=1).mean())) < QUIET * self._distance
 
     def _dies_away(self, time: float, moved: Floats) -> bool:
         """Whether the motion of the last `duration` is small and smaller than that of the one before."""
-        if time <= 0:
+        first, start = self._past[0]
+        if first > time - 2 * self._duration + 1e-9:
             return False
-        self._past.append((time, moved))
-        start = time - 2 * self._duration
-        if self._past[0][0] > start + 1e-9:
-            return False
-        while len(self._past) > 1 and self._past[1][0] <= start + 1e-9:
-            self._past.popleft()
-        middle = min(self._past, key=lambda look: abs(look[0] - (time - self._duration)))[1]
-        last, before = _furthest(moved - middle), _furthest(middle - self._past[0][1])
+        middle = self._before(time - self._duration)
+        last, before = _furthest(moved - middle), _furthest(middle - start)
         return last < min(3 * self._distance, DYING * before) and _furthest(moved) < self._small
 
 

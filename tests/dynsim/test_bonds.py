@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from blockstat import Assembly, InputError, JointLaw, Outcome, assess, glued, write
-from bonded import bonded_scene
+from blockstat.coulomb import settling_share
+from bonded import bonded_scene, program_of
 from dynsim import DynamicOutcome, InertiaScale, Settings, World, simulate, verify
 from dynsim.bonds import bonds_of
 from dynsim.loading import Removal
@@ -180,11 +181,13 @@ def test_statics_and_bullet_agree_on_glued_scenes(seed):
 @pytest.mark.slow
 def test_statics_and_bullet_agree_on_a_hundred_glued_scenes():
     # One cluster in a hundred, a ring of blocks that twists in its joints, falls in Bullet at 1.12 of its least
-    # strength. No scene stands that statics exclude.
+    # strength: there it hangs on history whether friction holds. No scene stands that statics exclude.
     scenes = [bonded_scene(seed)[1] for seed in range(100)]
-    wrong = [assess(asm).outcome.word for asm in scenes if not agree(asm)]
+    wrong = [asm for asm in scenes if not agree(asm)]
     assert len(wrong) <= 1
-    assert set(wrong) <= {"stable"}
+    for asm in wrong:
+        assert assess(asm).outcome.word == "stable"
+        assert 0.0 < settling_share(program_of(asm)) < 0.5
 
 
 @pytest.mark.parametrize("times", [100, 10_000])

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blockstat import Outcome, assess, build, limit_load, load_scene, read, with_values
-from blockstat.coulomb import MOST_SOLVES, coulomb_state
+from blockstat import Outcome, assess, build, glued, limit_load, load_scene, read, with_values
+from blockstat.coulomb import MOST_SOLVES, coulomb_state, settling_share
 from blockstat.problem import pose
+from bonded import bonded_scene, program_of
 from problems import arch, flat_arch, running_bond, stack
 
 SELF_STRESS = Outcome.STABLE_ONLY_BY_SELF_STRESS
@@ -70,6 +71,17 @@ def test_ordinary_masonry_settles_at_once(make):
     verdict = assess(make(), flow="coulomb")
     assert verdict.outcome is Outcome.STABLE
     assert verdict.coulomb.solves <= 5
+
+
+def test_how_tight_joints_are_decides_only_between_the_limits(cases):
+    # A stack rests and A falls whatever the joints. A glued ring of blocks in torsion hangs on them, and less so when
+    # the glue is stronger.
+    for asm, share in ((stack(4), 1.0), (read(cases / "cra_A.json").with_(friction=0.84), 0.0)):
+        assert settling_share(program_of(asm), tries=4) == share
+    _, ring, _ = bonded_scene(56)
+    assert assess(ring, flow="coulomb").outcome is Outcome.STABLE
+    assert 0.0 < settling_share(program_of(ring)) < 0.5
+    assert settling_share(program_of(glued(ring.with_(joints=()), 2.0 * ring.joints[0].bond))) > 0.5
 
 
 def test_the_chapel_that_statics_allow_and_bullet_fells(root):
