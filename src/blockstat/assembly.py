@@ -82,18 +82,20 @@ class Assembly:
             raise InputError("the assembly has no blocks")
         names = _unique_names(blocks)
         vertices = [_vertex_array(block, label) for block, label in zip(blocks, names, strict=True)]
+        _check_coordinates(vertices, names)
         vertex_start = np.concatenate([[0], np.cumsum([len(v) for v in vertices])])
         corners, sides, doubled = [], [], []
-        checked: dict[tuple[int, int], list[list[int]]] = {}  # bricks share one list of faces
+        checked: dict[tuple[int, int], tuple[Ints, list[int]]] = {}  # bricks share one list of faces
         for index, (block, label) in enumerate(zip(blocks, names, strict=True)):
             kind = id(block.faces), len(vertices[index])
             if kind not in checked:
-                checked[kind] = _face_lists(block, label, len(vertices[index]))
-            faces = checked[kind]
-            if len(faces) < len(block.faces):
+                faces = _face_lists(block, label, len(vertices[index]))
+                checked[kind] = np.concatenate(faces), [len(face) for face in faces]
+            flat, sizes = checked[kind]
+            if len(sizes) < len(block.faces):
                 doubled.append(label)
-            corners.append(np.concatenate(faces) + vertex_start[index])
-            sides.append([len(face) for face in faces])
+            corners.append(flat + vertex_start[index])
+            sides.append(sizes)
         if doubled:
             text = f'{len(doubled)} blocks list faces twice (the first is "{doubled[0]}"); each counts once'
             warnings.warn(InputWarning(text), stacklevel=3)
@@ -238,11 +240,16 @@ def _vertex_array(block: Block, label: str) -> Floats:
         raise InputError(
             f'block "{label}": vertices have shape {vertices.shape}; at least 4 points [x, y, z] are needed'
         )
-    bad = np.flatnonzero(~(np.abs(vertices) < HUGE).all(axis=1))
-    if len(bad):
-        where = vertices[bad[0]].tolist()
-        raise InputError(f'block "{label}": vertex {bad[0]} is {where}; coordinates must be finite and below {HUGE:g}')
     return vertices
+
+
+def _check_coordinates(vertices: Sequence[Floats], names: Sequence[str]) -> None:
+    if (np.abs(np.concatenate(vertices)) < HUGE).all():
+        return
+    for corners, label in zip(vertices, names, strict=True):
+        for number in np.flatnonzero(~(np.abs(corners) < HUGE).all(axis=1)):
+            where = f'block "{label}": vertex {number} is {corners[number].tolist()}'
+            raise InputError(f"{where}; coordinates must be finite and below {HUGE:g}")
 
 
 def _face_lists(block: Block, label: str, n_vertices: int) -> list[list[int]]:

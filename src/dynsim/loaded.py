@@ -20,7 +20,7 @@ AFTERWARDS = 3.0
 DYING = 0.9
 #: Blocks are quiet when they moved, in the root mean square, by less than this part of the rest distance in half the
 #: time. One block shakes at random; a mechanism too slow to be seen in it yet moves many at once.
-QUIET = 0.025
+QUIET = 0.04
 #: What is not quiet has to be still for this many times as long.
 LONGER = 2.0
 

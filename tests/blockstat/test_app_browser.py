@@ -131,6 +131,7 @@ def test_what_is_saved_is_what_is_shown(hut, tmp_path, capfd):
 
     with live(hut, capfd) as (page, open_tab):
         tab = open_tab()
+        tab.sees("Stable", exact=True)
         tab.number(0, 0.45)
         wait_until(
             tab, lambda: page.known and page.known.verdict.assembly.metadata["parameters"]["wall.thickness"] == 0.45

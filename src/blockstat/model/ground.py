@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from blockstat.assembly import Block
 from blockstat.model.solids import box
 
@@ -13,6 +15,6 @@ GROUND_DEPTH = 0.5  #: [m]
 
 def ground(blocks: Sequence[Block]) -> Block:
     """A slab with its top at z = 0 that reaches beyond all the blocks."""
-    lower = [min(b.vertices[:, k].min() for b in blocks) - GROUND_MARGIN for k in range(2)]
-    upper = [max(b.vertices[:, k].max() for b in blocks) + GROUND_MARGIN for k in range(2)]
+    plan = np.concatenate([block.vertices for block in blocks])[:, :2]
+    lower, upper = plan.min(axis=0) - GROUND_MARGIN, plan.max(axis=0) + GROUND_MARGIN
     return box((*lower, -GROUND_DEPTH), (*upper, 0.0), name="ground", group="ground")  # type: ignore[arg-type]

@@ -21,9 +21,11 @@ def hexahedron(bottom: Floats, top: Floats, *, name: str, group: str) -> Block:
 def box(lower: tuple[float, float, float], upper: tuple[float, float, float], *, name: str, group: str) -> Block:
     """An axis-aligned block."""
     (x0, y0, z0), (x1, y1, z1) = lower, upper
-    plan = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
-    bottom = np.column_stack([plan, np.full(4, z0)])
-    return hexahedron(bottom, np.column_stack([plan, np.full(4, z1)]), name=name, group=group)
+    corners = [
+        (x0, y0, z0), (x1, y0, z0), (x1, y1, z0), (x0, y1, z0),
+        (x0, y0, z1), (x1, y0, z1), (x1, y1, z1), (x0, y1, z1),
+    ]  # fmt: skip
+    return Block(np.array(corners, dtype=float), FACES, name=name, group=group)
 
 
 def prism(bottom: Floats, top: Floats, *, name: str = "", group: str = "") -> Block:

@@ -22,11 +22,13 @@ def build_barrel(
     ring = np.column_stack([np.cos(angles), np.sin(angles)])
     ring[[0, -1], 1] = 0.0
     voussoir = brick_length(length, brick)
+    rows = [lay_row(length, voussoir, course) for course in (0, 1)]
     blocks = []
     for course in range(courses):
         a, b = ring[course], ring[course + 1]
         profile = np.array([inner * a, inner * b, outer * b, outer * a]) + [span / 2, springing]
-        for i, (x0, x1) in enumerate(lay_row(length, voussoir, course)):
-            near, far = (np.column_stack([np.full(4, x), profile]) for x in (x0, x1))
-            blocks.append(hexahedron(near, far, name=f"vault.{course}.{i}", group="vault"))
+        for i, ends in enumerate(rows[course % 2]):
+            corners = np.empty((2, 4, 3))
+            corners[:, :, 0], corners[:, :, 1:] = np.reshape(ends, (2, 1)), profile
+            blocks.append(hexahedron(*corners, name=f"vault.{course}.{i}", group="vault"))
     return blocks

@@ -11,6 +11,7 @@ from blockstat.program import PenaltyProgram
 from blockstat.solve import clarabel_dual, clarabel_primal, structured
 from blockstat.solve.apart import solve_apart
 from blockstat.solve.certificate import FORCE_TOLERANCE, check, force_errors, opening_room, settle
+from blockstat.solve.opening import cheapest, opened
 from blockstat.solve.raw import ACCEPTED, MECHANISM, OPTIMUM, DualAnswer, DualProgram, Enough, RawSolution
 
 #: Joints open by more than this many violations need no watching when a mechanism is mended.
@@ -89,19 +90,15 @@ def _solve(program: PenaltyProgram, *, score: bool = True) -> RawSolution:
         proven[:] = [settle(program, force, trials=1)]
         return max(force_errors(program, proven[0])) <= FORCE_TOLERANCE
 
-    def falls(twist: Floats) -> bool:
-        """The iterates lie inside the cones, so mechanisms are among them long before the optimum."""
-        return float(program.load @ twist) > 0 and check(program, no_force, twist).proves_unstable
-
-    no_force = np.zeros((len(program.friction), 3))
-    enough = Enough(accept, None if score else falls)
+    way = _Way(program)
+    enough = Enough(accept, way.noted if score else way.falls)
     answer = solve_dual(DualProgram(program, -program.load, penalty=True), enough)
     if answer.status in (ACCEPTED, MECHANISM):
         stands = answer.status == ACCEPTED
         return RawSolution(
-            force=proven[0] if stands else no_force,
+            force=proven[0] if stands else 0 * answer.force,
             adhesion=np.full(program.n_points, 0.0 if stands else np.nan),
-            twist=0 * answer.twist if stands else answer.twist,
+            twist=0 * answer.twist if stands else way.mechanism,
             bounded=True,
             status=answer.status,
             iterations=answer.iterations,
@@ -116,7 +113,42 @@ def _solve(program: PenaltyProgram, *, score: bool = True) -> RawSolution:
         status=answer.status,
         iterations=answer.iterations,
         solver=answer.solver,
+        inside=way.inside(),
     )
+
+
+class _Way:
+    """The twists on the way to the optimum. They lie inside the cones until near its end.
+
+    So mechanisms are among them long before it, and those that are none yet open the joints that later ones close.
+    """
+
+    def __init__(self, program: PenaltyProgram) -> None:
+        self._program = program
+        self._seen: list[Floats] = []
+        self.mechanism = np.zeros_like(program.load)  #: the one that `falls` has found
+
+    def noted(self, twist: Floats) -> bool:
+        """Keep a twist; it ends nothing."""
+        self._seen.append(twist)
+        return False
+
+    def falls(self, twist: Floats) -> bool:
+        """Whether a twist, with a little of earlier ones, proves instability."""
+        program, self.mechanism = self._program, twist
+        nothing = np.zeros((len(program.friction), 3))
+        if float(program.load @ twist) > 0:
+            if check(program, nothing, twist).proves_unstable:
+                return True
+            if (inside := self.inside()) is not None:
+                self.mechanism = opened(program, twist, inside)
+                if check(program, nothing, self.mechanism).proves_unstable:
+                    return True
+        return self.noted(twist)
+
+    def inside(self) -> Floats | None:
+        """The cheapest of the last motions seen that open every joint."""
+        return cheapest(self._program, reversed(self._seen))
 
 
 def _balances(program: PenaltyProgram, force: Floats, adhesion: Floats) -> bool:

@@ -4,11 +4,13 @@ The opening to spare, g_n - mu |g_t|, is concave and homogeneous in the twist, s
 
     room(u + e d) >= room(u) + e room(d) >= 0    for    e = max -room(u) / min room(d).
 
-The proof then has no error at all, at the price of e w'd in the work of the loads.
+The proof then has no error at all, at the price of e w'd in the work of the loads. The iterates of an interior-point
+method are such motions until the joints close, and the last of them cost least.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,6 +29,8 @@ SPREADS = (1.0, 0.5, 0.25, 0.1, 0.03, 0.01)
 LIFT = 2.0
 #: Rounding that a mechanism is opened by beyond what it needs.
 SLACK = 1e-6
+#: Motions compared before one is taken.
+FEW = 4
 
 
 def expansions(assembly: Assembly, interfaces: Interfaces, blocks: Ints) -> tuple[Floats, ...]:
@@ -53,17 +57,36 @@ def expansions(assembly: Assembly, interfaces: Interfaces, blocks: Ints) -> tupl
     return tuple(found)
 
 
-def opened(program: PenaltyProgram, twist: Floats) -> Floats:
-    """The twist with as little of one of the program's openings as leaves no joint closing; itself if none helps."""
-    closing = -float(_room(program, twist).min(initial=0.0))
+def opened(program: PenaltyProgram, twist: Floats, *others: Floats) -> Floats:
+    """The twist with as little of a motion that opens every joint as leaves none closing; itself if none helps.
+
+    others : motions to try before the program's own.
+    """
+    closing = -_least_room(program, twist)
     if closing <= 0:
         return twist
-    for opening in program.openings:
-        least = float(_room(program, opening).min(initial=np.inf))
+    for motion in (*others, *program.openings):
+        least = _least_room(program, motion)
         if least > 0:
-            return twist + (1.0 + SLACK) * closing / least * opening
+            return twist + (1.0 + SLACK) * closing / least * motion
     return twist
 
 
-def _room(program: PenaltyProgram, motion: Floats) -> Floats:
-    return opening_room((program.matrix.T @ motion).reshape(-1, 3), program.friction)
+def cheapest(program: PenaltyProgram, motions: Iterable[Floats]) -> Floats | None:
+    """Of the first few that open every joint the one that takes least work from the loads for it; None if none does."""
+    best, least_price, found = None, np.inf, 0
+    for motion in motions:
+        room = _least_room(program, motion)
+        if room <= 0:
+            continue
+        price, found = -float(program.load @ motion) / room, found + 1
+        if price < least_price:
+            best, least_price = motion, price
+        if found == FEW:
+            break
+    return best
+
+
+def _least_room(program: PenaltyProgram, motion: Floats) -> float:
+    """Opening to spare at the joint that has least."""
+    return float(opening_room((program.matrix.T @ motion).reshape(-1, 3), program.friction).min(initial=np.inf))

@@ -37,6 +37,7 @@ class RawSolution:
     status: str  #: the solver's own word, for the record only
     iterations: int
     solver: str  #: which one answered
+    inside: Floats | None = None  #: a twist met on the way that opens every joint, shape (6 n,)
 
 
 @dataclass(frozen=True, eq=False)
