@@ -94,13 +94,21 @@ def settle(program: PenaltyProgram, force: Floats, *, trials: int = 4) -> Floats
     """Forces balanced; where that leaves their cones, pressed back into them and balanced again."""
     balanced = balance(program, force)
     for _ in range(trials):
-        lacking = np.maximum(-room_of(program, balanced), 0.0)
-        if not lacking.any() or not np.isfinite(lacking).all():
+        closer = pressed(program, balanced)
+        if closer is balanced:
             break
-        pressed = balanced.copy()
-        pressed[:, 0] += (1.0 + PRESSED) * lacking + PRESSED * (lacking > 0)
-        balanced = balance(program, pressed)
+        balanced = balance(program, closer)
     return balanced
+
+
+def pressed(program: PenaltyProgram, force: Floats) -> Floats:
+    """Forces pressed into their cones where they lie outside, by a little more than they lack; else as they are."""
+    lacking = np.maximum(-room_of(program, force), 0.0)
+    if not lacking.any() or not np.isfinite(lacking).all():
+        return force
+    closer = force.copy()
+    closer[:, 0] += (1.0 + PRESSED) * lacking + PRESSED * (lacking > 0)
+    return closer
 
 
 def _balanced(
