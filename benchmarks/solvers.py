@@ -24,13 +24,13 @@ import results
 import speed_page
 
 HERE = Path(__file__).parent
-SCENES = ("wall", "vault", "chapel", "falling")
-SOLVERS = ("cvxpy", "clarabel-primal", "clarabel-dual", "ours", "compas-rbe")
+SCENES = ("wall", "along", "vault", "chapel", "falling")
+SOLVERS = ("cvxpy", "clarabel-primal", "clarabel-dual", "structured", "ours", "compas-rbe")
 COMPAS = "BLOCKSTAT_COMPAS_PYTHON"
 THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "RAYON_NUM_THREADS")
 AGREE = 1e-6  #: scores of two solvers may differ by that much
 #: Of `--large`: the solvers that can, their blocks, and the walls that only ours is asked for, the first to compare.
-FAST, LARGE, ALONE = ("clarabel-dual", "ours"), 10_000, (1000, 30_000, 100_000)
+FAST, LARGE, ALONE = ("clarabel-dual", "structured", "ours"), 10_000, (1000, 30_000, 100_000)
 
 
 def run(script: str, *arguments: object, limit: float | None = None, **environment: str) -> dict:

@@ -83,7 +83,7 @@ JOBS = (
     table("stiffness", 2),
     table("loads", 1, "--strips docs", writes=["docs/strip-*.png"]),
     table("iterations", 2),
-    table("search", 13, "--sample 12", "--lighter", "--reasons"),
+    table("search", 22, "--sample 16", "--lighter", "--reasons"),
     table("soundness", 3),
     table("sweep", 0.3),
     table("live_page", 1.5),

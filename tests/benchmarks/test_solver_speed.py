@@ -15,6 +15,6 @@ from cell import SOLVERS, posed
 @pytest.mark.parametrize("scene", ["wall", "vault"])
 def test_solve_of_a_thousand_blocks(benchmark, scene):
     problem = posed(scene, 1000)
-    raw = benchmark(SOLVERS["ours"], problem)
+    raw = benchmark(SOLVERS["structured"], problem)
     assert raw.solver == "interior-point"
     assert raw.status == "Accepted"
