@@ -31,7 +31,7 @@ class Settings:
     iterations: int = 50  #: of the contact solver, a step
     fine_iterations: int = 100  #: in the run that has the last word
     look_every: float = 0.02  #: [s] between looks at the blocks
-    settle: float = 0.15  #: [s] under full damping before the free run
+    settle: float = 0.15  #: [s] under full damping before the free run, and a little longer where joints are glued
     settle_step: float | None = None  #: [s] of most of that time; None: as in the free run
     rest_after: float = 0.5  #: [s] blocks must have been at rest
     rest: float = 0.02  #: displacement in that time, in default thresholds, below which they are
