@@ -59,7 +59,7 @@ def _prove(program: PenaltyProgram, raw: RawSolution, *, mend: bool = False) -> 
     twist = raw.twist
     proof = certificate.check(program, force, twist)
     if proof.required_force > 0 and not (proof.proves_stable or proof.proves_unstable):
-        wider = opened(program, twist, *([] if raw.inside is None else [raw.inside]))
+        wider = opened(program, twist, raw.inside)
         second = certificate.check(program, force, wider)
         if second.required_force > proof.required_force:
             twist, proof = wider, second

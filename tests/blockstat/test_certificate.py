@@ -1,13 +1,19 @@
 """A certificate is computed from the forces and twists themselves, so damage to them must show."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from blockstat import Outcome, assess, find_interfaces
+from blockstat.contact import GAP
 from blockstat.equilibrium import equilibrium, weight
+from blockstat.problem import pose
 from blockstat.program import penalty_program
 from blockstat.solve import dual
 from blockstat.solve.certificate import balance, check, cone_room, opening_room
+from blockstat.solve.guess import guess
+from blockstat.solve.opening import opened
 from problems import arch, running_bond, stack
 
 
@@ -17,6 +23,40 @@ def solved(asm):
     program = penalty_program(eq, np.full(faces.n_points, asm.friction))
     raw = dual.solve(program)
     return eq, program, raw, balance(program, raw.force)
+
+
+def program_of(asm):
+    return replace(pose(asm, friction=None, gravity=None, loads=None, gap=GAP, interfaces=None).program, plane=None)
+
+
+@pytest.mark.parametrize("push", [(0, 0, -1), (0.1, 0, -1), (0, 0.02, -1)])
+def test_a_wall_needs_no_optimiser(push):
+    asm = running_bond(6, 5).with_(gravity=push)
+    force = guess(program_of(asm))
+    assert check(program_of(asm), force, np.zeros(6 * len(asm.free))).proves_stable
+    verdict = assess(asm)
+    assert verdict.outcome is Outcome.STABLE
+    assert verdict.solver == "least squares"
+    assert verdict.score == 0.0
+
+
+@pytest.mark.parametrize("asm", [arch(20, 0.05), running_bond(6, 5).with_(gravity=(0, 1, -1)), stack(3, friction=0.0)])
+def test_a_guess_says_nothing_of_what_falls(asm):
+    program = program_of(asm.with_(gravity=(0.2, 0.2, -1)) if asm.n_blocks == 4 else asm)
+    assert guess(program) is None
+
+
+def test_iterates_that_open_every_joint_prove_a_mechanism_next_to_the_limit():
+    # A thousandth of a percent thinner than the least. What the solver ends with closes a little; opened by an iterate
+    # it closes nowhere, and needs no bound on the forces.
+    program = replace(program_of(arch(30, 0.10740 * (1 - 1e-5))), solver="interior-point", openings=())
+    raw = dual.solve(program)
+    assert raw.inside is not None
+    assert opening_room((program.matrix.T @ raw.inside).reshape(-1, 3), program.friction).min() > 0
+    assert check(program, raw.force, raw.twist).mechanism_violation > 0
+    mended = check(program, raw.force, opened(program, raw.twist, raw.inside))
+    assert mended.proves_unstable
+    assert mended.required_force == np.inf
 
 
 def test_sound_forces_prove_stability_and_damaged_ones_do_not():

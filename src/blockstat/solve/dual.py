@@ -141,16 +141,15 @@ class _Way:
 
     def falls(self, twist: Floats) -> bool:
         """Whether a twist, with a little of earlier ones, proves instability."""
-        program, self.mechanism = self._program, twist
-        nothing = np.zeros((len(program.friction), 3))
-        if float(program.load @ twist) > 0:
-            if check(program, nothing, twist).proves_unstable:
+        if float(self._program.load @ twist) > 0:
+            if self._proves(twist) or self._proves(opened(self._program, twist, self.inside())):
                 return True
-            if (inside := self.inside()) is not None:
-                self.mechanism = opened(program, twist, inside)
-                if check(program, nothing, self.mechanism).proves_unstable:
-                    return True
         return self.noted(twist)
+
+    def _proves(self, mechanism: Floats) -> bool:
+        self.mechanism = mechanism
+        no_force = np.zeros((len(self._program.friction), 3))
+        return check(self._program, no_force, mechanism).proves_unstable
 
     def inside(self) -> Floats | None:
         """The cheapest of the last motions seen that open every joint."""

@@ -57,15 +57,15 @@ def expansions(assembly: Assembly, interfaces: Interfaces, blocks: Ints) -> tupl
     return tuple(found)
 
 
-def opened(program: PenaltyProgram, twist: Floats, *others: Floats) -> Floats:
+def opened(program: PenaltyProgram, twist: Floats, first: Floats | None = None) -> Floats:
     """The twist with as little of a motion that opens every joint as leaves none closing; itself if none helps.
 
-    others : motions to try before the program's own.
+    first : a motion to try before the program's own.
     """
     closing = -_least_room(program, twist)
     if closing <= 0:
         return twist
-    for motion in (*others, *program.openings):
+    for motion in program.openings if first is None else (first, *program.openings):
         least = _least_room(program, motion)
         if least > 0:
             return twist + (1.0 + SLACK) * closing / least * motion
