@@ -56,10 +56,12 @@ def build_wall(frame: WallFrame, brick: tuple[float, float], openings: Sequence[
     for path, opening in openings:
         _cut_openings(frame, courses, length, path, opening, gaps)
     group = f"wall.{frame.name}"
+    uncut = [lay_row(frame.length, length, course) for course in (0, 1)]
     blocks = []
     for course, cuts in enumerate(gaps):
         z = (course * courses.height, (course + 1) * courses.height)
-        for i, stretch in enumerate(lay_row(frame.length, length, course, cuts)):
+        row = lay_row(frame.length, length, course, cuts) if cuts else uncut[course % 2]
+        for i, stretch in enumerate(row):
             blocks.append(frame.block(stretch, (0.0, frame.thickness), z, f"{group}.{course}.{i}", group))
     return blocks
 

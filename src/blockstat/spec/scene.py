@@ -51,7 +51,8 @@ def with_values(scene: Scene, values: dict[str, float]) -> Scene:
             raise InputError(f'no parameter "{path}" to move; ranges are: {", ".join(ranges) or "none"}')
         table, key = at_path(data, path)
         table[key]["value"] = float(value)
-    return scene_from(data)
+    check_finite(data)
+    return _read(data)  # the ends of the ranges are where they were
 
 
 def scene_from(data: Any) -> Scene:
@@ -63,8 +64,7 @@ def scene_from(data: Any) -> Scene:
     if not isinstance(data, dict):
         raise InputError(f"a scene is a table of keys, not {data!r}")
     check_finite(data)
-    read = _read_composition if {"elements", "parameters"} & set(data) else _read_chapel
-    scene = read(data)
+    scene = _read(data)
     # The ends of a range must be values that the parameter could have by itself.
     for path, found in parameters(scene).items():
         for end in {found.min, found.max, found.max - found.step if found.max > found.min else found.max}:
@@ -72,7 +72,7 @@ def scene_from(data: Any) -> Scene:
             table, key = at_path(plain, path)
             whole = int(end) if float(end).is_integer() else end
             table[key] = bool(whole) if key == "present" and whole in (0, 1) else whole
-            read(plain)
+            _read(plain)
     return scene
 
 
@@ -82,12 +82,8 @@ def _from_numpy(value: Any) -> Any:
     raise InputError(f"{value!r} is neither a number, a text, a list nor a table")
 
 
-def _read_chapel(data: dict[str, Any]) -> Building:
-    return read_as(Building, data)
-
-
-def _read_composition(data: dict[str, Any]) -> Composition:
-    return composition_from(data)
+def _read(data: dict[str, Any]) -> Scene:
+    return composition_from(data) if {"elements", "parameters"} & set(data) else read_as(Building, data)
 
 
 def _plain(scene: Scene) -> dict[str, Any]:
