@@ -59,7 +59,7 @@ def _drops(figures: dict[str, Any]) -> list[str]:
     lines = ["Drop of the vault (Eq. 1) without buttresses, in mm.", "", f"| reading | walls | {times} |"]
     lines.append("|---" * (2 + len(figures["times"])) + "|")
     for row in figures["drops"]:
-        cells = " | ".join(f"{v:.1f}" if v < 2000 else "fallen" for v in row["drop_mm"])
+        cells = " | ".join(f"{round(v, 1) + 0.0:.1f}" if v < 2000 else "fallen" for v in row["drop_mm"])
         lines.append(f"| {row['reading']} | {row['wall']:g} m | {cells} |")
     return lines
 
