@@ -94,10 +94,16 @@ def compas_rbe(problem: Problem) -> Solved:
     return raw, float(answer["seconds"])
 
 
+def forget() -> None:
+    """Let go of the patterns and orderings of earlier calls."""
+    normal.known.normals.clear()
+    normal.known.graphs.clear()
+
+
 def ours(problem: Problem) -> RawSolution:
     """What `assess` does."""
     assert problem.program is not None
-    normal.known.normals.clear()
+    forget()
     return dual.solve(problem.program)
 
 
@@ -105,7 +111,7 @@ def through(solver: str) -> Callable[[Problem], RawSolution]:
     """A dual program in space through one of blockstat's own solvers."""
 
     def solve(problem: Problem) -> RawSolution:
-        normal.known.normals.clear()
+        forget()
         return dual.solve(replace(solvable(problem), solver=solver))
 
     return solve

@@ -118,12 +118,14 @@ def _balanced(
     matrix = program.matrix
     flat, best = force.reshape(-1).copy(), np.inf
     result = flat
-    for _ in range(passes):
+    for last in range(passes, 0, -1):
         residual = matrix @ flat + program.load
         size = np.abs(residual).max(initial=0.0)
         if not size < best:
             break
         result, best = flat, size
+        if last == 1:
+            break
         flat = flat - weights * (matrix.T @ solve(residual))
     return result.reshape(-1, 3)
 

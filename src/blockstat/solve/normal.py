@@ -133,19 +133,24 @@ class _Graph:
         """The upper triangle with its entries' places among the values: blocks of the diagonal, then one a pair."""
         n, w = self._n, self.width
         both = np.flatnonzero((self._pairs >= 0).all(axis=1))
-        a, b = self._pairs[both].T
-        row = np.concatenate([np.arange(n), np.minimum(a, b)])
-        column = np.concatenate([np.arange(n), np.maximum(a, b)])
-        # Numbered from 1 so that no place is lost as an explicit zero.
-        inside = 1.0 + np.arange(w * w).reshape(w, w)
-        place = w * w * np.concatenate([np.arange(n), n + both])[:, None, None] + inside
-        place[n:][a > b] = place[n:][a > b].swapaxes(1, 2)
-        order = np.lexsort((column, row))
-        start = np.searchsorted(row[order], np.arange(n + 1))
-        blocks = sparse.bsr_array((place[order], column[order], start), shape=(n * w, n * w))
-        upper = sparse.csr_array(sparse.triu(blocks.tocsr(), format="csr"))
-        upper.sort_indices()
-        return upper, (upper.data - 1).astype(np.int64)
+        low, high = np.sort(self._pairs[both], axis=1).T
+        order = np.lexsort((high, low))
+        low, high, both = low[order], high[order], both[order]
+        turned = self._pairs[both, 0] > low  # what is kept of a with b is needed of b with a
+        degree = np.bincount(low, minlength=n)
+        after = np.arange(len(low)) - (np.cumsum(degree) - degree)[low]  # blocks before it in its row
+        block, side = np.arange(n), np.arange(w)
+        count = w * degree[:, None] + w - side
+        start = np.concatenate([[0], np.cumsum(count)])
+        column, place = np.empty(start[-1], dtype=np.int64), np.empty(start[-1], dtype=np.int64)
+        for k in range(w):
+            own = start[w * block + k][:, None] + side[: w - k]
+            column[own] = (w * block)[:, None] + side[k:]
+            place[own] = (w * w * block + w * k)[:, None] + side[k:]
+            across = (start[w * low + k] + w - k + w * after)[:, None] + side
+            column[across] = (w * high)[:, None] + side
+            place[across] = (w * w * (n + both))[:, None] + np.where(turned[:, None], w * side + k, w * k + side)
+        return sparse.csr_array((np.zeros(len(place)), column, start), shape=(n * w, n * w)), place
 
     def _diagonal_sum(self) -> sparse.csr_array:
         """Sums the products of a and of b of all pairs into the diagonal blocks."""
