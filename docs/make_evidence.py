@@ -79,15 +79,15 @@ JOBS = (
     Job("pictures", "docs/make_pictures.py", ("docs/chapel*.png",), 1),
     Job("screenshots", "docs/make_screenshots.py", ("docs/app-*.png",), 5),
     table("compare_verdicts", 2.5),
-    table("glue", 5),
+    table("glue", 1.5),
     table("stiffness", 2),
     table("loads", 1, "--strips docs", writes=["docs/strip-*.png"]),
     table("iterations", 2),
-    table("search", 22, "--sample 16", "--lighter", "--reasons"),
+    table("search", 24, "--sample 16", "--lighter", "--reasons"),
     table("soundness", 3),
     table("sweep", 0.3),
     table("live_page", 1.5),
-    table("solvers", 7),
+    table("solvers", 11),
     table("solvers_large", 10, "--large", "--limit 300", script="solvers"),
 )
 
