@@ -65,15 +65,21 @@ def parts(found: dict) -> dict[str, str]:
 
 
 def summary(rows: list[dict]) -> str:
-    """One line on the largest wall that every solver decided."""
-    walls = [row for row in rows if row["scene"] == "wall" and "seconds" in row]
-    every = {row["solver"] for row in walls}
-    sizes = [n for n in {row["blocks"] for row in walls} if every == {r["solver"] for r in walls if r["blocks"] == n}]
+    """One line each on the largest wall and the largest chapel that every solver decided."""
+    return "\n".join(largest(scene, [row for row in rows if row["scene"] == scene]) for scene in ("wall", "chapel"))
+
+
+def largest(scene: str, rows: list[dict]) -> str:
+    """The largest of the scenes of a kind that every solver decided."""
+    decided = {row["size"]: [r for r in rows if r["size"] == row["size"] and "seconds" in r] for row in rows}
+    solvers = {row["solver"] for row in rows}
+    sizes = [size for size, found in decided.items() if {row["solver"] for row in found} == solvers]
     if not sizes:
-        return "- No wall was decided by every solver."
-    largest = {row["solver"]: row for row in walls if row["blocks"] == max(sizes)}
-    others = ", ".join(f"{name} {row['ratio']:.1f}" for name, row in largest.items() if name != "ours")
-    return f"- A wall of {max(sizes):,} blocks takes ours {largest['ours']['seconds']:.2f} s; times as long: {others}."
+        return f"- No {scene} was decided by every solver."
+    best = {row["solver"]: row for row in decided[max(sizes)]}
+    others = ", ".join(f"{name} {row['ratio']:.1f}" for name, row in best.items() if name != "ours")
+    ours = best["ours"]
+    return f"- A {scene} of {ours['blocks']:,} blocks takes ours {ours['seconds']:.2f} s; times as long: {others}."
 
 
 def alone_line(row: dict) -> str:
