@@ -8,6 +8,7 @@ centroid [N m] of the k-th free block. Supports have no rows (Whiting, Ochsendor
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,13 +35,18 @@ class Columns:
 class Equilibrium:
     """The matrices of one set of free blocks and contact points; bonds, if any, follow the points."""
 
-    matrix: sparse.csr_array  #: A, shape (6 n_free, 3 n_columns)
+    local: Floats  #: the columns of A in the rows of their blocks a and b, 0 for a support, shape (3 n_columns, 12)
     load: Floats  #: w, shape (n_free, 6) [N, N m]
     blocks: Ints  #: index of each free block in the assembly, shape (n_free,)
     points: Ints  #: index of each contact point in the interfaces, shape (n_points,)
     point_blocks: Ints  #: row of block a and of block b for each column of three, -1 for a support, (n_columns, 2)
     length: Floats  #: size of each free block, shape (n_free,) [m]; the unit of moments and rotations
     columns: tuple[Columns, ...]  #: the contact points, then the bonds
+
+    @cached_property
+    def matrix(self) -> sparse.csc_array:
+        """A, shape (6 n_free, 3 n_columns)."""
+        return in_place(self.local, self.point_blocks, self.n_blocks)
 
     @property
     def n_blocks(self) -> int:
@@ -73,33 +79,38 @@ def equilibrium(
     interface = interfaces.point_interface[points]
     contacts = Columns(interfaces.point[points], interfaces.pair[interface], interfaces.frame[interface])
     parts = (contacts,) if bonds is None else (contacts, bonds)
-    matrices = [_matrix(assembly, part, row, len(blocks)) for part in parts]
-    matrix = matrices[0] if bonds is None else sparse.csr_array(sparse.hstack(matrices))
+    local = np.concatenate([_local(assembly, part, row) for part in parts])
     pairs = np.concatenate([part.pair for part in parts])
-    return Equilibrium(matrix, load[blocks], blocks, points, row[pairs], assembly.size[blocks], parts)
+    return Equilibrium(local, load[blocks], blocks, points, row[pairs], assembly.size[blocks], parts)
 
 
-def _matrix(assembly: Assembly, columns: Columns, row: Ints, n_blocks: int) -> sparse.csr_array:
-    """Columns of A, shape (6 n_blocks, 3 n); row : of each block of the assembly in A, -1 for none."""
-    point_blocks = row[columns.pair]
-    data, block, point = [], [], []
+def _local(assembly: Assembly, columns: Columns, row: Ints) -> Floats:
+    """Columns of A in the rows of their blocks, shape (3 n, 12); row : of each block of the assembly in A, or -1."""
+    local = np.zeros((len(columns.pair), 3, 2, 6))
     for side, sign in ((0, -1.0), (1, 1.0)):
-        live = np.flatnonzero(point_blocks[:, side] >= 0)
-        arm = columns.point[live] - assembly.centroid[columns.pair[live, side]]
-        moment = np.cross(arm[:, None, :], columns.force[live])
+        block = columns.pair[:, side]
+        arm = columns.point - assembly.centroid[block]
+        moment = np.cross(arm[:, None, :], columns.force)
         if columns.couple is not None:
-            moment = moment + columns.couple[live]
-        data.append(sign * np.concatenate([columns.force[live], moment], axis=2).swapaxes(1, 2))
-        block.append(point_blocks[live, side])
-        point.append(live)
-    blocks, points = np.concatenate(block), np.concatenate(point)
-    order = np.lexsort((points, blocks))
-    start = np.searchsorted(blocks[order], np.arange(n_blocks + 1))
-    values = np.concatenate(data)[order]
-    shape = (6 * n_blocks, 3 * len(point_blocks))
-    matrix = sparse.bsr_array((values, points[order], start), shape=shape, blocksize=(6, 3)).tocsr()
-    matrix.eliminate_zeros()  # two thirds of the entries where blocks stand along the axes
-    return matrix
+            moment = moment + columns.couple
+        sign = np.where(row[block] >= 0, sign, 0.0)[:, None, None]
+        np.multiply(sign, columns.force, out=local[:, :, side, :3])
+        np.multiply(sign, moment, out=local[:, :, side, 3:])
+    return local.reshape(-1, 12)
+
+
+def in_place(local: Floats, point_blocks: Ints, n_blocks: int) -> sparse.csc_array:
+    """A from its columns in the rows of their blocks, shape (3 n, 12), and these blocks, shape (n, 2)."""
+    turned = point_blocks[:, 0] > point_blocks[:, 1]
+    first = 6 * np.sort(point_blocks, axis=1)
+    row = (first[:, :, None] + np.arange(6)).reshape(-1, 12)
+    if turned.any():
+        local = local.reshape(-1, 3, 2, 6)
+        local = np.where(turned[:, None, None, None], local[:, :, ::-1], local).reshape(-1, 12)
+    there = local != 0  # a third of the entries where blocks stand along the axes
+    start = np.concatenate([[0], np.cumsum(there.sum(axis=1))])
+    index = np.repeat(row, 3, axis=0)[there]
+    return sparse.csc_array((local[there], index, start), shape=(6 * n_blocks, len(local)))
 
 
 def column_rates(assembly: Assembly, eq: Equilibrium, motion: Floats) -> Floats:

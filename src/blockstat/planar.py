@@ -59,7 +59,7 @@ class Plane:
         error = max(np.abs(rate[points] - expected).max(initial=0.0) for points in (self.first, self.second))
         return bool(error <= OUT_OF_PLANE * np.abs(rate).max(initial=0.0))
 
-    def rates(self, matrix: sparse.csr_array) -> tuple[sparse.csr_array, sparse.csr_array]:
+    def rates(self, matrix: sparse.csc_array) -> tuple[sparse.csr_array, sparse.csr_array]:
         """Rows that take planar twists to (g_n, g_t) of each pair, from A of the whole scene."""
         rows = matrix.T.tocsr()
         normal = rows[3 * self.first]
@@ -76,6 +76,11 @@ class Plane:
         entries = local[:, np.concatenate([kept, 6 + kept])]
         first = 3 * self.first
         return entries[first], self.tangent[:, :1] * entries[first + 1] + self.tangent[:, 1:] * entries[first + 2]
+
+    def fold_forces(self, force: Floats) -> tuple[Floats, Floats]:
+        """Normal and in-plane forces of the pairs, both ends together, shape (p,) each; see `unfold_forces`."""
+        both = force[self.first] + force[self.second]
+        return both[:, 0], (both[:, 1:] * self.tangent).sum(axis=1)
 
     def unfold_forces(self, normal: Floats, along: Floats, n_points: int) -> Floats:
         """Forces of the pairs, half at each end, shape (n_points, 3)."""

@@ -31,7 +31,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from blockstat.equilibrium import Equilibrium
+from blockstat.equilibrium import Equilibrium, in_place
 from blockstat.planar import Plane
 from blockstat.polyhedron import Floats, Ints
 
@@ -40,7 +40,7 @@ from blockstat.polyhedron import Floats, Ints
 class PenaltyProgram:
     """The scaled penalty program of one equilibrium."""
 
-    matrix: sparse.csr_array  #: A, shape (6 n, 3 m), moments in units of force x length
+    local: Floats  #: the columns of A in the rows of their blocks a and b, 0 for a support, shape (3 m, 12)
     load: Floats  #: w, shape (6 n,); with joint laws w - A E a, and the forces of the program are f + a n
     friction: Floats  #: mu of each point, shape (m,), inf allowed
     force_unit: float  #: [N]
@@ -56,15 +56,9 @@ class PenaltyProgram:
     solver: str = "auto"  #: of the dual programs (see `blockstat.solve.dual`)
 
     @cached_property
-    def local(self) -> Floats:
-        """Entries of the columns of A in the rows of their blocks a and b, shape (3 m, 12)."""
-        columns = sparse.csc_array(self.matrix)
-        column = np.repeat(np.arange(3 * len(self.friction)), np.diff(columns.indptr))
-        block, place = np.divmod(columns.indices, 6)
-        place += np.where(block == self.point_blocks[column // 3, 1], 6, 0)
-        local = np.zeros((3 * len(self.friction), 12))
-        local.reshape(-1)[12 * column + place] = columns.data
-        return local
+    def matrix(self) -> sparse.csc_array:
+        """A, shape (6 n, 3 m), moments in units of force x length."""
+        return in_place(self.local, self.point_blocks, len(self.load) // 6)
 
     @cached_property
     def planar_local(self) -> tuple[Floats, Floats]:
@@ -78,12 +72,11 @@ class PenaltyProgram:
         block : shape (n,), point : shape (m,), in the program's units. Forces of the new program times `point` are
         forces of this one, its twists over `block` are twists.
         """
-        rows = sparse.diags_array(1.0 / np.repeat(block, 6))
-        columns = sparse.diags_array(np.repeat(point, 3))
+        own = np.repeat(1.0 / block[self.point_blocks], 6, axis=1)  # what it is for a support meets zeros
         return replace(
             self,
-            matrix=sparse.csr_array(rows @ self.matrix @ columns),
-            load=rows @ self.load,
+            local=np.repeat(point[:, None] * own, 3, axis=0) * self.local,
+            load=self.load / np.repeat(block, 6),
             shift=self.shift / point,
             floor=self.floor / point,
             cap=self.cap / point,
@@ -94,7 +87,7 @@ class PenaltyProgram:
     @cached_property
     def opening(self) -> sparse.csc_array:
         """A E, the columns of the normal forces of the contact points, shape (6 n, n_points)."""
-        return self.matrix.tocsc()[:, : 3 * self.n_points : 3]
+        return self.matrix[:, : 3 * self.n_points : 3]
 
     @cached_property
     def capped(self) -> Ints:
@@ -124,16 +117,16 @@ def penalty_program(
     """
     length_unit = float(eq.length.mean())
     force_unit = float(np.linalg.norm(eq.load[:, :3], axis=1).mean()) or 1.0
-    scale = np.tile([1, 1, 1, 1 / length_unit, 1 / length_unit, 1 / length_unit], eq.n_blocks)
-    matrix = sparse.csr_array(sparse.diags_array(scale) @ eq.matrix)
-    load = scale * eq.load.reshape(-1) / force_unit
+    scale = np.array([1, 1, 1, 1 / length_unit, 1 / length_unit, 1 / length_unit])
+    local = eq.local * np.tile(scale, 2)
+    load = (scale * eq.load).reshape(-1) / force_unit
     total = float(np.linalg.norm(load.reshape(-1, 6)[:, :3], axis=1).sum()) or 1.0
     zero = np.zeros(len(friction))
     apex = zero if shift is None else shift / force_unit
     if apex.any():
-        load = load - matrix.tocsc()[:, ::3] @ apex
+        load = load - in_place(local, eq.point_blocks, eq.n_blocks)[:, ::3] @ apex
     return PenaltyProgram(
-        matrix=matrix,
+        local=local,
         load=load,
         friction=friction,
         force_unit=force_unit,

@@ -76,7 +76,7 @@ def _piece(program: PenaltyProgram, blocks: Ints, points: Ints) -> PenaltyProgra
     three = (3 * points[:, None] + np.arange(3)).reshape(-1)
     return replace(
         program,
-        matrix=sparse.csr_array(program.matrix[six][:, three]),
+        local=program.local[three],
         load=program.load[six],
         friction=program.friction[points],
         shift=program.shift[points],

@@ -136,7 +136,8 @@ def cone_room(force: Floats, friction: Floats) -> Floats:
     with np.errstate(divide="ignore", invalid="ignore"):
         needed = np.where(np.isinf(friction), 0.0, np.where(tangent > 0, tangent / friction, 0.0))
     # Infinite friction still needs pressure to rub against.
-    return np.where(np.isinf(friction) & (force[:, 0] <= 0) & (tangent > 0), -tangent, force[:, 0] - needed)
+    without = np.isinf(friction) & (force[:, 0] <= 0) & (tangent > 0)
+    return np.where(without, np.minimum(force[:, 0], -tangent), force[:, 0] - needed)
 
 
 def opening_room(gap_rate: Floats, friction: Floats) -> Floats:

@@ -50,6 +50,11 @@ class Cones:
         """The unit element: (1, 0, 0) and 1."""
         return np.concatenate([np.ones(self.n_soc), np.zeros(2 * self.n_soc + self.n_zero), np.ones(self.n_half)])
 
+    @cached_property
+    def identity(self) -> Scaling:
+        """The scaling that changes nothing."""
+        return Scaling(self, self.parts(self.unit)[0], np.ones(self.n_soc), np.ones(self.n_half))
+
     def depth(self, vector: Floats) -> float:
         """How far inside the product a vector is (its least eigenvalue), negative outside."""
         triples, numbers = self.parts(vector)

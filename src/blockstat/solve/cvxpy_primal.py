@@ -23,7 +23,7 @@ def solve(program: PenaltyProgram) -> RawSolution:
     mu = program.friction
     m, n = len(mu), program.n_points
     normal, tangent, adhesion = cp.Variable(m), cp.Variable((m, 2)), cp.Variable(n)
-    columns = program.matrix.tocsc()
+    columns = program.matrix
     balance = (
         columns[:, ::3] @ normal
         - program.opening @ adhesion

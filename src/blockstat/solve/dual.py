@@ -10,8 +10,8 @@ from blockstat.polyhedron import Floats
 from blockstat.program import PenaltyProgram
 from blockstat.solve import clarabel_dual, clarabel_primal, structured
 from blockstat.solve.apart import solve_apart
-from blockstat.solve.certificate import FORCE_TOLERANCE, check, force_errors, opening_room, settle
-from blockstat.solve.guess import guess
+from blockstat.solve.certificate import FORCE_TOLERANCE, balance, check, force_errors, opening_room
+from blockstat.solve.guess import admissible, least_squares
 from blockstat.solve.opening import cheapest, opened
 from blockstat.solve.raw import ACCEPTED, MECHANISM, OPTIMUM, DualAnswer, DualProgram, Enough, RawSolution
 
@@ -84,8 +84,9 @@ def solve(program: PenaltyProgram, *, score: bool = True) -> RawSolution:
 
 def _solve(program: PenaltyProgram, *, score: bool = True) -> RawSolution:
     """Solve a penalty program as a whole."""
-    # Who asks for no score expects most designs to fall, and then a guess is in vain.
-    if score and program.solver == "auto" and (force := guess(program)) is not None:
+    # Who asks for no score expects most designs to fall, and then it is in vain to look for forces first.
+    start = least_squares(program) if score else None
+    if start is not None and program.solver == "auto" and (force := admissible(program, start)) is not None:
         return RawSolution(
             force, np.zeros(program.n_points), np.zeros_like(program.load), True, ACCEPTED, 0, "least squares"
         )
@@ -93,11 +94,11 @@ def _solve(program: PenaltyProgram, *, score: bool = True) -> RawSolution:
 
     def accept(force: Floats) -> bool:
         """Forces on the way to the optimum that, balanced, prove stability are as good as the optimum's."""
-        proven[:] = [settle(program, force, trials=1)]
+        proven[:] = [balance(program, force)]
         return max(force_errors(program, proven[0])) <= FORCE_TOLERANCE
 
     way = _Way(program)
-    enough = Enough(accept, way.noted if score else way.falls)
+    enough = Enough(accept, way.noted if score else way.falls, start)
     answer = solve_dual(DualProgram(program, -program.load, penalty=True), enough)
     if answer.status in (ACCEPTED, MECHANISM):
         stands = answer.status == ACCEPTED

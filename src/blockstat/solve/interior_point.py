@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from blockstat.polyhedron import Floats
-from blockstat.solve.cones import Scaling
 from blockstat.solve.kkt import ConicProgram, Kkt, Pair, largest
 from blockstat.solve.normal import normal_equations
 from blockstat.solve.raw import ACCEPTED, MECHANISM
@@ -29,6 +28,7 @@ RAY = 1e-8  #: violation of a ray that proves a program infeasible or unbounded
 ASK = 1.0  #: error of M'z + q = 0, in units of the mean weight, from which an answer may be accepted
 PATIENCE = 8  #: iterations without progress
 STEP = 0.99
+INSIDE = 0.1  #: depth of a start at multipliers, in mean weights, and its complementarity
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +64,9 @@ class Early:
     multipliers: Callable[[Floats], bool] | None = None
     #: Asked about the unknowns of each iterate; True ends with status "Mechanism".
     unknowns: Callable[[Floats], bool] | None = None
+    #: Multipliers next to which to start: half the iterations where `multipliers` ends them, twice as many where
+    #: `unknowns` does.
+    start: Floats | None = None
 
 
 AT_THE_OPTIMUM = Early()
@@ -78,19 +81,20 @@ def solve(program: ConicProgram, early: Early = AT_THE_OPTIMUM) -> ConicAnswer:
 def _iterate(program: ConicProgram, kkt: Kkt, early: Early) -> ConicAnswer:
     """Predictor and corrector until the answer is good, or gets no better."""
     try:
-        state = _start(program, kkt)
+        state = _start(program, kkt) if early.start is None else _start_at(program, early.start)
     except ArithmeticError as error:
         return ConicAnswer(0 * program.cost, 0 * program.bound, f"Stalled: {error}", 0)
     best, best_error, least, waited, asked = state, np.inf, np.inf, 0, ASK
     iteration = 0
     for iteration in range(MOST_ITERATIONS):
-        status, error = _judge(program, kkt, state)
+        rest = _residuals(program, kkt, state)
+        status, error = _judge(program, state, rest)
         if status:
             return _answer(state, status, iteration)
         if early.unknowns is not None and early.unknowns(state.x / state.tau):
             return _answer(state, MECHANISM, iteration)
         accept = early.multipliers
-        if accept is not None and (near := largest(kkt.transposed(state.z) / state.tau + program.cost)) < asked:
+        if accept is not None and (near := largest(rest.dual - rest.curved) / state.tau) < asked:
             asked = 0.3 * near
             if accept(state.z / state.tau):
                 return _answer(state, ACCEPTED, iteration)
@@ -105,7 +109,7 @@ def _iterate(program: ConicProgram, kkt: Kkt, early: Early) -> ConicAnswer:
             break
         try:
             with np.errstate(over="raise", invalid="raise", divide="raise"):
-                state = _step(program, kkt, state)
+                state = _step(program, kkt, state, rest)
         except (ArithmeticError, np.linalg.LinAlgError):
             break
     return _answer(best, "AlmostSolved" if best_error < ALMOST else "Stalled", iteration)
@@ -119,8 +123,7 @@ def _answer(state: _State, status: str, iterations: int) -> ConicAnswer:
 def _start(program: ConicProgram, kkt: Kkt) -> _State:
     """The minimisers of the two least-squares problems, moved inside the cones (Vandenberghe 2010, section 5.3)."""
     cones = program.cones
-    ones = Scaling(cones, np.tile([[1.0], [0.0], [0.0]], cones.n_soc), np.ones(cones.n_soc), np.ones(cones.n_half))
-    kkt.update(ones)
+    kkt.update(cones.identity)
     if program.curved:
         ((x, z),) = kkt.solve((-program.cost, program.bound))
         s = -z
@@ -137,8 +140,30 @@ def _start(program: ConicProgram, kkt: Kkt) -> _State:
     return _State(x, s, inside(z), 1.0, 1.0)
 
 
-def _residuals(program: ConicProgram, kkt: Kkt, v: _State) -> tuple[Floats, Floats, float, Floats]:
-    """Residuals of the embedding, and P x."""
+def _start_at(program: ConicProgram, z: Floats) -> _State:
+    """Multipliers, all moved by as little as brings the last of them inside its cone.
+
+    No unknown moves, and s is on the central path with the multipliers. What is left is an error of M'z + q = 0 that
+    the first steps take away; a start deep inside takes as many steps to come back.
+    """
+    cones = program.cones
+    z = z + (INSIDE - min(cones.depth(z), 0.0)) * cones.unit
+    s = cones.quotient(z, INSIDE * cones.unit)
+    cones.zeros(s)[:] = 0.0
+    return _State(0 * program.cost, s, z, 1.0, INSIDE)
+
+
+@dataclass(frozen=True, eq=False)
+class _Residuals:
+    """What an iterate leaves of the equations of the embedding, and P x."""
+
+    dual: Floats
+    primal: Floats
+    gap: float
+    curved: Floats
+
+
+def _residuals(program: ConicProgram, kkt: Kkt, v: _State) -> _Residuals:
     curved = kkt.hessian(v.x)
     dual = curved + kkt.transposed(v.z) + program.cost * v.tau
     primal = program.matrix @ v.x + v.s - program.compliance * v.z - program.bound * v.tau
@@ -148,7 +173,7 @@ def _residuals(program: ConicProgram, kkt: Kkt, v: _State) -> tuple[Floats, Floa
         + _dot(program.bound, v.z)
         + v.kappa
     )
-    return dual, primal, gap, curved
+    return _Residuals(dual, primal, gap, curved)
 
 
 def _complementarity(program: ConicProgram, v: _State) -> float:
@@ -156,36 +181,34 @@ def _complementarity(program: ConicProgram, v: _State) -> float:
     return (_dot(v.s, v.z) + v.tau * v.kappa) / (program.cones.degree + 1)
 
 
-def _judge(program: ConicProgram, kkt: Kkt, v: _State) -> tuple[str, float]:
+def _judge(program: ConicProgram, v: _State, rest: _Residuals) -> tuple[str, float]:
     """The status if it is time to stop, and the largest relative error of the candidate answer."""
-
-    dual, primal, _, curved = _residuals(program, kkt, v)
     linear, bound = _dot(program.cost, v.x), _dot(program.bound, v.z)
-    quadratic = (_dot(v.x, curved) + program.compliance * _dot(v.z, v.z)) / v.tau**2
+    quadratic = (_dot(v.x, rest.curved) + program.compliance * _dot(v.z, v.z)) / v.tau**2
     value, other = quadratic / 2 + linear / v.tau, -quadratic / 2 - bound / v.tau
+    length = largest(v.x)
     errors = (
-        largest(primal) / v.tau / max(1.0, largest(program.bound) + (largest(v.x) + largest(v.s)) / v.tau),
-        largest(dual) / v.tau / max(1.0, largest(program.cost) + (largest(v.x) + largest(v.z)) / v.tau),
+        largest(rest.primal) / v.tau / max(1.0, largest(program.bound) + (length + largest(v.s)) / v.tau),
+        largest(rest.dual) / v.tau / max(1.0, largest(program.cost) + (length + largest(v.z)) / v.tau),
         abs(value - other) / max(1.0, min(abs(value), abs(other))),
     )
     if max(errors) < (QUADRATIC_TOLERANCE if program.curved else TOLERANCE):
         return "Solved", max(errors)
     # A ray is one when what it violates is nothing against what it gains, per unit of all that is given.
     if bound < 0 and not program.compliance:
-        pulled = largest(kkt.transposed(v.z))
+        pulled = largest(rest.dual - rest.curved - program.cost * v.tau)
         if pulled * np.abs(program.bound).sum() < RAY * -bound:
             return "PrimalInfeasible", max(errors)
     if linear < 0:
-        strain = max(largest(curved), largest(program.matrix @ v.x + v.s))
-        if strain * np.abs(program.cost).sum() < RAY * -linear:
+        moved = rest.primal + program.bound * v.tau + program.compliance * v.z
+        if max(largest(rest.curved), largest(moved)) * np.abs(program.cost).sum() < RAY * -linear:
             return "DualInfeasible", max(errors)
     return "", max(errors)
 
 
-def _step(program: ConicProgram, kkt: Kkt, v: _State) -> _State:
+def _step(program: ConicProgram, kkt: Kkt, v: _State, rest: _Residuals) -> _State:
     """One predictor and corrector."""
-    cones = program.cones
-    dual, primal, gap, curved = _residuals(program, kkt, v)
+    cones, curved = program.cones, rest.curved
     scaling = cones.scaling(v.s, v.z)
     kkt.update(scaling, largest(v.x) / v.tau)
     mean = scaling.apply(v.z)
@@ -198,7 +221,7 @@ def _step(program: ConicProgram, kkt: Kkt, v: _State) -> _State:
     def right(share: float, bend: Floats) -> tuple[Floats, Pair]:
         """For residuals reduced to `share` and lambda o (W^-1 ds + W dz) = -bend."""
         shift = scaling.apply(cones.quotient(mean, bend))
-        return shift, (-share * dual, -share * primal + shift)
+        return shift, (-share * rest.dual, shift - share * rest.primal)
 
     shift, affine = right(1.0, square)
     (x2, z2), first = kkt.solve((-program.cost, program.bound), affine)
@@ -207,7 +230,7 @@ def _step(program: ConicProgram, kkt: Kkt, v: _State) -> _State:
     def direction(share: float, shift: Floats, one: Pair, turn: float) -> tuple[Floats, Floats, Floats, float, float]:
         """The step, with tau kappa changed by -turn."""
         x1, z1 = one
-        above = -share * gap + turn / v.tau - _dot(slope, x1) - _dot(dual_slope, z1)
+        above = -share * rest.gap + turn / v.tau - _dot(slope, x1) - _dot(dual_slope, z1)
         d_tau = above / below
         dx, dz = x1 + d_tau * x2, z1 + d_tau * z2
         ds = -shift - scaling.squared(dz)

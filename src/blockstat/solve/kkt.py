@@ -194,34 +194,37 @@ class Kkt:
             return found
         return [x - self._border_solved @ np.linalg.solve(self._held, self._border_scaled @ x) for x in found]
 
-    def _once(self, right: list[Pair]) -> list[Pair]:
+    def _once(self, right: list[Pair]) -> list[tuple[Floats, Floats, Floats]]:
+        """x, z and M x - bottom = (W^2 + (c + delta) I) z."""
         scaling = self._scaling
         assert scaling is not None
-        tops = [top + self.transposed(scaling.inverse_squared(bottom, self._shift)) for top, bottom in right]
-        return [
-            (x, scaling.inverse_squared(self._p.matrix @ x - bottom, self._shift))
-            for x, (_, bottom) in zip(self._solve_normal(tops), right, strict=True)
+        tops = [
+            top + self.transposed(scaling.inverse_squared(bottom, self._shift)) if bottom.any() else top
+            for top, bottom in right
         ]
+        moved = self._solve_normal(tops)
+        rates = [self._p.matrix @ x - bottom for x, (_, bottom) in zip(moved, right, strict=True)]
+        return [(x, scaling.inverse_squared(r, self._shift), r) for x, r in zip(moved, rates, strict=True)]
 
-    def _residual(self, right: Pair, found: Pair) -> Pair:
+    def _residual(self, top: Floats, found: tuple[Floats, Floats, Floats]) -> Pair:
         assert self._scaling is not None
-        (top, bottom), (x, z) = right, found
+        x, z, rate = found
         upper = top - self.hessian(x) - self._pull * x - self.transposed(z)
-        return upper, bottom - self._p.matrix @ x + self._scaling.squared(z, self._shift)
+        return upper, self._scaling.squared(z, self._shift) - rate
 
     def solve(self, *right: Pair) -> list[Pair]:
         """Solve for right-hand sides (top, bottom), refined on the whole system."""
         found = self._once(list(right))
         size = np.inf
         for _ in range(MOST_REFINEMENTS):
-            rest = [self._residual(given, answer) for given, answer in zip(right, found, strict=True)]
+            rest = [self._residual(top, answer) for (top, _), answer in zip(right, found, strict=True)]
             now = max(largest(*left) / max(largest(*given), 1e-300) for left, given in zip(rest, right, strict=True))
             if now <= REFINED or not now < STALLED * size:
                 break
             size = now
-            change = self._once(rest)
-            found = [(x + dx, z + dz) for (x, z), (dx, dz) in zip(found, change, strict=True)]
-        return found
+            mended = [(x + dx, z + dz) for (x, z, _), (dx, dz, _) in zip(found, self._once(rest), strict=True)]
+            found = [(x, z, self._p.matrix @ x - bottom) for (x, z), (_, bottom) in zip(mended, right, strict=True)]
+        return [(x, z) for x, z, _ in found]
 
 
 def largest(*vectors: Floats) -> float:

@@ -19,6 +19,9 @@ class Enough:
 
     forces: Callable[[Floats], bool] | None = None  #: told forces on the way, shape (m, 3); ends with "Accepted"
     twist: Callable[[Floats], bool] | None = None  #: told twists on the way, shape (6 n,); ends with "Mechanism"
+    start: Floats | None = (
+        None  #: forces next to which to start, shape (m, 3): forces are found sooner, mechanisms later
+    )
 
 
 OPTIMUM = Enough()

@@ -64,16 +64,22 @@ def _solve_in_space(problem: DualProgram, enough: Enough) -> DualAnswer:
         ),
         None,
         _limits(program, rough, slip / mu[rough]),
-        _early(enough, forces, twist),
+        _early(enough, forces, twist, lambda force: force.reshape(-1)[rows] / scale),
     )
     return _answer(problem, answer, twist(answer.x), forces(answer.z))
 
 
-def _early(enough: Enough, forces: Callable[[Floats], Floats], twist: Callable[[Floats], Floats]) -> Early:
-    """What may end the solve, asked of forces and twists made from the method's own unknowns."""
+def _early(
+    enough: Enough,
+    forces: Callable[[Floats], Floats],
+    twist: Callable[[Floats], Floats],
+    multipliers: Callable[[Floats], Floats],
+) -> Early:
+    """What may end the solve, asked of forces and twists made from the method's own unknowns, and where it starts."""
     return Early(
         None if enough.forces is None else lambda z, ask=enough.forces: ask(forces(z)),
         None if enough.twist is None else lambda x, ask=enough.twist: ask(twist(x)),
+        start=None if enough.start is None else multipliers(enough.start),
     )
 
 
@@ -119,7 +125,12 @@ def _solve_in_plane(problem: DualProgram, plane: Plane, enough: Enough) -> DualA
     def twist(x: Floats) -> Floats:
         return plane.unfold @ x
 
-    early = _early(enough, forces, twist)
+    def multipliers(force: Floats) -> Floats:
+        normal, along = plane.fold_forces(force)
+        sideways = along / np.where(mu > 0, mu, 1.0)
+        return np.concatenate([normal + sideways, normal - sideways]) / (2.0 * np.tile(scale, 2))
+
+    early = _early(enough, forces, twist, multipliers)
     answer = _solve(problem, rates, offset, Cones(0, 0, len(offset)), pair, local, opening, plane, early=early)
     return _answer(problem, answer, twist(answer.x), forces(answer.z))
 
@@ -167,7 +178,11 @@ def _solve(
         ridge=1.0 if problem.least_norm else 0.0,
         compliance=problem.compliance,
     )
-    return solve(program if limits is None else _with_limits(problem, program, limits), early)
+    if limits is not None:
+        program = _with_limits(problem, program, limits)
+    if early.start is not None:  # half-lines of limits and borders start at nothing
+        early = replace(early, start=np.pad(early.start, (0, len(program.bound) - len(early.start))))
+    return solve(program, early)
 
 
 def _with_limits(problem: DualProgram, program: ConicProgram, limits: Limits) -> ConicProgram:
