@@ -93,8 +93,8 @@ def alone(limit: float) -> list[dict]:
 def profiles() -> list[dict]:
     """Parts of the time on walls, with both factorisations."""
     return [
-        run("breakdown.py", "wall", size, BLOCKSTAT_FACTOR=backend)
-        for size in (1000, 3000, 10_000)
+        run("breakdown.py", scene, size, BLOCKSTAT_FACTOR=backend)
+        for scene, size in (("wall", 1000), ("falling", 1000), ("wall", 3000), ("wall", 10_000))
         for backend in ("pardiso", "superlu")
     ]
 

@@ -136,6 +136,7 @@ def test_more_reserve_is_asked_for_where_the_verifier_sees_a_fall():
     assert result.disagreements
 
 
+@pytest.mark.slow
 def test_no_design_of_a_front_is_lighter_and_safer_than_another():
     result = search(portal(), verify=None, strategy="pareto", margin=Margin(PUSH, 0.02), points=4)
     volumes, reserves = [c.volume for c in result.front], [c.reserve for c in result.front]
@@ -175,7 +176,7 @@ def test_an_interrupted_descent_ends_with_the_same_history(tmp_path):
         search(scene, **{**options, "margin": replace(options["margin"], least=0.1)}, history=path)
 
 
-@pytest.mark.parametrize("snap", [False, True])
+@pytest.mark.parametrize("snap", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_where_more_reserve_does_not_help_a_heavier_design_is_offered(snap):
     # Only nearly the heaviest designs stand by this verifier, and no design has the reserve that tells them apart.
     scene = portal()

@@ -20,7 +20,7 @@ WIDE_OPEN = 1e3
 #: A point with a cap that closes faster than this fraction of the fastest joint crushes or yields.
 YIELDS = 1e-6
 #: Unknowns from which the structured method is the faster one; below, its many small steps in Python cost more.
-STRUCTURED = 1_000
+STRUCTURED = 500
 #: Unknowns from which it pays to look for parts that do not touch.
 APART = 3_000
 #: Of the load and the adhesion, what the answer of a penalty program may leave unbalanced.

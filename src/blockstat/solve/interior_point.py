@@ -109,7 +109,7 @@ def _iterate(program: ConicProgram, kkt: Kkt, early: Early) -> ConicAnswer:
             break
         try:
             with np.errstate(over="raise", invalid="raise", divide="raise"):
-                state = _step(program, kkt, state, rest)
+                state = _step(program, kkt, state, rest, error)
         except (ArithmeticError, np.linalg.LinAlgError):
             break
     return _answer(best, "AlmostSolved" if best_error < ALMOST else "Stalled", iteration)
@@ -206,11 +206,11 @@ def _judge(program: ConicProgram, v: _State, rest: _Residuals) -> tuple[str, flo
     return "", max(errors)
 
 
-def _step(program: ConicProgram, kkt: Kkt, v: _State, rest: _Residuals) -> _State:
-    """One predictor and corrector."""
+def _step(program: ConicProgram, kkt: Kkt, v: _State, rest: _Residuals, error: float) -> _State:
+    """One predictor and corrector from an iterate of some error."""
     cones, curved = program.cones, rest.curved
     scaling = cones.scaling(v.s, v.z)
-    kkt.update(scaling, largest(v.x) / v.tau)
+    kkt.update(scaling, largest(v.x) / v.tau, error)
     mean = scaling.apply(v.z)
     mu = _complementarity(program, v)
     slope = 2.0 * curved / v.tau + program.cost

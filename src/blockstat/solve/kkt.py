@@ -20,6 +20,8 @@ from blockstat.solve.normal import BlockNormal
 PROXIMAL, DUAL_PROXIMAL = 1e-3, 1e-9
 #: Refinement stops when the residual is this small relative to the right-hand side, or stops shrinking.
 MOST_REFINEMENTS, REFINED, STALLED = 6, 1e-10, 0.7
+#: Far from the end it need not be as small: a share of the iterate's own error, at most the second.
+FIRM, ROUGH = 1e-3, 1e-4
 
 Pair = tuple[Floats, Floats]
 
@@ -81,6 +83,7 @@ class Kkt:
         self._rows = np.empty((len(program.pair), program.local.shape[1]))
         self._rows[len(program.local) : len(program.local) + len(program.penalty_local)] = program.penalty_local
         self._scaling: Scaling | None = None
+        self._refined = REFINED
         self._shift, self._pull = program.compliance + DUAL_PROXIMAL, PROXIMAL
 
     def hessian(self, x: Floats) -> Floats:
@@ -91,9 +94,13 @@ class Kkt:
         """M' z."""
         return self._transposed @ z
 
-    def update(self, scaling: Scaling, size: float = 1.0) -> None:
-        """Factor for another scaling; size : of x, which rho must not hold back where it is large."""
+    def update(self, scaling: Scaling, size: float = 1.0, error: float = 0.0) -> None:
+        """Factor for another scaling.
+
+        size : of x, which rho must not hold back where it is large; error : of the iterate, which solves may share.
+        """
         self._pull = PROXIMAL / max(size, 1.0)
+        self._refined = max(REFINED, min(FIRM * error, ROUGH))
         program, cones = self._p, self._p.cones
         self._scaling = scaling
         rows, n_local, n_soc = self._rows, len(program.local), 3 * cones.n_soc
@@ -219,7 +226,7 @@ class Kkt:
         for _ in range(MOST_REFINEMENTS):
             rest = [self._residual(top, answer) for (top, _), answer in zip(right, found, strict=True)]
             now = max(largest(*left) / max(largest(*given), 1e-300) for left, given in zip(rest, right, strict=True))
-            if now <= REFINED or not now < STALLED * size:
+            if now <= self._refined or not now < STALLED * size:
                 break
             size = now
             mended = [(x + dx, z + dz) for (x, z, _), (dx, dz, _) in zip(found, self._once(rest), strict=True)]
