@@ -17,6 +17,7 @@ from blockstat.cli_options import (
     Supports,
     Tilt,
     Units,
+    Version,
     numbers,
     print_json,
     run_app,
@@ -33,7 +34,7 @@ app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_
 
 
 @app.callback()
-def about() -> None:
+def about(version: Version = False) -> None:
     """Statics of masonry made of rigid blocks: does it stand, and which block moves first?"""
 
 

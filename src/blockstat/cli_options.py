@@ -97,6 +97,19 @@ def print_json(value: Any) -> None:
     print(json.dumps(value, allow_nan=False))
 
 
+def _say_version(wanted: bool) -> None:
+    if wanted:
+        from blockstat import __version__
+
+        print(__version__)
+        raise typer.Exit
+
+
+Version = Annotated[
+    bool, typer.Option("--version", help="Print the version and end.", callback=_say_version, is_eager=True)
+]
+
+
 def run_app(app: typer.Typer, prog: str) -> None:
     """Run a command: 2 on bad input, 1 on our own failure, 130 when interrupted; never a stack trace."""
     with warnings.catch_warnings():

@@ -18,6 +18,7 @@ from blockstat.cli_options import (
     Supports,
     Tilt,
     Units,
+    Version,
     load,
     numbers,
     print_json,
@@ -57,7 +58,7 @@ app.command("app")(open_page)
 
 
 @app.callback()
-def about() -> None:
+def about(version: Version = False) -> None:
     """Dynamics of masonry in Bullet: does it stay where it is put?"""
 
 

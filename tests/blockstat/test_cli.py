@@ -1,6 +1,7 @@
 import json
 import subprocess
 import sys
+from importlib.metadata import version
 
 import pytest
 
@@ -33,6 +34,12 @@ def test_check_prints_a_verdict(stones):
     plain = run("check", stones)
     assert plain.returncode == 0
     assert "Stable: a force field" in plain.stdout
+
+
+@pytest.mark.parametrize("program", ["blockstat", "dynsim"])
+def test_version(program):
+    answer = run("--version", program=program)
+    assert (answer.returncode, answer.stdout.strip()) == (0, version("blockstat"))
 
 
 def test_options_change_the_question(stones):

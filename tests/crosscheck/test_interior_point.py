@@ -74,3 +74,8 @@ def test_coulomb_states(tilt):
             assert ours.coulomb.settles is theirs.coulomb.settles
             pressed = [state.force[:, 0].sum() for state in (ours.coulomb, theirs.coulomb)]
             assert pressed[0] == pytest.approx(pressed[1], rel=1e-3)
+
+
+def test_the_bracket_of_a_wall_of_four_hundred_is_narrow():
+    # The method's own digits: proximal terms blind to the size of the forces leave a bracket of 2e-5.
+    assert limit_load(running_bond(20, 20), (1, 0, 0), solver="interior-point").gap < 2e-6

@@ -20,23 +20,24 @@ def test_hard_case(case):
         assert row.residual <= 1e-9
 
 
-def settled(seed, word):
-    """The same pile in the same words with its blocks in another order, and with the other solver."""
+def again(seed):
+    """The word for the same pile with its blocks in another order, by the other solver."""
     asm = pile(seed)
     random = np.random.default_rng(seed)
     order = random.permutation(asm.n_blocks)
     blocks = [Block(asm.block_vertices(i), asm.faces_of(i), asm.names[i], density=float(asm.density[i])) for i in order]
     supports = [int(np.flatnonzero(order == i)[0]) for i in np.flatnonzero(asm.support)]
     other = Assembly.from_blocks(blocks, supports=supports, friction=asm.friction, gravity=asm.gravity)
-    return assess(other, solver="interior-point").outcome.word == word
+    return assess(other, solver="interior-point").outcome.word
 
 
 @settings(max_examples=100, deadline=None)
 @given(seed=st.integers(0, 2**31))
 def test_random_piles(seed):
     # The second opinion behind `assess` in this suite rejects a wrong proof; a right one does not depend on the order.
-    word = assess(pile(seed)).outcome.word
-    assert word == UNDECIDED or settled(seed, word)
+    # One order in a few hundred is left undecided; `test_ten_thousand_piles` counts them.
+    words = {assess(pile(seed)).outcome.word, again(seed)} - {UNDECIDED}
+    assert len(words) <= 1
 
 
 @pytest.mark.slow

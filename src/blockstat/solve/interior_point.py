@@ -210,7 +210,7 @@ def _step(program: ConicProgram, kkt: Kkt, v: _State, rest: _Residuals, error: f
     """One predictor and corrector from an iterate of some error."""
     cones, curved = program.cones, rest.curved
     scaling = cones.scaling(v.s, v.z)
-    kkt.update(scaling, largest(v.x) / v.tau, error)
+    kkt.update(scaling, (largest(v.x) / v.tau, largest(v.z) / v.tau), error)
     mean = scaling.apply(v.z)
     mu = _complementarity(program, v)
     slope = 2.0 * curved / v.tau + program.cost

@@ -18,6 +18,7 @@ from blockstat.solve.normal import BlockNormal
 
 #: Proximal terms; lengths, forces and rates of the programs are of the order of one.
 PROXIMAL, DUAL_PROXIMAL = 1e-3, 1e-9
+LARGE = 1e3  #: multipliers beyond this change the second no more
 #: Refinement stops when the residual is this small relative to the right-hand side, or stops shrinking.
 MOST_REFINEMENTS, REFINED, STALLED = 6, 1e-10, 0.7
 #: Far from the end it need not be as small: a share of the iterate's own error, at most the second.
@@ -83,8 +84,7 @@ class Kkt:
         self._rows = np.empty((len(program.pair), program.local.shape[1]))
         self._rows[len(program.local) : len(program.local) + len(program.penalty_local)] = program.penalty_local
         self._scaling: Scaling | None = None
-        self._refined = REFINED
-        self._shift, self._pull = program.compliance + DUAL_PROXIMAL, PROXIMAL
+        self._shift, self._pull, self._refined = program.compliance + DUAL_PROXIMAL, PROXIMAL, REFINED
 
     def hessian(self, x: Floats) -> Floats:
         """P x."""
@@ -94,12 +94,14 @@ class Kkt:
         """M' z."""
         return self._transposed @ z
 
-    def update(self, scaling: Scaling, size: float = 1.0, error: float = 0.0) -> None:
+    def update(self, scaling: Scaling, sizes: tuple[float, float] = (1.0, 1.0), error: float = 0.0) -> None:
         """Factor for another scaling.
 
-        size : of x, which rho must not hold back where it is large; error : of the iterate, which solves may share.
+        sizes : of x and z, which rho and delta must not hold back where they are large (W'W is s over z, and s is mu
+        over z); error : of the iterate, which solves may share.
         """
-        self._pull = PROXIMAL / max(size, 1.0)
+        self._pull = PROXIMAL / max(sizes[0], 1.0)
+        self._shift = self._p.compliance + DUAL_PROXIMAL / min(max(sizes[1], 1.0), LARGE) ** 2
         self._refined = max(REFINED, min(FIRM * error, ROUGH))
         program, cones = self._p, self._p.cones
         self._scaling = scaling
