@@ -33,6 +33,15 @@ def test_same_energy_and_a_valid_answer_in_space(scene):
     assert proofs[0].proves_unstable == proofs[1].proves_unstable
 
 
+def test_forces_fold_into_the_plane_and_back():
+    _problem, program = program_of(arch(9, 0.3))
+    plane = program.plane
+    given = np.random.default_rng(1).normal(size=(2, len(plane.first)))
+    force = plane.unfold_forces(*given, len(program.friction))
+    np.testing.assert_allclose(plane.fold_forces(force), given, atol=1e-15)
+    np.testing.assert_allclose(force[plane.first], force[plane.second])
+
+
 @pytest.mark.parametrize(
     "make",
     [lambda: arch(20, 0.2), lambda: arch(20, 0.3, friction=0.35), lambda: arch(9, 0.3, friction=np.inf),

@@ -85,7 +85,7 @@ def solve(program: PenaltyProgram, *, score: bool = True) -> RawSolution:
 def _solve(program: PenaltyProgram, *, score: bool = True) -> RawSolution:
     """Solve a penalty program as a whole."""
     # Who asks for no score expects most designs to fall, and then it is in vain to look for forces first.
-    start = least_squares(program) if score else None
+    start = least_squares(program) if score and program.solver != "clarabel" else None
     if start is not None and program.solver == "auto" and (force := admissible(program, start)) is not None:
         return RawSolution(
             force, np.zeros(program.n_points), np.zeros_like(program.load), True, ACCEPTED, 0, "least squares"
