@@ -19,6 +19,7 @@ from blockstat.errors import InputError
 from blockstat.geometry_check import check_geometry
 from blockstat.io.parts import Parts
 from blockstat.mend import Mended, mend_surface
+from blockstat.overlap import overlaps, tell
 from blockstat.polyhedron import Floats
 from blockstat.snap import common_planes, meet
 from blockstat.weld import settled_faces, shared_corners
@@ -72,16 +73,18 @@ class Report:
     """What `heal` did."""
 
     changes: tuple[Change, ...]  #: one a block, in order, also for blocks that were not changed
+    overlaps: str = ""  #: what of the blocks still overlaps, which no mending takes away
 
     @property
     def changed(self) -> tuple[Change, ...]:
         return tuple(change for change in self.changes if change.any)
 
     def explain(self) -> str:
-        """One line a block that was changed or not mended, and how many were not changed."""
+        """One line a block that was changed or not mended, what still overlaps, and how many were not changed."""
         same = len(self.changes) - len(self.changed)
         told = [change.explain() for change in self.changes if change.any or change.left]
-        return "\n".join([*told, f"{same} of {len(self.changes)} blocks unchanged"])
+        left = [f"left as they were: {self.overlaps}"] if self.overlaps else []
+        return "\n".join([*told, *left, f"{same} of {len(self.changes)} blocks unchanged"])
 
 
 def heal(
@@ -119,7 +122,8 @@ def heal(
         replace(change, merged=own.merged, spread=own.spread, dropped=own.dropped, turned=own.turned)
         for change, own in zip(changes, mended, strict=True)
     ]
-    return assembly, Report(tuple(told))
+    pairs, depth = overlaps(assembly, gap=gap or GAP)
+    return assembly, Report(tuple(told), tell(assembly, pairs, depth) if len(pairs) else "")
 
 
 def _parts(source: Any, supports: Iterable[int | str] | None, units: str | None, options: dict[str, Any]) -> Parts:

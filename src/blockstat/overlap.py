@@ -30,12 +30,19 @@ def check_overlaps(assembly: Assembly, *, gap: float) -> list[str]:
         return []
     relative = depth / assembly.size[pairs].min(axis=1)
     worst = int(relative.argmax())
-    a, b = (assembly.names[i] for i in pairs[worst])
     if relative[worst] > DEEP:
+        a, b = (assembly.names[i] for i in pairs[worst])
         raise InputError(
             f'blocks "{a}" and "{b}" overlap by {depth[worst]:.3g} m; rigid blocks may touch but not overlap'
         )
-    return [f'{len(pairs)} pairs of blocks overlap, the worst "{a}" and "{b}" by {depth[worst]:.2g} m']
+    return [tell(assembly, pairs, depth)]
+
+
+def tell(assembly: Assembly, pairs: Ints, depth: Floats) -> str:
+    """How many pairs overlap, and which is the worst for its size."""
+    worst = int((depth / assembly.size[pairs].min(axis=1)).argmax())
+    a, b = (assembly.names[i] for i in pairs[worst])
+    return f'{len(pairs)} pairs of blocks overlap, the worst "{a}" and "{b}" by {depth[worst]:.2g} m'
 
 
 def overlaps(assembly: Assembly, *, gap: float) -> tuple[Ints, Floats]:

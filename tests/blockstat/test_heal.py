@@ -81,6 +81,14 @@ def test_overlaps_below_the_tolerance_are_closed_too():
     assert joint.point[:, 2] == pytest.approx([-0.0004] * 4)
 
 
+def test_overlaps_that_stay_are_told():
+    deep = assembly([box((-1, -1, -1), (2, 2, 0)), box((0, 0, -0.05), (1, 1, 1), name="sunk")])
+    _, report = heal(deep)
+    assert '1 pairs of blocks overlap, the worst "block0" and "sunk" by 0.05 m' in report.explain()
+    _, report = heal(stack(3))
+    assert report.overlaps == ""
+
+
 def test_what_is_sound_is_not_touched(root):
     chapel = build(load_scene(root / "examples" / "chapel.toml"))
     healed, report = heal(chapel)
