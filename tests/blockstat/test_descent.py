@@ -176,7 +176,8 @@ def test_an_interrupted_descent_ends_with_the_same_history(tmp_path):
         search(scene, **{**options, "margin": replace(options["margin"], least=0.1)}, history=path)
 
 
-@pytest.mark.parametrize("snap", [pytest.param(False, marks=pytest.mark.slow), True])
+@pytest.mark.slow
+@pytest.mark.parametrize("snap", [False, True])
 def test_where_more_reserve_does_not_help_a_heavier_design_is_offered(snap):
     # Only nearly the heaviest designs stand by this verifier, and no design has the reserve that tells them apart.
     scene = portal()

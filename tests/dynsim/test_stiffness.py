@@ -55,7 +55,7 @@ def test_slower_by_the_root_of_the_scale():
     assert times[1] / times[0] == pytest.approx(2.0, rel=0.02)
 
 
-@pytest.mark.parametrize("share", [1.5, 3.0, 10.0])
+@pytest.mark.parametrize("share", [1.5, *(pytest.param(share, marks=pytest.mark.slow) for share in (3.0, 10.0))])
 def test_a_block_leans_on_an_angular_spring(share):
     # Beyond tipping, the block rests where k times the rotation is the moment of its weight about the edge.
     push = 1.2 * WIDTH / HEIGHT
