@@ -57,7 +57,7 @@ class _State:
 
 @dataclass(frozen=True)
 class Early:
-    """What may end the iteration early."""
+    """Where the iteration starts, and what may end it early."""
 
     #: Asked about the multipliers of the rows once they nearly satisfy M'z + q = 0, and again each time they do three
     #: times better; True ends with status "Accepted".

@@ -15,13 +15,12 @@ from blockstat.program import PenaltyProgram
 
 @dataclass(frozen=True)
 class Enough:
-    """What may end a solve before its optimum; nothing does unless asked for."""
+    """Where a solve starts, and what may end it before its optimum; nothing does unless asked for."""
 
     forces: Callable[[Floats], bool] | None = None  #: told forces on the way, shape (m, 3); ends with "Accepted"
     twist: Callable[[Floats], bool] | None = None  #: told twists on the way, shape (6 n,); ends with "Mechanism"
-    start: Floats | None = (
-        None  #: forces next to which to start, shape (m, 3): forces are found sooner, mechanisms later
-    )
+    #: Forces next to which to start, shape (m, 3): forces are found sooner, mechanisms later.
+    start: Floats | None = None
 
 
 OPTIMUM = Enough()
