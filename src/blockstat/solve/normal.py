@@ -89,7 +89,8 @@ class BlockNormal:
         for count, first, last in self._chunks:
             size = count * (last - first)
             part = np.take(rows, self._order[done : done + size], axis=0).reshape(last - first, count, 2 * w)
-            product = np.matmul(part.swapaxes(1, 2), part)
+            # Of one array and its own transpose numpy would fill in the symmetry, which costs more than the product.
+            product = np.matmul(part.swapaxes(1, 2), part.copy())
             graph.own[0, first:last], graph.own[1, first:last] = product[:, :w, :w], product[:, w:, w:]
             graph.across[first:last] = product[:, :w, w:]
             done += size
