@@ -8,6 +8,7 @@ only the corners of its convex hull are kept, which is exact for equilibrium.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -34,6 +35,7 @@ ANGLE = np.deg2rad(
     15.0
 )  #: faces further from opposed than this are never one joint; nearer ones are judged by their gap
 NEAR_MISS = 5.0  #: gaps up to this many tolerances are reported as dropped
+FILLED = 1.1  #: a block at most this many times as thick as a gap, and next to both sides, fills it
 
 
 @dataclass(frozen=True)
@@ -219,6 +221,7 @@ def _gaps(
 
 def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats) -> Interfaces:
     """Judge the patches, merge those of one plane, and list their corner points."""
+    near: list[tuple[Dropped, Floats]] = []
     dropped: list[Dropped] = []
     kept: list[tuple] = [(np.empty((0, 2), int), np.empty((0, 3, 3)), np.empty((0, 3)), *[np.empty(0)] * 2)]
     corners, counts = [np.empty((0, 2))], [np.empty(0, int)]
@@ -236,7 +239,7 @@ def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats) -> Int
             wide & ~close & (p.gap <= NEAR_MISS * allowed[p.pair].min(axis=1)) & (width > p.gap / NEAR_MISS)
         ):
             a, b = map(int, p.pair[i])
-            dropped.append(Dropped(a, b, "gap", float(p.gap[i]), float(limit[i])))
+            near.append((Dropped(a, b, "gap", float(p.gap[i]), float(limit[i])), p.frame[i, 0]))
         for i in np.flatnonzero(~wide & close & (width > SPAN * size)):
             a, b = map(int, p.pair[i])
             dropped.append(Dropped(a, b, "sliver", float(width[i]), float(WIDTH * size[i])))
@@ -251,7 +254,23 @@ def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats) -> Int
     tangents = np.repeat(found.frame[:, 1:], found.count, axis=0)
     point = np.repeat(found.origin, found.count, axis=0) + np.einsum("nk,nkj->nj", found.corner, tangents)
     start = np.concatenate([[0], np.cumsum(found.count)])
+    dropped = [*_open(assembly, near, found.pair), *dropped]
     return Interfaces(found.pair, found.frame, found.area, found.gap, point, start, tuple(dropped))
+
+
+def _open(assembly: Assembly, near: list[tuple[Dropped, Floats]], pair: Ints) -> list[Dropped]:
+    """The near joints without those that a third block fills, which touches both and is as thick as they are apart."""
+    touching: defaultdict[int, set[int]] = defaultdict(set)
+    for a, b in pair.tolist() if near else ():
+        touching[a].add(b)
+        touching[b].add(a)
+    found = []
+    for joint, normal in near:
+        between = touching[joint.a] & touching[joint.b]
+        corners = (assembly.vertices[slice(*assembly.vertex_start[c : c + 2])] @ normal for c in between)
+        if not any(np.ptp(height) <= FILLED * joint.value for height in corners):
+            found.append(joint)
+    return found
 
 
 def _diameter(polygon: Floats, count: Ints) -> Floats:

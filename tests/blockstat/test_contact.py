@@ -114,6 +114,16 @@ def test_gap_within_tolerance_is_a_joint_and_beyond_it_is_reported():
     assert find_interfaces(two(2e-1)).dropped == ()
 
 
+@pytest.mark.parametrize(
+    ("slate", "near"), [(box((0, 0, 1), (1, 1, 1.03)), []), (box((1, 0, 0), (1.03, 1, 2.03)), [(0, 2)])]
+)
+def test_a_gap_that_a_third_block_fills_is_no_near_miss(slate, near):
+    # Two cubes 3 cm apart, and a slate that lies between them, or stands beside them and touches both.
+    faces = find_interfaces(assembly([box((0, 0, 0), (1, 1, 1)), slate, box((0, 0, 1.03), (1, 1, 2.03))]))
+    assert faces.n_interfaces == 2
+    assert [(d.a, d.b) for d in faces.dropped] == near
+
+
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
 def test_interfaces_do_not_depend_on_units(scale):
     asm = arch(12, 0.2)

@@ -55,11 +55,22 @@ class Cones:
         """The scaling that changes nothing."""
         return Scaling(self, self.parts(self.unit)[0], np.ones(self.n_soc), np.ones(self.n_half))
 
-    def depth(self, vector: Floats) -> float:
-        """How far inside the product a vector is (its least eigenvalue), negative outside."""
+    def depths(self, vector: Floats) -> Floats:
+        """How far inside its cone each part of a vector is (its least eigenvalue), negative outside."""
         triples, numbers = self.parts(vector)
-        inside = (triples[0] - np.sqrt(triples[1] ** 2 + triples[2] ** 2)).min(initial=np.inf)
-        return float(min(inside, numbers.min(initial=np.inf)))
+        return np.concatenate([triples[0] - np.sqrt(triples[1] ** 2 + triples[2] ** 2), numbers])
+
+    def depth(self, vector: Floats) -> float:
+        """The least of the depths."""
+        return float(self.depths(vector).min(initial=np.inf))
+
+    def lifted(self, vector: Floats, lift: Floats) -> Floats:
+        """The vector with its parts so much deeper inside their cones."""
+        found = vector.copy()
+        triples, numbers = self.parts(found)
+        triples[0] += lift[: self.n_soc]
+        numbers += lift[self.n_soc :]
+        return found
 
     def product(self, a: Floats, b: Floats) -> Floats:
         """Jordan product a o b."""

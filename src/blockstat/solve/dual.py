@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -11,7 +12,6 @@ from blockstat.program import PenaltyProgram
 from blockstat.solve import clarabel_dual, clarabel_primal, structured
 from blockstat.solve.apart import solve_apart
 from blockstat.solve.certificate import FORCE_TOLERANCE, balance, check, force_errors, opening_room
-from blockstat.solve.guess import admissible, least_squares
 from blockstat.solve.opening import cheapest, opened
 from blockstat.solve.raw import ACCEPTED, MECHANISM, OPTIMUM, DualAnswer, DualProgram, Enough, RawSolution
 
@@ -25,6 +25,8 @@ STRUCTURED = 500
 APART = 3_000
 #: Of the load and the adhesion, what the answer of a penalty program may leave unbalanced.
 BALANCED = 1e-6
+#: Of what a proof may leave unbalanced, what forces may leave that are not balanced any better.
+ALREADY = 0.01
 CHOICES = ("auto", "interior-point", "clarabel")
 
 
@@ -35,15 +37,16 @@ def solve_dual(problem: DualProgram, enough: Enough = OPTIMUM) -> DualAnswer:
     The choice is the program's `solver`: "auto", "interior-point" or "clarabel". Where the structured method does not
     fit (friction without limit) or gets stuck, Clarabel takes over; the answer says who gave it.
     """
-    if _structured(problem):
-        answer = structured.solve_dual(problem, enough)
+    whole = _structured(problem)
+    if whole or (enough.approach and problem.program.solver == "auto" and structured.fits(problem)):
+        answer = structured.solve_dual(problem, enough if whole else replace(enough, optimise=False))
         if not answer.status.startswith("Stalled"):
             return answer
     return clarabel_dual.solve_dual(problem)
 
 
 def _structured(problem: DualProgram) -> bool:
-    """Whether the structured method is asked for and fits."""
+    """Whether the structured method is asked for, pays, and fits."""
     solver = problem.program.solver
     unknowns = len(problem.program.load) // (1 if problem.plane is None else 2)
     wanted = solver == "interior-point" or (solver == "auto" and unknowns >= STRUCTURED)
@@ -84,21 +87,19 @@ def solve(program: PenaltyProgram, *, score: bool = True) -> RawSolution:
 
 def _solve(program: PenaltyProgram, *, score: bool = True) -> RawSolution:
     """Solve a penalty program as a whole."""
-    # Who asks for no score expects most designs to fall, and then it is in vain to look for forces first.
-    start = least_squares(program) if score and program.solver != "clarabel" else None
-    if start is not None and program.solver == "auto" and (force := admissible(program, start)) is not None:
-        return RawSolution(
-            force, np.zeros(program.n_points), np.zeros_like(program.load), True, ACCEPTED, 0, "least squares"
-        )
     proven: list[Floats] = []
 
     def accept(force: Floats) -> bool:
         """Forces on the way to the optimum that, balanced, prove stability are as good as the optimum's."""
+        proven[:] = [force]
+        if max(force_errors(program, force)) <= ALREADY * FORCE_TOLERANCE:
+            return True
         proven[:] = [balance(program, force)]
         return max(force_errors(program, proven[0])) <= FORCE_TOLERANCE
 
     way = _Way(program)
-    enough = Enough(accept, way.noted if score else way.falls, start)
+    # Who asks for no score expects most designs to fall, and then it is in vain to look for forces first.
+    enough = Enough(accept, way.noted if score else way.falls, approach=score)
     answer = solve_dual(DualProgram(program, -program.load, penalty=True), enough)
     if answer.status in (ACCEPTED, MECHANISM):
         stands = answer.status == ACCEPTED

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from blockstat.polyhedron import Floats
-from blockstat.solve.kkt import ConicProgram, Kkt, Pair, largest
+from blockstat.solve.approach import approach
+from blockstat.solve.kkt import DUAL_PROXIMAL, PROXIMAL, REFINED, ConicProgram, Kkt, Pair, largest
 from blockstat.solve.normal import normal_equations
 from blockstat.solve.raw import ACCEPTED, MECHANISM
 
@@ -29,6 +30,9 @@ ASK = 1.0  #: error of M'z + q = 0, in units of the mean weight, from which an a
 PATIENCE = 8  #: iterations without progress
 STEP = 0.99
 INSIDE = 0.1  #: depth of a start at multipliers, in mean weights, and its complementarity
+LARGE = 1e3  #: multipliers beyond this change the proximal term of their own no more
+#: Far from the end solves need not be as good: a share of the iterate's own error, at most the second.
+FIRM, ROUGH = 1e-3, 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,16 +61,17 @@ class _State:
 
 @dataclass(frozen=True)
 class Early:
-    """Where the iteration starts, and what may end it early."""
+    """What may end the iteration early."""
 
     #: Asked about the multipliers of the rows once they nearly satisfy M'z + q = 0, and again each time they do three
     #: times better; True ends with status "Accepted".
     multipliers: Callable[[Floats], bool] | None = None
     #: Asked about the unknowns of each iterate; True ends with status "Mechanism".
     unknowns: Callable[[Floats], bool] | None = None
-    #: Multipliers next to which to start: half the iterations where `multipliers` ends them, twice as many where
-    #: `unknowns` does.
-    start: Floats | None = None
+    #: Whether such multipliers are looked for first (see `blockstat.solve.approach`). Where none are found, the
+    #: iteration may start next to the least that balance.
+    approach: bool = False
+    optimise: bool = True  #: whether there is anything after the approach
 
 
 AT_THE_OPTIMUM = Early()
@@ -74,14 +79,30 @@ AT_THE_OPTIMUM = Early()
 
 def solve(program: ConicProgram, early: Early = AT_THE_OPTIMUM) -> ConicAnswer:
     """Solve a program."""
+    answer, start = approached(program, early) if early.approach else (None, None)
+    if answer is not None:
+        return answer
+    if not early.optimise:
+        return ConicAnswer(0 * program.cost, 0 * program.bound, "Stalled: no forces were found", 0)
     normal = normal_equations(program.pair, program.n_blocks, program.width)
-    return _iterate(program, Kkt(program, normal), early)
+    return _iterate(program, Kkt(program, normal), early, start)
 
 
-def _iterate(program: ConicProgram, kkt: Kkt, early: Early) -> ConicAnswer:
+def approached(program: ConicProgram, early: Early) -> tuple[ConicAnswer | None, Floats | None]:
+    """Multipliers that pass `early.multipliers`, if any are found so; else some next to which to start, if any."""
+    try:
+        way = approach(program)
+    except ArithmeticError:
+        return None, None
+    if way.found is None or early.multipliers is None or not early.multipliers(way.found):
+        return None, way.least
+    return ConicAnswer(0 * program.cost, way.found, ACCEPTED, way.factorisations), None
+
+
+def _iterate(program: ConicProgram, kkt: Kkt, early: Early, start: Floats | None) -> ConicAnswer:
     """Predictor and corrector until the answer is good, or gets no better."""
     try:
-        state = _start(program, kkt) if early.start is None else _start_at(program, early.start)
+        state = _start(program, kkt) if start is None else _start_at(program, start)
     except ArithmeticError as error:
         return ConicAnswer(0 * program.cost, 0 * program.bound, f"Stalled: {error}", 0)
     best, best_error, least, waited, asked = state, np.inf, np.inf, 0, ASK
@@ -210,7 +231,14 @@ def _step(program: ConicProgram, kkt: Kkt, v: _State, rest: _Residuals, error: f
     """One predictor and corrector from an iterate of some error."""
     cones, curved = program.cones, rest.curved
     scaling = cones.scaling(v.s, v.z)
-    kkt.update(scaling, (largest(v.x) / v.tau, largest(v.z) / v.tau), error)
+    # Proximal terms must not hold back what is large: W'W is s over z, and s is mu over z.
+    length, force = (max(largest(part) / v.tau, 1.0) for part in (v.x, v.z))
+    kkt.update(
+        scaling,
+        pull=PROXIMAL / length,
+        shift=DUAL_PROXIMAL / min(force, LARGE) ** 2,
+        refined=max(REFINED, min(FIRM * error, ROUGH)),
+    )
     mean = scaling.apply(v.z)
     mu = _complementarity(program, v)
     slope = 2.0 * curved / v.tau + program.cost

@@ -7,7 +7,8 @@ the normal equations from losing the blocks whose joints are all about to open.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy import sparse
@@ -18,11 +19,8 @@ from blockstat.solve.normal import BlockNormal
 
 #: Proximal terms; lengths, forces and rates of the programs are of the order of one.
 PROXIMAL, DUAL_PROXIMAL = 1e-3, 1e-9
-LARGE = 1e3  #: multipliers beyond this change the second no more
 #: Refinement stops when the residual is this small relative to the right-hand side, or stops shrinking.
 MOST_REFINEMENTS, REFINED, STALLED = 6, 1e-10, 0.7
-#: Far from the end it need not be as small: a share of the iterate's own error, at most the second.
-FIRM, ROUGH = 1e-3, 1e-4
 
 Pair = tuple[Floats, Floats]
 
@@ -70,13 +68,33 @@ class ConicProgram:
     def curved(self) -> bool:
         return len(self.penalty_local) > 0 or self.ridge > 0
 
+    @cached_property
+    def transposed(self) -> sparse.csr_array:
+        """M', by rows."""
+        return sparse.csr_array(self.matrix.T)
+
+    def feasibility(self) -> ConicProgram:
+        """The same rows and cost without P: its multipliers balance the cost, M'z + q = 0."""
+        first = len(self.local)
+        last = first + len(self.penalty_local)
+        limits = self.limits and replace(self.limits, penalty=np.full_like(self.limits.penalty, -1))
+        bare = replace(
+            self,
+            pair=np.delete(self.pair, np.s_[first:last], axis=0),
+            penalty=self.penalty[:0],
+            penalty_local=self.penalty_local[:0],
+            ridge=0.0,
+            limits=limits,
+        )
+        bare.__dict__["transposed"] = self.transposed
+        return bare
+
 
 class Kkt:
     """The system of one scaling after another."""
 
     def __init__(self, program: ConicProgram, normal: BlockNormal) -> None:
         self._p, self._normal = program, normal
-        self._transposed = sparse.csr_array(program.matrix.T)
         self._penalty_t = sparse.csr_array(program.penalty.T)
         self._twists = program.width * program.n_blocks
         border = len(program.local) + (program.limits.size if program.limits else 0)
@@ -84,7 +102,7 @@ class Kkt:
         self._rows = np.empty((len(program.pair), program.local.shape[1]))
         self._rows[len(program.local) : len(program.local) + len(program.penalty_local)] = program.penalty_local
         self._scaling: Scaling | None = None
-        self._shift, self._pull, self._refined = program.compliance + DUAL_PROXIMAL, PROXIMAL, REFINED
+        self._shift, self._pull, self._refined = DUAL_PROXIMAL, PROXIMAL, REFINED
 
     def hessian(self, x: Floats) -> Floats:
         """P x."""
@@ -92,17 +110,21 @@ class Kkt:
 
     def transposed(self, z: Floats) -> Floats:
         """M' z."""
-        return self._transposed @ z
+        return self._p.transposed @ z
 
-    def update(self, scaling: Scaling, sizes: tuple[float, float] = (1.0, 1.0), error: float = 0.0) -> None:
+    def inverse_squared(self, z: Floats) -> Floats:
+        """(W'W + (c + delta) I)^-1 z of the last update."""
+        assert self._scaling is not None
+        return self._scaling.inverse_squared(z, self._shift)
+
+    def update(
+        self, scaling: Scaling, *, pull: float = PROXIMAL, shift: float = DUAL_PROXIMAL, refined: float = REFINED
+    ) -> None:
         """Factor for another scaling.
 
-        sizes : of x and z, which rho and delta must not hold back where they are large (W'W is s over z, and s is mu
-        over z); error : of the iterate, which solves may share.
+        pull, shift : rho and delta; refined : the residual that is left, relative to the right-hand side.
         """
-        self._pull = PROXIMAL / max(sizes[0], 1.0)
-        self._shift = self._p.compliance + DUAL_PROXIMAL / min(max(sizes[1], 1.0), LARGE) ** 2
-        self._refined = max(REFINED, min(FIRM * error, ROUGH))
+        self._pull, self._shift, self._refined = pull, self._p.compliance + shift, refined
         program, cones = self._p, self._p.cones
         self._scaling = scaling
         rows, n_local, n_soc = self._rows, len(program.local), 3 * cones.n_soc
@@ -205,15 +227,10 @@ class Kkt:
 
     def _once(self, right: list[Pair]) -> list[tuple[Floats, Floats, Floats]]:
         """x, z and M x - bottom = (W^2 + (c + delta) I) z."""
-        scaling = self._scaling
-        assert scaling is not None
-        tops = [
-            top + self.transposed(scaling.inverse_squared(bottom, self._shift)) if bottom.any() else top
-            for top, bottom in right
-        ]
+        tops = [top + self.transposed(self.inverse_squared(bottom)) if bottom.any() else top for top, bottom in right]
         moved = self._solve_normal(tops)
         rates = [self._p.matrix @ x - bottom for x, (_, bottom) in zip(moved, right, strict=True)]
-        return [(x, scaling.inverse_squared(r, self._shift), r) for x, r in zip(moved, rates, strict=True)]
+        return [(x, self.inverse_squared(r), r) for x, r in zip(moved, rates, strict=True)]
 
     def _residual(self, top: Floats, found: tuple[Floats, Floats, Floats]) -> Pair:
         assert self._scaling is not None

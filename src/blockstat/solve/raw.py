@@ -15,12 +15,12 @@ from blockstat.program import PenaltyProgram
 
 @dataclass(frozen=True)
 class Enough:
-    """Where a solve starts, and what may end it before its optimum; nothing does unless asked for."""
+    """What may end a solve before its optimum; nothing does unless asked for."""
 
     forces: Callable[[Floats], bool] | None = None  #: told forces on the way, shape (m, 3); ends with "Accepted"
     twist: Callable[[Floats], bool] | None = None  #: told twists on the way, shape (6 n,); ends with "Mechanism"
-    #: Forces next to which to start, shape (m, 3): forces are found sooner, mechanisms later.
-    start: Floats | None = None
+    approach: bool = False  #: whether such forces are looked for first (see `blockstat.solve.approach`)
+    optimise: bool = True  #: whether the structured method goes on to the optimum where they are not found
 
 
 OPTIMUM = Enough()

@@ -64,22 +64,18 @@ def _solve_in_space(problem: DualProgram, enough: Enough) -> DualAnswer:
         ),
         None,
         _limits(program, rough, slip / mu[rough]),
-        _early(enough, forces, twist, lambda force: force.reshape(-1)[rows] / scale),
+        _early(enough, forces, twist),
     )
     return _answer(problem, answer, twist(answer.x), forces(answer.z))
 
 
-def _early(
-    enough: Enough,
-    forces: Callable[[Floats], Floats],
-    twist: Callable[[Floats], Floats],
-    multipliers: Callable[[Floats], Floats],
-) -> Early:
-    """What may end the solve, asked of forces and twists made from the method's own unknowns, and where it starts."""
+def _early(enough: Enough, forces: Callable[[Floats], Floats], twist: Callable[[Floats], Floats]) -> Early:
+    """What may end the solve, asked of forces and twists made from the method's own unknowns."""
     return Early(
         None if enough.forces is None else lambda z, ask=enough.forces: ask(forces(z)),
         None if enough.twist is None else lambda x, ask=enough.twist: ask(twist(x)),
-        start=None if enough.start is None else multipliers(enough.start),
+        enough.approach,
+        enough.optimise,
     )
 
 
@@ -125,12 +121,7 @@ def _solve_in_plane(problem: DualProgram, plane: Plane, enough: Enough) -> DualA
     def twist(x: Floats) -> Floats:
         return plane.unfold @ x
 
-    def multipliers(force: Floats) -> Floats:
-        normal, along = plane.fold_forces(force)
-        sideways = along / np.where(mu > 0, mu, 1.0)
-        return np.concatenate([normal + sideways, normal - sideways]) / (2.0 * np.tile(scale, 2))
-
-    early = _early(enough, forces, twist, multipliers)
+    early = _early(enough, forces, twist)
     answer = _solve(problem, rates, offset, Cones(0, 0, len(offset)), pair, local, opening, plane, early=early)
     return _answer(problem, answer, twist(answer.x), forces(answer.z))
 
@@ -180,8 +171,6 @@ def _solve(
     )
     if limits is not None:
         program = _with_limits(problem, program, limits)
-    if early.start is not None:  # half-lines of limits and borders start at nothing
-        early = replace(early, start=np.pad(early.start, (0, len(program.bound) - len(early.start))))
     return solve(program, early)
 
 
