@@ -34,20 +34,22 @@ def _cut(polygon: Floats, count: Ints, tail: Floats, direction: Floats) -> tuple
     height = direction[:, None, 0] * (polygon[..., 1] - tail[:, None, 1]) - direction[:, None, 1] * (
         polygon[..., 0] - tail[:, None, 0]
     )
-    height_next = np.take_along_axis(height, following, axis=1)
+    height_next = height[np.arange(n)[:, None], following]
     keep = valid & (height >= 0)
     cross = valid & ((height >= 0) != (height_next >= 0))
 
-    span = np.where(cross, height - height_next, 1.0)
-    crossing = polygon + (height / span)[..., None] * (
-        np.take_along_axis(polygon, following[..., None], axis=1) - polygon
-    )
-    # Each corner may give itself and then the crossing of its edge; pack the survivors to the left.
-    both = np.stack([polygon, crossing], axis=2).reshape(n, 2 * width, 2)
-    alive = np.stack([keep, cross], axis=2).reshape(n, 2 * width)
-    new_count = alive.sum(axis=1)
-    order = np.argsort(~alive, axis=1, kind="stable")[:, : max(int(new_count.max(initial=0)), 1)]
-    return np.take_along_axis(both, order[..., None], axis=1), new_count
+    row, corner = np.nonzero(cross)
+    here, there = polygon[row, corner], polygon[row, following[row, corner]]
+    share = height[row, corner] / (height[row, corner] - height_next[row, corner])
+    # Each corner may give itself and then the crossing of its edge; what is left of each polygon is counted off.
+    place = np.cumsum(np.stack([keep, cross], axis=2).reshape(n, 2 * width), axis=1)
+    new_count = place[:, -1]
+    place = place.reshape(n, width, 2) - 1
+    packed = np.zeros((n, max(int(new_count.max(initial=0)), 1), 2))
+    packed[row, place[row, corner, 1]] = here + share[:, None] * (there - here)
+    row, corner = np.nonzero(keep)
+    packed[row, place[row, corner, 0]] = polygon[row, corner]
+    return packed, new_count
 
 
 def area(polygon: Floats, count: Ints) -> Floats:

@@ -93,21 +93,26 @@ class Interfaces:
         return self.point[self.start[interface] : self.start[interface + 1]]
 
 
-def find_interfaces(assembly: Assembly, *, gap: float = GAP) -> Interfaces:
+def find_interfaces(assembly: Assembly, *, gap: float = GAP, near: Ints | None = None) -> Interfaces:
     """Interfaces between all blocks that touch; those between two supports are left out.
 
     gap : largest gap or overlap of a joint, relative to the size (cube root of volume) of the smaller block; for
-    plates and needles no more than a quarter of their thickness.
+    plates and needles no more than a quarter of their thickness. near : what `near_blocks` gives, None to ask it.
     """
+    near = near_blocks(assembly, gap=gap) if near is None else near
+    allowed = _allowed(assembly, gap)
+    rows = _opposed_faces(assembly, near, allowed)
+    patches = _clip_faces(assembly, rows)
+    return _collect(assembly, patches, allowed)
+
+
+def near_blocks(assembly: Assembly, *, gap: float = GAP) -> Ints:
+    """Pairs of blocks whose boxes touch, or nearly so; not two supports. Shape (n, 2), sorted."""
     if not (isinstance(gap, (int, float)) and 0 < gap < 0.2):
         raise InputError(f"gap is {gap!r}; it must be between 0 and 0.2 of the block size")
     lower, upper = assembly.bounds
-    allowed = _allowed(assembly, gap)
-    pairs = near_pairs(lower, upper, NEAR_MISS * allowed)
-    pairs = pairs[~assembly.support[pairs].all(axis=1)]
-    rows = _opposed_faces(assembly, pairs, allowed)
-    patches = _clip_faces(assembly, rows)
-    return _collect(assembly, patches, allowed)
+    pairs = near_pairs(lower, upper, NEAR_MISS * _allowed(assembly, gap))
+    return pairs[~assembly.support[pairs].all(axis=1)]
 
 
 def _allowed(assembly: Assembly, gap: float) -> Floats:
@@ -132,8 +137,10 @@ def _opposed_faces(assembly: Assembly, pairs: Ints, allowed: Floats) -> tuple[In
     """Faces (fa, fb) of paired blocks that are nearly opposed and nearly coplanar."""
     lower, upper = assembly.bounds
     reach = NEAR_MISS * allowed[pairs].min(axis=1)
-    row_a, face_a = _faces_near(assembly, pairs[:, 0], lower[pairs[:, 1]], upper[pairs[:, 1]], reach)
-    row_b, face_b = _faces_near(assembly, pairs[:, 1], lower[pairs[:, 0]], upper[pairs[:, 0]], reach)
+    corners, start = assembly.vertices[assembly.face_vertices], assembly.face_start[:-1]
+    boxes = np.minimum.reduceat(corners, start), np.maximum.reduceat(corners, start)
+    row_a, face_a = _faces_near(assembly, boxes, pairs[:, 0], lower[pairs[:, 1]], upper[pairs[:, 1]], reach)
+    row_b, face_b = _faces_near(assembly, boxes, pairs[:, 1], lower[pairs[:, 0]], upper[pairs[:, 0]], reach)
     count_b = np.bincount(row_b, minlength=len(pairs))
     first_b = np.concatenate([[0], np.cumsum(count_b)])
     repeat = count_b[row_a]
@@ -150,16 +157,16 @@ def _opposed_faces(assembly: Assembly, pairs: Ints, allowed: Floats) -> tuple[In
     return fa[near], fb[near]
 
 
-def _faces_near(assembly: Assembly, blocks: Ints, lower: Floats, upper: Floats, reach: Floats) -> tuple[Ints, Ints]:
+def _faces_near(
+    assembly: Assembly, boxes: tuple[Floats, Floats], blocks: Ints, lower: Floats, upper: Floats, reach: Floats
+) -> tuple[Ints, Ints]:
     """For each row the faces of its block whose box comes within reach of the other block's box."""
     first = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks + 1))
     count = np.diff(first)[blocks]
     row, face = members(first[blocks], count)
-    corners, start = assembly.vertices[assembly.face_vertices], assembly.face_start[:-1]
-    face_lower = np.minimum.reduceat(corners, start)[face]
-    face_upper = np.maximum.reduceat(corners, start)[face]
     slack = reach[row][:, None]
-    near = ((face_lower <= upper[row] + slack) & (face_upper >= lower[row] - slack)).all(axis=1)
+    apart = (boxes[0][face] > upper[row] + slack) | (boxes[1][face] < lower[row] - slack)
+    near = ~(apart[:, 0] | apart[:, 1] | apart[:, 2])
     return row[near], face[near]
 
 

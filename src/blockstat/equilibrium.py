@@ -102,13 +102,13 @@ def _local(assembly: Assembly, columns: Columns, row: Ints) -> Floats:
 def in_place(local: Floats, point_blocks: Ints, n_blocks: int) -> sparse.csc_array:
     """A from its columns in the rows of their blocks, shape (3 n, 12), and these blocks, shape (n, 2)."""
     turned = point_blocks[:, 0] > point_blocks[:, 1]
-    first = 6 * np.sort(point_blocks, axis=1)
-    row = (first[:, :, None] + np.arange(6)).reshape(-1, 12)
+    first = 6 * np.sort(point_blocks, axis=1).astype(np.int32)
+    row = (first[:, :, None] + np.arange(6, dtype=np.int32)).reshape(-1, 12)
     if turned.any():
         local = local.reshape(-1, 3, 2, 6)
         local = np.where(turned[:, None, None, None], local[:, :, ::-1], local).reshape(-1, 12)
     there = local != 0  # a third of the entries where blocks stand along the axes
-    start = np.concatenate([[0], np.cumsum(there.sum(axis=1))])
+    start = np.concatenate([[0], np.cumsum(there.sum(axis=1))]).astype(np.int32)
     index = np.repeat(row, 3, axis=0)[there]
     return sparse.csc_array((local[there], index, start), shape=(6 * n_blocks, len(local)))
 

@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 DEEP = 0.1
 
 
-def check_overlaps(assembly: Assembly, *, gap: float) -> list[str]:
+def check_overlaps(assembly: Assembly, *, gap: float, near: Ints | None = None) -> list[str]:
     """Warnings about shallow overlaps; raises InputError naming two blocks that overlap deeply."""
-    pairs, depth = overlaps(assembly, gap=gap)
+    pairs, depth = overlaps(assembly, gap=gap, near=near)
     if not len(pairs):
         return []
     relative = depth / assembly.size[pairs].min(axis=1)
@@ -45,13 +45,14 @@ def tell(assembly: Assembly, pairs: Ints, depth: Floats) -> str:
     return f'{len(pairs)} pairs of blocks overlap, the worst "{a}" and "{b}" by {depth[worst]:.2g} m'
 
 
-def overlaps(assembly: Assembly, *, gap: float) -> tuple[Ints, Floats]:
+def overlaps(assembly: Assembly, *, gap: float, near: Ints | None = None) -> tuple[Ints, Floats]:
     """Pairs of convex blocks that overlap by more than gap x size, shape (n, 2), and depths, shape (n,) [m].
 
-    The depth is the diameter of the largest ball inside both. Two supports may overlap.
+    The depth is the diameter of the largest ball inside both. Two supports may overlap. near : pairs among which to
+    look (see `blockstat.contact.near_blocks`), None for all.
     """
     lower, upper = assembly.bounds
-    pairs = near_pairs(lower, upper, np.zeros(assembly.n_blocks))
+    pairs = near_pairs(lower, upper, np.zeros(assembly.n_blocks)) if near is None else near
     pairs = pairs[~assembly.support[pairs].all(axis=1)]
     limit = gap * assembly.size[pairs].min(axis=1)
     deep = np.minimum(upper[pairs[:, 0]], upper[pairs[:, 1]]) - np.maximum(lower[pairs[:, 0]], lower[pairs[:, 1]])
@@ -70,8 +71,8 @@ def convex_blocks(assembly: Assembly, *, tolerance: float = 1e-6) -> np.ndarray:
     block = assembly.face_block
     face, vertex = members(assembly.vertex_start[block], np.diff(assembly.vertex_start)[block])
     height = np.einsum("ij,ij->i", assembly.vertices[vertex] - planes.centre[face], planes.normal[face])
-    outside = np.zeros(assembly.n_blocks)
-    np.maximum.at(outside, assembly.face_block[face], height)
+    owner = assembly.face_block[face]  # ascending
+    outside = np.maximum.reduceat(height, np.searchsorted(owner, np.arange(assembly.n_blocks)))
     return outside <= tolerance * assembly.size
 
 

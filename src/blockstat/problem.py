@@ -12,7 +12,7 @@ import numpy as np
 
 from blockstat.bonds import KINDS, Bonds, bond_columns, bond_forces, bonded
 from blockstat.cells import refine
-from blockstat.contact import Interfaces, find_interfaces
+from blockstat.contact import Interfaces, find_interfaces, near_blocks
 from blockstat.equilibrium import Equilibrium, equilibrium, split_floating, weight
 from blockstat.errors import InputError
 from blockstat.joint import joint_friction, last_law, point_law
@@ -107,8 +107,9 @@ def pose(
     warnings: list[str] = []
     with timed(timings, "interfaces"):
         if interfaces is None:
-            interfaces = find_interfaces(assembly, gap=gap)
-            warnings += check_overlaps(assembly, gap=gap)
+            near = near_blocks(assembly, gap=gap)
+            interfaces = find_interfaces(assembly, gap=gap, near=near)
+            warnings += check_overlaps(assembly, gap=gap, near=near)
         if assembly.joints and interfaces.share is None:
             interfaces = _divided(assembly, interfaces)
     with timed(timings, "equilibrium"):

@@ -39,8 +39,19 @@ class Approach:
     factorisations: int
 
 
+NOWHERE = Approach(None, None, 0)
+
+
 def approach(program: ConicProgram) -> Approach:
-    """Look for multipliers in the cones that balance the cost; finding none says nothing. Raises ArithmeticError."""
+    """Look for multipliers in the cones that balance the cost; finding none says nothing."""
+    try:
+        with np.errstate(over="raise", invalid="raise", divide="raise"):
+            return _approach(program)
+    except (ArithmeticError, np.linalg.LinAlgError):
+        return NOWHERE
+
+
+def _approach(program: ConicProgram) -> Approach:
     program = program.feasibility()
     cones = program.cones
     kkt = Kkt(program, normal_equations(program.pair, program.n_blocks, program.width))

@@ -17,9 +17,6 @@ import numpy as np
 
 from blockstat.polyhedron import Floats
 
-#: Triples of rows turned at a time.
-CHUNK = 4_000
-
 
 @dataclass(frozen=True)
 class Cones:
@@ -153,19 +150,17 @@ class Scaling:
         turned = _spectral(1.0 / (value + shift), along, triples)
         return self.cones.join(turned, numbers / (self.half**2 + shift), zeros)
 
-    def rows(self, triples: Floats, shift: float, out: Floats) -> Floats:
-        """Rows t with the sum of t t' that of (W^2 + shift I)^-1 over triples of rows, shape (3, n_soc, k)."""
+    def root(self, shift: float) -> Floats:
+        """C with C'C = (W^2 + shift I)^-1 for each triple, shape (n_soc, 3, 3)."""
         value, along = self.spectrum
-        root = np.sqrt(1.0 / (value + shift))
-        root[:2] *= np.sqrt(0.5)
-        for first in range(0, self.cones.n_soc, CHUNK):  # what is written in between stays in the cache
-            part = slice(first, first + CHUNK)
-            (r0, r1, r2), (a1, a2) = root[:, part, None], along[:, part, None]
-            head, one, two = triples[:, part]
-            ahead = a1 * one + a2 * two
-            out[0, part], out[1, part] = r0 * (head + ahead), r1 * (head - ahead)
-            out[2, part] = r2 * (a1 * two - a2 * one)
-        return out
+        scale = np.sqrt(1.0 / (value + shift))
+        scale[:2] *= np.sqrt(0.5)
+        found = np.zeros((self.cones.n_soc, 3, 3))
+        found[:, :2, 0] = scale[:2].T
+        found[:, 0, 1:] = (scale[0] * along).T
+        found[:, 1, 1:] = -(scale[1] * along).T
+        found[:, 2, 1], found[:, 2, 2] = -scale[2] * along[1], scale[2] * along[0]
+        return found
 
 
 def determinant(triples: Floats) -> Floats:

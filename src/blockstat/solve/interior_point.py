@@ -9,12 +9,12 @@ equations lose digits as the cones close, so every solve is refined on the whole
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from blockstat.polyhedron import Floats
-from blockstat.solve.approach import approach
+from blockstat.solve.approach import NOWHERE, approach
 from blockstat.solve.kkt import DUAL_PROXIMAL, PROXIMAL, REFINED, ConicProgram, Kkt, Pair, largest
 from blockstat.solve.normal import normal_equations
 from blockstat.solve.raw import ACCEPTED, MECHANISM
@@ -78,25 +78,15 @@ AT_THE_OPTIMUM = Early()
 
 
 def solve(program: ConicProgram, early: Early = AT_THE_OPTIMUM) -> ConicAnswer:
-    """Solve a program."""
-    answer, start = approached(program, early) if early.approach else (None, None)
-    if answer is not None:
-        return answer
+    """Solve a program; an iteration is a factorisation."""
+    way = approach(program) if early.approach else NOWHERE
+    if way.found is not None and early.multipliers is not None and early.multipliers(way.found):
+        return ConicAnswer(0 * program.cost, way.found, ACCEPTED, way.factorisations)
     if not early.optimise:
-        return ConicAnswer(0 * program.cost, 0 * program.bound, "Stalled: no forces were found", 0)
+        return ConicAnswer(0 * program.cost, 0 * program.bound, "Stalled: no forces were found", way.factorisations)
     normal = normal_equations(program.pair, program.n_blocks, program.width)
-    return _iterate(program, Kkt(program, normal), early, start)
-
-
-def approached(program: ConicProgram, early: Early) -> tuple[ConicAnswer | None, Floats | None]:
-    """Multipliers that pass `early.multipliers`, if any are found so; else some next to which to start, if any."""
-    try:
-        way = approach(program)
-    except ArithmeticError:
-        return None, None
-    if way.found is None or early.multipliers is None or not early.multipliers(way.found):
-        return None, way.least
-    return ConicAnswer(0 * program.cost, way.found, ACCEPTED, way.factorisations), None
+    answer = _iterate(program, Kkt(program, normal), early, way.least)
+    return replace(answer, iterations=way.factorisations + answer.iterations)
 
 
 def _iterate(program: ConicProgram, kkt: Kkt, early: Early, start: Floats | None) -> ConicAnswer:

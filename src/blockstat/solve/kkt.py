@@ -54,7 +54,9 @@ class ConicProgram:
     matrix: sparse.csr_array  #: M, shape (n_rows, n)
     bound: Floats  #: b, shape (n_rows,)
     cones: Cones
-    local: Floats  #: entries of the rows of two blocks in the columns of a and b, signs aside, (n_local, 2 width)
+    #: Entries of the rows of two blocks in the columns of a and b, signs aside, shape (n_local, 2 width). The three of
+    #: a triple stand together here, while M and the cones have all heads first.
+    local: Floats
     pair: Ints  #: blocks of these rows, then of those of the penalty, then four more for each limited point
     n_blocks: int
     width: int  #: unknowns a block
@@ -130,13 +132,15 @@ class Kkt:
         rows, n_local, n_soc = self._rows, len(program.local), 3 * cones.n_soc
         n_flat = n_soc + cones.n_zero
         half = np.sqrt(scaling.half**2 + self._shift)
-        triples = rows[:n_soc].reshape(3, cones.n_soc, rows.shape[1])
-        scaling.rows(program.local[:n_soc].reshape(triples.shape), self._shift, out=triples)
+        triples = rows[:n_soc].reshape(cones.n_soc, 3, rows.shape[1])
+        root = scaling.root(self._shift)
+        np.matmul(root, program.local[:n_soc].reshape(triples.shape), out=triples)
         np.divide(program.local[n_soc:n_flat], np.sqrt(self._shift), out=rows[n_soc:n_flat])
         np.divide(program.local[n_flat:], half[: n_local - n_flat, None], out=rows[n_flat:n_local])
         if program.limits is not None:
             kept = program.penalty_local.copy()
-            extra = self._without_limits(program.limits, scaling, triples, kept, half[n_local - n_flat :])
+            heads = root[program.limits.triple, :, 0] * program.limits.head[:, None]
+            extra = self._without_limits(program.limits, heads, triples, kept, half[n_local - n_flat :])
             rows[n_local:] = np.concatenate([kept, extra])
         self._normal.update(rows, program.ridge + self._pull)
         self._border_scaled = np.empty((0, 0))
@@ -147,17 +151,12 @@ class Kkt:
             self._held = np.eye(len(scaled)) + scaled @ self._border_solved
             self._border_scaled = scaled
 
-    def _without_limits(
-        self, limits: Limits, scaling: Scaling, turned: Floats, penalty: Floats, half: Floats
-    ) -> Floats:
+    def _without_limits(self, limits: Limits, heads: Floats, turned: Floats, penalty: Floats, half: Floats) -> Floats:
         """Eliminate y and z: rows are projected, point by point, off their columns, in place; returns further rows."""
         n, width = len(limits.head), turned.shape[2]
         has_y, has_z = limits.y >= 0, limits.z >= 0
         rows, columns = np.zeros((n, 6, width)), np.zeros((n, 6, 2))
-        rows[:, :3] = turned[:, limits.triple].swapaxes(0, 1)
-        unit = np.zeros((3, scaling.cones.n_soc, 1))
-        unit[0] = 1.0
-        heads = scaling.rows(unit, self._shift, out=np.empty_like(unit))[:, limits.triple, 0].T * limits.head[:, None]
+        rows[:, :3] = turned[limits.triple]
         columns[:, :3, 0] = heads * has_y[:, None]
         columns[:, :3, 1] = -heads * has_z[:, None]
         bent = (limits.penalty >= 0) & (len(penalty) > 0)
@@ -176,7 +175,7 @@ class Kkt:
         taken = self._inverse @ coupling
         rows = rows - columns @ taken
         left = np.sqrt(self._pull + self._p.ridge) * taken
-        turned[:, limits.triple] = rows[:, :3].swapaxes(0, 1)
+        turned[limits.triple] = rows[:, :3]
         if len(penalty):
             penalty[limits.penalty[bent]] = rows[bent, 3]
         return np.concatenate([rows[:, 4:], left], axis=1).reshape(-1, width)
@@ -184,7 +183,7 @@ class Kkt:
     def _spread(self, limits: Limits, coupling: Floats) -> sparse.csr_array:
         """The coupling of y and z of each point (two rows a point) with the twists as a matrix."""
         w = self._p.width
-        pair = self._p.pair[limits.triple]
+        pair = self._p.pair[3 * limits.triple]
         column = np.concatenate([w * pair[:, :1] + np.arange(w), w * pair[:, 1:] + np.arange(w)], axis=1)
         column = np.broadcast_to(column[:, None], coupling.shape).reshape(-1)
         row = np.repeat(np.arange(2 * len(pair)), 2 * w)

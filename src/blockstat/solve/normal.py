@@ -70,11 +70,11 @@ class BlockNormal:
         key = (low + 1) * (n_blocks + 1) + high + 1
         _, first, member, count = np.unique(key, return_index=True, return_inverse=True, return_counts=True)
         # Pairs with as many rows stand together, so that each batch is one product of stacked matrices.
-        by_count = np.argsort(count, kind="stable")
+        by_count = np.lexsort((first, count))
         rank = np.empty_like(by_count)
         rank[by_count] = np.arange(len(by_count))
-        self._order = np.argsort(rank[member], kind="stable")
-        self._chunks = list(_chunks(count[by_count]))
+        order = np.argsort(rank[member], kind="stable")
+        self._chunks = [(size, low, high, _span(rows)) for size, low, high, rows in _chunks(count[by_count], order)]
         pairs = pair[first[by_count]]
         name = (n_blocks, width, _digest(pairs))
         graph = known.graphs.get(name)
@@ -85,15 +85,13 @@ class BlockNormal:
     def update(self, rows: Floats, ridge: float = 0.0) -> None:
         """Form and factor S + ridge I from rows of shape (n_rows, 2 width). Raises ArithmeticError if it fails."""
         graph = self._graph
-        w, done = graph.width, 0
-        for count, first, last in self._chunks:
-            size = count * (last - first)
-            part = np.take(rows, self._order[done : done + size], axis=0).reshape(last - first, count, 2 * w)
+        w = graph.width
+        for count, first, last, where in self._chunks:
+            part = rows[where].reshape(last - first, count, 2 * w)
             # Of one array and its own transpose numpy would fill in the symmetry, which costs more than the product.
             product = np.matmul(part.swapaxes(1, 2), part.copy())
             graph.own[0, first:last], graph.own[1, first:last] = product[:, :w, :w], product[:, w:, w:]
             graph.across[first:last] = product[:, :w, w:]
-            done += size
         graph.holder = self
         graph.refactor(ridge)
 
@@ -160,9 +158,20 @@ class _Graph:
         return sparse.csr_array((np.ones(len(live)), (side[live], live)), shape=(self._n, len(side)))
 
 
-def _chunks(count: Ints) -> Iterator[tuple[int, int, int]]:
-    """Pairs with as many rows, few enough that their rows stay in the cache: rows of each, first and last pair."""
+def _chunks(count: Ints, order: Ints) -> Iterator[tuple[int, int, int, Ints]]:
+    """Pairs with as many rows, few enough that these stay in the cache: rows of each, first and last pair, the rows."""
     sizes, starts = np.unique(count, return_index=True)
+    done = 0
     for size, start, end in zip(sizes.tolist(), starts.tolist(), [*starts[1:].tolist(), len(count)], strict=True):
         step = max(CHUNK // size, 1)
-        yield from ((size, first, min(first + step, end)) for first in range(start, end, step))
+        for first in range(start, end, step):
+            last = min(first + step, end)
+            taken = size * (last - first)
+            yield size, first, last, order[done : done + taken]
+            done += taken
+
+
+def _span(rows: Ints) -> Ints | slice:
+    """Rows that follow on each other as a slice, which needs no copy."""
+    whole = (np.diff(rows) == 1).all()
+    return slice(int(rows[0]), int(rows[-1]) + 1) if whole else rows

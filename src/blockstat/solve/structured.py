@@ -37,9 +37,14 @@ def _solve_in_space(problem: DualProgram, enough: Enough) -> DualAnswer:
     rough = np.flatnonzero((mu > 0) & np.isfinite(mu))
     sticky, plain = np.flatnonzero(np.isinf(mu)), np.flatnonzero((mu == 0) | np.isinf(mu))
     slip = np.minimum(mu[rough], 1.0)
-    rows = np.concatenate([*(3 * rough + k for k in range(3)), 3 * sticky + 1, 3 * sticky + 2, 3 * plain])
-    scale = np.concatenate([slip / mu[rough], slip, slip, np.ones(2 * len(sticky) + len(plain))])
-    rates = sparse.csr_array(sparse.diags_array(scale) @ program.matrix.T.tocsr()[rows])
+    size = np.ones((len(mu), 3))
+    size[rough] = np.column_stack([slip / mu[rough], slip, slip])
+    single = np.concatenate([3 * sticky + 1, 3 * sticky + 2, 3 * plain])
+    rows = np.concatenate([*(3 * rough + k for k in range(3)), single])
+    grouped = np.concatenate([(3 * rough[:, None] + np.arange(3)).reshape(-1), single])
+    scale = size.reshape(-1)[rows]
+    matrix = program.matrix.T.tocsr()[rows]
+    matrix.data *= -np.repeat(scale, np.diff(matrix.indptr))
     offset = np.zeros(len(rows)) if problem.offset is None else scale * problem.offset[rows]
 
     def forces(z: Floats) -> Floats:
@@ -52,11 +57,11 @@ def _solve_in_space(problem: DualProgram, enough: Enough) -> DualAnswer:
 
     answer = _solve(
         problem,
-        rates,
+        matrix,
         offset,
         Cones(len(rough), 2 * len(sticky), len(plain)),
-        program.point_blocks[rows // 3],
-        scale[:, None] * program.local[rows],
+        program.point_blocks[grouped // 3],
+        size.reshape(-1, 1)[grouped] * program.local[grouped],
         (
             sparse.csr_array(program.opening.T),
             program.local[: 3 * program.n_points : 3],
@@ -98,8 +103,8 @@ def _solve_in_plane(problem: DualProgram, plane: Plane, enough: Enough) -> DualA
     mu = program.friction[plane.first]
     scale = 1.0 / np.maximum(mu, 1.0)
     sideways = sparse.diags_array(mu) @ along
-    rates = sparse.csr_array(
-        sparse.diags_array(np.tile(scale, 2)) @ sparse.vstack([normal + sideways, normal - sideways])
+    matrix = sparse.csr_array(
+        sparse.diags_array(np.tile(-scale, 2)) @ sparse.vstack([normal + sideways, normal - sideways])
     )
     offset = np.zeros(2 * len(mu))
     if problem.offset is not None:
@@ -122,13 +127,13 @@ def _solve_in_plane(problem: DualProgram, plane: Plane, enough: Enough) -> DualA
         return plane.unfold @ x
 
     early = _early(enough, forces, twist)
-    answer = _solve(problem, rates, offset, Cones(0, 0, len(offset)), pair, local, opening, plane, early=early)
+    answer = _solve(problem, matrix, offset, Cones(0, 0, len(offset)), pair, local, opening, plane, early=early)
     return _answer(problem, answer, twist(answer.x), forces(answer.z))
 
 
 def _solve(
     problem: DualProgram,
-    rates: sparse.csr_array,
+    matrix: sparse.csr_array,
     offset: Floats,
     cones: Cones,
     pair: Ints,
@@ -138,7 +143,7 @@ def _solve(
     limits: Limits | None = None,
     early: Early = AT_THE_OPTIMUM,
 ) -> ConicAnswer:
-    """Solve with rates x + offset in the cones, the half-lines of the limits and the bordering rows below them."""
+    """Solve with offset - matrix x in the cones, the half-lines of the limits and the bordering rows below them."""
     width = 6 if plane is None else 3
     n_blocks = len(problem.program.load) // 6
     size = width * n_blocks
@@ -157,7 +162,7 @@ def _solve(
         penalty, penalty_local, owners = sparse.csr_array((0, size)), penalty_local[:0], owners[:0]
     program = ConicProgram(
         cost=folded(problem.cost),
-        matrix=sparse.csr_array(sparse.vstack([-rates, *border])),
+        matrix=sparse.csr_array(sparse.vstack([matrix, *border])) if border else matrix,
         bound=np.concatenate([offset, bounds]),
         cones=Cones(cones.n_soc, cones.n_zero, cones.n_half + len(bounds)),
         local=local,
@@ -199,7 +204,7 @@ def _with_limits(problem: DualProgram, program: ConicProgram, limits: Limits) ->
         matrix=sparse.csr_array(sparse.vstack([matrix[:n_local], own, matrix[n_local:]])),
         bound=np.insert(program.bound, n_local, np.zeros(limits.size)),
         cones=Cones(cones.n_soc, cones.n_zero, cones.n_half + limits.size),
-        pair=np.concatenate([program.pair, np.repeat(program.pair[limits.triple], 4, axis=0)]),
+        pair=np.concatenate([program.pair, np.repeat(program.pair[3 * limits.triple], 4, axis=0)]),
         penalty=sparse.csr_array(
             sparse.hstack([program.penalty, sparse.csr_array(ones, shape=(n_penalty, limits.size))])
         ),
