@@ -91,10 +91,10 @@ def alone(limit: float) -> list[dict]:
 
 
 def profiles() -> list[dict]:
-    """Parts of the time on walls, with both factorisations."""
+    """Parts of the time, with both factorisations."""
     return [
         run("breakdown.py", scene, size, BLOCKSTAT_FACTOR=backend)
-        for scene, size in (("wall", 1000), ("falling", 1000), ("wall", 3000), ("wall", 10_000))
+        for scene, size in (("wall", 1000), ("chapel", 1000), ("falling", 1000), ("wall", 3000), ("wall", 10_000))
         for backend in ("pardiso", "superlu")
     ]
 

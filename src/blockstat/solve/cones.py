@@ -40,6 +40,8 @@ class Cones:
         return vector[3 * self.n_soc : 3 * self.n_soc + self.n_zero]
 
     def join(self, triples: Floats, numbers: Floats, zeros: Floats | None = None) -> Floats:
+        if not self.n_zero + self.n_half:
+            return triples.reshape(-1)
         return np.concatenate([triples.reshape(-1), np.zeros(self.n_zero) if zeros is None else zeros, numbers])
 
     @cached_property
@@ -184,12 +186,19 @@ def _rotated(w: Floats, x: Floats, sign: float) -> Floats:
 
 def _spectral(value: Floats, along: Floats, x: Floats) -> Floats:
     """The symmetric matrix with the given eigenvalues on (1, d), (1, -d) and across d, applied to triples."""
-    ahead = along[0] * x[1] + along[1] * x[2]
-    across = value[2] * (along[0] * x[2] - along[1] * x[1])
-    plus, minus = 0.5 * value[0] * (x[0] + ahead), 0.5 * value[1] * (x[0] - ahead)
+    ahead, across = along[0] * x[1], along[0] * x[2]
+    ahead += along[1] * x[2]
+    across -= along[1] * x[1]
+    across *= value[2]
+    plus, minus = x[0] + ahead, x[0] - ahead
+    plus *= value[0]
+    minus *= value[1]
     found = np.empty_like(x)
-    found[0] = plus + minus
-    ahead = plus - minus
-    found[1] = along[0] * ahead - along[1] * across
-    found[2] = along[1] * ahead + along[0] * across
+    np.add(plus, minus, out=found[0])
+    plus -= minus
+    np.multiply(along[0], plus, out=found[1])
+    np.multiply(along[1], plus, out=found[2])
+    found *= 0.5
+    found[1] -= along[1] * across
+    found[2] += along[0] * across
     return found

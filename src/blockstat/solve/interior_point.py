@@ -32,7 +32,7 @@ STEP = 0.99
 INSIDE = 0.1  #: depth of a start at multipliers, in mean weights, and its complementarity
 LARGE = 1e3  #: multipliers beyond this change the proximal term of their own no more
 #: Far from the end solves need not be as good: a share of the iterate's own error, at most the second.
-FIRM, ROUGH = 1e-3, 1e-4
+FIRM, ROUGH = 1e-1, 1e-3
 
 
 @dataclass(frozen=True, eq=False)
