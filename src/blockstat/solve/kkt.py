@@ -82,8 +82,8 @@ class ConicProgram:
         limits = self.limits and replace(self.limits, penalty=np.full_like(self.limits.penalty, -1))
         bare = replace(
             self,
-            pair=np.delete(self.pair, np.s_[first:last], axis=0),
-            penalty=self.penalty[:0],
+            pair=np.concatenate([self.pair[:first], self.pair[last:]]),
+            penalty=sparse.csr_array((0, self.matrix.shape[1])),
             penalty_local=self.penalty_local[:0],
             ridge=0.0,
             limits=limits,
