@@ -17,7 +17,7 @@ from typing import Any
 from cell import posed, solvable
 
 from blockstat.proof import decide
-from blockstat.solve import approach, cones, dual, factor, interior_point, kkt, normal, structured
+from blockstat.solve import cones, dual, factor, interior_point, kkt, normal, structured
 
 #: Assessments of which the shortest counts, as in the table of solvers.
 REPEATS = 3
@@ -39,7 +39,7 @@ PARTS: tuple[tuple[Any, str, str], ...] = (
     (interior_point, "_step", "steps"),
     (interior_point, "_start", "steps"),
     (interior_point, "approach", "steps"),
-    (approach, "_further", "steps"),
+    (structured, "resting_forces", "first forces"),
     (cones.Cones, "scaling", "cones"),
     (cones.Cones, "longest_step", "cones"),
     (cones.Cones, "product", "cones"),

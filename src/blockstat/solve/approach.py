@@ -1,4 +1,4 @@
-"""Forces without an optimum: steps of a barrier method from the forces of least squares to M'z + q = 0 in the cones.
+"""Forces without an optimum: steps of a barrier method to M'z + q = 0 in the cones.
 
 Each step is the least change that satisfies the equations, measured in the metric of the barrier at z: points next to
 the boundary of their cones hardly move (the affine steps of Dikin 1967 and of primal interior-point methods). The first
@@ -25,7 +25,7 @@ LITTLE = 0.05
 STEP, LEAST = 0.95, 0.2
 #: Points with many weights to spare move no further for more: forces are compared with this many mean weights.
 SATURATED = 10.0
-MOST_STEPS = 25
+MOST = 25  #: factorisations
 
 
 @dataclass(frozen=True)
@@ -42,38 +42,70 @@ class Approach:
 NOWHERE = Approach(None, None, 0)
 
 
-def approach(program: ConicProgram) -> Approach:
-    """Look for multipliers in the cones that balance the cost; finding none says nothing."""
+def approach(program: ConicProgram, start: Floats | None = None) -> Approach:
+    """Look for multipliers in the cones that balance the cost; finding none says nothing.
+
+    start : multipliers inside the cones from which to try first; from the least ones that balance it takes more steps,
+    but it may get there where others do not.
+    """
     try:
         with np.errstate(over="raise", invalid="raise", divide="raise"):
-            return _approach(program)
+            return _Search(program.feasibility()).approach(start)
     except (ArithmeticError, np.linalg.LinAlgError):
         return NOWHERE
 
 
-def _approach(program: ConicProgram) -> Approach:
-    program = program.feasibility()
-    cones = program.cones
-    kkt = Kkt(program, normal_equations(program.pair, program.n_blocks, program.width))
+class _Search:
+    """Steps towards multipliers in balance."""
 
-    def change(z: Floats, metric: Floats) -> Floats:
+    def __init__(self, program: ConicProgram) -> None:
+        self._program = program
+        self._kkt = Kkt(program, normal_equations(program.pair, program.n_blocks, program.width))
+        self._factorisations = 0
+
+    def approach(self, start: Floats | None) -> Approach:
+        cones = self._program.cones
+        if start is not None:
+            found, room = self._walk(start + INSIDE * cones.unit, growing=True)
+            if found is not None or room < LEAST:
+                return Approach(None, found, self._factorisations)
+        least = self._change(0 * self._program.bound, cones.unit)
+        before = self._factorisations
+        found, _ = self._walk(_inside(cones, least), growing=False)
+        near = self._factorisations > before + 1
+        return Approach(least if near else None, found, self._factorisations)
+
+    def _walk(self, z: Floats, *, growing: bool) -> tuple[Floats | None, float]:
+        """Multipliers in balance, or None with the room that the last step left, as parts of the step.
+
+        growing : give up as soon as a step has less room than the one before.
+        """
+        before = 0.0
+        while True:
+            step = self._change(z, z)
+            room = STEP * self._program.cones.longest_step(z, step)
+            if room > STEP:
+                return self._further(z + step), room
+            if room < max(LEAST, before * growing) or self._factorisations >= MOST:
+                return None, room
+            z, before = z + room * step, room
+
+    def _change(self, z: Floats, metric: Floats) -> Floats:
         """The least change of z, in the metric at some multipliers, that balances."""
+        cones, kkt = self._program.cones, self._kkt
         scaling = cones.scaling(cones.quotient(metric, cones.unit), metric)
         kkt.update(scaling, pull=0.0, shift=SATURATED**-2)
-        ((_, step),) = kkt.solve((-(kkt.transposed(z) + program.cost), np.zeros_like(z)))
+        self._factorisations += 1
+        ((_, step),) = kkt.solve((-(kkt.transposed(z) + self._program.cost), np.zeros_like(z)))
         return step
 
-    least = change(0 * program.bound, cones.unit)
-    z = _inside(cones, least)
-    for factorisations in range(2, MOST_STEPS + 1):
-        step = change(z, z)
-        room = cones.longest_step(z, step)
-        if room > 1.0:
-            return Approach(least, _further(program, kkt, z + step), factorisations)
-        if STEP * room < LEAST:
-            break
-        z = z + STEP * room * step
-    return Approach(least if factorisations > 2 else None, None, factorisations)
+    def _further(self, z: Floats) -> Floats:
+        """Multipliers in balance, moved away from the boundary along what keeps them so; needs no factorisation."""
+        cones, kkt = self._program.cones, self._kkt
+        away = kkt.inverse_squared(cones.quotient(z, cones.unit))
+        ((_, back),) = kkt.solve((-kkt.transposed(away), np.zeros_like(z)))
+        step = away + back
+        return z + min(0.5 * cones.longest_step(z, step), 1.0) * step
 
 
 def _inside(cones: Cones, least: Floats) -> Floats:
@@ -82,12 +114,3 @@ def _inside(cones: Cones, least: Floats) -> Floats:
     if np.maximum(-depths, 0.0).sum() < LITTLE * np.abs(least * cones.unit).sum():
         return cones.lifted(least, np.maximum(INSIDE - depths, 0.0))
     return least + (INSIDE - min(depths.min(), 0.0)) * cones.unit
-
-
-def _further(program: ConicProgram, kkt: Kkt, z: Floats) -> Floats:
-    """Multipliers in balance, moved away from the boundary along what keeps them so; needs no factorisation."""
-    cones = program.cones
-    away = kkt.inverse_squared(cones.quotient(z, cones.unit))
-    ((_, back),) = kkt.solve((-kkt.transposed(away), np.zeros_like(z)))
-    step = away + back
-    return z + min(0.5 * cones.longest_step(z, step), 1.0) * step

@@ -83,7 +83,7 @@ class ConicProgram:
         bare = replace(
             self,
             pair=np.concatenate([self.pair[:first], self.pair[last:]]),
-            penalty=sparse.csr_array((0, self.matrix.shape[1])),
+            penalty=sparse.csr_array((0, len(self.cost))),
             penalty_local=self.penalty_local[:0],
             ridge=0.0,
             limits=limits,

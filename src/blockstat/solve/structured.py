@@ -15,6 +15,7 @@ from blockstat.solve.cones import Cones
 from blockstat.solve.interior_point import AT_THE_OPTIMUM, ConicAnswer, Early, solve
 from blockstat.solve.kkt import ConicProgram, Limits
 from blockstat.solve.raw import OPTIMUM, DualAnswer, DualProgram, Enough
+from blockstat.solve.resting import resting_forces
 
 
 def fits(problem: DualProgram) -> bool:
@@ -69,17 +70,28 @@ def _solve_in_space(problem: DualProgram, enough: Enough) -> DualAnswer:
         ),
         None,
         _limits(program, rough, slip / mu[rough]),
-        _early(enough, forces, twist),
+        _early(enough, forces, twist, lambda force: force.reshape(-1)[rows] / scale, program),
     )
     return _answer(problem, answer, twist(answer.x), forces(answer.z))
 
 
-def _early(enough: Enough, forces: Callable[[Floats], Floats], twist: Callable[[Floats], Floats]) -> Early:
+def _early(
+    enough: Enough,
+    forces: Callable[[Floats], Floats],
+    twist: Callable[[Floats], Floats],
+    multipliers: Callable[[Floats], Floats],
+    program: PenaltyProgram,
+) -> Early:
     """What may end the solve, asked of forces and twists made from the method's own unknowns."""
+    start = None
+    if enough.approach:
+        resting = resting_forces(program)
+        start = multipliers(np.column_stack([resting, 0 * resting, 0 * resting]))
     return Early(
         None if enough.forces is None else lambda z, ask=enough.forces: ask(forces(z)),
         None if enough.twist is None else lambda x, ask=enough.twist: ask(twist(x)),
         enough.approach,
+        start,
         enough.optimise,
     )
 
@@ -126,7 +138,12 @@ def _solve_in_plane(problem: DualProgram, plane: Plane, enough: Enough) -> DualA
     def twist(x: Floats) -> Floats:
         return plane.unfold @ x
 
-    early = _early(enough, forces, twist)
+    def multipliers(force: Floats) -> Floats:
+        normal, along = plane.fold_forces(force)
+        sideways = along / np.where(mu > 0, mu, 1.0)
+        return np.concatenate([normal + sideways, normal - sideways]) / (2.0 * np.tile(scale, 2))
+
+    early = _early(enough, forces, twist, multipliers, program)
     answer = _solve(problem, matrix, offset, Cones(0, 0, len(offset)), pair, local, opening, plane, early=early)
     return _answer(problem, answer, twist(answer.x), forces(answer.z))
 
@@ -176,6 +193,8 @@ def _solve(
     )
     if limits is not None:
         program = _with_limits(problem, program, limits)
+    if early.start is not None:  # half-lines of the limits begin at nothing
+        early = replace(early, start=np.pad(early.start, (0, len(program.bound) - len(early.start))))
     return solve(program, early)
 
 
