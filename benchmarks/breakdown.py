@@ -103,7 +103,9 @@ def once(clock: Clock, scene: str, size: int) -> dict:
     solve = process_time() - begin
     parts = dict(clock.seconds)
     first, *others = clock.calls["factorisation"]
-    numeric = sorted(others)[len(others) // 2]
+    dual.solve(program)  # once more, with the ordering of the first: a wall may have needed a single factorisation
+    again = clock.calls["factorisation"][1 + len(others) :]
+    numeric = sorted(others + again)[(len(others) + len(again)) // 2]
     parts["factorisation"] -= first - numeric
     parts["ordering and symbolic factorisation"] = first - numeric
     begin = process_time()
