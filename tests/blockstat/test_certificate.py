@@ -14,6 +14,7 @@ from blockstat.solve import dual, structured
 from blockstat.solve.certificate import balance, check, cone_room, opening_room
 from blockstat.solve.opening import opened
 from blockstat.solve.raw import ACCEPTED, DualProgram, Enough
+from blockstat.solve.resting import resting_forces
 from problems import arch, running_bond, stack
 
 WALL_PULLS = [(0, 0, -1), (0.1, 0, -1), (0, 0.02, -1)]
@@ -50,6 +51,31 @@ def test_forces_are_found_without_an_optimum(asm):
 def test_no_forces_are_found_for_what_falls(asm):
     program = program_of(asm.with_(gravity=(0.2, 0.2, -1)) if asm.n_blocks == 4 else asm)
     assert without_optimum(program).status.startswith("Stalled")
+
+
+def test_blocks_hand_down_what_they_carry():
+    # Three blocks on each other, and three on two: what rests on the ground is all, shared by the areas' corners.
+    tower = program_of(stack(3))
+    force, pair = resting_forces(tower), tower.point_blocks
+    np.testing.assert_allclose([force[pair[:, 1] == k].sum() for k in range(3)], [3, 2, 1])
+    wall = program_of(running_bond(6, 5))
+    ground = (wall.point_blocks < 0).any(axis=1)
+    assert resting_forces(wall)[ground].sum() == pytest.approx(wall.total_load, rel=1e-2)
+
+
+def test_voussoirs_hand_down_what_they_carry_along_the_arch():
+    # A joint carries the weight above it over the cosine of its normal with it; the springings carry all.
+    program = program_of(arch(20, 0.15))
+    force = resting_forces(program)
+    springing = (program.point_blocks < 0).any(axis=1)
+    head = program.local[::3]
+    vertical = np.abs(np.where(program.point_blocks[:, 1:] >= 0, head[:, 6:9], head[:, :3])[:, 2])
+    assert (force * vertical)[springing].sum() == pytest.approx(program.total_load, rel=1e-2)
+
+
+def test_no_load_rests_nowhere():
+    program = program_of(stack(2))
+    assert (resting_forces(replace(program, load=0 * program.load)) == 0).all()
 
 
 def test_iterates_that_open_every_joint_prove_a_mechanism_next_to_the_limit():

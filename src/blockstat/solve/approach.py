@@ -42,15 +42,15 @@ class Approach:
 NOWHERE = Approach(None, None, 0)
 
 
-def approach(program: ConicProgram, start: Floats | None = None) -> Approach:
+def approach(program: ConicProgram, start: Floats | None = None, *, brief: bool = False) -> Approach:
     """Look for multipliers in the cones that balance the cost; finding none says nothing.
 
     start : multipliers inside the cones from which to try first; from the least ones that balance it takes more steps,
-    but it may get there where others do not.
+    but it may get there where others do not. brief : leave out the second attempt.
     """
     try:
         with np.errstate(over="raise", invalid="raise", divide="raise"):
-            return _Search(program.feasibility()).approach(start)
+            return _Search(program.feasibility()).approach(start, brief)
     except (ArithmeticError, np.linalg.LinAlgError):
         return NOWHERE
 
@@ -63,11 +63,11 @@ class _Search:
         self._kkt = Kkt(program, normal_equations(program.pair, program.n_blocks, program.width))
         self._factorisations = 0
 
-    def approach(self, start: Floats | None) -> Approach:
+    def approach(self, start: Floats | None, brief: bool) -> Approach:
         cones = self._program.cones
         if start is not None:
             found, room = self._walk(start + INSIDE * cones.unit, growing=True)
-            if found is not None or room < LEAST:
+            if found is not None or room < LEAST or brief:
                 return Approach(None, found, self._factorisations)
         least = self._change(0 * self._program.bound, cones.unit)
         before = self._factorisations

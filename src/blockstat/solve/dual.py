@@ -98,8 +98,8 @@ def _solve(program: PenaltyProgram, *, score: bool = True) -> RawSolution:
         return max(force_errors(program, proven[0])) <= FORCE_TOLERANCE
 
     way = _Way(program)
-    # Who asks for no score expects most designs to fall, and then it is in vain to look for forces first.
-    enough = Enough(accept, way.noted if score else way.falls, approach=score)
+    # Who asks for no score expects most designs to fall, and then it is mostly in vain to look for forces for long.
+    enough = Enough(accept, way.noted if score else way.falls, approach=True, brief=not score)
     answer = solve_dual(DualProgram(program, -program.load, penalty=True), enough)
     if answer.status in (ACCEPTED, MECHANISM):
         stands = answer.status == ACCEPTED

@@ -71,6 +71,7 @@ class Early:
     #: Whether such multipliers are looked for first (see `blockstat.solve.approach`). Where none are found, the
     #: iteration may start next to the least that balance.
     approach: bool = False
+    brief: bool = False  #: whether the search ends where it is not easy
     start: Floats | None = None  #: multipliers inside the cones, or on their boundaries, where the search begins
     optimise: bool = True  #: whether there is anything after the approach
 
@@ -80,7 +81,7 @@ AT_THE_OPTIMUM = Early()
 
 def solve(program: ConicProgram, early: Early = AT_THE_OPTIMUM) -> ConicAnswer:
     """Solve a program; an iteration is a factorisation."""
-    way = approach(program, early.start) if early.approach else NOWHERE
+    way = approach(program, early.start, brief=early.brief) if early.approach else NOWHERE
     if way.found is not None and early.multipliers is not None and early.multipliers(way.found):
         return ConicAnswer(0 * program.cost, way.found, ACCEPTED, way.factorisations)
     if not early.optimise:

@@ -20,6 +20,7 @@ class Enough:
     forces: Callable[[Floats], bool] | None = None  #: told forces on the way, shape (m, 3); ends with "Accepted"
     twist: Callable[[Floats], bool] | None = None  #: told twists on the way, shape (6 n,); ends with "Mechanism"
     approach: bool = False  #: whether such forces are looked for first (see `blockstat.solve.approach`)
+    brief: bool = False  #: whether they are looked for no further once it is not easy
     optimise: bool = True  #: whether the structured method goes on to the optimum where they are not found
 
 

@@ -91,6 +91,7 @@ def _early(
         None if enough.forces is None else lambda z, ask=enough.forces: ask(forces(z)),
         None if enough.twist is None else lambda x, ask=enough.twist: ask(twist(x)),
         enough.approach,
+        enough.brief,
         start,
         enough.optimise,
     )
