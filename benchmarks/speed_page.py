@@ -98,7 +98,7 @@ def profile_text(profile: dict) -> str:
     shares = ", ".join(f"{name} {seconds / solve:.0%}" for name, seconds in parts if seconds > 0.005 * solve)
     return wrapped(
         f"- **{profile['scene']} of {profile['blocks']:,}, {profile['backend']}**: {profile['total']:.2f} s in all "
-        f"({steps}), {profile['iterations']} iterations, {profile['total'] / factored(profile):.1f} times the numeric "
+        f"({steps}), iterations: {profile['iterations']}, {profile['total'] / factored(profile):.1f} times the numeric "
         f"factorisations ({1000 * profile['numeric']:.1f} ms each). Of the solve: {shares}."
     )
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from blockstat.polyhedron import Floats
 from blockstat.solve.cones import Cones
-from blockstat.solve.kkt import ConicProgram, Kkt
+from blockstat.solve.kkt import ConicProgram, Kkt, largest
 from blockstat.solve.normal import normal_equations
 
 #: Least depth of the start inside the cones, in mean weights.
@@ -26,6 +26,7 @@ STEP, LEAST = 0.95, 0.2
 #: Points with many weights to spare move no further for more: forces are compared with this many mean weights.
 SATURATED = 10.0
 MOST = 25  #: factorisations
+BALANCED = 1e-13  #: of the largest load, what may be left unbalanced
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ class _Search:
             step = self._change(z, z)
             room = STEP * self._program.cones.longest_step(z, step)
             if room > STEP:
-                return self._further(z + step), room
+                return self._mended(self._further(z + step)), room
             if room < max(LEAST, before * growing) or self._factorisations >= MOST:
                 return None, room
             z, before = z + room * step, room
@@ -98,6 +99,14 @@ class _Search:
         self._factorisations += 1
         ((_, step),) = kkt.solve((-(kkt.transposed(z) + self._program.cost), np.zeros_like(z)))
         return step
+
+    def _mended(self, z: Floats) -> Floats:
+        """Multipliers balanced to rounding, which in walls of ten thousand blocks a single solve does not reach."""
+        rest = self._kkt.transposed(z) + self._program.cost
+        if largest(rest) <= BALANCED * largest(self._program.cost):
+            return z
+        ((_, change),) = self._kkt.solve((-rest, np.zeros_like(z)))
+        return z + change
 
     def _further(self, z: Floats) -> Floats:
         """Multipliers in balance, moved away from the boundary along what keeps them so; needs no factorisation."""
