@@ -88,7 +88,7 @@ class ConicProgram:
             ridge=0.0,
             limits=limits,
         )
-        bare.__dict__["transposed"] = self.transposed
+        bare.__dict__["transposed"] = self.transposed  # the same; not to be made again
         return bare
 
 
