@@ -137,10 +137,8 @@ def reached(found: dict) -> tuple[float | None, ...]:
     profiles = {(p.get("scene"), p.get("size"), p.get("backend")): p for p in found["profiles"]}
 
     def overhead(scene: str, solver: str = "") -> float | None:
-        profile = profiles.get((scene, 1000, "pardiso"))
-        iterations = (
-            rows.get((scene, 1000, solver), {}).get("iterations") if solver else profile and profile["iterations"]
-        )
+        profile = profiles.get((scene, 1000, "pardiso"), {})
+        iterations = (rows.get((scene, 1000, solver), {}) if solver else profile).get("iterations")
         return profile["total"] / (profile["numeric"] * iterations) if profile and iterations else None
 
     return (

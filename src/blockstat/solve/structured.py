@@ -90,10 +90,10 @@ def _early(
     return Early(
         None if enough.forces is None else lambda z, ask=enough.forces: ask(forces(z)),
         None if enough.twist is None else lambda x, ask=enough.twist: ask(twist(x)),
-        enough.approach,
-        enough.brief,
-        start,
-        enough.optimise,
+        approach=enough.approach,
+        brief=enough.brief,
+        start=start,
+        optimise=enough.optimise,
     )
 
 
