@@ -16,8 +16,10 @@ from typing import Any
 
 from cell import posed, solvable
 
-from blockstat.proof import decide
-from blockstat.solve import cones, dual, factor, interior_point, kkt, normal, structured
+from blockstat.analysis.decision import decide
+from blockstat.solve import cones, factor, interior_point, kkt, structured
+from blockstat.solve import dispatch as dual
+from blockstat.solve import normal_equations as normal
 
 #: Assessments of which the shortest counts, as in the table of solvers.
 REPEATS = 3

@@ -25,15 +25,18 @@ import numpy as np
 from scenes import SCENES
 from scipy import sparse
 
-from blockstat.contact import GAP
-from blockstat.problem import Problem, pose
-from blockstat.program import PenaltyProgram
-from blockstat.proof import prove
-from blockstat.result import Outcome
-from blockstat.solve import certificate, cvxpy_primal, dual, normal
+from blockstat.analysis.decision import prove
+from blockstat.analysis.problem import Problem, pose
+from blockstat.analysis.verdict import Outcome
+from blockstat.certificate import check as certificate
+from blockstat.certificate.interior_motions import opened
+from blockstat.contact.interfaces import GAP
+from blockstat.program.penalty import PenaltyProgram
+from blockstat.solve import cvxpy as cvxpy_primal
+from blockstat.solve import dispatch as dual
+from blockstat.solve import normal_equations as normal
+from blockstat.solve.answer import RawSolution
 from blockstat.solve.clarabel_dual import MAX_ITERATIONS, TOLERANCE
-from blockstat.solve.opening import opened
-from blockstat.solve.raw import RawSolution
 
 #: The interpreter of an environment with compas_cra.
 COMPAS = "BLOCKSTAT_COMPAS_PYTHON"

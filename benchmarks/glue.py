@@ -18,7 +18,7 @@ import results
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 from blockstat import Assembly, assess, find_interfaces, glued
-from blockstat.coulomb import settling_share
+from blockstat.analysis.coulomb import settling_share
 from bonded import FAMILIES, bonded_scene, program_of
 from dynsim import Settings, World, verify
 from problems import assembly, box, running_bond

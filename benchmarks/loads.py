@@ -35,7 +35,7 @@ from dynsim import (
     verify,
     verify_many,
 )
-from dynsim.film import film_strip
+from dynsim.view.film import film_strip
 from problems import arch, assembly, box, running_bond, stack
 
 G = 9.81

@@ -13,7 +13,7 @@ import numpy as np
 from scenes import chapel_scene
 
 from blockstat import assess, build, with_values
-from blockstat.reuse import Memory
+from blockstat.analysis.certificate_cache import Memory
 from blockstat.spec import Building
 
 BLOCKS = 300

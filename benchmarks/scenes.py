@@ -13,9 +13,9 @@ import msgspec
 import numpy as np
 
 from blockstat import Assembly, Block, build, load_scene
-from blockstat.model.bond import lay_row
 from blockstat.model.solids import box
-from blockstat.model.vault import build_barrel
+from blockstat.model.vaults.short_barrel import build_barrel
+from blockstat.model.walling.short_bond import lay_row
 from blockstat.spec import Brick, Building, Vault, value_of
 
 CHAPEL = Path(__file__).parents[1] / "examples" / "chapel.toml"

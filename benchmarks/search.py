@@ -23,12 +23,12 @@ import results
 from scenes import chapel_scene
 
 from blockstat import Memory, assess, build, search
-from blockstat.search import Margin, SearchResult, space_of
+from blockstat.design_search.search import Margin, SearchResult, space_of
 from blockstat.spec import Scene, scene_from
 from dynsim import verify
-from dynsim.ahead import Ahead
-from dynsim.causes import likely_reason
-from dynsim.pool import jobs_checked
+from dynsim.comparison.causes import likely_reason
+from dynsim.parallel.pool import jobs_checked
+from dynsim.parallel.speculative import Ahead
 
 WIDEST, NARROW = 2.0, 0.8  #: walls of the paper, and of a designer who knows the answer already [m]
 NAMES = ("wall.thickness", "vault.thickness", "buttresses.south.thickness", "buttresses.north.present")

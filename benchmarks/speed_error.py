@@ -29,9 +29,9 @@ sys.path.insert(0, str(HERE.parent / "tests"))
 from scenes import chapel
 
 from blockstat import Assembly, limit_load
-from blockstat.contact import GAP
-from blockstat.load import as_load
-from blockstat.problem import pose
+from blockstat.analysis.problem import pose
+from blockstat.contact.interfaces import GAP
+from blockstat.loads import as_load
 from problems import FERRIS, arch, ferris_wall, u_wall
 
 LEAST = 1e-10  #: errors below this are drawn here
@@ -145,7 +145,7 @@ def literal(scene: Scene) -> float:
 
 def bullet(scene: Scene, step: float, iterations: int) -> float:
     from dynsim import Settings
-    from dynsim.limit import limit
+    from dynsim.judge.limit import limit
 
     settings = Settings(time_step=step, quick_step=max(step, 2e-3), fine_step=step, iterations=iterations)
     found = limit(scene.assembly, scene.load, settings=settings, check=False)

@@ -115,7 +115,8 @@ def resolve_text(resolve: dict) -> str:
     return wrapped(
         f"The chapel of {resolve['blocks']} blocks is judged {resolve['rate']:.1f} times a second of process time "
         f"after `{resolve['moved']}` moved ({steps}; building its blocks, {1000 * resolve['build']:.0f} ms, is "
-        f"left out), and {resolve['remembered']:.1f} times with the evidence of earlier designs (`blockstat.reuse`)."
+        f"left out), and {resolve['remembered']:.1f} times with the evidence of earlier "
+        f"designs (`blockstat.analysis.certificate_cache`)."
     )
 
 

@@ -23,8 +23,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 from blockstat import Assembly, assess, limit_load
 from dynsim import AngularSprings, InertiaScale, Run, Settings, simulate
-from dynsim.action import Action
-from dynsim.criteria import drops, group_box_centre
+from dynsim.engine.action import Action
+from dynsim.judge.criteria import drops, group_box_centre
 from problems import assembly, box, slice_
 
 WALLS = (0.5, 1.0, 2.0)  #: [m]

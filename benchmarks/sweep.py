@@ -17,8 +17,8 @@ import results
 from scenes import chapel_scene
 
 from blockstat import build
+from blockstat.design_search.sweep import latin_hypercube, sweep
 from blockstat.spec import Scene, scene_from
-from blockstat.sweep import latin_hypercube, sweep
 
 MILLION = 1_000_000
 CORES = (2, 64, 1000)

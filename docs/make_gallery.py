@@ -38,7 +38,7 @@ from blockstat.model import (
     walls,
 )
 from blockstat.model.ground import ground
-from blockstat.plot import picture
+from blockstat.view.plot import picture
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent / "examples"))

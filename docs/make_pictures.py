@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from blockstat import assess, build, limit_load, load_scene, with_values
-from blockstat.plot import picture_of_help, picture_of_mechanism, picture_of_verdict
-from blockstat.utilisation import picture_of_utilisation
+from blockstat.view.plot import picture_of_help, picture_of_mechanism, picture_of_verdict
+from blockstat.view.utilisation import picture_of_utilisation
 
 HERE = Path(__file__).parent
 ACROSS = (0, 1, 0)

@@ -13,7 +13,7 @@ import numpy as np
 
 from blockstat import Assembly
 from dynsim import run_many
-from dynsim.pool import Row
+from dynsim.parallel.pool import Row
 
 SOURCE = Path(__file__).parents[1] / "src"
 

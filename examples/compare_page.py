@@ -11,10 +11,10 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from blockstat import Assembly, assess
-from blockstat.paint import posed, view_of, visible
-from blockstat.plot import SUPPORT, mechanism_pose
+from blockstat.view.painter import posed, view_of, visible
+from blockstat.view.plot import SUPPORT, mechanism_pose
 from dynsim import Comparison, Comparisons, Settings, simulate, verify
-from dynsim.causes import Cause
+from dynsim.comparison.causes import Cause
 
 STATIC = ("stable", "stable_only_by_self_stress", "undecided", "unstable")
 BULLET = ("stands", "creeps", "falls")

@@ -40,7 +40,7 @@ from families import Random, arch, chapel, hut, portal, wall
 
 from blockstat import Assembly, InputError, limit_load
 from dynsim import Comparison, Comparisons, DynamicLimit, Settings, limit
-from dynsim.compare import compare_one
+from dynsim.comparison.compare import compare_one
 from problems import SCENES
 from references.dynamics import LIMITS
 
@@ -215,8 +215,8 @@ mechanisms are nearly as good, as in a stack of which every joint is at its limi
 
 {disagreements} scenes differ in one of the two comparisons, and {neither} have a verdict that says neither. A cause is
 looked for with small pushes, with a run of time steps half as long as the finest or less, and with one that lasts ten
-times as long (`dynsim.causes`). Pictures show where Bullet's fall has brought the blocks, or how they would have to
-fall by statics.
+times as long (`dynsim.comparison.causes`). Pictures show where Bullet's fall has brought the blocks, or how they
+would have to fall by statics.
 
 {causes}
 """

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from blockstat import Assembly, LoadOutcome, glued, limit_load
-from blockstat.contact import GAP
-from blockstat.problem import pose
-from blockstat.program import PenaltyProgram
+from blockstat.analysis.problem import pose
+from blockstat.contact.interfaces import GAP
+from blockstat.program.penalty import PenaltyProgram
 from problems import arch, assembly, box, running_bond
 
 
@@ -79,7 +79,7 @@ def bonded_scene(seed: int) -> tuple[str, Assembly, float]:
 
 
 def program_of(asm: Assembly) -> PenaltyProgram:
-    """Its equilibrium as `blockstat.coulomb` takes it."""
+    """Its equilibrium as `blockstat.analysis.coulomb` takes it."""
     program = pose(asm, friction=None, gravity=None, loads=None, gap=GAP, interfaces=None).program
     assert program is not None
     return program

@@ -16,7 +16,7 @@ import sys
 import numpy as np
 
 import blockstat
-from blockstat.contact import GAP
+from blockstat.contact.interfaces import GAP
 from strength import bonds_taken_up, check_bonds, check_points, strengths, taken_up
 
 FORCE = 1e-8  #: of a block's own load, what a balanced block may lack and a cone may miss

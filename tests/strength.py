@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from blockstat.joint import last_law
+from blockstat.contact.point_law import last_law
 
 
 class Strength(NamedTuple):

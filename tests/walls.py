@@ -6,8 +6,8 @@ import numpy as np
 import shapely
 
 from blockstat import Assembly, find_interfaces
+from blockstat.contact.penetration import convex_blocks, overlaps
 from blockstat.model.solids import box
-from blockstat.overlap import convex_blocks, overlaps
 
 
 def grounded(blocks, **options):

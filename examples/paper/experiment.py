@@ -20,9 +20,9 @@ import numpy as np
 from blockstat import Assembly, Outcome, assess, build
 from blockstat.spec import Building, scene_from
 from dynsim import InertiaScale, Settings, simulate, verify
-from dynsim.buttresses import buttress_loop
-from dynsim.criteria import drops, group_box_centre
-from dynsim.stiffness import AngularSprings
+from dynsim.bonds.stiffness import AngularSprings
+from dynsim.design_search.buttress_loop import buttress_loop
+from dynsim.judge.criteria import drops, group_box_centre
 
 PAGE = Path(__file__).parents[2] / "docs" / "paper.md"
 WALLS = (2.0, 1.0, 0.5)  #: [m]

@@ -3,25 +3,26 @@
 Lengths are in metres, forces in newtons, z is up unless gravity says otherwise.
 """
 
-from blockstat.analysis import assess
-from blockstat.assembly import Assembly, Block
-from blockstat.contact import Interfaces, find_interfaces
+from blockstat.analysis.assess import assess
+from blockstat.analysis.certificate_cache import Memory
+from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, limit_load
+from blockstat.analysis.thrust import load_domain, settlement, thrust_range
+from blockstat.analysis.tilt_friction import friction_limit, tilt_limit
+from blockstat.analysis.verdict import Outcome, Verdict
+from blockstat.assembly import Assembly, Block, glued
+from blockstat.contact.interfaces import Interfaces, find_interfaces
+from blockstat.design_search.search import search
 from blockstat.errors import InputError, InputWarning
-from blockstat.export import write_verdict
-from blockstat.heal import heal
-from blockstat.io import read, write
+from blockstat.geometry_repair.repair import heal
+from blockstat.io.files import write
 from blockstat.io.scene import load_scene
-from blockstat.joint import JointLaw, glued
-from blockstat.limit import LimitLoad, LoadOutcome, limit_load
-from blockstat.load import acceleration, point_load
+from blockstat.joint import JointLaw
+from blockstat.loads import acceleration, point_load
 from blockstat.model import build
-from blockstat.reserve import friction_limit, tilt_limit
-from blockstat.result import Outcome, Verdict
-from blockstat.reuse import Memory
-from blockstat.search import search
+from blockstat.model.scene import read
 from blockstat.spec import Building, Composition, parameters, scene_from, with_values
-from blockstat.thrust import load_domain, settlement, thrust_range
-from blockstat.view3d.page import show
+from blockstat.view.attributes import write_verdict
+from blockstat.view.three_d.page import show
 
 __version__ = "0.1.0"
 __all__ = [

@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from blockstat.checks import HUGE, check_density, check_friction, check_gravity
-from blockstat.errors import InputError, InputWarning
-from blockstat.geometry_check import check_geometry
+from blockstat.errors import HUGE, InputError, InputWarning, check_density, check_friction, check_gravity
+from blockstat.geometry.polyhedron import Polyhedra
+from blockstat.geometry.validity import check_geometry
 from blockstat.joint import JointLaw, check_laws
-from blockstat.polyhedron import FacePlanes, Floats, Integrals, Ints, face_planes, integrals
+from blockstat.typing import Floats, Ints
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 DENSITY = 2691.0  #: kg/m3, the default of the procedural-masonry paper
@@ -40,15 +40,10 @@ class Block:
 
 
 @dataclass(frozen=True, eq=False)
-class Assembly:
+class Assembly(Polyhedra):
     """Rigid blocks, those that are supports, and the data that all joints share."""
 
     name: str
-    vertices: Floats  #: shape (n_vertices, 3) [m], block after block
-    vertex_start: Ints  #: shape (n_blocks + 1,), the vertices of block b are vertex_start[b]:vertex_start[b+1]
-    face_vertices: Ints  #: shape (n_corners,), indices into `vertices`, face after face
-    face_start: Ints  #: shape (n_faces + 1,), slices of `face_vertices`
-    face_block: Ints  #: shape (n_faces,), ascending
     names: tuple[str, ...]  #: one a block, unique
     groups: tuple[str, ...]  #: one a block, dotted, "" for none
     density: Floats  #: shape (n_blocks,) [kg/m3]
@@ -118,27 +113,9 @@ class Assembly:
             metadata=dict(metadata or {}),
             joints=tuple(joints),
         )
-        check_geometry(assembly)
+        check_geometry(assembly, assembly.names)
         check_laws(assembly.joints, assembly.groups)
         return assembly
-
-    @property
-    def n_blocks(self) -> int:
-        return len(self.names)
-
-    @cached_property
-    def integrals(self) -> Integrals:
-        return integrals(self.vertices[self.face_vertices], self.face_start, self.face_block, self.n_blocks)
-
-    @property
-    def volume(self) -> Floats:
-        """Volume of each block, shape (n_blocks,) [m3]."""
-        return self.integrals.volume
-
-    @property
-    def centroid(self) -> Floats:
-        """Centroid of each block, shape (n_blocks, 3) [m]."""
-        return self.integrals.centroid
 
     @cached_property
     def mass(self) -> Floats:
@@ -150,27 +127,6 @@ class Assembly:
         """Inertia tensor of each block about its centroid, shape (n_blocks, 3, 3) [kg m2]."""
         return self.density[:, None, None] * self.integrals.inertia
 
-    @cached_property
-    def size(self) -> Floats:
-        """Size of each block, the cube root of its volume, shape (n_blocks,) [m]; lengths are judged by it."""
-        return np.cbrt(self.volume)
-
-    @cached_property
-    def planes(self) -> FacePlanes:
-        """Planes of all faces."""
-        return face_planes(self.vertices[self.face_vertices], self.face_start)
-
-    @cached_property
-    def bounds(self) -> tuple[Floats, Floats]:
-        """Lower and upper corners of the axis-aligned box of each block, each shape (n_blocks, 3) [m]."""
-        first = self.vertex_start[:-1]
-        return np.minimum.reduceat(self.vertices, first), np.maximum.reduceat(self.vertices, first)
-
-    @property
-    def vertex_block(self) -> Ints:
-        """Block of each vertex, shape (n_vertices,)."""
-        return np.repeat(np.arange(self.n_blocks), np.diff(self.vertex_start))
-
     @property
     def free(self) -> Ints:
         """Indices of the blocks that can move, ascending."""
@@ -180,16 +136,6 @@ class Assembly:
     def free_weight(self) -> float:
         """Total weight of the free blocks [N]."""
         return float(self.mass[~self.support].sum() * np.linalg.norm(self.gravity))
-
-    def faces_of(self, block: int) -> list[Ints]:
-        """Faces of one block as indices into `block_vertices(block)`."""
-        first, last = np.searchsorted(self.face_block, [block, block + 1])
-        offset = self.vertex_start[block]
-        return [self.face_vertices[self.face_start[f] : self.face_start[f + 1]] - offset for f in range(first, last)]
-
-    def block_vertices(self, block: int) -> Floats:
-        """Vertices of one block, shape (n, 3) [m]."""
-        return self.vertices[self.vertex_start[block] : self.vertex_start[block + 1]]
 
     def in_group(self, group: str) -> Ints:
         """Indices of the blocks of a group or of its subgroups ("wall" takes "wall.north" along).
@@ -212,6 +158,19 @@ class Assembly:
             changes["joints"] = tuple(changes["joints"])
             check_laws(changes["joints"], self.groups)
         return replace(self, **changes)
+
+
+def glued(assembly: Assembly, strength: float, *, moment: float | None = None) -> Assembly:
+    """The assembly with glue in every joint: a bond of so much force, whatever the joint's area.
+
+    strength [N] : tension that each joint holds, and with friction mu it holds mu x strength more in shear. moment
+    [N m] : if given, the bond sits at the centre of the joint and holds `strength` in tension, `strength` in shear
+    and `moment` in bending and in torsion, each by itself (see `JointLaw`). Other laws of the assembly stay.
+    """
+    everywhere = JointLaw(("*", "*"), bond=strength, bond_moment=moment)
+    return assembly.with_(
+        joints=(everywhere, *(replace(law, bond=strength, bond_moment=moment) for law in assembly.joints))
+    )
 
 
 def _unique_names(blocks: Sequence[Block]) -> list[str]:

@@ -16,23 +16,15 @@ field, and the capacity rises to the true one as the cells become more. Scenes w
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from blockstat.errors import InputError
-from blockstat.polyhedron import Floats
-
-if TYPE_CHECKING:
-    from blockstat.assembly import Assembly
-    from blockstat.contact import Interfaces
 
 #: Cells along each side of a joint that may crush, unless the law says how many.
 CELLS = 8
 MOST_CELLS = 64
-#: Cohesion needs a cone with an apex, and one not so far away that the forces drown in it.
-LEAST_FRICTION = 1e-3
 
 
 @dataclass(frozen=True)
@@ -86,86 +78,15 @@ class JointLaw:
         return {f.name: value for f in fields(self) if (value := getattr(self, f.name)) != f.default}
 
 
-def glued(assembly: Assembly, strength: float, *, moment: float | None = None) -> Assembly:
-    """The assembly with glue in every joint: a bond of so much force, whatever the joint's area.
-
-    strength [N] : tension that each joint holds, and with friction mu it holds mu x strength more in shear. moment
-    [N m] : if given, the bond sits at the centre of the joint and holds `strength` in tension, `strength` in shear
-    and `moment` in bending and in torsion, each by itself (see `JointLaw`). Other laws of the assembly stay.
-    """
-    everywhere = JointLaw(("*", "*"), bond=strength, bond_moment=moment)
-    return assembly.with_(
-        joints=(everywhere, *(replace(law, bond=strength, bond_moment=moment) for law in assembly.joints))
-    )
-
-
 def check_laws(laws: Sequence[JointLaw], groups: Sequence[str]) -> None:
     """Raise InputError for a law about a group that does not exist."""
     for law in laws:
         for name in law.between:
-            if name != "*" and not any(_fits(name, group) for group in groups):
+            if name != "*" and not any(fits(name, group) for group in groups):
                 known = ", ".join(sorted({group for group in groups if group})) or "none"
                 raise InputError(f'joint law: no group "{name}"; groups are: {known}')
 
 
-@dataclass(frozen=True, eq=False)
-class PointLaw:
-    """The laws of contact points, arrays of shape (n_points,)."""
-
-    friction: Floats
-    shift: Floats  #: height a of the cone's apex below zero force [N]
-    floor: Floats  #: least f'_n = f_n + a [N], 0 where the apex itself cuts off the tension
-    cap: Floats  #: greatest f'_n [N], inf without a compressive strength
-
-
-def joint_friction(assembly: Assembly, interfaces: Interfaces) -> Floats:
-    """Coefficient of friction of each interface, shape (n_interfaces,)."""
-    friction = np.full(interfaces.n_interfaces, assembly.friction)
-    for law, rows in laws_of(assembly, interfaces):
-        if law.friction is not None:
-            friction[rows] = law.friction
-    return friction
-
-
-def point_law(assembly: Assembly, interfaces: Interfaces) -> PointLaw:
-    """The law of each contact point. Raises InputError for cohesion on a joint with next to no friction."""
-    k = interfaces.point_interface
-    friction = joint_friction(assembly, interfaces)
-    n = interfaces.n_interfaces
-    tension, cohesion, compression = np.zeros(n), np.full(n, np.nan), np.full(n, np.inf)
-    for law, rows in laws_of(assembly, interfaces):
-        spread = law.bond if law.bond_moment is None else 0.0
-        tension[rows] = law.tension * interfaces.area[rows] + spread
-        cohesion[rows] = np.nan if law.cohesion is None else law.cohesion * interfaces.area[rows]
-        compression[rows] = np.inf if law.compression is None else law.compression * interfaces.area[rows]
-        if law.cohesion and (friction[rows] < LEAST_FRICTION).any():
-            label = " and ".join(law.between)
-            raise InputError(f"joint law between {label}: cohesion needs a friction of at least {LEAST_FRICTION:g}")
-    with np.errstate(divide="ignore", invalid="ignore"):
-        apex = np.where(np.isnan(cohesion) | (friction == 0) | np.isinf(friction), tension, cohesion / friction)
-    share = interfaces.point_share
-    floor = np.maximum(apex - tension, 0.0)
-    return PointLaw(friction[k], share * apex[k], share * floor[k], share * (compression + apex)[k])
-
-
-def laws_of(assembly: Assembly, interfaces: Interfaces) -> list[tuple[JointLaw, np.ndarray]]:
-    """Each law with the mask of the interfaces it fits, shape (n_interfaces,), in order."""
-    found = []
-    for law in assembly.joints:
-        one, two = (np.array([_fits(name, group) for group in assembly.groups]) for name in law.between)
-        a, b = interfaces.pair.T
-        found.append((law, (one[a] & two[b]) | (two[a] & one[b])))
-    return found
-
-
-def last_law(assembly: Assembly, interfaces: Interfaces) -> list[JointLaw | None]:
-    """The law that counts for each interface, None where none fits."""
-    chosen: list[JointLaw | None] = [None] * interfaces.n_interfaces
-    for law, rows in laws_of(assembly, interfaces):
-        for row in np.flatnonzero(rows):
-            chosen[row] = law
-    return chosen
-
-
-def _fits(name: str, group: str) -> bool:
+def fits(name: str, group: str) -> bool:
+    """Whether a name of a law means a group: the group itself, one that it is part of, or "*"."""
     return name in ("*", group) or group.startswith(name + ".")

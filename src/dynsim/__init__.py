@@ -1,18 +1,18 @@
 """Dynamic verification of masonry in Bullet."""
 
-from dynsim.compare import compare
-from dynsim.comparisons import Comparison, Comparisons
-from dynsim.export import read_run, write_run
-from dynsim.ground import Pulse, Ramp, Record
-from dynsim.limit import DynamicLimit, limit
-from dynsim.loading import Constant, Push, Removal, Settlement, Tilt
-from dynsim.pool import run_many, verify_many
-from dynsim.record import read_record
-from dynsim.run import Run, simulate
+from dynsim.bonds.stiffness import AngularSprings, InertiaScale
+from dynsim.comparison.compare import compare
+from dynsim.comparison.table import Comparison, Comparisons
+from dynsim.engine.world import World
+from dynsim.judge.limit import DynamicLimit, limit
+from dynsim.judge.run import Run, simulate
+from dynsim.judge.verify import DynamicOutcome, DynamicVerdict, verify
+from dynsim.loads.ground import Pulse, Ramp, Record
+from dynsim.loads.loading import Constant, Push, Removal, Settlement, Tilt
+from dynsim.loads.record import read_record
+from dynsim.parallel.pool import run_many, verify_many
 from dynsim.settings import Settings
-from dynsim.stiffness import AngularSprings, InertiaScale
-from dynsim.verify import DynamicOutcome, DynamicVerdict, verify
-from dynsim.world import World
+from dynsim.view.export import read_run, write_run
 
 __all__ = [
     "AngularSprings",

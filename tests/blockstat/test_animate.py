@@ -8,8 +8,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from blockstat import InputError, assess, limit_load, read
-from blockstat.animate import write_mechanism
-from blockstat.plot import mechanism_pose
+from blockstat.view.animation import write_mechanism
+from blockstat.view.plot import mechanism_pose
 from problems import arch, running_bond
 
 TYPES = {5126: ("<f4", 4), 5125: ("<u4", 4)}

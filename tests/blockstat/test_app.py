@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 
 from blockstat import InputError, assess, build, load_scene, show, write
+from blockstat.analysis.certificate_cache import Memory
 from blockstat.app.background import Crashed, Ended, Worker
 from blockstat.app.controls import named
 from blockstat.app.design import Failed, Judged, Question, open_model
 from blockstat.app.follow import Follower
 from blockstat.app.judge import judged
-from blockstat.app.motion import swing, trajectory
 from blockstat.app.words import Known, block_card, headline, numbers
 from blockstat.io.scene_text import scene_text
-from blockstat.reuse import Memory
-from blockstat.view3d.arrows import force_arrows, thrust_arrows
-from blockstat.view3d.colouring import CHOICES, colouring, tension
-from blockstat.view3d.geometry import block_at, surface
+from blockstat.view.three_d.arrows import force_arrows, thrust_arrows
+from blockstat.view.three_d.colouring import CHOICES, colouring, tension
+from blockstat.view.three_d.geometry import block_at, surface
+from blockstat.view.three_d.player import swing, trajectory
 from browser import CHAPEL
 from problems import arch, stack
 
@@ -333,7 +333,7 @@ def test_the_command_prints_its_address_serves_and_ends_when_interrupted(program
     import sys
     import urllib.request
 
-    code = f"from {program}.cli import main\nif __name__ == '__main__': main()"
+    code = f"from {program}.cli.commands import main\nif __name__ == '__main__': main()"
     command = [sys.executable, "-c", code, "app", str(hut), "--port", "8471"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         line = process.stdout.readline()
@@ -352,7 +352,13 @@ def test_a_bad_file_on_the_command_line_is_one_line(tmp_path):
     import subprocess
     import sys
 
-    command = [sys.executable, "-c", "from blockstat.cli import main; main()", "app", str(tmp_path / "no.toml")]
+    command = [
+        sys.executable,
+        "-c",
+        "from blockstat.cli.commands import main; main()",
+        "app",
+        str(tmp_path / "no.toml"),
+    ]
     answer = subprocess.run(command, capture_output=True, text=True)
     assert answer.returncode == 2
     assert "no such file" in answer.stderr
@@ -370,8 +376,8 @@ def test_the_report_of_a_search_holds_a_view_that_turns(hut, tmp_path):
     pytest.importorskip("viser")
     from types import SimpleNamespace
 
-    from blockstat.report import write_designs, write_report
-    from blockstat.search import search
+    from blockstat.design_search.search import search
+    from blockstat.view.report import write_designs, write_report
 
     stands = SimpleNamespace(outcome=SimpleNamespace(word="stands"))
     result = search(load_scene(hut), static=assess, verify=lambda _: stands, names=["vault.thickness"])

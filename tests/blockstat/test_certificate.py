@@ -6,15 +6,16 @@ import numpy as np
 import pytest
 
 from blockstat import Outcome, assess, find_interfaces
-from blockstat.contact import GAP
-from blockstat.equilibrium import equilibrium, weight
-from blockstat.problem import pose
-from blockstat.program import penalty_program
-from blockstat.solve import dual, structured
-from blockstat.solve.certificate import balance, check, cone_room, opening_room
-from blockstat.solve.opening import opened
-from blockstat.solve.raw import ACCEPTED, DualProgram, Enough
-from blockstat.solve.resting import resting_forces
+from blockstat.analysis.problem import pose
+from blockstat.certificate.check import balance, check, cone_room, opening_room
+from blockstat.certificate.interior_motions import opened
+from blockstat.contact.interfaces import GAP
+from blockstat.program.equilibrium import equilibrium, weight
+from blockstat.program.penalty import penalty_program
+from blockstat.solve import dispatch as dual
+from blockstat.solve import structured
+from blockstat.solve.answer import ACCEPTED, DualProgram, Enough
+from blockstat.solve.load_path import resting_forces
 from problems import arch, running_bond, stack
 
 WALL_PULLS = [(0, 0, -1), (0.1, 0, -1), (0, 0.02, -1)]

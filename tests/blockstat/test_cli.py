@@ -10,7 +10,7 @@ from problems import arch, stack
 
 
 def run(*arguments, program="blockstat"):
-    code = f"from {program}.cli import main; main()"
+    code = f"from {program}.cli.commands import main; main()"
     return subprocess.run([sys.executable, "-c", code, *map(str, arguments)], capture_output=True, text=True)
 
 
@@ -120,7 +120,7 @@ def test_plots_of_joints_and_of_stones(stones, question, tmp_path):
 
 
 def test_our_own_failure_is_status_one(stones, monkeypatch, capsys):
-    from blockstat import cli_options
+    from blockstat.cli import options as cli_options
 
     def broken():
         raise ZeroDivisionError("oops")

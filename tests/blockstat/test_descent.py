@@ -11,9 +11,9 @@ import pytest
 from test_search import Judgement, Word, between, rows
 
 from blockstat import InputError, Outcome, acceleration, assess, build, limit_load, search, with_values
-from blockstat.search import Margin
-from blockstat.search.margin import measure
-from blockstat.search.space import space_of
+from blockstat.design_search.margin import measure
+from blockstat.design_search.search import Margin
+from blockstat.design_search.space import space_of
 from blockstat.spec import parameters, scene_from
 
 PUSH = (1.0, 0.0, 0.0)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from blockstat import assess
 from blockstat.model import Buttress, Coping, Opening, Run, walls
-from blockstat.model.run import BONDS, HEADS
+from blockstat.model.walling.run import BONDS, HEADS
 from walls import grounded, tight
 
 RISE = {"segmental": 0.2, "pointed": 0.7, "elliptic": 0.3}

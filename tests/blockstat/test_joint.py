@@ -17,8 +17,8 @@ from blockstat import (
     read,
     write,
 )
-from blockstat.cells import refine
-from blockstat.sensitivity import limit_load_gradient
+from blockstat.contact.cells import refine
+from blockstat.sensitivity.parameters import limit_load_gradient
 from blockstat.spec import scene_from
 from problems import assembly, box, running_bond, stack
 

@@ -15,7 +15,7 @@ from blockstat import (
     settlement,
     tilt_limit,
 )  # fmt: skip
-from blockstat.utilisation import picture_of_utilisation
+from blockstat.view.utilisation import picture_of_utilisation
 from problems import arch, assembly, box, flat_arch, stack
 
 EVERY = ("*", "*")

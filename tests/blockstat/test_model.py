@@ -4,8 +4,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from blockstat import InputError, build, find_interfaces, load_scene
-from blockstat.model.bond import Lintel, Void, brick_length, lay_row
-from blockstat.overlap import overlaps
+from blockstat.contact.penetration import overlaps
+from blockstat.model.walling.short_bond import Lintel, Void, brick_length, lay_row
 from blockstat.spec import scene_from
 
 

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from blockstat import InputError, assess
 from blockstat.model import Opening, Run, walls
-from blockstat.model.run import BONDS, HEADS
+from blockstat.model.walling.run import BONDS, HEADS
 from walls import check, grounded
 
 

@@ -6,8 +6,8 @@ from shapely import Point, Polygon
 
 from blockstat import InputError, assess, limit_load
 from blockstat.model import assemble, dome, pavilion_vault
-from blockstat.paint import face_order, paint_order, view_of, visible, with_copies
-from blockstat.plot import (
+from blockstat.view.painter import face_order, paint_order, view_of, visible, with_copies
+from blockstat.view.plot import (
     mechanism_pose,
     picture,
     picture_of_forces,
@@ -16,7 +16,7 @@ from blockstat.plot import (
     picture_of_verdict,
     resultants,
 )
-from blockstat.utilisation import picture_of_utilisation
+from blockstat.view.utilisation import picture_of_utilisation
 from problems import arch, assembly, box, running_bond
 
 

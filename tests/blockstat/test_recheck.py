@@ -9,8 +9,8 @@ import pytest
 import blockstat
 import recheck
 from blockstat import LoadOutcome, Outcome, assess, limit_load, thrust_range
-from blockstat.problem import pose
-from blockstat.solve import certificate
+from blockstat.analysis.problem import pose
+from blockstat.certificate import check as certificate
 from problems import SCENES, arch, running_bond, stack
 
 STANDING = ["stack", "arch", "wall", "heavy on light"]
@@ -151,8 +151,9 @@ def test_a_thrust_that_the_forces_do_not_make_is_noticed():
 def test_every_answer_in_these_tests_is_checked():
     for name in ("assess", "limit_load", "thrust_range"):
         for module in list(sys.modules.values()):
-            if getattr(module, "__name__", "").startswith(("blockstat", "dynsim", "test_")) and name in vars(module):
-                assert hasattr(vars(module)[name], "__wrapped__"), module
+            found = vars(module).get(name)
+            if getattr(module, "__name__", "").startswith(("blockstat", "dynsim", "test_")) and callable(found):
+                assert hasattr(found, "__wrapped__"), module
 
     def lying(*args, **options):
         verdict = assess(*args, **options)

@@ -177,8 +177,8 @@ def test_a_damaged_history_is_refused(tmp_path):
     first = search(building, verify=judge, history=path, names="wall.thickness")
     assert not first.finished
     line = path.read_text().splitlines()[0]
-    from blockstat.search.history import digest
-    from blockstat.search.space import Space
+    from blockstat.design_search.history import digest
+    from blockstat.design_search.space import Space
 
     row = ["x"] * (len(line.split(",")) - 1) + [digest(Space(first.building, {}), "")]
     path.write_text(line + "\n" + ",".join(row) + "\n")
@@ -215,7 +215,7 @@ def test_wild_numbers_and_types(tmp_path):
 
 
 def test_a_picture_needs_a_suffix(tmp_path):
-    from blockstat.plot import picture
+    from blockstat.view.plot import picture
 
     with pytest.raises(InputError, match="needs a suffix"):
         picture(stack(1), tmp_path / "picture")

@@ -6,9 +6,10 @@ import inspect
 import msgspec
 import pytest
 
-from blockstat.model import kinds, run
-from blockstat.model.arc_wall import arc_wall
-from blockstat.model.walls import walls
+from blockstat.model import kinds
+from blockstat.model.walling import run
+from blockstat.model.walling.arc_wall import arc_wall
+from blockstat.model.walling.walls import walls
 from blockstat.spec import elements
 from blockstat.spec import walls as keys
 from blockstat.spec.element import Element

@@ -8,7 +8,7 @@ from enum import Enum
 import pytest
 
 from blockstat import InputError, Memory, assess, build, search, with_values
-from blockstat.search import PRUNED, Margin
+from blockstat.design_search.search import PRUNED, Margin
 from blockstat.spec import parameters, scene_from
 from problems import HUT
 

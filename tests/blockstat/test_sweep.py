@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from blockstat import InputError, assess, build, with_values
+from blockstat.design_search.sweep import grid, latin_hypercube, sweep, verdict_row
 from blockstat.spec import parameters, scene_from
-from blockstat.sweep import grid, latin_hypercube, sweep, verdict_row
 from problems import HUT
 
 SCENE = scene_from(HUT)
@@ -98,7 +98,7 @@ def test_a_design_that_cannot_be_built_is_a_row_with_its_reason(tmp_path):
 
 KILLED = """
 import sys
-from blockstat.sweep import latin_hypercube, sweep
+from blockstat.design_search.sweep import latin_hypercube, sweep
 from test_sweep import SCENE, slow_row
 sweep(SCENE, latin_hypercube(SCENE, 40), sys.argv[1], measure=slow_row, jobs=2, batch=2)
 """

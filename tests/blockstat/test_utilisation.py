@@ -5,7 +5,7 @@ import pytest
 import shapely
 
 from blockstat import JointLaw, assess, find_interfaces
-from blockstat.utilisation import eccentricity, picture_of_utilisation, utilisation
+from blockstat.view.utilisation import eccentricity, picture_of_utilisation, utilisation
 from problems import arch, assembly, box, hexahedron, stack
 
 

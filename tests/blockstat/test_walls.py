@@ -5,9 +5,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from blockstat import InputError, assess, limit_load
+from blockstat.contact.penetration import convex_blocks, overlaps
 from blockstat.model import Coping, Opening, Run, Through, walls
-from blockstat.model.run import BONDS
-from blockstat.overlap import convex_blocks, overlaps
+from blockstat.model.walling.run import BONDS
 from elements import joint_areas, sound
 from walls import band, check_solid, grounded, straight_joints
 

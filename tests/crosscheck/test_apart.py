@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from blockstat import Block, assess
-from blockstat.problem import pose
-from blockstat.solve import dual
-from blockstat.solve.apart import parts, solve_apart
+from blockstat.analysis.problem import pose
+from blockstat.solve import dispatch as dual
+from blockstat.solve.components import parts, solve_apart
 from problems import arch, assembly, box, running_bond
 
 

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from blockstat import JointLaw, Outcome, assess
-from blockstat.contact import find_interfaces
-from blockstat.equilibrium import equilibrium, split_floating, weight
-from blockstat.program import penalty_program
-from blockstat.solve import cvxpy_primal, dual
+from blockstat.contact.interfaces import find_interfaces
+from blockstat.program.equilibrium import equilibrium, split_floating, weight
+from blockstat.program.penalty import penalty_program
+from blockstat.solve import cvxpy as cvxpy_primal
+from blockstat.solve import dispatch as dual
 from problems import SCENES, arch, running_bond, stack
 
 EVERY = ("*", "*")

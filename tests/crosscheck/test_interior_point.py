@@ -5,7 +5,7 @@ import pytest
 from test_cvxpy import LAWS
 
 from blockstat import Outcome, assess, limit_load
-from blockstat.limit import LoadOutcome
+from blockstat.analysis.limit_load import LoadOutcome
 from problems import FERRIS, SCENES, arch, ferris_wall, running_bond, stack
 
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from blockstat import Block, acceleration
-from blockstat.problem import pose
-from blockstat.solve import dual
-from blockstat.solve.certificate import balance, check
-from blockstat.solve.raw import DualProgram
+from blockstat.analysis.problem import pose
+from blockstat.certificate.check import balance, check
+from blockstat.solve import dispatch as dual
+from blockstat.solve.answer import DualProgram
 from problems import FERRIS, SCENES, arch, assembly, box, ferris_wall, running_bond
 
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from blockstat import Memory, Outcome, assess, build, limit_load, with_values
-from blockstat.problem import pose
-from blockstat.solve import dual
-from blockstat.solve.raw import MECHANISM
+from blockstat.analysis.problem import pose
+from blockstat.solve import dispatch as dual
+from blockstat.solve.answer import MECHANISM
 from blockstat.spec import scene_from
 from problems import HUT, arch, running_bond, stack
 

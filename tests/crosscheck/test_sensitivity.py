@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from blockstat import InputError, JointLaw, acceleration, assess, build, limit_load, with_values
-from blockstat.sensitivity import limit_load_gradient, score_gradient
+from blockstat.sensitivity.parameters import limit_load_gradient, score_gradient
 from blockstat.spec import scene_from
 from problems import HUT, arch, running_bond
 

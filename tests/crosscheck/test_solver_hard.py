@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from blockstat import JointLaw, LoadOutcome, Outcome, assess, limit_load
-from blockstat.contact import find_interfaces
-from blockstat.problem import pose
-from blockstat.solve import dual, factor, normal
+from blockstat.analysis.problem import pose
+from blockstat.contact.interfaces import find_interfaces
+from blockstat.solve import dispatch as dual
+from blockstat.solve import factor
+from blockstat.solve import normal_equations as normal
 from problems import arch, assembly, box, running_bond, stack
 
 IP = {"solver": "interior-point"}

@@ -7,8 +7,8 @@ import pytest
 from test_sensitivity import a_hut, a_wall, an_arch
 
 from blockstat import InputError, JointLaw, acceleration, assess, limit_load
-from blockstat.sensitivity import stone_sensitivity
-from blockstat.vertex_sensitivity import limit_load_by_point, score_by_point, shared_points
+from blockstat.sensitivity.parameters import stone_sensitivity
+from blockstat.sensitivity.vertices import limit_load_by_point, score_by_point, shared_points
 from problems import arch, assembly, box, hexahedron, running_bond, stack
 
 CASES = {

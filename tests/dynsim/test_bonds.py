@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from blockstat import Assembly, InputError, JointLaw, Outcome, assess, glued, write
-from blockstat.coulomb import settling_share
+from blockstat.analysis.coulomb import settling_share
 from bonded import bonded_scene, program_of
 from dynsim import DynamicOutcome, InertiaScale, Settings, World, simulate, verify
-from dynsim.bonds import bonds_of
-from dynsim.loading import Removal
+from dynsim.bonds.glue import bonds_of
+from dynsim.loads.loading import Removal
 from problems import assembly, box, running_bond
 
 STANDS, FALLS = DynamicOutcome.STANDS, DynamicOutcome.FALLS
@@ -152,7 +152,7 @@ def test_glue_and_stiffness_on_the_command_line(tmp_path):
 
 
 def command(*arguments):
-    code = "from dynsim.cli import main; main()"
+    code = "from dynsim.cli.commands import main; main()"
     return subprocess.run([sys.executable, "-c", code, *map(str, arguments)], capture_output=True, text=True)
 
 

@@ -5,7 +5,7 @@ import pytest
 from blockstat import InputError
 from blockstat.spec import scene_from
 from dynsim import Settings, verify
-from dynsim.buttresses import buttress_loop, cracks_by_wall
+from dynsim.design_search.buttress_loop import buttress_loop, cracks_by_wall
 
 FAST = Settings.named("fast")
 

@@ -13,8 +13,8 @@ from families import hut
 
 from blockstat import assess
 from dynsim import DynamicOutcome, Settings, verify
-from dynsim.causes import Cause, find_cause, likely_reason, with_coulomb
-from dynsim.compare import compare_one
+from dynsim.comparison.causes import Cause, find_cause, likely_reason, with_coulomb
+from dynsim.comparison.compare import compare_one
 from problems import arch, assembly, box, stack
 from references.dynamics import harmonic
 

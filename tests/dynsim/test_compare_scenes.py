@@ -14,7 +14,7 @@ import compare_cases
 import compare_scenes
 
 from blockstat import write
-from dynsim.compare import compare_one
+from dynsim.comparison.compare import compare_one
 from problems import arch, stack
 
 

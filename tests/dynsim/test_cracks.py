@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from dynsim import Settings, verify
-from dynsim.cracks import find_cracks
+from dynsim.judge.cracks import find_cracks
 from problems import assembly, box, stack
 
 

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from blockstat import InputError
 from dynsim import DynamicOutcome, Settings, verify
-from dynsim.criteria import angles, courses, default_threshold, rate
+from dynsim.judge.criteria import angles, courses, default_threshold, rate
 from problems import assembly, box, running_bond
 
 

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from blockstat import InputError, write
 from dynsim import Pulse, Removal, Settings, read_run, simulate, verify, write_run
-from dynsim.film import film_strip
+from dynsim.view.film import film_strip
 from problems import arch, assembly, box, running_bond, stack
 
 DOWN = (0, 0, -9.81)
@@ -176,7 +176,7 @@ def test_bad_files(falling, tmp_path, call, message):
 
 
 def command(*arguments):
-    code = "from dynsim.cli import main; main()"
+    code = "from dynsim.cli.commands import main; main()"
     return subprocess.run([sys.executable, "-c", code, *map(str, arguments)], capture_output=True, text=True)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from blockstat import assess
 from dynsim import verify
-from dynsim.first_motion import cosine
+from dynsim.comparison.first_motion import cosine
 from problems import arch, assembly, box, stack
 
 MOVES = {

@@ -7,8 +7,8 @@ import pytest
 
 from blockstat import InputError, JointLaw
 from dynsim import DynamicOutcome, Settings, World, verify
-from dynsim.friction import block_friction
-from dynsim.guards import check_rotations, thickness
+from dynsim.engine.friction import block_friction
+from dynsim.engine.guards import check_rotations, thickness
 from problems import assembly, box
 
 STANDS, FALLS = DynamicOutcome.STANDS, DynamicOutcome.FALLS

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from blockstat import InputError, limit_load
-from blockstat.load import point_load
+from blockstat.loads import point_load
 from dynsim import limit
-from dynsim.limit import LimitOutcome, Trial, _warnings
+from dynsim.judge.limit import LimitOutcome, Trial, _warnings
 from problems import arch, running_bond, slab, stack
 
 

@@ -12,7 +12,7 @@ import pytest
 from blockstat import Memory, assess, search
 from blockstat.spec import scene_from
 from dynsim import Settings, verify
-from dynsim.causes import likely_reason
+from dynsim.comparison.causes import likely_reason
 
 FAST = Settings.named("fast")
 
@@ -81,7 +81,7 @@ def test_where_they_disagree_the_search_goes_on_and_says_why():
 
 PROGRAM = """
 import json, sys
-from dynsim.cli import main
+from dynsim.cli.commands import main
 main()
 """
 TOML = """

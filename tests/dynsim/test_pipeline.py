@@ -13,7 +13,7 @@ import pytest
 from blockstat import assess, read, write
 from blockstat.spec import scene_from
 from dynsim import compare
-from dynsim.optimise import optimise
+from dynsim.design_search.optimise import optimise
 from problems import HUT, arch, stack
 
 SCENE_TOML = """
@@ -33,7 +33,7 @@ voussoirs = 7
 
 
 def run(*arguments):
-    code = "from dynsim.cli import main; main()"
+    code = "from dynsim.cli.commands import main; main()"
     return subprocess.run([sys.executable, "-c", code, *map(str, arguments)], capture_output=True, text=True)
 
 
@@ -73,7 +73,7 @@ def test_killed_and_started_again_the_command_ends_the_same(tmp_path, optimised)
     scene = tmp_path / "hut.toml"
     scene.write_text(SCENE_TOML)
     history = tmp_path / "out" / "history.csv"
-    code = "from dynsim.cli import main; main()"
+    code = "from dynsim.cli.commands import main; main()"
     process = subprocess.Popen(
         [sys.executable, "-c", code, "optimise", str(scene), "-o", str(tmp_path / "out")],
         stdout=subprocess.DEVNULL,

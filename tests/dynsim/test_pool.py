@@ -12,7 +12,7 @@ import pytest
 import pool_tasks
 from blockstat import InputError, write
 from dynsim import Removal, run_many, verify, verify_many
-from dynsim.ahead import Ahead
+from dynsim.parallel.speculative import Ahead
 from problems import arch, assembly, box, running_bond, stack
 
 
@@ -92,7 +92,7 @@ def test_ctrl_c_on_the_command_line_keeps_the_rows(tmp_path):
     files = [write(stack(2), tmp_path / "a.json")]
     files += [write(running_bond(14, 10), tmp_path / f"wall{i}.json") for i in range(6)]
     table = tmp_path / "rows.csv"
-    code = "from dynsim.cli import main; main()"
+    code = "from dynsim.cli.commands import main; main()"
     process = subprocess.Popen(
         [sys.executable, "-c", code, "compare", *map(str, files), "--jobs", "1", "-o", str(table)],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
@@ -131,7 +131,7 @@ def test_bad_numbers():
 
 
 def command(*arguments):
-    code = "from dynsim.cli import main; main()"
+    code = "from dynsim.cli.commands import main; main()"
     return subprocess.run([sys.executable, "-c", code, *map(str, arguments)], capture_output=True, text=True)
 
 

@@ -6,8 +6,8 @@ import pytest
 from blockstat import assess, build
 from blockstat.spec import scene_from
 from dynsim import Settings, verify
-from dynsim.loaded import Calm
-from dynsim.stages import chain, stages
+from dynsim.judge.rest import Calm
+from dynsim.judge.stages import chain, stages
 from problems import arch, stack
 from references.dynamics import out_of_plane, thinner_arch
 

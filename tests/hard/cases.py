@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from blockstat import Assembly, Block
-from blockstat.solve.certificate import FORCE_TOLERANCE
+from blockstat.certificate.check import FORCE_TOLERANCE
 from problems import arch, assembly, box, flat_arch, hexahedron, running_bond, stack, trilith
 
 STABLE, UNSTABLE, UNDECIDED, REFUSED = "stable", "unstable", "undecided", "refused"

@@ -10,8 +10,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from blockstat import Outcome, assess, build, glued, limit_load, load_scene, read, with_values
-from blockstat.coulomb import MOST_SOLVES, coulomb_state, settling_share
-from blockstat.problem import pose
+from blockstat.analysis.coulomb import MOST_SOLVES, coulomb_state, settling_share
+from blockstat.analysis.problem import pose
 from bonded import bonded_scene, program_of
 from problems import arch, flat_arch, running_bond, stack
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from blockstat import LoadOutcome, find_interfaces, friction_limit, limit_load, load_domain, settlement
-from blockstat.problem import pose
+from blockstat.analysis.problem import pose
 from problems import FERRIS, arch, assembly, box, ferris_wall, running_bond, stack
 from references.walls import turned_wall
 

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from blockstat.analysis.limit_load import LimitLoad
+from blockstat.analysis.verdict import Verdict
 from blockstat.assembly import Assembly
 from blockstat.errors import InputError, InputWarning
-from blockstat.limit import LimitLoad
-from blockstat.result import Verdict
 from blockstat.spec import Range, parameters, with_values
 
 #: Directions of the limit load, as accelerations in units of gravity.
@@ -91,7 +91,7 @@ def open_model(path: str | Path, *, supports: str = "") -> Model:
             return replace(model, ranges=ranges | _material(model.built(model.start), ranges))
         except InputError:
             return model  # the page will say why it cannot be built
-    from blockstat.io import read
+    from blockstat.model.scene import read
 
     named = [name.strip() for name in supports.split(",") if name.strip()] or None
     assembly = read(path, supports=named)

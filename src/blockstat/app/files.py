@@ -38,14 +38,14 @@ def scene_file(model: Model, values: dict[str, float], known: Known) -> Saved:
 
 def blocks_file(model: Model, values: dict[str, float], known: Known) -> Saved:
     """The blocks with displacement, mechanism and demand as GLB."""
-    from blockstat.export import write_verdict
+    from blockstat.view.attributes import write_verdict
 
     return _written(f"{_stem(model)}.glb", lambda path: write_verdict(known.verdict, path))
 
 
 def picture_file(model: Model, values: dict[str, float], known: Known) -> Saved:
     """A picture of the verdict as PNG."""
-    from blockstat.plot import picture_of_verdict
+    from blockstat.view.plot import picture_of_verdict
 
     return _written(f"{_stem(model)}.png", lambda path: picture_of_verdict(known.verdict, path))
 
@@ -55,9 +55,9 @@ def report_file(model: Model, values: dict[str, float], known: Known) -> Saved:
     from html import escape
 
     from blockstat.app.words import headline, numbers
-    from blockstat.report import page
-    from blockstat.view3d.colouring import colouring
-    from blockstat.view3d.page import framed, interactive_html
+    from blockstat.view.report import page
+    from blockstat.view.three_d.colouring import colouring
+    from blockstat.view.three_d.page import framed, interactive_html
 
     rows = "".join(f"<tr><td>{escape(path)}</td><td>{value:g}</td></tr>" for path, value in values.items())
     body = [

@@ -12,7 +12,7 @@ from blockstat.app.design import Began, Failed, Judged, Model, Question
 from blockstat.app.judge import dearer_numbers, judge_designs
 
 if TYPE_CHECKING:
-    from blockstat.result import Verdict
+    from blockstat.analysis.verdict import Verdict
 
 #: A judge that still works on an older design this long after a newer one was asked for is replaced [s].
 PATIENCE = 2.0

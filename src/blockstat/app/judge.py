@@ -5,16 +5,16 @@ from __future__ import annotations
 from math import isnan, nan
 from time import process_time
 
-from blockstat.analysis import assess
+from blockstat.analysis.assess import assess
+from blockstat.analysis.certificate_cache import Memory
+from blockstat.analysis.limit_load import limit_load
+from blockstat.analysis.tilt_friction import friction_limit
+from blockstat.analysis.verdict import Verdict
 from blockstat.app.background import Channel
 from blockstat.app.design import PUSHES, Began, Failed, Judged, Pushed, Question, Scored, Slipped
 from blockstat.assembly import Assembly
-from blockstat.contact import Interfaces
+from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError
-from blockstat.limit import limit_load
-from blockstat.reserve import friction_limit
-from blockstat.result import Verdict
-from blockstat.reuse import Memory
 
 #: The least friction is found this closely: a bisection to the last digit would take twice as long.
 NEAR = 2e-3

@@ -9,7 +9,7 @@ from blockstat.app.design import PUSHES, SUFFIXES
 from blockstat.app.files import SAVES, opened
 from blockstat.app.words import NO_BLOCK, waiting
 from blockstat.errors import InputError
-from blockstat.view3d.colouring import CHOICES
+from blockstat.view.three_d.colouring import CHOICES
 
 if TYPE_CHECKING:
     import viser

@@ -15,11 +15,11 @@ from blockstat.app.controls import Controls
 from blockstat.app.design import Failed, Judged, Model, Pushed, Scored, Slipped
 from blockstat.app.follow import Follower
 from blockstat.app.layout import Layout
-from blockstat.app.motion import Player
 from blockstat.app.view import View
 from blockstat.app.words import Known, headline, numbers, trouble, waiting
-from blockstat.polyhedron import Floats
-from blockstat.view3d.canvas import Canvas
+from blockstat.typing import Floats
+from blockstat.view.three_d.canvas import Canvas
+from blockstat.view.three_d.player import Player
 
 if TYPE_CHECKING:
     import viser

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from blockstat.app.background import prepare
 from blockstat.app.design import Model, open_model
-from blockstat.view3d.page import start_viser, stop_viser
+from blockstat.view.three_d.page import start_viser, stop_viser
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from blockstat.app.motion import Player, swing
 from blockstat.app.words import NO_BLOCK, Known, block_card
-from blockstat.polyhedron import Floats
-from blockstat.view3d.arrows import force_arrows, thrust_arrows
-from blockstat.view3d.canvas import Canvas
-from blockstat.view3d.colouring import colouring
-from blockstat.view3d.page import GLASS, extent, mechanism_vertices
+from blockstat.typing import Floats
+from blockstat.view.three_d.arrows import force_arrows, thrust_arrows
+from blockstat.view.three_d.canvas import Canvas
+from blockstat.view.three_d.colouring import colouring
+from blockstat.view.three_d.page import GLASS, extent, mechanism_vertices
+from blockstat.view.three_d.player import Player, swing
 
 if TYPE_CHECKING:
     from blockstat.app.layout import Layout
@@ -69,7 +69,7 @@ class View:
 
     def click(self, origin: Any, direction: Any) -> None:
         """Say what is known of the block under the mouse, and mark it."""
-        from blockstat.view3d.geometry import block_at
+        from blockstat.view.three_d.geometry import block_at
 
         if self.known is None:
             return

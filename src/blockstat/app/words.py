@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from blockstat.analysis.limit_load import LoadOutcome
+from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.app.design import Pushed, Slipped
-from blockstat.limit import LoadOutcome
-from blockstat.result import Outcome, Verdict
-from blockstat.view3d.colouring import tension
+from blockstat.view.three_d.colouring import tension
 
 if TYPE_CHECKING:
-    from blockstat.polyhedron import Floats
+    from blockstat.typing import Floats
 
 #: Blue and orange, which colour-blind readers tell apart; the word is always there too.
 TONES = {

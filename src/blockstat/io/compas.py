@@ -31,7 +31,7 @@ from blockstat.assembly import Block
 from blockstat.errors import InputError, InputWarning
 from blockstat.io.names import distinct_names
 from blockstat.io.parts import Parts, chosen_supports
-from blockstat.polyhedron import Floats
+from blockstat.typing import Floats
 
 ASSEMBLY = "compas_assembly.datastructures/Assembly"
 MODEL = "compas_model.models/Model"

@@ -16,10 +16,10 @@ import numpy as np
 
 from blockstat.assembly import Block
 from blockstat.errors import InputError
+from blockstat.geometry.triangulation import triangulate
 from blockstat.io.names import distinct_names
 from blockstat.io.obj import closed_runs, read_obj, split_solids, write_obj
 from blockstat.io.parts import Parts, chosen_supports
-from blockstat.io.triangles import triangulate
 
 if TYPE_CHECKING:
     import trimesh

@@ -9,7 +9,7 @@ import numpy as np
 from blockstat.errors import InputError
 from blockstat.io.obj import read_obj
 from blockstat.io.parts import metres_in
-from blockstat.polyhedron import Floats
+from blockstat.typing import Floats
 
 SURFACES = (".obj", ".ply", ".stl", ".glb")
 WELD = 1e-6  #: corners closer than this fraction of the surface's size are one

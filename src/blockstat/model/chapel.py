@@ -7,10 +7,10 @@ import msgspec
 from blockstat.assembly import Assembly, Block
 from blockstat.errors import InputError
 from blockstat.joint import JointLaw
-from blockstat.model.buttress import build_buttresses
+from blockstat.model.buttresses.short_buttress import build_buttresses
 from blockstat.model.ground import ground
-from blockstat.model.vault import build_barrel
-from blockstat.model.wall import Courses, WallFrame, build_wall
+from blockstat.model.vaults.short_barrel import build_barrel
+from blockstat.model.walling.short_wall import Courses, WallFrame, build_wall
 from blockstat.spec import WALLS, Building, is_present, parameters, value_of
 
 MOST_BLOCKS = 300_000

@@ -11,12 +11,12 @@ import msgspec
 import numpy as np
 
 from blockstat.assembly import Assembly, Block
+from blockstat.contact.penetration import overlaps
 from blockstat.errors import InputError
 from blockstat.joint import JointLaw
 from blockstat.model.ground import ground
 from blockstat.model.kinds import blocks_of
 from blockstat.model.placing import moved, rotation
-from blockstat.overlap import overlaps
 from blockstat.spec import Composition, Plan, parameters, resolve
 from blockstat.spec.composition import GROUND
 from blockstat.spec.element import Element, Repeat, repeats_of

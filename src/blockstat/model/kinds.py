@@ -10,24 +10,24 @@ import numpy as np
 
 from blockstat.assembly import Block
 from blockstat.errors import InputError
-from blockstat.model import run
-from blockstat.model.arc_wall import arc_wall
-from blockstat.model.arch import arch, jack_arch, rib
-from blockstat.model.buttresses import buttress
-from blockstat.model.column import column, pier
-from blockstat.model.dome import dome, drum
-from blockstat.model.fan import fan_vault, sail_vault
-from blockstat.model.flyer import flying_buttress
-from blockstat.model.freeform import freeform, height_field
-from blockstat.model.mesh_vault import mesh_vault, surface_points
+from blockstat.model.arches.arch import arch, jack_arch, rib
+from blockstat.model.arches.column import column, pier
+from blockstat.model.buttresses.buttress import buttress
+from blockstat.model.buttresses.flying_buttress import flying_buttress
 from blockstat.model.solids import box
-from blockstat.model.vaults import barrel_vault, groin_vault, pavilion_vault
-from blockstat.model.walls import walls
-from blockstat.polyhedron import Floats
+from blockstat.model.vaults.cylindrical import barrel_vault, groin_vault, pavilion_vault
+from blockstat.model.vaults.dome import dome, drum
+from blockstat.model.vaults.freeform import freeform, height_field
+from blockstat.model.vaults.mesh_vault import mesh_vault, surface_points
+from blockstat.model.vaults.sail_fan import fan_vault, sail_vault
+from blockstat.model.walling import run
+from blockstat.model.walling.arc_wall import arc_wall
+from blockstat.model.walling.walls import walls
 from blockstat.spec import elements
 from blockstat.spec.element import Element
 from blockstat.spec.expression import evaluate
 from blockstat.spec.walls import ArcWall, Buttress, Run, Walls
+from blockstat.typing import Floats
 
 #: Builders whose options are the keys of the element.
 PLAIN: dict[type[Element], Callable[..., list[Block]]] = {
@@ -148,7 +148,7 @@ def _mesh_vault(element: elements.MeshVault) -> list[Block]:
 
 
 def _mesh(element: elements.Mesh) -> list[Block]:
-    from blockstat.io import read_parts
+    from blockstat.io.files import read_parts
 
     # Which blocks cannot move is the composition's to say.
     return list(read_parts(element.file, supports=[0], units=element.units).blocks)

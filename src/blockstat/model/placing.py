@@ -9,7 +9,7 @@ import numpy as np
 
 from blockstat.assembly import Assembly, Block
 from blockstat.errors import InputError
-from blockstat.polyhedron import Floats
+from blockstat.typing import Floats
 
 
 def moved(

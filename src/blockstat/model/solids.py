@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from blockstat.assembly import Block
-from blockstat.polyhedron import Floats
+from blockstat.typing import Floats
 
 FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
 

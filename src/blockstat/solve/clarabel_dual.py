@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from blockstat.planar import Plane
-from blockstat.polyhedron import Floats
-from blockstat.program import PenaltyProgram
-from blockstat.solve.raw import DualAnswer, DualProgram
+from blockstat.program.penalty import PenaltyProgram
+from blockstat.program.planar import Plane
+from blockstat.solve.answer import DualAnswer, DualProgram
+from blockstat.typing import Floats
 
 #: Looser settings have given energies 8 % wrong under the status "Solved".
 TOLERANCE = 1e-10

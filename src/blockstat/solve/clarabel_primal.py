@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from blockstat.polyhedron import Floats
-from blockstat.program import PenaltyProgram
+from blockstat.program.penalty import PenaltyProgram
 from blockstat.solve.clarabel_dual import MAX_ITERATIONS, TOLERANCE
+from blockstat.typing import Floats
 
 
 def solve_pressure(program: PenaltyProgram, cost: Floats, compliance: float) -> tuple[Floats, Floats, str]:

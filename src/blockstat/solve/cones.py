@@ -15,7 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from blockstat.polyhedron import Floats
+from blockstat.typing import Floats
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from typing import Any, Protocol
 import numpy as np
 from scipy import sparse
 
-from blockstat.polyhedron import Floats
+from blockstat.typing import Floats
 
 #: Matrices with fewer rows are factored by one thread: waking the others costs more than they bring.
 THREADED = 30_000

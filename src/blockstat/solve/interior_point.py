@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from blockstat.polyhedron import Floats
-from blockstat.solve.approach import NOWHERE, approach
+from blockstat.solve.answer import ACCEPTED, MECHANISM
 from blockstat.solve.kkt import DUAL_PROXIMAL, PROXIMAL, REFINED, ConicProgram, Kkt, Pair, largest
-from blockstat.solve.normal import normal_equations
-from blockstat.solve.raw import ACCEPTED, MECHANISM
+from blockstat.solve.normal_equations import normal_equations
+from blockstat.solve.phase_one import NOWHERE, approach
+from blockstat.typing import Floats
 
 MOST_ITERATIONS = 100
 #: Linear programs are asked for as many digits as there are, for the sake of the bounds that rest on them; the penalty
@@ -68,7 +68,7 @@ class Early:
     multipliers: Callable[[Floats], bool] | None = None
     #: Asked about the unknowns of each iterate; True ends with status "Mechanism".
     unknowns: Callable[[Floats], bool] | None = None
-    #: Whether such multipliers are looked for first (see `blockstat.solve.approach`). Where none are found, the
+    #: Whether such multipliers are looked for first (see `blockstat.solve.phase_one`). Where none are found, the
     #: iteration may start next to the least that balance.
     approach: bool = False
     brief: bool = False  #: whether the search ends where it is not easy

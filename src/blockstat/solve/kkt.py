@@ -13,9 +13,9 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from blockstat.polyhedron import Floats, Ints
 from blockstat.solve.cones import Cones, Scaling
-from blockstat.solve.normal import BlockNormal
+from blockstat.solve.normal_equations import BlockNormal
+from blockstat.typing import Floats, Ints
 
 #: Proximal terms; lengths, forces and rates of the programs are of the order of one.
 PROXIMAL, DUAL_PROXIMAL = 1e-3, 1e-9

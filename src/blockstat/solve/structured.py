@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 from scipy import sparse
 
-from blockstat.planar import Plane
-from blockstat.polyhedron import Floats, Ints
-from blockstat.program import PenaltyProgram
+from blockstat.program.penalty import PenaltyProgram
+from blockstat.program.planar import Plane
+from blockstat.solve.answer import OPTIMUM, DualAnswer, DualProgram, Enough
 from blockstat.solve.cones import Cones
 from blockstat.solve.interior_point import AT_THE_OPTIMUM, ConicAnswer, Early, solve
 from blockstat.solve.kkt import ConicProgram, Limits
-from blockstat.solve.raw import OPTIMUM, DualAnswer, DualProgram, Enough
-from blockstat.solve.resting import resting_forces
+from blockstat.solve.load_path import resting_forces
+from blockstat.typing import Floats, Ints
 
 
 def fits(problem: DualProgram) -> bool:

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.app.background import Crashed, Worker
-from blockstat.app.motion import HOLD, trajectory
+from blockstat.view.three_d.player import HOLD, trajectory
 from dynsim.panel.work import Fallen, Film, Refused, let_fall
 
 if TYPE_CHECKING:
     from blockstat.app.page import Page
     from blockstat.app.words import Known
-    from dynsim.verify import DynamicVerdict
+    from dynsim.judge.verify import DynamicVerdict
 
 SMALL = "margin:0 10px;font-size:.85em;line-height:1.45"
 TONES = {"stands": "#0072B2", "falls": "#D55E00", "creeps": "#CC79A7"}

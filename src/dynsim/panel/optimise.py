@@ -15,7 +15,7 @@ from dynsim.panel.work import Found, Refused, Step, optimise
 if TYPE_CHECKING:
     from blockstat.app.page import Page
     from blockstat.app.words import Known
-    from blockstat.search import Candidate
+    from blockstat.design_search.search import Candidate
 
 SMALL = "margin:0 10px;font-size:.85em;line-height:1.45"
 #: What became of a design, and its colour in the plot and on its row.

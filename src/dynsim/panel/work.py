@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from blockstat.analysis import assess
+from blockstat.analysis.assess import assess
+from blockstat.analysis.certificate_cache import Memory
+from blockstat.analysis.verdict import Verdict
 from blockstat.app.background import Channel
 from blockstat.app.design import Model
+from blockstat.design_search.search import Candidate, search
 from blockstat.errors import InputError
-from blockstat.polyhedron import Floats
-from blockstat.result import Verdict
-from blockstat.reuse import Memory
-from blockstat.search import Candidate, search
-from dynsim.causes import likely_reason
-from dynsim.run import Run, simulate
-from dynsim.verify import DynamicVerdict, verify
+from blockstat.typing import Floats
+from dynsim.comparison.causes import likely_reason
+from dynsim.judge.run import Run, simulate
+from dynsim.judge.verify import DynamicVerdict, verify
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly

@@ -1,0 +1,86 @@
+"""Bounds that do not lean on a solver: force fields pushed inside their cones, mechanisms with no joint closing.
+
+An optimal force field lies on the boundary of its cones and is good only to the solver's tolerance. Mixed with a
+little of a field that has room, it is strictly inside and balances a slightly smaller load: a proven lower bound.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from blockstat.certificate import check as certificate
+from blockstat.certificate.interior_motions import opened
+from blockstat.program.penalty import PenaltyProgram
+from blockstat.solve import dispatch as dual
+from blockstat.typing import Floats
+
+#: Shares of the field with room that are tried, smallest first.
+SHARES = (0.0, *(10.0**-k for k in range(11, 1, -1)))
+#: A mechanism that cannot be mended (jammed blocks, joints that cannot slide) bounds the load for equilibria whose
+#: contact forces add up to at most this many times those of the solver's own field.
+ASSUMED_FORCE = 10.0
+#: A mechanism opened by a motion that opens all joints is good enough when it costs less than this of the multiplier.
+CLOSE = 1e-8
+#: Each mending leaves a hundred-millionth of the violation; joints that cannot slide at all need more than one.
+MENDINGS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Bound:
+    """A proven value and the scaled force field or twist that proves it."""
+
+    value: float
+    evidence: Floats
+
+
+def lower_bound(
+    program: PenaltyProgram, load: Floats, force: Floats, multiplier: float, inside: Floats
+) -> Bound | None:
+    """The largest multiplier at most the given one for which a mixture of the two fields is admissible.
+
+    force : field near the limit, for w + multiplier x load; inside : field with room, for w alone.
+    """
+    at_limit = replace(program, load=program.load + multiplier * load)
+    balanced = certificate.balance(at_limit, force)
+    nothing = np.zeros_like(program.load)
+    for share in SHARES:
+        mixed = (1 - share) * balanced + share * inside
+        value = (1 - share) * multiplier
+        loaded = replace(program, load=program.load + value * load)
+        if certificate.check(loaded, mixed, nothing).proves_stable:
+            return Bound(value, mixed)
+    return None
+
+
+def upper_bound(program: PenaltyProgram, load: Floats, twist: Floats, force: Floats) -> Bound | None:
+    """What a mechanism proves: no equilibrium at a larger multiplier. None when the load does no work on it.
+
+    force : the solver's field at the limit, shape (m, 3), the measure of forces if some joint still closes.
+
+    For twists u with A' u in K* and l' u > 0, equilibrium at lambda asks for w' u + lambda l' u <= 0.
+    """
+    total = float(np.linalg.norm(force, axis=1).sum())
+    best = _proven(program, load, opened(program, twist), total)
+    kinematic = -certificate.power(program, twist)[0] / float(load @ twist) if load @ twist > 0 else -np.inf
+    if best is not None and best.value - kinematic <= CLOSE * abs(kinematic):
+        return best
+    mended, closing = twist, np.inf
+    for _ in range(MENDINGS):
+        mended = dual.open_joints(program, mended)
+        _, left = certificate.power(program, mended)
+        found = _proven(program, load, mended, total)
+        if found is not None and (best is None or found.value < best.value):
+            best = found
+        if left == 0.0 or not left < closing:
+            break
+        closing = left
+    return best
+
+
+def _proven(program: PenaltyProgram, load: Floats, twist: Floats, total: float) -> Bound | None:
+    """The multiplier above which a mechanism moves, for contact forces of at most ASSUMED_FORCE x total."""
+    work = float(load @ twist)
+    power, closing = certificate.power(program, twist)
+    return Bound((closing * ASSUMED_FORCE * total - power) / work, twist / work) if work > 0 else None

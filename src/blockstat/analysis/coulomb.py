@@ -1,0 +1,127 @@
+"""Does a force field exist that real friction finds: without dilatancy, and without self-stress?
+
+Limit analysis lets sliding joints open at the rate mu; stone slides without opening. And a block squeezed between
+fixed ones can be held by any thrust on paper, though nothing pushes it. Both errors go when every loaded joint has
+to close by the same small amount: a thrust then exists only where the motion of the blocks makes it.
+
+De Saxce's bipotential turns Coulomb's law into a fixed point (De Saxce & Feng 1998; Acary, Cadoux, Lemarechal
+& Malick 2011). Given slips s at the points, solve the conic program
+
+    minimise (1 + s)' f_n + c/2 |f|^2   subject to   A f + w = 0,   f in K.
+
+Its cone multipliers are z = g + (1 + s) n + c f with g the relative motion, so a loaded point has
+g_n = mu |z_t| - s - 1. At s = mu |z_t| every loaded point closes by one unit whatever it slides: no dilatancy, and
+no thrust between blocks that do not approach each other. Where such a state exists the slips settle; where the
+assembly stands on self-stress alone they grow without bound. c is a trifle that makes the forces unique.
+
+Friction has a memory: which of many equilibria the blocks come to hangs on how tight each joint was. Other closings
+than the same small amount stand for other joints, and where the answer changes with them it hangs on history.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from blockstat.program.penalty import PenaltyProgram
+from blockstat.solve.dispatch import solve_pressure
+from blockstat.typing import Floats
+
+MOST_SOLVES = 40
+COMPLIANCE = 1e-3
+#: Slips that change by less than this, in units of the closing, have settled.
+SETTLED = 1e-3
+#: The change of the slips shrinks or grows by a steady factor: below 1 by more than this they will settle. The factor
+#: crosses 1 at the limit, and assemblies that stand on self-stress alone have it at 1 or above.
+CLEAR = 1e-3
+#: The factor is steady when it moves by less than this over a stretch of so many solves.
+STEADY, STRETCH = 8e-3, 4
+#: Slips that grow by more than this over the second half of the solves grow without bound (steady growth doubles them);
+#: those that grow by less have a bound, even where they flicker between equivalent states.
+GROWTH = 1.25
+#: What comes to rest does so ever more slowly, so its slips at most double; those that grow by more over the second
+#: half of the solves grow ever faster.
+EXPLOSION = 4.0
+#: Solves before growth, with and without a steady factor, is believed.
+EARLY, PATIENCE = 12, 24
+#: Slips beyond this are without bound.
+ENDLESS = 1e7
+
+
+@dataclass(frozen=True, eq=False)
+class CoulombState:
+    """Where the fixed point went."""
+
+    settles: bool | None  #: True: a state without dilatancy and self-stress exists; False: not; None: too close to tell
+    force: Floats  #: forces of the last program, scaled, shape (m, 3)
+    slip: Floats  #: mu |z_t| at each point, in units of the closing, shape (m,)
+    changes: tuple[float, ...]  #: largest change of a slip at each solve
+    factor: float  #: by which the changes shrink or grow; nan if they settled at once
+
+    @property
+    def solves(self) -> int:
+        return len(self.changes)
+
+
+def coulomb_state(
+    program: PenaltyProgram, *, compliance: float = COMPLIANCE, closing: Floats | float = 1.0
+) -> CoulombState:
+    """Run the fixed point until the slips have settled, will settle, or will not.
+
+    closing : by how much each loaded point closes, about one, shape (m,). The program must be statically stable.
+    Points without friction or with infinite friction have no slip law and are not allowed here.
+    """
+    slip = np.zeros(len(program.friction))
+    touching = np.arange(len(slip)) < program.n_points  # bonds neither close nor slip
+    changes: list[float] = []
+    factors: list[float] = []
+    sizes: list[float] = []
+    force = np.zeros((len(slip), 3))
+    settles: bool | None = None
+    while len(changes) < MOST_SOLVES and settles is None:
+        force, multiplier, status = solve_pressure(program, touching * (closing + slip), compliance)
+        if "Infeasible" in status:
+            settles = False if changes and slip.max() > 1.0 / SETTLED else None
+            break
+        new = touching * program.friction * np.hypot(multiplier[:, 1], multiplier[:, 2])
+        changes.append(float(np.abs(new - slip).max(initial=0.0)))
+        if len(changes) > 1:
+            factors.append(changes[-1] / max(changes[-2], 1e-300))
+        slip = new
+        sizes.append(float(slip.max(initial=0.0)))
+        settles = _judge(changes, factors, sizes)
+    return CoulombState(settles, force, slip, tuple(changes), factors[-1] if factors else float("nan"))
+
+
+def settling_share(program: PenaltyProgram, *, tries: int = 12, seed: int = 0) -> float:
+    """Share of random tightnesses of the joints at which the slips settle: at 0 or 1 history plays no part.
+
+    In each of the tries every point closes by another random amount, from a tenth of the usual one to ten times it.
+    """
+    random, m = np.random.default_rng(seed), len(program.friction)
+    states = (coulomb_state(program, closing=10.0 ** random.uniform(-1.0, 1.0, m)) for _ in range(tries))
+    return float(np.mean([state.settles is True for state in states]))
+
+
+def _judge(changes: list[float], factors: list[float], sizes: list[float]) -> bool | None:
+    if changes[-1] <= SETTLED:
+        return True
+    if sizes[-1] > ENDLESS:
+        return False
+    solves = len(changes)
+    grows = sizes[-1] > GROWTH * sizes[solves // 2]
+    if solves >= EARLY and sizes[-1] > EXPLOSION * sizes[solves // 2]:
+        return False
+    recent = factors[-STRETCH:]
+    if len(recent) == STRETCH and max(recent) - min(recent) <= STEADY:
+        mean = float(np.mean(recent))
+        if mean < 1.0 - CLEAR and (changes[-1] < 0.9 * changes[0] or solves >= PATIENCE):
+            return True
+        if mean < 1.0 - CLEAR / 4 and solves >= PATIENCE:
+            return None
+        if mean > 1.0 - CLEAR / 4 and grows and solves >= EARLY:
+            return False
+    if solves < PATIENCE:
+        return None
+    return not grows if solves == MOST_SOLVES or not grows else None

@@ -1,0 +1,266 @@
+"""Limit analysis: how much of a load an assembly carries, with a proven bracket.
+
+The kinematic program min -w' u subject to l' u = 1, A' u in K* (Livesley 1978, with the exact cone) gives the
+mechanism and, as multipliers, the forces. Neither is believed: the lower bound comes from a force field and the
+upper bound from a mechanism that our own code has checked.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from blockstat.analysis.assess import FLOWS
+from blockstat.analysis.bounds import Bound, lower_bound, upper_bound
+from blockstat.analysis.coulomb import coulomb_state
+from blockstat.analysis.decision import decide
+from blockstat.analysis.problem import Problem, pose, timed
+from blockstat.analysis.verdict import Outcome, as_html, unit_motion
+from blockstat.certificate import check as certificate
+from blockstat.contact.interfaces import GAP, Interfaces
+from blockstat.contact.point_law import joint_friction
+from blockstat.errors import InputError
+from blockstat.loads import as_load
+from blockstat.program.bonds import Bonds
+from blockstat.program.penalty import PenaltyProgram
+from blockstat.solve import dispatch as dual
+from blockstat.solve.answer import DualAnswer, DualProgram
+from blockstat.typing import Floats
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: Bisection of the zero-dilatancy multiplier stops at this fraction of the associated one.
+COULOMB_WIDTH = 5e-4
+#: A load carried this many times over is called unbounded.
+UNBOUNDED = 1e6
+#: Brackets narrower than this, for a load as strong as the weight, are closed whatever the multiplier.
+ROUNDING = 1e-9
+#: A bracket wider than this, relative to its upper end, is asked of the other solver too: up to so many unknowns, and
+#: beyond, where that costs more than all the rest.
+SHARP, CHEAP, LOOSE = 1e-7, 2_000, 1e-3
+
+
+class LoadOutcome(Enum):
+    """The answers of a limit analysis; each value is the sentence a user reads."""
+
+    LIMIT = "Limit: the assembly carries the load up to the lower bound, and not beyond the upper one."
+    UNBOUNDED = "Unbounded: the assembly carries any multiple of the load."
+    DEAD_LOAD_UNSTABLE = "Infeasible under dead load: the assembly does not stand without the load."
+    UNDECIDED = "Undecided: the bounds could not be proven."
+
+    @property
+    def word(self) -> str:
+        return self.name.lower()
+
+
+@dataclass(frozen=True, eq=False)
+class LimitLoad:
+    """A bracket on the limit load multiplier and the evidence for it."""
+
+    outcome: LoadOutcome
+    lower: float  #: multiplier that `forces` carry
+    upper: float  #: multiplier at which `mechanism` moves
+    forces: Floats  #: shape (n_points, 3) [N], admissible and in equilibrium with dead load + lower x load
+    mechanism: Floats  #: shape (n_blocks, 6), scaled so that the fastest corner moves by 1 m
+    interfaces: Interfaces
+    assembly: Assembly
+    warnings: tuple[str, ...]
+    timings: dict[str, float]
+    #: With flow="coulomb": the multiplier up to which a state without dilatancy and self-stress was found, and the one
+    #: at which there was none. Not a theorem: zero-dilatancy limits are not unique; this is the branch that is reached
+    #: from rest, with no thrust but what the blocks' approach makes.
+    coulomb: tuple[float, float] | None = None
+    bonds: Bonds | None = None  #: what the bonds at the centres of joints carry with `forces`
+
+    @property
+    def gap(self) -> float:
+        """Width of the bracket relative to its larger end."""
+        if np.isinf(self.lower) or np.isinf(self.upper):
+            return 0.0 if self.lower == self.upper else np.inf
+        return (self.upper - self.lower) / max(abs(self.upper), abs(self.lower), 1e-300)
+
+    def joints(self, *, tolerance: float = 1e-4) -> dict[str, list[tuple[str, str]]]:
+        """Joints that move in the mechanism, by kind: "hinges", "sliding" and "opening" pairs of block names.
+
+        A hinge opens at one side and not at the other; a sliding joint shifts along itself (and opens at the rate
+        friction asks for); an opening one loses contact everywhere. tolerance : relative to the fastest corner.
+        """
+        found: dict[str, list[tuple[str, str]]] = {"hinges": [], "sliding": [], "opening": []}
+        rate = relative_motion(self.assembly, self.interfaces, self.mechanism)
+        friction = np.minimum(joint_friction(self.assembly, self.interfaces), 1e3)
+        for k, pair in enumerate(self.interfaces.pair):
+            own = rate[self.interfaces.start[k] : self.interfaces.start[k + 1]]
+            slide = np.hypot(own[:, 1], own[:, 2])
+            contact = own[:, 0] - friction[k] * slide <= tolerance
+            if np.abs(own).max(initial=0.0) <= tolerance:
+                continue
+            kind = "sliding" if contact.all() else "hinges" if contact.any() else "opening"
+            found[kind].append((self.assembly.names[pair[0]], self.assembly.names[pair[1]]))
+        return found
+
+    def explain(self) -> str:
+        """The answer in words."""
+        lines = [self.outcome.value]
+        if self.outcome is LoadOutcome.LIMIT:
+            lines.append(f"{self.lower:.9g} <= multiplier <= {self.upper:.9g}")
+            if self.coulomb is not None:
+                lines.append(f"Zero dilatancy, reached from rest: {self.coulomb[0]:.5g} to {self.coulomb[1]:.5g}")
+            counts = ", ".join(f"{len(pairs)} {kind}" for kind, pairs in self.joints().items())
+            lines.append(f"Joints of the mechanism: {counts}.")
+        return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
+
+    def __str__(self) -> str:
+        return self.explain()
+
+    def _repr_html_(self) -> str:
+        return as_html(self.explain())
+
+    def summary(self) -> dict[str, Any]:
+        """Plain values for JSON; infinite bounds are None."""
+        return {
+            "status": self.outcome.word,
+            "sentence": self.outcome.value,
+            "lower": self.lower if np.isfinite(self.lower) else None,
+            "upper": self.upper if np.isfinite(self.upper) else None,
+            "coulomb_lower": None if self.coulomb is None else self.coulomb[0],
+            "coulomb_upper": None if self.coulomb is None else self.coulomb[1],
+            "branch": None if self.coulomb is None else "from rest, without self-stress",
+            "joints": self.joints(),
+            "blocks": self.assembly.n_blocks,
+            "interfaces": self.interfaces.n_interfaces,
+            "warnings": list(self.warnings),
+            "timings": self.timings,
+        }
+
+
+def relative_motion(assembly: Assembly, interfaces: Interfaces, mechanism: Floats) -> Floats:
+    """Velocity of block b against block a at each contact point in the frame (n, t1, t2), shape (n_points, 3)."""
+    k = interfaces.point_interface
+    velocity = []
+    for side in interfaces.pair[k].T:
+        arm = interfaces.point - assembly.centroid[side]
+        velocity.append(mechanism[side, :3] + np.cross(mechanism[side, 3:], arm))
+    return np.einsum("nij,nj->ni", interfaces.frame[k], velocity[1] - velocity[0])
+
+
+def limit_load(
+    assembly: Assembly,
+    load: Any,
+    *,
+    friction: float | None = None,
+    gravity: Any = None,
+    gap: float = GAP,
+    interfaces: Interfaces | None = None,
+    flow: str = "associated",
+    solver: str = "auto",
+) -> LimitLoad:
+    """Largest multiplier of a load that the assembly carries on top of its weight.
+
+    load : three numbers, an acceleration direction (the multiplier is then in units of gravity), or a wrench on
+    each block, shape (n_blocks, 6) [N, N m], as `blockstat.loads` makes them. Other options as in `assess`.
+
+    The friction is associated: sliding joints dilate, so for real stone the multiplier is an upper bound. With
+    flow="coulomb" the zero-dilatancy multiplier is looked for below it, by bisection on `blockstat.analysis.coulomb`.
+    """
+    if solver not in dual.CHOICES:
+        raise InputError(f"no solver {solver!r}; solvers are: {', '.join(dual.CHOICES)}")
+    if flow not in FLOWS:
+        raise InputError(f"no flow {flow!r}; flows are: {', '.join(FLOWS)}")
+    problem = pose(
+        assembly, friction=friction, gravity=gravity, loads=None, gap=gap, interfaces=interfaces, solver=solver
+    )
+    if not len(problem.assembly.free):
+        raise InputError(f'"{assembly.name}": all blocks are supports; there is nothing to load')
+    direction = as_load(problem.assembly, load)
+    timings = dict(problem.timings)
+    with timed(timings, "solve"):
+        solved = _bracket(problem, direction)
+    outcome, lower, upper, force, twist = solved
+    coulomb = None
+    if flow == "coulomb" and outcome is LoadOutcome.LIMIT and lower > 0:
+        with timed(timings, "coulomb"):
+            coulomb = _coulomb_bracket(problem, direction, lower)
+    timings["total"] = sum(timings.values())
+    return LimitLoad(
+        outcome=outcome,
+        lower=lower,
+        upper=upper,
+        forces=problem.to_points(force),
+        mechanism=unit_motion(problem.assembly, problem.to_blocks(twist)),
+        interfaces=problem.interfaces,
+        assembly=problem.assembly,
+        warnings=problem.warnings,
+        timings=timings,
+        coulomb=coulomb,
+        bonds=problem.to_bonds(force),
+    )
+
+
+def _coulomb_bracket(problem: Problem, direction: Floats, associated: float) -> tuple[float, float]:
+    """Multipliers with and without a state free of dilatancy and self-stress, by bisection below the associated one."""
+    program = problem.program
+    assert program is not None
+    if not problem.slips:
+        return associated, associated
+    load = problem.scaled(direction)
+
+    def settles(multiplier: float) -> bool:
+        return coulomb_state(replace(program, load=program.load + multiplier * load)).settles is True
+
+    if not settles(0.0):
+        return 0.0, 0.0
+    low, high = 0.0, associated
+    while high - low > COULOMB_WIDTH * associated:
+        # Most structures lose little to zero dilatancy, so the first trial is near the top.
+        middle = high - COULOMB_WIDTH * associated if low == 0.0 and high == associated else (low + high) / 2
+        low, high = (middle, high) if settles(middle) else (low, middle)
+    return low, high
+
+
+def _bounds(
+    program: PenaltyProgram, load: Floats, answer: DualAnswer, dead: Floats
+) -> tuple[Bound | None, Bound | None]:
+    """What an answer proves from below and from above."""
+    low = lower_bound(program, load, answer.force, answer.multiplier, dead)
+    return low, upper_bound(program, load, answer.twist, answer.force)
+
+
+def _bracket(problem: Problem, direction: Floats) -> tuple[LoadOutcome, float, float, Floats, Floats]:
+    """Outcome, bounds, scaled force field and twist."""
+    program, eq = problem.program, problem.eq
+    if program is None or len(problem.floating):
+        return LoadOutcome.DEAD_LOAD_UNSTABLE, -np.inf, -np.inf, np.zeros((eq.n_columns, 3)), np.zeros(6 * eq.n_blocks)
+    dead = decide(program, dual.solve(program))
+    if dead.outcome is not Outcome.STABLE:
+        word = LoadOutcome.DEAD_LOAD_UNSTABLE if dead.outcome is Outcome.UNSTABLE else LoadOutcome.UNDECIDED
+        return word, -np.inf, -np.inf if dead.outcome is Outcome.UNSTABLE else np.inf, dead.force, dead.twist
+
+    load = problem.scaled(direction)
+    unit = float(np.linalg.norm(load.reshape(-1, 6)[:, :3], axis=1).sum() or np.abs(load).sum()) / program.total_load
+    load = load / unit  # as strong as the weight, so that multipliers are near one
+    answer = dual.solve_dual(DualProgram(program, -program.load, pinned=load))
+    if "PrimalInfeasible" in answer.status:
+        ray = answer.force / answer.multiplier if answer.multiplier > 0 else answer.force
+        at = replace(program, load=program.load + UNBOUNDED * unit * load)
+        field = certificate.balance(at, dead.force + UNBOUNDED * unit * ray)
+        carried = certificate.check(at, field, np.zeros_like(load)).proves_stable
+        word = LoadOutcome.UNBOUNDED if carried else LoadOutcome.UNDECIDED
+        return word, np.inf if carried else 0.0, np.inf, dead.force, np.zeros_like(load)
+    low, high = _bounds(program, load, answer, dead.force)
+    sharp = SHARP if len(program.load) <= CHEAP else LOOSE
+    if program.solver == "auto" and not (low and high and high.value - low.value <= sharp * abs(high.value)):
+        other = "interior-point" if answer.solver == "clarabel" else "clarabel"
+        again = dual.solve_dual(DualProgram(replace(program, solver=other), -program.load, pinned=load))
+        if "Infeasible" not in again.status:
+            second = _bounds(program, load, again, dead.force)
+            low = max((bound for bound in (low, second[0]) if bound), key=lambda bound: bound.value, default=None)
+            high = min((bound for bound in (high, second[1]) if bound), key=lambda bound: bound.value, default=None)
+    lower, field = (low.value, low.evidence) if low else (0.0, dead.force)
+    upper, twist = (high.value, high.evidence) if high else (np.inf, answer.twist)
+    lower = min(lower, upper)  # both are proven to a tolerance, within which they may cross
+    close = upper - lower <= max(1e-3 * abs(upper), ROUNDING)
+    return LoadOutcome.LIMIT if close else LoadOutcome.UNDECIDED, lower / unit, upper / unit, field, twist

@@ -1,0 +1,228 @@
+"""Pose the equilibrium problem of an assembly: check the input, find the joints, set up the program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from time import process_time
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from blockstat.analysis.verdict import Outcome
+from blockstat.certificate.interior_motions import expansions
+from blockstat.contact.cells import refine
+from blockstat.contact.interfaces import Interfaces, find_interfaces, near_blocks
+from blockstat.contact.penetration import check_overlaps
+from blockstat.contact.point_law import joint_friction, last_law, point_law
+from blockstat.errors import InputError
+from blockstat.program.bonds import KINDS, Bonds, bond_columns, bond_forces, bonded
+from blockstat.program.equilibrium import Equilibrium, equilibrium, split_floating, weight
+from blockstat.program.penalty import PenaltyProgram, penalty_program
+from blockstat.program.planar import find_plane
+from blockstat.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: A joint open by more than this fraction of the block size is mentioned when the verdict rests on it.
+LOOSE = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Everything the solvers and the certificates need, and what was noticed on the way."""
+
+    assembly: Assembly
+    interfaces: Interfaces
+    load: Floats  #: dead load on each block, shape (n_blocks, 6) [N, N m]
+    eq: Equilibrium  #: of the blocks that a chain of joints ties to a support
+    program: PenaltyProgram | None  #: None when there is no such block
+    floating: Ints  #: blocks that nothing holds
+    gap: float
+    warnings: tuple[str, ...]
+    timings: dict[str, float]
+    bonds: Ints  #: interfaces with a bond at their centre, whose columns follow the contact points
+
+    def to_blocks(self, twist: Floats) -> Floats:
+        """A scaled twist of the program as velocities and rotations of all blocks, shape (n_blocks, 6)."""
+        mechanism = np.zeros((self.assembly.n_blocks, 6))
+        if self.program is not None:
+            mechanism[self.eq.blocks] = twist.reshape(-1, 6) / np.repeat([1.0, self.program.length_unit], 3)
+        return mechanism
+
+    def to_points(self, force: Floats) -> Floats:
+        """Scaled forces of the program as contact forces at all points [N], shape (n_points, 3)."""
+        forces = np.zeros((self.interfaces.n_points, 3))
+        if self.program is not None:
+            n = self.program.n_points
+            forces[self.eq.points] = force[:n] * self.program.force_unit
+            forces[self.eq.points, 0] -= self.program.shift[:n] * self.program.force_unit
+        return forces
+
+    def to_bonds(self, force: Floats) -> Bonds | None:
+        """What the bonds carry under scaled forces of the program; None without bonds."""
+        if self.program is None or not len(self.bonds):
+            return None
+        return bond_forces(self.interfaces, self.bonds, force[self.program.n_points :] * self.program.force_unit)
+
+    def adhesion_at_points(self, adhesion: Floats) -> Floats:
+        """Scaled missing adhesion at all contact points [N], shape (n_points,)."""
+        values = np.zeros(self.interfaces.n_points)
+        if self.program is not None:
+            values[self.eq.points] = adhesion * self.program.force_unit
+        return values
+
+    @property
+    def slips(self) -> bool:
+        """Whether every joint follows Coulomb's law: friction neither nothing nor infinite."""
+        friction = self.program.friction if self.program is not None else np.empty(0)
+        return bool(len(friction) and (friction > 0).all() and np.isfinite(friction).all())
+
+    def scaled(self, load: Floats) -> Floats:
+        """A wrench on each block, shape (n_blocks, 6) [N, N m], as a load vector of the program, shape (6 n,)."""
+        assert self.program is not None
+        unit = np.repeat([1.0, self.program.length_unit], 3) * self.program.force_unit
+        return (load[self.eq.blocks] / unit).reshape(-1)
+
+
+def pose(
+    assembly: Assembly,
+    *,
+    friction: float | None,
+    gravity: Any,
+    loads: Floats | None,
+    gap: float,
+    interfaces: Interfaces | None,
+    solver: str = "auto",
+) -> Problem:
+    """Check the input and set up the program; the options are those of `assess`."""
+    changes = {k: v for k, v in (("friction", friction), ("gravity", gravity)) if v is not None}
+    assembly = assembly.with_(**changes) if changes else assembly
+    if not assembly.support.any():
+        raise InputError(f'"{assembly.name}" has no supports; list the blocks that cannot move under "supports"')
+    load = weight(assembly) + checked_loads(assembly, loads)
+    timings: dict[str, float] = {}
+    warnings: list[str] = []
+    with timed(timings, "interfaces"):
+        if interfaces is None:
+            near = near_blocks(assembly, gap=gap)
+            interfaces = find_interfaces(assembly, gap=gap, near=near)
+            warnings += check_overlaps(assembly, gap=gap, near=near)
+        if assembly.joints and interfaces.share is None:
+            interfaces = _divided(assembly, interfaces)
+    with timed(timings, "equilibrium"):
+        held, floating = split_floating(assembly, interfaces)
+        touched = np.any(np.isin(interfaces.pair, held), axis=1)
+        points = np.flatnonzero(touched[interfaces.point_interface])
+        eq, program, bonds = _program(assembly, interfaces, load, held, points, touched)
+        program = program and replace(program, solver=solver, openings=expansions(assembly, interfaces, held))
+    warnings += _floating_warnings(assembly, floating, interfaces)
+    if assembly.support.all():
+        warnings.append("all blocks are supports; there was nothing to check")
+    return Problem(assembly, interfaces, load, eq, program, floating, gap, tuple(warnings), timings, bonds)
+
+
+def _divided(assembly: Assembly, interfaces: Interfaces) -> Interfaces:
+    """The interfaces with cells where a joint law asks for them."""
+    divisions = np.array([law.divisions if law else 0 for law in last_law(assembly, interfaces)], dtype=np.int64)
+    return refine(interfaces, divisions) if divisions.any() else interfaces
+
+
+def _program(
+    assembly: Assembly, interfaces: Interfaces, load: Floats, held: Ints, points: Ints, touched: np.ndarray
+) -> tuple[Equilibrium, PenaltyProgram | None, Ints]:
+    """Equilibrium and program of the held blocks, and the interfaces with bonds."""
+    friction = joint_friction(assembly, interfaces)[interfaces.point_interface[points]]
+    if not assembly.joints:
+        eq = equilibrium(assembly, interfaces, load, held, points)
+        plane = find_plane(assembly, interfaces, eq)
+        return eq, penalty_program(eq, friction, plane=plane) if len(held) else None, points[:0]
+    law = point_law(assembly, interfaces)
+    bonds, capacity = bonded(assembly, interfaces)
+    live = touched[bonds]
+    bonds, capacity = bonds[live], capacity[np.repeat(live, KINDS)]
+    eq = equilibrium(assembly, interfaces, load, held, points, bond_columns(interfaces, bonds) if len(bonds) else None)
+    none = np.zeros(len(capacity))
+    limits: dict[str, Any] = {
+        "shift": np.concatenate([law.shift[points], none]),
+        "floor": np.concatenate([law.floor[points], none]),
+        "cap": np.concatenate([law.cap[points], capacity]),
+    }
+    plain = not limits["floor"].any() and np.isinf(limits["cap"]).all()
+    plane = find_plane(assembly, interfaces, eq) if plain else None
+    mu = np.concatenate([friction, np.ones(len(capacity))])
+    return eq, penalty_program(eq, mu, plane=plane, **limits) if len(held) else None, bonds
+
+
+def free_fall(problem: Problem) -> Floats:
+    """Motion of the groups that nothing holds, each as one body along its load, shape (n_blocks, 6)."""
+    from scipy import sparse
+    from scipy.sparse.csgraph import connected_components
+
+    assembly, pair = problem.assembly, problem.interfaces.pair
+    n = assembly.n_blocks
+    graph = sparse.coo_array((np.ones(len(pair)), (pair[:, 0], pair[:, 1])), shape=(n, n))
+    _, label = connected_components(graph, directed=False)
+    motion = np.zeros((n, 6))
+    for group in np.unique(label[problem.floating]):
+        blocks = np.flatnonzero(label == group)
+        pull = problem.load[blocks, :3].sum(axis=0)
+        rounding = 1e-12 * np.abs(problem.load[blocks]).sum()
+        if np.linalg.norm(pull) > rounding:
+            motion[blocks, :3] = pull / np.linalg.norm(pull)
+            continue
+        arm = assembly.centroid[blocks] - assembly.centroid[blocks].mean(axis=0)
+        moment = (problem.load[blocks, 3:] + np.cross(arm, problem.load[blocks, :3])).sum(axis=0)
+        if np.linalg.norm(moment) > rounding * float(assembly.size[blocks].mean()):
+            turn = moment / np.linalg.norm(moment)
+            motion[blocks, :3], motion[blocks, 3:] = np.cross(turn, arm), turn
+    return motion
+
+
+def checked_loads(assembly: Assembly, loads: Floats | None) -> Floats:
+    """A wrench on each block, shape (n_blocks, 6) [N, N m]; zeros for None."""
+    if loads is None:
+        return np.zeros((assembly.n_blocks, 6))
+    try:
+        loads = np.asarray(loads, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"loads must be numbers of shape ({assembly.n_blocks}, 6)") from None
+    if loads.shape != (assembly.n_blocks, 6) or not np.isfinite(loads).all():
+        raise InputError(f"loads have shape {loads.shape}; finite values of shape ({assembly.n_blocks}, 6) are needed")
+    return loads
+
+
+def _floating_warnings(assembly: Assembly, floating: Ints, interfaces: Interfaces) -> list[str]:
+    touched = np.unique(interfaces.pair)
+    alone = np.setdiff1d(floating, touched)
+    return [f'block "{assembly.names[i]}" touches nothing' for i in alone[:5]] + (
+        [f"{len(alone) - 5} more blocks touch nothing"] if len(alone) > 5 else []
+    )
+
+
+def gap_warnings(problem: Problem, outcome: Outcome) -> list[str]:
+    """Say when the verdict may hang on the joint tolerance."""
+    assembly, interfaces, gap = problem.assembly, problem.interfaces, problem.gap
+    near = [d for d in interfaces.dropped if d.reason == "gap"]
+    if outcome is not Outcome.STABLE and near:
+        least = min(near, key=lambda d: d.value / d.limit)
+        a, b = assembly.names[least.a], assembly.names[least.b]
+        return [
+            f"{len(near)} near joints were not taken (gap tolerance {gap:g} of the block size), the closest "
+            f'"{a}" to "{b}" with {least.value:.2g} m: a larger tolerance may change the verdict'
+        ]
+    loose = interfaces.gap > LOOSE * assembly.size[interfaces.pair].min(axis=1)
+    if outcome is Outcome.STABLE and loose.any():
+        worst = interfaces.gap[loose].max()
+        return [f"{loose.sum()} of {len(loose)} joints do not quite close (up to {worst:.2g} m) and count as touching"]
+    return []
+
+
+@contextmanager
+def timed(timings: dict[str, float], step: str) -> Iterator[None]:
+    """Add the process time of a step to the timings."""
+    start = process_time()
+    yield
+    timings[step] = process_time() - start

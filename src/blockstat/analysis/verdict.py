@@ -1,0 +1,179 @@
+"""What the statics return."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from blockstat.analysis.coulomb import CoulombState
+from blockstat.certificate.check import Certificate
+from blockstat.contact.interfaces import Interfaces
+from blockstat.contact.point_law import point_law
+from blockstat.program.bonds import Bonds
+from blockstat.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+
+class Outcome(Enum):
+    """The static answers; each value is the sentence a user reads."""
+
+    STABLE = "Stable: a force field within every friction cone balances every block."
+    STABLE_ONLY_BY_SELF_STRESS = (
+        "Stable only by self-stress: a force field exists, but Coulomb friction without dilatancy does not find it."
+    )
+    UNSTABLE = "Unstable: no admissible force field exists; the blocks move as the mechanism shows."
+    UNDECIDED = "Undecided: too close to the limit to prove either way at the accuracy of the numbers."
+
+    @property
+    def word(self) -> str:
+        return self.name.lower()
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """A static verdict with the evidence for it.
+
+    Stable is a statement about forces: an admissible field exists. Friction is not associated and jammed
+    blocks can hold themselves on paper, so it does not promise rest; unstable does promise motion.
+    """
+
+    outcome: Outcome
+    #: sqrt(sum s_i^2) / weight of the free blocks: adhesion missing, 0 for stable, inf if none helps, nan where an
+    #: earlier mechanism decided (see `blockstat.analysis.certificate_cache`)
+    score: float
+    forces: Floats  #: shape (n_points, 3) [N], (f_n, f_1, f_2) on block b in the frame of the interface
+    adhesion: Floats  #: shape (n_points,) [N], tension that point would have to carry; 0 for stable
+    mechanism: Floats  #: shape (n_blocks, 6), velocity [m] and rotation [rad], scaled to move the fastest corner by 1 m
+    certificate: Certificate
+    interfaces: Interfaces
+    assembly: Assembly
+    solver: str
+    timings: dict[str, float] = field(default_factory=dict)  #: process seconds of each step
+    floating: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))  #: blocks that nothing holds
+    warnings: tuple[str, ...] = ()
+    flow: str = "associated"  #: the flow rule asked for, "associated" or "coulomb"
+    coulomb: CoulombState | None = None  #: the fixed point behind a "coulomb" verdict, if one was needed
+    bonds: Bonds | None = None  #: what the bonds at the centres of joints carry with `forces`
+
+    @property
+    def motion(self) -> Floats:
+        """Fastest corner of each block under the mechanism, shape (n_blocks,), 1 for the fastest block."""
+        return corner_speed(self.assembly, self.mechanism)
+
+    @property
+    def moving(self) -> Ints:
+        """Blocks that move in the mechanism, fastest first."""
+        speed = self.motion
+        order = np.argsort(-speed, kind="stable")
+        return order[speed[order] > 0.01]
+
+    def demand(self) -> Floats:
+        """How hard friction and strength are used at each block, shape (n_blocks,), 0 to 1 (1: at the limit).
+
+        The largest |f_t| / (mu f_n + c), or pressure over strength, over points that carry at least 1 % of the block's
+        largest force.
+        """
+        points = self.interfaces.point_interface
+        law = point_law(self.assembly, self.interfaces)
+        force = self.forces + law.shift[:, None] * np.array([1.0, 0.0, 0.0])
+        tangent = np.hypot(force[:, 1], force[:, 2])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            used = np.where(force[:, 0] > 0, np.minimum(tangent / (law.friction * force[:, 0]), 1.0), 1.0)
+            crushed = np.where(np.isinf(law.cap), 0.0, self.forces[:, 0] / (law.cap - law.shift))
+        used = np.clip(np.maximum(used, crushed), 0.0, 1.0)
+        size = np.linalg.norm(force, axis=1)
+        result = np.zeros(self.assembly.n_blocks)
+        for side in self.interfaces.pair[points].T:
+            largest = np.zeros(self.assembly.n_blocks)
+            np.maximum.at(largest, side, size)
+            real = size > 0.01 * largest[side]
+            np.maximum.at(result, side[real], used[real])
+        return result
+
+    def explain(self, limit: int = 5) -> str:
+        """The verdict in words: the outcome, the evidence, and the blocks that move first."""
+        lines = [self.outcome.value]
+        proof = self.certificate
+        if self.outcome in (Outcome.STABLE, Outcome.STABLE_ONLY_BY_SELF_STRESS):
+            lines.append(
+                f"Largest residual {proof.residual:.1e} of a block's load, "
+                f"cones violated by {proof.cone_violation:.1e}."
+            )
+        else:
+            if not np.isnan(self.score):
+                lines.append(f"Missing adhesion (score): {self.score:.3g} of the weight.")
+            lines.append(f"Any equilibrium would need {proof.required_force:.3g} times the weight in normal forces.")
+            if self.outcome is Outcome.UNDECIDED:
+                lines.append(
+                    f"Best force field: residual {proof.residual:.1e}, cones violated by {proof.cone_violation:.1e}."
+                )
+            names = [self.assembly.names[i] for i in self.moving]
+            if names:
+                more = f" and {len(names) - limit} more" if len(names) > limit else ""
+                lines.append(f"First to move: {', '.join(names[:limit])}{more}.")
+        if len(self.floating):
+            names = ", ".join(self.assembly.names[i] for i in self.floating[:limit])
+            lines.append(f"Nothing holds: {names}{' ...' if len(self.floating) > limit else ''}.")
+        lines += [f"Warning: {text}" for text in self.warnings]
+        return "\n".join(lines)
+
+    def __str__(self) -> str:
+        return self.explain()
+
+    def _repr_html_(self) -> str:
+        return as_html(self.explain())
+
+    def summary(self) -> dict[str, Any]:
+        """Plain values for JSON; an infinite score or force is None."""
+        proof = self.certificate
+        return {
+            "outcome": self.outcome.word,
+            "sentence": self.outcome.value,
+            "score": _finite(self.score),
+            "moving": [self.assembly.names[i] for i in self.moving],
+            "floating": [self.assembly.names[i] for i in self.floating],
+            "certificate": {
+                "residual": _finite(proof.residual),
+                "cone_violation": _finite(proof.cone_violation),
+                "work": _finite(proof.work),
+                "mechanism_violation": _finite(proof.mechanism_violation),
+                "required_force": _finite(proof.required_force),
+            },
+            "blocks": self.assembly.n_blocks,
+            "interfaces": self.interfaces.n_interfaces,
+            "contact_points": self.interfaces.n_points,
+            "dropped": len(self.interfaces.dropped),
+            "solver": self.solver,
+            "flow": self.flow,
+            "warnings": list(self.warnings),
+            "timings": self.timings,
+        }
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def as_html(text: str) -> str:
+    """An explanation as notebooks show it."""
+    return f'<pre style="white-space: pre-wrap">{escape(text)}</pre>'
+
+
+def corner_speed(assembly: Assembly, twist: Floats) -> Floats:
+    """Largest corner velocity of each block under twists, shape (n_blocks,)."""
+    block = assembly.vertex_block
+    arm = assembly.vertices - assembly.centroid[block]
+    velocity = twist[block, :3] + np.cross(twist[block, 3:], arm)
+    return np.maximum.reduceat(np.linalg.norm(velocity, axis=1), assembly.vertex_start[:-1])
+
+
+def unit_motion(assembly: Assembly, mechanism: Floats) -> Floats:
+    """A mechanism scaled so that the fastest corner moves by 1 m; zero stays zero."""
+    fastest = corner_speed(assembly, mechanism).max(initial=0.0)
+    return mechanism / fastest if fastest > 0 else mechanism

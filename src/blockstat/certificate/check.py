@@ -1,0 +1,222 @@
+"""What a verdict rests on: a force field or a mechanism, checked in plain numpy whatever the solver said.
+
+Stable: forces inside every friction cone that balance every block. Unstable: twists under which no joint
+closes, and sliding joints open at the rate friction asks for, while the loads do positive work. Both
+statements are checked on the matrix itself and carry their own error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from blockstat.program.penalty import PenaltyProgram
+from blockstat.program.planar import Plane
+from blockstat.solve.normal_equations import normal_equations
+from blockstat.typing import Floats
+
+#: A force field proves stability when no block's residual and no cone violation next to it exceeds this
+#: fraction of the block's own load: far below the weight of the dust on it.
+FORCE_TOLERANCE = 1e-9
+#: Rounding of the residual itself, relative to the forces that meet in a block.
+ROUNDING = 1e-14
+#: Points outside their cones are pressed by this more than they lack, relative and in mean weights.
+PRESSED = 0.02
+#: A mechanism proves instability when any equilibrium would need normal forces of this many total weights.
+#: Sound assemblies stand with about as many weights as they have courses or voussoirs.
+FORCE_LIMIT = 1e6
+#: Work of the loads below this fraction of |w| |u| is rounding.
+WORK_ROUNDING = 1e-13
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """The figures that decide, each computed from the forces and twists returned with the verdict."""
+
+    residual: float  #: largest unbalanced force or moment / size of a block, relative to that block's load
+    cone_violation: float  #: largest missing normal force of a point, relative to the lighter block's load
+    work: float  #: work of the loads on the mechanism, relative to |w| |u|; 0 without a mechanism
+    mechanism_violation: float  #: largest amount by which a joint closes or slides without opening, relative to |u|
+    #: least total normal force of any equilibrium, in total weights; inf: none exists. With infinite friction
+    #: the total of whole contact forces.
+    required_force: float
+
+    @property
+    def proves_stable(self) -> bool:
+        return max(self.residual, self.cone_violation) <= FORCE_TOLERANCE
+
+    @property
+    def proves_unstable(self) -> bool:
+        return self.work > WORK_ROUNDING and self.required_force >= FORCE_LIMIT
+
+
+def balance(program: PenaltyProgram, force: Floats, *, passes: int = 4) -> Floats:
+    """Correct forces onto equilibrium with the least change relative to their room inside the cones.
+
+    Minimises sum |df_i|^2 / d_i subject to A (f + df) + w = 0 with d_i the distance of f_i from its cone's
+    boundary, so that points with nothing to spare are left alone. Refined until rounding.
+    """
+    room = np.maximum(room_of(program, force), 0.0)
+    room += 1e-9 * room.max(initial=1.0)
+    slip = np.minimum(program.friction, 1.0)  # the cone is that much narrower across than along
+    weights = room[:, None] * np.column_stack([np.ones_like(slip), slip, slip])
+    plane = program.plane
+    if plane is not None and not (plane.holds(program.load) and plane.mirrors(force.reshape(-1))):
+        plane = None
+    try:
+        solve = _solver(program, weights) if plane is None else _solver_in_plane(program, plane, weights)
+        return _balanced(program, force, weights.reshape(-1), solve, passes)
+    except ArithmeticError:
+        return force
+
+
+def _solver(program: PenaltyProgram, weights: Floats) -> Callable[[Floats], Floats]:
+    """Solves A D A' u = r, D the weights of the forces, shape (m, 3). Raises ArithmeticError if it can not."""
+    pair = np.repeat(program.point_blocks, 3, axis=0)
+    normal = normal_equations(pair, len(program.load) // 6, 6)
+    normal.update(np.sqrt(weights).reshape(-1, 1) * program.local)
+    return normal.solve
+
+
+def _solver_in_plane(program: PenaltyProgram, plane: Plane, weights: Floats) -> Callable[[Floats], Floats]:
+    """The same where forces and loads are planar: half the unknowns, and one row for a point and its mirror image."""
+    head, tangent = program.planar_local
+    both = weights[plane.first] + weights[plane.second]
+    rows = np.concatenate([np.sqrt(both[:, :1]) * head, np.sqrt(both[:, 1:2]) * tangent])
+    normal = normal_equations(np.tile(program.point_blocks[plane.first], (2, 1)), len(program.load) // 6, 3)
+    normal.update(rows)
+    return lambda residual: plane.unfold @ normal.solve(plane.unfold.T @ residual)
+
+
+def settle(program: PenaltyProgram, force: Floats, *, trials: int = 4) -> Floats:
+    """Forces balanced; where that leaves their cones, pressed back into them and balanced again."""
+    balanced = balance(program, force)
+    for _ in range(trials):
+        closer = pressed(program, balanced)
+        if closer is balanced:
+            break
+        balanced = balance(program, closer)
+    return balanced
+
+
+def pressed(program: PenaltyProgram, force: Floats) -> Floats:
+    """Forces pressed into their cones where they lie outside, by a little more than they lack; else as they are."""
+    lacking = np.maximum(-room_of(program, force), 0.0)
+    if not lacking.any() or not np.isfinite(lacking).all():
+        return force
+    closer = force.copy()
+    closer[:, 0] += (1.0 + PRESSED) * lacking + PRESSED * (lacking > 0)
+    return closer
+
+
+def _balanced(
+    program: PenaltyProgram, force: Floats, weights: Floats, solve: Callable[[Floats], Floats], passes: int
+) -> Floats:
+    """Newton's step for the correction, repeated until rounding."""
+    matrix = program.matrix
+    flat, best = force.reshape(-1).copy(), np.inf
+    result = flat
+    for last in range(passes, 0, -1):
+        residual = matrix @ flat + program.load
+        size = np.abs(residual).max(initial=0.0)
+        if not size < best:
+            break
+        result, best = flat, size
+        if last == 1:
+            break
+        flat = flat - weights * (matrix.T @ solve(residual))
+    return result.reshape(-1, 3)
+
+
+def cone_room(force: Floats, friction: Floats) -> Floats:
+    """Normal force to spare at each point, f_n - |f_t| / mu; negative outside the cone, shape (m,)."""
+    tangent = np.hypot(force[:, 1], force[:, 2])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        needed = np.where(np.isinf(friction), 0.0, np.where(tangent > 0, tangent / friction, 0.0))
+    # Infinite friction still needs pressure to rub against.
+    without = np.isinf(friction) & (force[:, 0] <= 0) & (tangent > 0)
+    return np.where(without, np.minimum(force[:, 0], -tangent), force[:, 0] - needed)
+
+
+def opening_room(gap_rate: Floats, friction: Floats) -> Floats:
+    """Opening to spare at each point, g_n - mu |g_t|; negative where a mechanism closes or drags a joint.
+
+    A joint that cannot slide has -|g_t| at most: what it drags works against the friction force itself.
+    """
+    slide = np.hypot(gap_rate[:, 1], gap_rate[:, 2])
+    sticky = np.isinf(friction)
+    coulomb = gap_rate[:, 0] - np.where(sticky, 0.0, friction) * slide
+    return np.where(sticky, np.minimum(gap_rate[:, 0], 0.0) - slide, coulomb)
+
+
+def room_of(program: PenaltyProgram, force: Floats) -> Floats:
+    """Normal force to spare at each point within its cone, above its floor and below its cap, shape (m,)."""
+    room = cone_room(force, program.friction)
+    if len(program.capped) or len(program.floored):
+        normal = force[:, 0]
+        floor = np.where(program.floor > 0, normal - program.floor, np.inf)
+        room = np.minimum(room, np.minimum(floor, program.cap - normal))
+    return room
+
+
+def power(program: PenaltyProgram, twist: Floats) -> tuple[float, float]:
+    """Work of the loads on a twist less what crushing, cohesion and bonds take up, and the largest closing.
+
+    At a point with a cap any deficit of opening r = g_n - mu |g_t| may be bought at cap x deficit, and at one with a
+    floor any surplus is paid floor x surplus: the best multipliers y and z of the dual for this twist. Points without
+    a cap that close are the violation, to be judged by the caller.
+    """
+    gap_rate = (program.matrix.T @ twist).reshape(-1, 3)
+    room = opening_room(gap_rate, program.friction)
+    violation = np.maximum(-room, 0.0)
+    work = float(program.load @ twist)
+    if len(program.capped):
+        sticky = np.isinf(program.friction[program.capped])
+        rate = gap_rate[program.capped]
+        opening = np.where(sticky, rate[:, 0], room[program.capped])
+        work -= float(program.cap[program.capped] @ np.maximum(-opening, 0.0))
+        violation[program.capped] = np.where(sticky, np.hypot(rate[:, 1], rate[:, 2]), 0.0)
+    if len(program.floored):
+        work += float(program.floor[program.floored] @ np.maximum(room[program.floored], 0.0))
+    return work, float(violation.max(initial=0.0))
+
+
+def check(program: PenaltyProgram, force: Floats, twist: Floats) -> Certificate:
+    """Compute the certificate of scaled forces (m, 3) and a scaled twist (6 n,)."""
+    residual, missing = force_errors(program, force)
+    size = np.abs(twist).max(initial=0.0)
+    unit = twist / size if size > 0 else twist
+    work, closing = power(program, unit)
+    total = float(np.linalg.norm(program.load.reshape(-1, 6)[:, :3], axis=1).sum())
+    required = 0.0
+    if work > 0:
+        required = np.inf if closing == 0 else work / closing / total
+    return Certificate(
+        residual=residual,
+        cone_violation=missing,
+        work=work / float(np.abs(program.load).sum() or 1.0),
+        mechanism_violation=closing,
+        required_force=float(required),
+    )
+
+
+def force_errors(program: PenaltyProgram, force: Floats) -> tuple[float, float]:
+    """Largest residual of a block and largest violation of a cone, each relative to the block's own load."""
+    n, a_b = len(program.load) // 6, program.point_blocks
+    residual = np.linalg.norm((program.matrix @ force.reshape(-1) + program.load).reshape(n, 6), axis=1)
+    own = np.linalg.norm(program.load.reshape(n, 6), axis=1)
+    magnitude = np.linalg.norm(force, axis=1)
+    met = sum(np.bincount(side[side >= 0], magnitude[side >= 0], n) for side in a_b.T)
+    excess = np.maximum(residual - ROUNDING * met, 0.0)
+
+    lighter = np.where(a_b >= 0, np.append(own, np.inf)[a_b], np.inf).min(axis=1)
+    missing = np.maximum(-room_of(program, force), 0.0)
+    return _ratio(excess, own), _ratio(missing, lighter)
+
+
+def _ratio(value: Floats, unit: Floats) -> float:
+    """Largest value / unit; anything over nothing is infinite."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return float(np.where(value > 0, value / unit, 0.0).max(initial=0.0))

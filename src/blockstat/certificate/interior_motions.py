@@ -1,0 +1,92 @@
+"""Motions that open every joint, and what they do for a mechanism that a solver has left closing a little.
+
+The opening to spare, g_n - mu |g_t|, is concave and homogeneous in the twist, so with d a motion that opens all joints
+
+    room(u + e d) >= room(u) + e room(d) >= 0    for    e = max -room(u) / min room(d).
+
+The proof then has no error at all, at the price of e w'd in the work of the loads. The iterates of an interior-point
+method are such motions until the joints close, and the last of them cost least.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blockstat.certificate.check import opening_room
+from blockstat.program.penalty import PenaltyProgram
+from blockstat.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+    from blockstat.contact.interfaces import Interfaces
+
+#: How much slower than upwards the blocks move apart sideways, in the motions that are tried.
+SPREADS = (1.0, 0.5, 0.25, 0.1, 0.03, 0.01)
+#: How much faster than sideways all blocks leave the supports.
+LIFT = 2.0
+#: Rounding that a mechanism is opened by beyond what it needs.
+SLACK = 1e-6
+#: Motions compared before one is taken.
+FEW = 4
+
+
+def expansions(assembly: Assembly, interfaces: Interfaces, blocks: Ints) -> tuple[Floats, ...]:
+    """The assembly lifted off its supports and growing upwards and more slowly sideways: twists (6 n,).
+
+    Blocks only move, without turning, so the twists are the same in every unit of rotation.
+    """
+    strength = float(np.linalg.norm(assembly.gravity))
+    touching = np.any(assembly.support[interfaces.pair], axis=1)[interfaces.point_interface]
+    if not strength or not touching.any() or not len(blocks):
+        return ()
+    up = -assembly.gravity / strength
+    centre = assembly.centroid[blocks]
+    height = (centre - assembly.centroid[blocks[0]]) @ up
+    foot = float(((interfaces.point[touching] - assembly.centroid[blocks[0]]) @ up).min())
+    level = centre - centre.mean(axis=0)
+    level -= np.outer(level @ up, up)
+    found = []
+    for spread in SPREADS:
+        twist = np.zeros((len(blocks), 6))
+        lift = LIFT * spread * float(np.linalg.norm(level, axis=1).max())
+        twist[:, :3] = spread * level + np.outer(height - foot + lift, up)
+        found.append(twist.reshape(-1))
+    return tuple(found)
+
+
+def opened(program: PenaltyProgram, twist: Floats, first: Floats | None = None) -> Floats:
+    """The twist with as little of a motion that opens every joint as leaves none closing; itself if none helps.
+
+    first : a motion to try before the program's own.
+    """
+    closing = -_least_room(program, twist)
+    if closing <= 0:
+        return twist
+    for motion in program.openings if first is None else (first, *program.openings):
+        least = _least_room(program, motion)
+        if least > 0:
+            return twist + (1.0 + SLACK) * closing / least * motion
+    return twist
+
+
+def cheapest(program: PenaltyProgram, motions: Iterable[Floats]) -> Floats | None:
+    """Of the first few that open every joint the one that takes least work from the loads for it; None if none does."""
+    best, least_price, found = None, np.inf, 0
+    for motion in motions:
+        room = _least_room(program, motion)
+        if room <= 0:
+            continue
+        price, found = -float(program.load @ motion) / room, found + 1
+        if price < least_price:
+            best, least_price = motion, price
+        if found == FEW:
+            break
+    return best
+
+
+def _least_room(program: PenaltyProgram, motion: Floats) -> float:
+    """Opening to spare at the joint that has least."""
+    return float(opening_room((program.matrix.T @ motion).reshape(-1, 3), program.friction).min(initial=np.inf))

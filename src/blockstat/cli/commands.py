@@ -1,0 +1,278 @@
+"""The command `blockstat`: build, convert, heal, check, limit, tilt, plot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from blockstat.cli.options import (
+    PORT,
+    AsJson,
+    FileArgument,
+    Friction,
+    Gravity,
+    Port,
+    Supports,
+    Tilt,
+    Units,
+    Version,
+    numbers,
+    print_json,
+    run_app,
+)
+from blockstat.cli.options import load as load_assembly
+from blockstat.errors import InputError
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+Flow = Annotated[str, typer.Option(help="associated, or coulomb: no dilatancy and no self-stress.")]
+
+app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+
+
+@app.callback()
+def about(version: Version = False) -> None:
+    """Statics of masonry made of rigid blocks: does it stand, and which block moves first?"""
+
+
+@app.command()
+def build(
+    scene: Annotated[Path, typer.Argument(help="Scene file (.toml).")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Where to write (.json, .obj, .glb, .stl, .ply).")],
+) -> None:
+    """Build the blocks of a scene and write them."""
+    from blockstat.io.files import write
+    from blockstat.io.scene import load_scene
+    from blockstat.model import build as build_blocks
+
+    assembly = build_blocks(load_scene(scene))
+    write(assembly, output)
+    volume = assembly.volume[assembly.free].sum()
+    typer.echo(f"{output}: {assembly.n_blocks} blocks, {volume:.4g} m3 of masonry")
+
+
+@app.command()
+def convert(
+    file: FileArgument,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Where to write (.json, .obj, .glb, .stl, .ply, or a directory).")
+    ],
+    format: Annotated[
+        str | None,
+        typer.Option(help="Of .json: native, compas-assembly or compas-model; of a directory: ply or stl."),
+    ] = None,
+    supports: Supports = None,
+    units: Units = None,
+) -> None:
+    """Read an assembly or a scene and write it in another format, in metres."""
+    from blockstat.io.files import write
+
+    assembly = load_assembly(file, friction=None, gravity=None, tilt=None, supports=supports, units=units)
+    write(assembly, output, format=format)
+    typer.echo(f"{output}: {assembly.n_blocks} blocks")
+
+
+@app.command()
+def heal(
+    file: FileArgument,
+    output: Annotated[Path, typer.Option("-o", "--output", help="Where to write what was mended.")],
+    gap: Annotated[
+        float | None, typer.Option(help="Largest gap that is closed, relative to block size; 0 closes none.")
+    ] = None,
+    supports: Supports = None,
+    units: Units = None,
+) -> None:
+    """Mend rough geometry: merge vertices, turn and flatten faces, close joints; says what it changed."""
+    from blockstat.contact.interfaces import GAP
+    from blockstat.geometry_repair.repair import heal as mend
+    from blockstat.io.files import write
+
+    chosen = supports.split(",") if supports else None
+    assembly, report = mend(file, gap=GAP if gap is None else gap, supports=chosen, units=units)
+    write(assembly, output)
+    typer.echo(report.explain())
+
+
+@app.command()
+def check(
+    file: FileArgument,
+    friction: Friction = None,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
+    supports: Supports = None,
+    units: Units = None,
+    gap: Annotated[float | None, typer.Option(help="Largest gap of a joint, relative to block size.")] = None,
+    solver: Annotated[str, typer.Option(help="auto, interior-point, clarabel or cvxpy (the primal).")] = "auto",
+    flow: Flow = "associated",
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="Also write the blocks with displacement and demand (.glb, .obj)."),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Does it stand? A static verdict with its certificate."""
+    from blockstat.analysis.assess import assess
+    from blockstat.contact.interfaces import GAP
+    from blockstat.view.attributes import write_verdict
+
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    verdict = assess(assembly, gap=GAP if gap is None else gap, solver=solver, flow=flow)
+    if output is not None:
+        write_verdict(verdict, output)
+    if as_json:
+        summary = verdict.summary()
+        print_json({"file": str(file), "verdict": summary.pop("outcome"), **summary})
+        return
+    seconds = verdict.timings["total"]
+    faces = verdict.interfaces
+    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {faces.n_interfaces} interfaces, {seconds:.2f} s")
+    typer.echo(verdict.explain())
+
+
+@app.command()
+def limit(
+    file: FileArgument,
+    load: Annotated[
+        str, typer.Option(metavar="AX,AY,AZ", help="Direction of the acceleration; 1 is as strong as gravity.")
+    ],
+    friction: Friction = None,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
+    supports: Supports = None,
+    units: Units = None,
+    flow: Flow = "associated",
+    as_json: AsJson = False,
+) -> None:
+    """How much of a horizontal (or any) acceleration does it carry? A bracket proven from both sides."""
+    from blockstat.analysis.limit_load import limit_load
+
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    result = limit_load(assembly, numbers(load, 3, "--load", "AX,AY,AZ"), flow=flow)
+    if as_json:
+        print_json({"file": str(file), **result.summary()})
+        return
+    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {result.timings['total']:.2f} s")
+    typer.echo(result.explain())
+
+
+@app.command("tilt")
+def tilt_command(
+    file: FileArgument,
+    axis: Annotated[str, typer.Option(metavar="AXIS", help="x, y, z or three numbers AX,AY,AZ.")],
+    friction: Friction = None,
+    gravity: Gravity = None,
+    supports: Supports = None,
+    units: Units = None,
+    as_json: AsJson = False,
+) -> None:
+    """By which angle may the ground tilt about an axis before the assembly falls?"""
+    from math import isnan
+
+    from blockstat.analysis.tilt_friction import tilt_limit
+
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=None, supports=supports, units=units)
+    about = axis if "," not in axis else numbers(axis, 3, "--axis", "x, y, z or AX,AY,AZ")
+    found = tilt_limit(assembly, about)
+    stands, falls = (None if isnan(value) else value for value in (found.stands, found.falls))
+    if as_json:
+        print_json(
+            {"file": str(file), "axis": axis, "angle_deg": stands or 0.0, "stands_deg": stands, "falls_deg": falls}
+        )
+    elif stands is None:
+        typer.echo(f"{assembly.name}: does not stand as it is")
+    elif falls is None:
+        typer.echo(f"{assembly.name}: stands at every angle about {axis}")
+    else:
+        typer.echo(f"{assembly.name}: stands up to {stands:.6f} degrees about {axis}, falls at {falls:.6f}")
+
+
+@app.command("app")
+def app_command(file: FileArgument, supports: Supports = None, port: Port = PORT) -> None:
+    """Open the live page: move a parameter and see the verdict change, in the browser, on this machine only."""
+    from blockstat.app.server import serve
+
+    serve(file, supports=supports or "", port=port)
+
+
+@app.command()
+def plot(
+    file: FileArgument,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Picture to write (.png, .svg, .pdf, with --mechanism .glb).")
+    ],
+    friction: Friction = None,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
+    supports: Supports = None,
+    units: Units = None,
+    plain: Annotated[bool, typer.Option("--plain", help="Only the blocks, no verdict.")] = False,
+    forces: Annotated[bool, typer.Option("--forces", help="The forces of the joints instead.")] = False,
+    joints: Annotated[bool, typer.Option("--joints", help="How much of each joint's capacity is used.")] = False,
+    mechanism: Annotated[
+        bool, typer.Option("--mechanism", help="The mechanism and a ghost; -o FILE.glb for an animation.")
+    ] = False,
+    stone: Annotated[bool, typer.Option("--stone", help="Where a stone more helps most; needs --load.")] = False,
+    load: Annotated[
+        str | None,
+        typer.Option(metavar="AX,AY,AZ", help="With --mechanism or --stone: of the limit load in this direction."),
+    ] = None,
+    view: Annotated[str, typer.Option(metavar="AZIMUTH,ELEVATION", help="Where to look from, in degrees.")] = "-55,25",
+) -> None:
+    """Draw the blocks, coloured by the static verdict or by what is asked for."""
+    from blockstat.analysis.assess import assess
+    from blockstat.analysis.limit_load import limit_load
+    from blockstat.view.plot import picture, picture_of_forces, picture_of_help, picture_of_verdict
+    from blockstat.view.utilisation import picture_of_utilisation
+
+    azimuth, elevation = numbers(view, 2, "--view", "AZIMUTH,ELEVATION")
+    look: dict[str, Any] = {"azimuth": azimuth, "elevation": elevation}
+    choices = {"--plain": plain, "--forces": forces, "--joints": joints, "--mechanism": mechanism, "--stone": stone}
+    asked = [name for name, on in choices.items() if on]
+    if len(asked) > 1:
+        raise InputError(f"{' and '.join(asked)} are different pictures; ask for one of them")
+    if load is not None and not (mechanism or stone):
+        raise InputError("--load goes with --mechanism or --stone")
+    if stone and load is None:
+        raise InputError("--stone asks what raises a limit load; give its direction by --load AX,AY,AZ")
+    direction = None if load is None else numbers(load, 3, "--load", "AX,AY,AZ")
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    if plain:
+        picture(assembly, output, title=assembly.name, **look)
+    elif stone and direction is not None:
+        picture_of_help(limit_load(assembly, direction), direction, output, **look)
+    elif mechanism:
+        _plot_mechanism(assembly, direction, output, look)
+    else:
+        draw = picture_of_forces if forces else picture_of_utilisation if joints else picture_of_verdict
+        draw(assess(assembly), output, **look)
+    typer.echo(str(output))
+
+
+def _plot_mechanism(assembly: Assembly, direction: list[float] | None, output: Path, look: dict[str, Any]) -> None:
+    """The mechanism of the verdict, or with a load that of its limit, as a picture or as an animation."""
+    from blockstat.analysis.assess import assess
+    from blockstat.analysis.limit_load import limit_load
+    from blockstat.view.animation import write_mechanism
+    from blockstat.view.plot import picture_of_mechanism
+
+    if direction is None:
+        result = assess(assembly)
+        if not result.mechanism.any():
+            raise InputError(
+                f"{assembly.name} is {result.outcome.word} and has no mechanism; "
+                "give --load AX,AY,AZ for that of its limit load"
+            )
+    else:
+        result = limit_load(assembly, direction)
+    if output.suffix.lower() == ".glb":
+        write_mechanism(result, output)
+    else:
+        picture_of_mechanism(result, output, **look)
+
+
+def main() -> None:
+    """Entry point of the console script."""
+    run_app(app, "blockstat")

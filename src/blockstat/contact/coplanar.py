@@ -1,0 +1,117 @@
+"""Join patches that lie in one plane between the same two blocks into one interface."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import groupby
+from typing import NamedTuple
+
+import numpy as np
+
+from blockstat.contact.nonconvex import outline_hull
+from blockstat.geometry.polyhedron import members
+from blockstat.typing import Floats, Ints
+
+#: Normals whose sine is below this are those of one plane.
+SAME_NORMAL = 1e-4
+
+
+class Patch(NamedTuple):
+    """One planar patch of contact."""
+
+    pair: Ints  #: shape (2,)
+    frame: Floats  #: shape (3, 3), rows n, t1, t2
+    origin: Floats  #: shape (3,) [m]
+    area: float  #: [m2]
+    gap: float  #: [m]
+    polygon: Floats  #: shape (k, 2) [m], corners along t1, t2 from the origin
+
+
+@dataclass(frozen=True)
+class Patches:
+    """Planar patches of contact, one a row."""
+
+    pair: Ints  #: shape (n, 2)
+    frame: Floats  #: shape (n, 3, 3), rows n, t1, t2
+    origin: Floats  #: shape (n, 3) [m]
+    area: Floats  #: shape (n,) [m2]
+    gap: Floats  #: shape (n,) [m]
+    corner: (
+        Floats  #: corners of all polygons, one after the other, along t1, t2 from the origin, shape (n_corners, 2) [m]
+    )
+    count: Ints  #: corners of each, shape (n,)
+
+    def take(self, rows: Ints) -> Patches:
+        """Some of them, in the order asked for."""
+        count = self.count[rows]
+        first = (np.cumsum(self.count) - self.count)[rows]
+        corner = members(first, count)[1]
+        return Patches(
+            self.pair[rows], self.frame[rows], self.origin[rows], self.area[rows], self.gap[rows],
+            self.corner[corner], count,
+        )  # fmt: skip
+
+    def __iter__(self) -> Iterator[Patch]:
+        polygons = np.split(self.corner, np.cumsum(self.count)[:-1])
+        rows = zip(self.pair, self.frame, self.origin, self.area.tolist(), self.gap.tolist(), polygons, strict=True)
+        return (Patch(*row) for row in rows)
+
+
+def merge_coplanar(patches: Patches, allowed: Floats) -> Patches:
+    """Patches sorted by pair, those in one plane merged; allowed : gap of a joint of each block [m].
+
+    The merged polygon is the convex hull of all corners: forces in one plane with one friction cone add
+    up to the same resultants on the hull's corners alone.
+    """
+    if not len(patches.pair):
+        return patches
+    patches = patches.take(np.lexsort((patches.pair[:, 1], patches.pair[:, 0])))
+    same = (patches.pair[1:] == patches.pair[:-1]).all(axis=1)
+    several = np.append(same, False) | np.append(False, same)
+    if not several.any():
+        return patches
+    single = patches.take(np.flatnonzero(~several))
+    merged = _merged(patches.take(np.flatnonzero(several)), allowed)
+    pair, frame, origin, area, gaps, polygon = zip(*merged, strict=True)
+    both = Patches(
+        np.concatenate([single.pair, pair]),
+        np.concatenate([single.frame, frame]),
+        np.concatenate([single.origin, origin]),
+        np.concatenate([single.area, area]),
+        np.concatenate([single.gap, gaps]),
+        np.concatenate([single.corner, *polygon]),
+        np.concatenate([single.count, [len(p) for p in polygon]]),
+    )
+    return both.take(np.lexsort((both.pair[:, 1], both.pair[:, 0])))
+
+
+def _merged(patches: Iterable[Patch], allowed: Floats) -> list[Patch]:
+    """Patches of pairs that have several, sorted by pair."""
+    merged = []
+    for pair, group in groupby(patches, key=lambda patch: tuple(patch.pair)):
+        rest = list(group)
+        tolerance = float(allowed[list(pair)].min())
+        while rest:
+            seed = rest[0]
+            same = [p for p in rest if _coplanar(seed, p, tolerance)]
+            rest = [p for p in rest if not any(p is q for q in same)]
+            merged.append(seed if len(same) == 1 else _join(seed, same))
+    return merged
+
+
+def _coplanar(a: Patch, b: Patch, tolerance: float) -> bool:
+    if a is b:
+        return True
+    normal, other = a.frame[0], b.frame[0]
+    return bool(
+        np.linalg.norm(np.cross(normal, other)) < SAME_NORMAL
+        and normal @ other > 0
+        and abs(normal @ (b.origin - a.origin)) <= tolerance
+    )
+
+
+def _join(seed: Patch, patches: list[Patch]) -> Patch:
+    points = np.concatenate([p.origin + p.polygon @ p.frame[1:] - seed.origin for p in patches])
+    outline = outline_hull(points @ seed.frame[1:].T)
+    return seed._replace(polygon=outline, area=sum(p.area for p in patches), gap=max(p.gap for p in patches))

@@ -1,0 +1,96 @@
+"""Find blocks that run into each other: rigid blocks cannot, and statics would not notice.
+
+Two convex blocks are apart when a face plane of one has the other outside. Pairs that fail this test are
+measured by the largest ball that fits into both. Blocks with concave faces or notches are not examined.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blockstat.errors import InputError
+from blockstat.geometry.broad_phase import near_pairs
+from blockstat.geometry.polyhedron import members
+from blockstat.geometry.separating_face import face_separation
+from blockstat.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: An overlap deeper than this fraction of the smaller block is an error; between the joint tolerance and
+#: this it is a warning, as in meshes from curved surfaces whose corners do not quite meet.
+DEEP = 0.1
+
+
+def check_overlaps(assembly: Assembly, *, gap: float, near: Ints | None = None) -> list[str]:
+    """Warnings about shallow overlaps; raises InputError naming two blocks that overlap deeply."""
+    pairs, depth = overlaps(assembly, gap=gap, near=near)
+    if not len(pairs):
+        return []
+    relative = depth / assembly.size[pairs].min(axis=1)
+    worst = int(relative.argmax())
+    if relative[worst] > DEEP:
+        a, b = (assembly.names[i] for i in pairs[worst])
+        raise InputError(
+            f'blocks "{a}" and "{b}" overlap by {depth[worst]:.3g} m; rigid blocks may touch but not overlap'
+        )
+    return [tell(assembly, pairs, depth)]
+
+
+def tell(assembly: Assembly, pairs: Ints, depth: Floats) -> str:
+    """How many pairs overlap, and which is the worst for its size."""
+    worst = int((depth / assembly.size[pairs].min(axis=1)).argmax())
+    a, b = (assembly.names[i] for i in pairs[worst])
+    return f'{len(pairs)} pairs of blocks overlap, the worst "{a}" and "{b}" by {depth[worst]:.2g} m'
+
+
+def overlaps(assembly: Assembly, *, gap: float, near: Ints | None = None) -> tuple[Ints, Floats]:
+    """Pairs of convex blocks that overlap by more than gap x size, shape (n, 2), and depths, shape (n,) [m].
+
+    The depth is the diameter of the largest ball inside both. Two supports may overlap. near : pairs among which to
+    look (see `blockstat.contact.interfaces.near_blocks`), None for all.
+    """
+    lower, upper = assembly.bounds
+    pairs = near_pairs(lower, upper, np.zeros(assembly.n_blocks)) if near is None else near
+    pairs = pairs[~assembly.support[pairs].all(axis=1)]
+    limit = gap * assembly.size[pairs].min(axis=1)
+    deep = np.minimum(upper[pairs[:, 0]], upper[pairs[:, 1]]) - np.maximum(lower[pairs[:, 0]], lower[pairs[:, 1]])
+    pairs = pairs[(deep > limit[:, None]).all(axis=1)]
+    pairs = pairs[convex_blocks(assembly, tolerance=gap)[pairs].all(axis=1)]
+    limit = gap * assembly.size[pairs].min(axis=1)
+    apart = np.maximum(_separation(assembly, pairs), _separation(assembly, pairs[:, ::-1])) >= -limit
+    pairs, limit = pairs[~apart], limit[~apart]
+    depth = np.array([_ball(assembly, a, b) for a, b in pairs])
+    return pairs[depth > limit], depth[depth > limit]
+
+
+def convex_blocks(assembly: Assembly, *, tolerance: float = 1e-6) -> np.ndarray:
+    """Mask of the blocks with no vertex outside a face plane by more than tolerance x size, shape (n_blocks,)."""
+    planes = assembly.planes
+    block = assembly.face_block
+    face, vertex = members(assembly.vertex_start[block], np.diff(assembly.vertex_start)[block])
+    height = np.einsum("ij,ij->i", assembly.vertices[vertex] - planes.centre[face], planes.normal[face])
+    owner = assembly.face_block[face]  # ascending
+    outside = np.maximum.reduceat(height, np.searchsorted(owner, np.arange(assembly.n_blocks)))
+    return outside <= tolerance * assembly.size
+
+
+def _separation(assembly: Assembly, pairs: Ints) -> Floats:
+    return face_separation(assembly.vertices, assembly.vertex_start, assembly.planes, assembly.face_block, pairs)
+
+
+def _ball(assembly: Assembly, a: int, b: int) -> float:
+    """Diameter of the largest ball inside two convex blocks, 0 when they have no common interior."""
+    from scipy.optimize import linprog
+
+    faces = np.flatnonzero((assembly.face_block == a) | (assembly.face_block == b))
+    normal = assembly.planes.normal[faces]
+    origin = assembly.centroid[a]
+    offset = np.einsum("ij,ij->i", normal, assembly.planes.centre[faces] - origin)
+    answer = linprog(
+        [0, 0, 0, -1], A_ub=np.column_stack([normal, np.ones(len(faces))]), b_ub=offset,
+        bounds=[(None, None)] * 3 + [(0, None)],
+    )  # fmt: skip
+    return 2.0 * float(answer.x[3]) if answer.status == 0 else 0.0

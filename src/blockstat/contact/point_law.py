@@ -1,0 +1,75 @@
+"""The joint laws of an assembly at its contact points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from blockstat.assembly import Assembly
+from blockstat.contact.interfaces import Interfaces
+from blockstat.errors import InputError
+from blockstat.joint import JointLaw, fits
+from blockstat.typing import Floats
+
+#: Cohesion needs a cone with an apex, and one not so far away that the forces drown in it.
+LEAST_FRICTION = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class PointLaw:
+    """The laws of contact points, arrays of shape (n_points,)."""
+
+    friction: Floats
+    shift: Floats  #: height a of the cone's apex below zero force [N]
+    floor: Floats  #: least f'_n = f_n + a [N], 0 where the apex itself cuts off the tension
+    cap: Floats  #: greatest f'_n [N], inf without a compressive strength
+
+
+def joint_friction(assembly: Assembly, interfaces: Interfaces) -> Floats:
+    """Coefficient of friction of each interface, shape (n_interfaces,)."""
+    friction = np.full(interfaces.n_interfaces, assembly.friction)
+    for law, rows in laws_of(assembly, interfaces):
+        if law.friction is not None:
+            friction[rows] = law.friction
+    return friction
+
+
+def point_law(assembly: Assembly, interfaces: Interfaces) -> PointLaw:
+    """The law of each contact point. Raises InputError for cohesion on a joint with next to no friction."""
+    k = interfaces.point_interface
+    friction = joint_friction(assembly, interfaces)
+    n = interfaces.n_interfaces
+    tension, cohesion, compression = np.zeros(n), np.full(n, np.nan), np.full(n, np.inf)
+    for law, rows in laws_of(assembly, interfaces):
+        spread = law.bond if law.bond_moment is None else 0.0
+        tension[rows] = law.tension * interfaces.area[rows] + spread
+        cohesion[rows] = np.nan if law.cohesion is None else law.cohesion * interfaces.area[rows]
+        compression[rows] = np.inf if law.compression is None else law.compression * interfaces.area[rows]
+        if law.cohesion and (friction[rows] < LEAST_FRICTION).any():
+            label = " and ".join(law.between)
+            raise InputError(f"joint law between {label}: cohesion needs a friction of at least {LEAST_FRICTION:g}")
+    with np.errstate(divide="ignore", invalid="ignore"):
+        apex = np.where(np.isnan(cohesion) | (friction == 0) | np.isinf(friction), tension, cohesion / friction)
+    share = interfaces.point_share
+    floor = np.maximum(apex - tension, 0.0)
+    return PointLaw(friction[k], share * apex[k], share * floor[k], share * (compression + apex)[k])
+
+
+def laws_of(assembly: Assembly, interfaces: Interfaces) -> list[tuple[JointLaw, np.ndarray]]:
+    """Each law with the mask of the interfaces it fits, shape (n_interfaces,), in order."""
+    found = []
+    for law in assembly.joints:
+        one, two = (np.array([fits(name, group) for group in assembly.groups]) for name in law.between)
+        a, b = interfaces.pair.T
+        found.append((law, (one[a] & two[b]) | (two[a] & one[b])))
+    return found
+
+
+def last_law(assembly: Assembly, interfaces: Interfaces) -> list[JointLaw | None]:
+    """The law that counts for each interface, None where none fits."""
+    chosen: list[JointLaw | None] = [None] * interfaces.n_interfaces
+    for law, rows in laws_of(assembly, interfaces):
+        for row in np.flatnonzero(rows):
+            chosen[row] = law
+    return chosen

@@ -1,0 +1,78 @@
+"""What a search says of one design, and of all of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from blockstat.spec import Scene
+
+PRUNED = "pruned"  #: statics ruled it out, so nothing was simulated
+UNASKED = ""  #: statics allow it and no simulation was needed, or it could not be built
+BY_STATICS = "static"  #: the search was told to simulate nothing, and statics call it stable
+ERROR = "error"  #: no verdict; the note says why
+SOLVED, FORCES, MECHANISM = "solved", "forces", "mechanism"  #: what a static verdict rests on
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One design that was judged: a row of the history."""
+
+    parameters: dict[str, float]
+    static: str  #: "stable", "unstable", "undecided", ..., or "error" when it could not be built
+    score: float | None  #: None also where an earlier mechanism decided
+    dynamic: str  #: "stands", "falls", "creeps", "pruned", "static", "error" or ""
+    volume: float | None  #: of the free blocks [m3]
+    blocks: int | None
+    static_seconds: float  #: process time of building and statics
+    dynamic_seconds: float
+    note: str = ""
+    evidence: str = (
+        ""  #: "solved", or "forces" or "mechanism" of an earlier design (see `blockstat.analysis.certificate_cache`)
+    )
+    reserve: float | None = None  #: limit load multiplier of the margin asked for; minus the score where unstable
+    slopes: tuple[float, ...] = ()  #: of the volume and then of the reserve, by each continuous parameter
+
+    @property
+    def excluded(self) -> bool:
+        """Statics rule it out, or it cannot be built."""
+        return self.static in ("unstable", ERROR)
+
+    @property
+    def stands(self) -> bool:
+        """Both agree: statics do not rule it out and the dynamic verifier saw it stand."""
+        return not self.excluded and self.dynamic in ("stands", BY_STATICS)
+
+
+@dataclass(frozen=True)
+class SearchResult:
+    """History and best design of a search."""
+
+    building: Scene  #: where the search started: every parameter at its largest
+    best: Scene | None  #: None when no design stood
+    best_parameters: dict[str, float] | None
+    history: tuple[Candidate, ...]  #: one a design, in the order in which they were judged
+    confirmation: Any = field(default=None, repr=False)  #: dynamic verdict of the best design, if judged in this run
+    finished: bool = True  #: False when it was interrupted
+    front: tuple[Candidate, ...] = ()  #: strategy "pareto": designs none of which is better than another in all
+
+    @property
+    def static_solves(self) -> int:
+        """Static verdicts that were solved for."""
+        return sum(c.evidence == SOLVED for c in self.history)
+
+    @property
+    def certificates_reused(self) -> int:
+        """Static verdicts that rest on evidence of an earlier design."""
+        return sum(c.evidence in (FORCES, MECHANISM) for c in self.history)
+
+    @property
+    def dynamic_runs(self) -> int:
+        """Designs that the dynamic verifier was asked about."""
+        return sum(c.dynamic not in (PRUNED, UNASKED, BY_STATICS) for c in self.history)
+
+    @property
+    def disagreements(self) -> tuple[Candidate, ...]:
+        """Designs that statics call stable and that did not stand; their note gives the likely reason."""
+        words = (UNASKED, PRUNED, BY_STATICS, "stands")
+        return tuple(c for c in self.history if not c.excluded and c.dynamic not in words)

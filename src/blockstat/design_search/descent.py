@@ -1,0 +1,238 @@
+"""Least volume with a required reserve, by exact derivatives; what must be counted is gone through one by one.
+
+Linear programs (scipy's HiGHS) with tangents as cutting planes (Kelley 1960), in a box that grows and shrinks with
+success, move the continuous parameters of each combination of the others. A design is offered when its limit load
+is certified and the dynamic verifier agrees; where it does not, more reserve is asked for, and the search goes on.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import product
+from time import process_time
+
+import numpy as np
+
+from blockstat.design_search.candidate import BY_STATICS, ERROR, PRUNED, SOLVED, UNASKED, Candidate
+from blockstat.design_search.evaluator import Judge
+from blockstat.design_search.margin import TOP, Margin, measure
+from blockstat.design_search.space import Values, is_discrete
+from blockstat.errors import InputError
+from blockstat.model import build
+from blockstat.typing import Floats
+
+#: More combinations of what must be counted than this are a grid, not a descent.
+MOST = 64
+#: The optimiser aims this much above the reserve asked for, so that it ends on the side that has it.
+AIM = 2e-6
+#: Where a design does not stand in the dynamic verifier, this much reserve more is asked for, then twice that, ...
+MORE, TRIES = 0.01, 6
+#: Where no more reserve helps, designs met on the way are tried, each so many times heavier than the last that fell.
+HEAVIER = 1.05
+#: Price of reserve that is lacking, in volumes of the largest design; more than any reserve costs.
+PENALTY = 50.0
+#: A descent ends after this many designs, when it can gain less than this share, or within this distance (scaled).
+DESIGNS, GAIN, CLOSE = 60, 1e-7, 1e-6
+
+
+@dataclass(frozen=True)
+class Descent:
+    """Least volume at one combination of what is counted."""
+
+    judge: Judge
+    margin: Margin
+    counted: Values
+    moved: tuple[str, ...]
+
+    def measured(self, x: Floats) -> Candidate:
+        """The candidate at scaled parameters x, each from 0 (least) to 1 (most)."""
+        judge, low, high = self.judge, *self._bounds()
+        place = dict(zip(self.moved, np.clip(low + x * (high - low), low, high).round(12).tolist(), strict=True))
+        values = {name: place.get(name, self.counted.get(name, 0.0)) for name in judge.space.names}
+        key = tuple(values.values())
+        before = judge.rows.get(key, judge.known.get(key))
+        if before is not None and before.reserve is not None:
+            return judge.enter(key, before, new=False)
+        judge.check_cancelled()
+        return judge.enter(key, self._computed(values, before), new=True)
+
+    def _bounds(self) -> tuple[Floats, Floats]:
+        ranges = [self.judge.space.ranges[name] for name in self.moved]
+        return np.array([r.min for r in ranges]), np.array([r.max for r in ranges])
+
+    def _computed(self, values: Values, before: Candidate | None) -> Candidate:
+        begin, space, under = process_time(), self.judge.space, self.judge.judges.under
+        try:
+            found = measure(lambda v: under(build(space.near(v))), values, self.moved, self.margin)
+        except InputError as error:
+            seconds, zeros = process_time() - begin, (0.0,) * (2 * len(self.moved))
+            return Candidate(values, ERROR, None, UNASKED, None, None, seconds, 0.0, str(error), "", -TOP, zeros)
+        seconds = process_time() - begin
+        slopes = (*found.volume_slopes.tolist(), *found.reserve_slopes.tolist())
+        if before is not None:
+            return replace(before, reserve=found.reserve, slopes=slopes)
+        word = PRUNED if found.static == "unstable" else UNASKED
+        if self.judge.judges.verify is None and found.static == "stable":
+            word = BY_STATICS
+        return Candidate(
+            parameters=values, static=found.static, score=max(-found.reserve, 0.0), dynamic=word, volume=found.volume,
+            blocks=found.blocks, static_seconds=seconds, dynamic_seconds=0.0, evidence=SOLVED,
+            reserve=found.reserve, slopes=slopes,
+        )  # fmt: skip
+
+    def down(self, least: float) -> Candidate | None:
+        """The lightest design with that reserve that was found; None if there was none.
+
+        Around the best design so far, the volume is taken as linear and the reserve as the least of the tangents at all
+        designs seen nearby, for it has kinks where one mechanism gives way to another. The linear program that follows
+        gives the next design; where it is no better, the next one is looked for closer by.
+        """
+        seen = [self.measured(np.ones(len(self.moved)))]
+        reach = 1.0
+
+        def cost(found: Candidate) -> float:
+            lacking = max(least + AIM - (found.reserve if found.reserve is not None else -TOP), 0.0)
+            return (found.volume or 0.0) / (seen[0].volume or 1.0) + PENALTY * lacking if _built(found) else np.inf
+
+        while self.moved and _built(seen[0]) and len(seen) < DESIGNS and reach > CLOSE:
+            centre = min(seen, key=cost)
+            x, promised = self._step(centre, seen, least, reach)
+            if cost(centre) - promised < GAIN:
+                reach /= 4  # tangents at designs further away may stand in the way for no reason
+                continue
+            seen.append(self.measured(x))
+            reach = min(2 * reach, 1.0) if cost(seen[-1]) < cost(centre) else reach / 2
+        return min((c for c in seen if _enough(c, least)), key=lambda c: c.volume or 0.0, default=None)
+
+    def _step(self, centre: Candidate, seen: list[Candidate], least: float, reach: float) -> tuple[Floats, float]:
+        """Least cost of the linear model in a box about a design, in scaled parameters, and that cost."""
+        from scipy.optimize import linprog
+
+        n, unit = len(self.moved), seen[0].volume or 1.0
+        (low, high), middle = self._bounds(), self._place(centre)
+        scale = high - low
+        near = [c for c in seen if _built(c) and np.abs(self._place(c) - middle).max() <= max(2 * reach, CLOSE)]
+        tangents = np.array([np.array(c.slopes[n:]) * scale for c in near])
+        offset = np.array([(c.reserve or 0.0) - t @ self._place(c) for c, t in zip(near, tangents, strict=True)])
+        # Where the reserve is not concave a tangent may pass below what the centre has; it is lifted up to it.
+        offset += np.maximum((centre.reserve or 0.0) - offset - tangents @ middle, 0.0)
+        # offset + tangent x + lacking >= least + AIM
+        room = offset - least - AIM
+        slope = np.array(centre.slopes[:n]) * scale / unit
+        box = np.column_stack([np.maximum(middle - reach, 0.0), np.minimum(middle + reach, 1.0)])
+        answer = linprog(
+            np.append(slope, PENALTY), A_ub=np.column_stack([-tangents, -np.ones(len(near))]), b_ub=room,
+            bounds=[*box.tolist(), (0.0, None)],
+        )  # fmt: skip
+        if not answer.success:
+            return middle, np.inf
+        return answer.x[:n], float(answer.fun + (centre.volume or 0.0) / unit - slope @ middle)
+
+    def _place(self, found: Candidate) -> Floats:
+        """Scaled parameters of a candidate."""
+        low, high = self._bounds()
+        return (np.array([found.parameters[name] for name in self.moved]) - low) / np.where(high > low, high - low, 1.0)
+
+    def snapped(self, found: Candidate, least: float) -> Candidate | None:
+        """The lightest of the designs round about on the steps of the ranges that has the reserve."""
+        ends = []
+        for name in self.moved:
+            steps = sorted(self.judge.space.ranges[name].steps())
+            place = int(np.searchsorted(steps, found.parameters[name] - 1e-9))
+            ends.append(sorted({steps[max(place - 1, 0)], steps[min(place, len(steps) - 1)]}))
+        low, high = self._bounds()
+        near = [self.measured((np.array(c) - low) / np.where(high > low, high - low, 1.0)) for c in product(*ends)]
+        return min((c for c in near if _enough(c, least)), key=lambda c: c.volume or 0.0, default=None)
+
+
+def _enough(found: Candidate, least: float) -> bool:
+    """Whether a design was built and has the reserve."""
+    return _built(found) and found.reserve is not None and found.reserve >= least
+
+
+def _built(found: Candidate) -> bool:
+    return found.volume is not None
+
+
+def descents(judge: Judge, margin: Margin) -> Iterator[Descent]:
+    """One descent for each combination of what is counted: presences, numbers of things.
+
+    Raises InputError where there are too many.
+    """
+    ranges = judge.space.ranges
+    counted = [name for name, found in ranges.items() if is_discrete(found)]
+    moved = tuple(name for name in ranges if name not in counted)
+    combinations = list(product(*(judge.space.line(name) for name in counted)))
+    if len(combinations) > MOST:
+        raise InputError(
+            f"{', '.join(counted)} are counted, which makes {len(combinations)} combinations; a search by gradients "
+            f'goes through {MOST} at most: name fewer parameters, or take strategy "pruned"'
+        )
+    for values in combinations:
+        yield Descent(judge, margin, dict(zip(counted, values, strict=True)), moved)
+
+
+def lightest(judge: Judge, margin: Margin, *, snap: bool = False) -> Values | None:
+    """The lightest design with the margin that stands.
+
+    snap : only designs on the steps of the ranges are offered.
+    """
+    queue: list[tuple[float, int, int, float, Candidate, Descent]] = []
+
+    def push(number: int, tries: int, least: float, descent: Descent) -> None:
+        found = descent.down(least)
+        if found is not None and snap:
+            found = descent.snapped(found, least)
+        if found is not None and found.volume is not None:
+            heapq.heappush(queue, (found.volume, number, tries, least, found, descent))
+
+    for number, descent in enumerate(descents(judge, margin)):
+        push(number, 0, margin.least, descent)
+    while queue:
+        _, number, tries, least, found, descent = heapq.heappop(queue)
+        if judge.ask(found.parameters).stands:
+            return found.parameters
+        if tries < TRIES:
+            push(number, tries + 1, max(least, found.reserve or 0.0) + MORE * 2**tries, descent)
+    return _met(judge, margin.least, snap=snap)
+
+
+def _met(judge: Judge, least: float, *, snap: bool) -> Values | None:
+    """The first that stands of the designs that were measured and have the reserve, from the lightest on."""
+    ranges = judge.space.ranges
+    fallen = 0.0
+    for found in sorted(judge.rows.values(), key=lambda c: c.volume or 0.0):
+        on_steps = all(value in ranges[name].steps() for name, value in found.parameters.items())
+        if _enough(found, least) and (on_steps or not snap) and (found.volume or 0.0) >= HEAVIER * fallen:
+            if judge.ask(found.parameters).stands:
+                return found.parameters
+            fallen = found.volume or 0.0
+    return None
+
+
+def front(judge: Judge, margin: Margin, points: int) -> tuple[Candidate, ...]:
+    """Designs of which none is both lighter and safer than another, by growing reserve (epsilon constraint).
+
+    points : number of reserves asked for, from that of the margin up to the most that any design has at its largest.
+    """
+    paths = list(descents(judge, margin))
+    most = max((d.measured(np.ones(len(d.moved))).reserve or 0.0) for d in paths)
+    found: list[Candidate] = []
+    for least in np.linspace(margin.least, max(most - AIM, margin.least), points):
+        lowest = [c for c in (d.down(float(least)) for d in paths) if c is not None]
+        for candidate in sorted(lowest, key=lambda c: c.volume or 0.0):
+            if (asked := judge.ask(candidate.parameters)).stands:
+                found.append(asked)
+                break
+    return undominated(found)
+
+
+def undominated(candidates: list[Candidate]) -> tuple[Candidate, ...]:
+    """Those to which no other is as light and as safe and better in one, from the lightest on."""
+    kept: list[Candidate] = []
+    for candidate in sorted(candidates, key=lambda c: (c.volume or 0.0, -(c.reserve or 0.0))):
+        if not kept or (candidate.reserve or 0.0) > (kept[-1].reserve or 0.0):
+            kept.append(candidate)
+    return tuple(kept)

@@ -1,0 +1,201 @@
+"""The judge of designs: statics, then dynamics where they are asked for, each once, all of it in the history."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from math import isfinite
+from time import process_time
+from typing import Any, Protocol
+
+from blockstat.analysis.certificate_cache import Memory
+from blockstat.analysis.verdict import Outcome, Verdict
+from blockstat.assembly import Assembly
+from blockstat.design_search.candidate import BY_STATICS, ERROR, FORCES, MECHANISM, PRUNED, SOLVED, UNASKED, Candidate
+from blockstat.design_search.history import History, Key
+from blockstat.design_search.space import Space, Values
+from blockstat.errors import InputError
+from blockstat.model import build
+
+#: Designs kept between being weighed and being judged.
+KEPT = 256
+#: What a verdict says of where it comes from.
+EVIDENCE = {"earlier forces": FORCES, "earlier mechanism": MECHANISM, "none": ""}
+
+
+class Dynamic(Protocol):
+    """What the search needs of a dynamic verdict: `outcome.word` is "stands" or something else.
+
+    One that was found in another process may say how long it took, as `process_seconds`.
+    """
+
+    @property
+    def outcome(self) -> Any: ...
+
+
+@dataclass(frozen=True)
+class Judges:
+    """Who judges, and who wants to know."""
+
+    static: Callable[[Assembly], Verdict]  #: by forces
+    verify: Callable[[Assembly], Dynamic] | None  #: by motion; None: statics alone decide
+    begin: Callable[[Assembly], None] | None = None  #: told what `verify` will probably be asked about
+    ahead: int = 0  #: how many designs at a time
+    under: Callable[[Assembly], Assembly] = lambda assembly: assembly  #: another friction or gravity
+    memory: Memory | None = None  #: the one that `static` hands to `assess`, if any
+    remark: Callable[[Verdict, Any], str] | None = None  #: gives the note of a candidate from its two verdicts
+    progress: Callable[[int, int, Candidate], None] | None = None  #: judged, expected, the last one
+    cancel: Callable[[], bool] | None = None  #: asked before each verdict; True ends the search
+
+
+@dataclass
+class Judge:
+    """Verdicts on the designs of a space."""
+
+    space: Space
+    judges: Judges
+    history: History | None
+    expected: int = 0  #: number of designs that the strategy looks at, at most
+    rows: dict[Key, Candidate] = field(default_factory=dict)  #: in the order in which they were asked for
+    known: dict[Key, Candidate] = field(default_factory=dict)  #: of an earlier run
+    standing: dict[Key, Any] = field(default_factory=dict)  #: dynamic verdicts of this run on designs that stand
+    _foreseen: dict[Key, Candidate] = field(default_factory=dict)  #: judged by statics before they are asked for
+    _judged: dict[Key, tuple[Assembly, Verdict]] = field(default_factory=dict)  #: until dynamics have been asked
+    _begun: set[Key] = field(default_factory=set)
+    _weighed: dict[Key, Assembly] = field(default_factory=dict)  #: built to be weighed, and not judged yet
+    _restored: bool = False
+
+    def __post_init__(self) -> None:
+        self.known = self.history.read() if self.history else {}
+
+    def make(self, values: Mapping[str, float]) -> Assembly:
+        """The design as it is judged. Raises InputError when its parts do not fit together."""
+        return self.judges.under(build(self.space.at(values)))
+
+    def weigh(self, values: Values) -> float:
+        """Volume of the free blocks of a design [m3]; raises as `make`. The first few are kept for their judgement."""
+        assembly = self.make(values)
+        if len(self._weighed) < KEPT:
+            self._weighed[tuple(values.values())] = assembly
+        return float(assembly.volume[assembly.free].sum())
+
+    def ask(self, values: Mapping[str, float], *, dynamics: bool = True, always: bool = False) -> Candidate:
+        """The candidate with these values.
+
+        dynamics : simulate it where statics allow it; always : simulate it in any case.
+        """
+        key = tuple(values.values())
+        before = self.rows.get(key, self.known.get(key))
+        candidate = before or self._foreseen.pop(key, None) or self._static(key, dict(values))
+        wanted = (UNASKED, PRUNED) if always else (UNASKED,)
+        if dynamics and candidate.static != ERROR and candidate.dynamic in wanted:
+            candidate = self._dynamic(key, candidate)
+        self._judged.pop(key, None)
+        return self.enter(key, candidate, new=candidate is not before)
+
+    def first_that_stands(self, line: Sequence[Values]) -> Values | None:
+        """The first of some designs that stands; they are judged in their order, and none behind it is entered."""
+        for number, values in enumerate(line):
+            self._look_ahead(line[number:])
+            if self.ask(values).stands:
+                return values
+        return None
+
+    def _look_ahead(self, line: Iterable[Values]) -> None:
+        """Begin the simulations of the next designs that statics allow.
+
+        Statics judge in the same order as without, so that verdicts rest on the same evidence.
+        """
+        if self.judges.begin is None:
+            return
+        running = 0
+        for values in line:
+            key = tuple(values.values())
+            candidate = self.rows.get(key, self.known.get(key)) or self._foreseen.get(key)
+            if candidate is None:
+                candidate = self._foreseen[key] = self._static(key, dict(values))
+            if candidate.dynamic != UNASKED or candidate.static == ERROR:
+                continue
+            if key not in self._begun:
+                self._begun.add(key)
+                self.judges.begin(self._of(key, candidate)[0])
+            running += 1
+            if running == self.judges.ahead:
+                return
+
+    def _of(self, key: Key, candidate: Candidate) -> tuple[Assembly, Verdict]:
+        """The assembly of a candidate and what statics say of it."""
+        if key not in self._judged:
+            assembly = self.make(candidate.parameters)
+            self._judged[key] = assembly, self.judges.static(assembly)
+        return self._judged[key]
+
+    def enter(self, key: Key, candidate: Candidate, *, new: bool) -> Candidate:
+        """Put a candidate into the books."""
+        if new and self.history:
+            self.history.append(candidate)
+        first = key not in self.rows
+        self.rows[key] = candidate
+        if first and self.judges.progress is not None:
+            self.judges.progress(len(self.rows), max(self.expected, len(self.rows)), candidate)
+        return candidate
+
+    def _static(self, key: Key, values: dict[str, float]) -> Candidate:
+        self.restore()
+        self.check_cancelled()
+        begin = process_time()
+        try:
+            assembly = self._weighed.pop(key, None) or self.make(values)
+            verdict = self.judges.static(assembly)
+        except InputError as error:
+            return Candidate(values, ERROR, None, UNASKED, None, None, process_time() - begin, 0.0, str(error))
+        self._judged[key] = assembly, verdict
+        word = PRUNED if verdict.outcome is Outcome.UNSTABLE else UNASKED
+        if self.judges.verify is None and verdict.outcome is Outcome.STABLE:
+            word = BY_STATICS
+        return Candidate(
+            parameters=values,
+            static=verdict.outcome.word,
+            score=verdict.score if isfinite(verdict.score) else None,
+            dynamic=word,
+            volume=float(assembly.volume[assembly.free].sum()),
+            blocks=assembly.n_blocks,
+            static_seconds=process_time() - begin,
+            dynamic_seconds=0.0,
+            evidence=EVIDENCE.get(verdict.solver, SOLVED),
+        )
+
+    def _dynamic(self, key: Key, candidate: Candidate) -> Candidate:
+        if self.judges.verify is None:
+            return candidate
+        self.check_cancelled()
+        assembly, verdict = self._of(key, candidate)
+        begin = process_time()
+        try:
+            found = self.judges.verify(assembly)
+        except InputError as error:
+            return replace(candidate, dynamic=ERROR, dynamic_seconds=process_time() - begin, note=str(error))
+        seconds = max(process_time() - begin, getattr(found, "process_seconds", 0.0))
+        candidate = replace(candidate, dynamic=found.outcome.word, dynamic_seconds=seconds)
+        if candidate.stands:
+            self.standing[key] = found
+        note = self.judges.remark(verdict, found) if self.judges.remark else ""
+        return replace(candidate, note=note or candidate.note)
+
+    def restore(self) -> None:
+        """Bring back the evidence that an interrupted run had: solve again what it solved, in its order.
+
+        Only so do the rows that follow rest on the same evidence as those of an uninterrupted run.
+        """
+        if self._restored:
+            return
+        self._restored = True
+        if self.judges.memory is None:
+            return
+        for candidate in self.known.values():
+            if candidate.evidence == SOLVED:
+                self.judges.static(self.make(candidate.parameters))
+
+    def check_cancelled(self) -> None:
+        if self.judges.cancel is not None and self.judges.cancel():
+            raise KeyboardInterrupt

@@ -1,0 +1,101 @@
+"""The history of a search on disk: one line a judgement, written as it comes.
+
+A design that statics allow and that is simulated only later gets a second line, which replaces the first.
+"""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import os
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from blockstat.design_search.candidate import Candidate
+from blockstat.design_search.space import Space
+from blockstat.errors import InputError
+
+COLUMNS = (
+    "static", "evidence", "score", "dynamic", "volume", "blocks", "reserve", "slopes",
+    "static_seconds", "dynamic_seconds", "note",
+)  # fmt: skip
+SCENE = "scene"  #: last column: a digest of the scene, so that rows of another scene are never taken for its own
+
+Key = tuple[float, ...]
+
+
+def digest(space: Space, conditions: str) -> str:
+    """What rows depend on besides their parameters."""
+    return hashlib.sha256(msgspec.json.encode(space.scene, order="sorted") + conditions.encode()).hexdigest()[:12]
+
+
+class History:
+    """A CSV file of candidates."""
+
+    def __init__(self, path: Path, names: list[str], scene: str) -> None:
+        self.path, self.names, self.scene = path, names, scene
+        self.columns = [*names, *COLUMNS, SCENE]
+
+    def read(self) -> dict[Key, Candidate]:
+        """Rows of an earlier run; a last line cut short by a kill is dropped from the file."""
+        if not self.path.is_file() or not self.path.stat().st_size:
+            with self.path.open("w", newline="") as file:
+                csv.writer(file).writerow(self.columns)
+            return {}
+        text = whole_lines(self.path)
+        reader = csv.DictReader(text.splitlines())
+        rows = list(reader)
+        if not text:
+            self.path.unlink()
+            return self.read()
+        if reader.fieldnames != self.columns or any(row[SCENE] != self.scene for row in rows):
+            raise InputError(
+                f"{self.path}: this history is of another search; move it away or choose another directory"
+            )
+        try:
+            return {tuple(c.parameters.values()): c for c in map(self._candidate, rows)}
+        except (ValueError, TypeError):
+            raise InputError(f"{self.path}: a row is damaged; mend it or move the file away") from None
+
+    def append(self, candidate: Candidate) -> None:
+        """One line more, on the disk before this returns."""
+        row: dict[str, Any] = {k: "" if v is None else v for k, v in asdict(candidate).items() if k in COLUMNS}
+        row["slopes"] = " ".join(map(repr, candidate.slopes))
+        row["note"] = " ".join(candidate.note.split())
+        with self.path.open("a", newline="") as file:
+            csv.DictWriter(file, self.columns).writerow({**candidate.parameters, **row, SCENE: self.scene})
+            file.flush()
+            os.fsync(file.fileno())
+
+    def _candidate(self, row: dict[str, str]) -> Candidate:
+        def number(name: str) -> float | None:
+            return float(row[name]) if row[name] else None
+
+        return Candidate(
+            parameters={name: float(row[name]) for name in self.names},
+            static=row["static"],
+            score=number("score"),
+            dynamic=row["dynamic"],
+            volume=number("volume"),
+            blocks=int(row["blocks"]) if row["blocks"] else None,
+            static_seconds=float(row["static_seconds"]),
+            dynamic_seconds=float(row["dynamic_seconds"]),
+            note=row["note"],
+            evidence=row["evidence"],
+            reserve=number("reserve"),
+            slopes=tuple(map(float, row["slopes"].split())),
+        )
+
+
+def whole_lines(path: Path) -> str:
+    """The text of a file of lines; what a kill left of a last line is first taken out of the file."""
+    text = path.read_text(errors="replace")
+    if not text.endswith("\n"):
+        text = text[: text.rfind("\n") + 1]
+        replacement = path.with_suffix(".tmp")
+        replacement.write_text(text)
+        os.replace(replacement, path)
+    return text

@@ -1,0 +1,136 @@
+"""How much a design must have to spare, and what that is worth to each parameter."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from blockstat.analysis.limit_load import LoadOutcome, limit_load
+from blockstat.analysis.tilt_friction import AXES
+from blockstat.analysis.verdict import Outcome
+from blockstat.assembly import Assembly
+from blockstat.errors import InputError
+from blockstat.loads import acceleration
+from blockstat.sensitivity.parameters import limit_load_gradient, score_gradient
+from blockstat.typing import Floats
+
+STABLE = Outcome.STABLE.word
+Make = Callable[[Mapping[str, float]], Assembly]
+
+TOP = 10.0  #: reserves are told apart up to this multiple of the load
+#: Step of differences, relative to a parameter: of volumes, and of limit loads where joints change on the way.
+SMALL, WIDE = 1e-6, 1e-4
+
+
+@dataclass(frozen=True)
+class Margin:
+    """A reserve that a design must have: a horizontal acceleration that it carries, with less friction than it has.
+
+    direction : of the acceleration; a multiplier of 1 is an acceleration of g. least : multiplier that it must carry;
+    0 asks only that it stands. friction : the design must do with its coefficient divided by this.
+    """
+
+    direction: tuple[float, float, float] = (0.0, 1.0, 0.0)
+    least: float = 0.0
+    friction: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not np.isfinite(self.direction).all() or not np.any(self.direction):
+            raise InputError(f"margin: direction is {self.direction}; it must be three numbers, not all zero")
+        if not 0 <= self.least < TOP:
+            raise InputError(f"margin: least is {self.least!r}; it must be from 0 to below {TOP:g}")
+        if not 1 <= self.friction < math.inf:
+            raise InputError(f"margin: friction is {self.friction!r}; the coefficient is divided by it, so at least 1")
+
+    @classmethod
+    def tilt(cls, axis: str | Sequence[float], degrees: float) -> Margin:
+        """The reserve of a design that stands though the ground is tilted about a horizontal axis, z being up."""
+        unit = np.asarray(AXES[axis] if isinstance(axis, str) else axis, dtype=float)
+        if not 0 <= degrees < 80:
+            raise InputError(f"margin: a tilt of {degrees!r} degrees; it must be from 0 to below 80")
+        x, y, z = np.cross(unit, (0.0, 0.0, -1.0)) / np.linalg.norm(unit)
+        return cls((float(x), float(y), float(z)), math.tan(math.radians(degrees)))
+
+    def applied(self, assembly: Assembly) -> Assembly:
+        """The assembly with the friction that it must do with."""
+        if self.friction == 1.0:
+            return assembly
+        if any(law.friction is not None for law in assembly.joints):
+            raise InputError("margin: friction of joint laws is not divided; ask for a reserve of load instead")
+        return assembly.with_(friction=assembly.friction / self.friction)
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Volume of the free blocks [m3] and reserve of a design, and their derivatives by each parameter."""
+
+    volume: float
+    reserve: float  #: limit load multiplier; minus the score where the design does not stand; at most `TOP`
+    static: str
+    blocks: int
+    volume_slopes: Floats
+    reserve_slopes: Floats
+
+
+def measure(make: Make, values: Mapping[str, float], moved: Sequence[str], margin: Margin) -> Measured:
+    """Measure a design. make : builds the assembly of some values, of which `moved` may lie a little out of bounds.
+
+    The reserve is continuous: at the limit both the multiplier and the score are zero. Its derivatives are exact where
+    the joints stay the same and differences where they do not. Raises InputError for a design that cannot be built.
+    """
+    assembly = make(values)
+    others = {name: value for name, value in values.items() if name not in moved}
+
+    def made(changed: Mapping[str, float]) -> Assembly:
+        return margin.applied(make({**{name: 0.0 for name in values}, **others, **changed}))
+
+    point = {name: values[name] for name in moved}
+    volume_slopes = _slopes(lambda v: _volume(made(v)), point, SMALL)
+    reserve, slopes, word = _reserve(made, point, margin)
+    return Measured(_volume(assembly), reserve, word, assembly.n_blocks, volume_slopes, slopes)
+
+
+def _reserve(made: Make, point: Mapping[str, float], margin: Margin) -> tuple[float, Floats, str]:
+    def load(assembly: Assembly) -> Floats:
+        return acceleration(assembly, margin.direction)
+
+    try:
+        limit, gradient = limit_load_gradient(made, point, load)
+        return limit.lower, np.array([gradient[name] for name in point]), STABLE
+    except InputError:
+        pass
+    assembly = made(point)
+    limit = limit_load(assembly, load(assembly))
+    if limit.outcome is LoadOutcome.UNBOUNDED:
+        return TOP, np.zeros(len(point)), STABLE
+    if limit.outcome is LoadOutcome.LIMIT:
+        return limit.lower, _slopes(lambda v: limit_load(made(v), load(made(v))).lower, point, WIDE), STABLE
+    try:
+        verdict, gradient = score_gradient(made, point)
+        return -verdict.score, -np.array([gradient[name] for name in point]), verdict.outcome.word
+    except InputError:
+        return -TOP, np.zeros(len(point)), Outcome.UNSTABLE.word
+
+
+def _slopes(value: Callable[[Mapping[str, float]], float], point: Mapping[str, float], step: float) -> Floats:
+    """Differences: central where both neighbours have a value, else to the side that has one."""
+    slopes = []
+    for name, at in point.items():
+        ends: list[tuple[float, float]] = []
+        for place in (at - step * max(abs(at), 1.0), at, at + step * max(abs(at), 1.0)):
+            try:
+                found = value({**point, name: place})
+            except InputError:
+                continue
+            if math.isfinite(found):
+                ends.append((place, found))
+        (a, low), (b, high) = ends[0], ends[-1]
+        slopes.append((high - low) / (b - a) if b > a else 0.0)
+    return np.array(slopes)
+
+
+def _volume(assembly: Assembly) -> float:
+    return float(assembly.volume[assembly.free].sum())

@@ -1,0 +1,135 @@
+"""Search the space of a scene's parameters: statics prune, a dynamic verifier confirms.
+
+- "paper": the paper's procedure. Numbers start at their largest value and go down step by step, presences are tried
+  without and then with; every candidate is simulated.
+- "pruned": the same answer by asking in another order (see `blockstat.design_search.walk`). A design without any
+admissible force field cannot stand, so pruning it is safe, and the far slower dynamic verifier sees few of the rest.
+- "gradient": the lightest design with a required reserve, continuous parameters by exact derivatives.
+- "pareto": the front of volume against reserve.
+
+A design is offered only if both agree: statics do not exclude it and the verifier sees it stand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from blockstat.analysis.assess import assess
+from blockstat.analysis.certificate_cache import Memory
+from blockstat.analysis.verdict import Verdict
+from blockstat.assembly import Assembly
+from blockstat.design_search.candidate import BY_STATICS, ERROR, PRUNED, UNASKED, Candidate, SearchResult
+from blockstat.design_search.descent import front, lightest
+from blockstat.design_search.evaluator import Dynamic, Judge, Judges
+from blockstat.design_search.history import History, digest
+from blockstat.design_search.margin import Margin
+from blockstat.design_search.space import Space, Values, space_of
+from blockstat.design_search.walk import WALKS, expected
+from blockstat.errors import InputError
+from blockstat.spec import Scene
+
+__all__ = [
+    "BY_STATICS", "ERROR", "PRUNED", "STRATEGIES", "UNASKED", "Candidate", "Dynamic", "Margin", "SearchResult", "Space",
+    "search", "space_of",
+]  # fmt: skip
+
+STRATEGIES = ("paper", "pruned", "gradient", "pareto")
+OVER = ("line", "grid")
+
+
+def search(
+    building: Scene,
+    *,
+    verify: Callable[[Assembly], Dynamic] | None,
+    static: Callable[[Assembly], Verdict] = assess,
+    strategy: str = "pruned",
+    over: str = "line",
+    names: Sequence[str] | str | None = None,
+    margin: Margin | None = None,
+    snap: bool = False,
+    points: int = 6,
+    under: Callable[[Assembly], Assembly] | None = None,
+    memory: Memory | None = None,
+    begin: Callable[[Assembly], None] | None = None,
+    ahead: int = 2,
+    history: str | Path | None = None,
+    progress: Callable[[int, int, Candidate], None] | None = None,
+    cancel: Callable[[], bool] | None = None,
+    remark: Callable[[Verdict, Any], str] | None = None,
+    conditions: str = "",
+) -> SearchResult:
+    """Find the design that needs least and stands.
+
+    verify : judges by motion; called only for designs that statics allow (strategy "paper": for all). None: statics
+    alone decide, for studies of statics. static : judges by forces; a design it calls unstable is pruned.
+    strategy : see above. over : "line", each parameter in its turn down to its smallest value that stands, or "grid",
+    every combination, of which the lightest that stands is the answer; for "paper" and "pruned".
+    names : the parameters to move, in order; by default all ranges of the scene.
+    margin : reserve that "gradient" and "pareto" ask for; by default that it stands. snap : "gradient" offers only
+    designs on the steps of the ranges. points : number of reserves of "pareto".
+    under : puts each design under another friction or gravity before it is judged.
+    memory : the one that `static` hands to `assess`, if it has one; after an interruption it is filled as it was.
+    begin : told of designs that `verify` will probably be asked about, `ahead` of them at a time, so that it can run
+    them side by side ("pruned" only); the history is the same.
+    history : CSV file that gets each row as soon as it is known; rows found there are not computed again, so an
+    interrupted search goes on where it stopped. conditions : what else the verdicts depend on (friction, thresholds); a
+    history under others is not taken up. remark : gives the note of a candidate from its two verdicts.
+    progress : called with the number of candidates judged, the number expected at most, and the last one.
+    cancel : asked before each verdict; True ends the search as a KeyboardInterrupt does: what is known is returned.
+
+    Raises InputError for an unknown parameter or option, a scene without ranges, or a history file of another search.
+    """
+    _check(strategy, over, margin, snap)
+    space = space_of(building, names)
+    margin = margin or Margin()
+    if strategy in ("gradient", "pareto"):
+        conditions = f"{conditions} {margin}"
+    log = History(Path(history), space.names, digest(space, conditions)) if history is not None else None
+    judges = Judges(static, verify, begin, ahead, under or _as_it_is, memory, remark, progress, cancel)
+    judge = Judge(space, judges, log)
+    best: Values | None = None
+    found: tuple[Candidate, ...] = ()
+    finished = True
+    try:
+        if strategy == "pareto":
+            found = front(judge, margin, points)
+            best = found[0].parameters if found else None
+        elif strategy == "gradient":
+            best = lightest(judge, margin, snap=snap)
+        else:
+            judge.expected = expected(judge, over)
+            best = WALKS[strategy, over](judge)
+    except KeyboardInterrupt:
+        finished, best = False, _lightest_so_far(judge)
+    return _result(judge, best, found, finished)
+
+
+def _check(strategy: str, over: str, margin: Margin | None, snap: bool) -> None:
+    for name, given, allowed in (("strategy", strategy, STRATEGIES), ("over", over, OVER)):
+        if given not in allowed:
+            raise InputError(f'{name} is "{given}"; it must be one of: {", ".join(allowed)}')
+    if strategy in ("paper", "pruned") and (margin is not None or snap):
+        raise InputError(f'margin and snap are for strategies "gradient" and "pareto"; strategy is "{strategy}"')
+
+
+def _result(judge: Judge, best: Values | None, found: tuple[Candidate, ...], finished: bool) -> SearchResult:
+    return SearchResult(
+        building=judge.space.scene,
+        best=judge.space.at(best) if best is not None else None,
+        best_parameters=best,
+        history=tuple(judge.rows.values()),
+        confirmation=judge.standing.get(tuple(best.values())) if best is not None else None,
+        finished=finished,
+        front=found,
+    )
+
+
+def _as_it_is(assembly: Assembly) -> Assembly:
+    return assembly
+
+
+def _lightest_so_far(judge: Judge) -> Values | None:
+    standing = [c for c in judge.rows.values() if c.stands]
+    return min(standing, key=lambda c: c.volume or 0.0).parameters if standing else None

@@ -1,0 +1,207 @@
+"""Many designs of one scene: grids, Latin hypercubes and lists, in parallel, into one file that can be resumed.
+
+Rows go out to processes in batches and are appended by this process alone as batches come back, so a worker that dies
+takes no row with it: what has no row in the file is computed again, and nothing has two.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import islice, product
+from math import isfinite
+from pathlib import Path
+from time import process_time
+from typing import Any
+
+import msgspec
+
+from blockstat.analysis.assess import assess
+from blockstat.analysis.certificate_cache import Memory
+from blockstat.errors import InputError
+from blockstat.model import build
+from blockstat.spec import Scene, parameters, scene_from, with_values
+
+Values = Mapping[str, float]
+#: A judgement of a design: plain values, of which a line of the file is made.
+Measure = Callable[[Scene, Memory], dict[str, Any]]
+
+BATCH = 16  #: designs that a process is given at a time; within a batch evidence of one design may decide the next
+
+
+@dataclass(frozen=True)
+class SweepResult:
+    """The file of a sweep."""
+
+    path: Path
+    designs: int  #: that were asked for
+    computed: int  #: in this run; the others were there
+
+    def rows(self) -> list[dict[str, Any]]:
+        """All rows in the order of the designs."""
+        return sorted(_read(self.path)[1], key=lambda row: row["design"])
+
+
+def grid(scene: Scene, names: Sequence[str] | None = None) -> Iterator[dict[str, float]]:
+    """Every combination of the steps of a scene's ranges, or of some of them."""
+    ranges = _ranges(scene, names)
+    for values in product(*(found.steps() for found in ranges.values())):
+        yield dict(zip(ranges, values, strict=True))
+
+
+def latin_hypercube(
+    scene: Scene, number: int, *, seed: int = 0, names: Sequence[str] | None = None
+) -> list[dict[str, float]]:
+    """A number of designs spread evenly over each range; ranges that count (whole ends and step) get whole values.
+
+    The same seed gives the same designs.
+    """
+    from scipy.stats import qmc
+
+    if number < 1:
+        raise InputError(f"a Latin hypercube of {number!r} designs; it must be at least 1")
+    ranges = _ranges(scene, names)
+    samples = qmc.LatinHypercube(d=len(ranges), rng=seed).random(number)
+    designs = []
+    for sample in samples:
+        design = {}
+        for (name, found), share in zip(ranges.items(), sample, strict=True):
+            steps = found.steps()
+            whole = all(float(v).is_integer() for v in (found.min, found.max, found.step))
+            place = steps[min(int(share * len(steps)), len(steps) - 1)]
+            design[name] = place if whole else float(found.min + share * (found.max - found.min))
+        designs.append(design)
+    return designs
+
+
+def verdict_row(scene: Scene, memory: Memory) -> dict[str, Any]:
+    """What statics say of a design: verdict, score, volume, blocks."""
+    try:
+        assembly = build(scene)
+        verdict = assess(assembly, memory=memory)
+    except InputError as error:
+        return {"static": "error", "note": str(error)}
+    return {
+        "static": verdict.outcome.word,
+        "score": verdict.score if isfinite(verdict.score) else None,
+        "volume": float(assembly.volume[assembly.free].sum()),
+        "blocks": assembly.n_blocks,
+    }
+
+
+def sweep(
+    scene: Scene,
+    designs: Iterable[Values],
+    path: str | Path,
+    *,
+    measure: Measure = verdict_row,
+    jobs: int | None = None,
+    batch: int = BATCH,
+    progress: Callable[[int], None] | None = None,
+) -> SweepResult:
+    """Judge designs side by side and append a row of each to a file of JSON lines.
+
+    designs : parameter values of each, such as `grid` and `latin_hypercube` give; read as they are needed, so a million
+    take no memory. measure : judges one design; it gets the scene and a memory of evidence (see
+    `blockstat.analysis.certificate_cache`) that lives for one batch. It must be importable by the processes.
+    jobs : processes, by default as many as cores. Under `joblib.parallel_config(backend="dask")`, or another backend,
+    batches go there instead, so a cluster needs nothing but that line. progress : called with the number of rows.
+
+    The first line says what the file is of; rows follow as they come, each with the number of its `design`, its
+    parameters and what `measure` says. A sweep that was killed goes on where it stopped when called again, and a line
+    cut short is dropped. Raises InputError for a file of another sweep, or of other designs.
+    """
+    from joblib import Parallel, delayed
+
+    path = Path(path)
+    head = {"scene": scene.name, "digest": _digest(scene, measure)}
+    done = _opened(path, head, list(parameters(scene)))
+    data = msgspec.to_builtins(scene)
+    counted = 0
+
+    def missing() -> Iterator[tuple[int, dict[str, float]]]:
+        nonlocal counted
+        for number, values in enumerate(designs):
+            counted = number + 1
+            if number not in done:
+                yield number, dict(values)
+            elif done[number] != _mark(values):
+                raise InputError(f"{path}: row {number} is of another design; move the file away or choose another")
+
+    computed = 0
+    tasks = (delayed(_judged)(data, part, measure) for part in _batched(missing(), batch))
+    options: Any = {"return_as": "generator_unordered", "batch_size": 1}  # rows as they come
+    finished: Any = Parallel(n_jobs=-1 if jobs is None else jobs, **options)(tasks)
+    with path.open("a") as file:
+        for rows in finished:
+            file.writelines(json.dumps(row) + "\n" for row in rows)
+            file.flush()
+            os.fsync(file.fileno())
+            computed += len(rows)
+            if progress is not None:
+                progress(len(done) + computed)
+    return SweepResult(path, counted, computed)
+
+
+def _judged(data: dict[str, Any], part: list[tuple[int, dict[str, float]]], measure: Measure) -> list[dict[str, Any]]:
+    """Rows of a batch, in a process of its own."""
+    scene, memory, rows = scene_from(data), Memory(), []
+    for number, values in part:
+        begin = process_time()
+        row = measure(with_values(scene, values), memory)
+        rows.append({"design": number, **values, **row, "seconds": process_time() - begin})
+    return rows
+
+
+def _batched(items: Iterator[Any], size: int) -> Iterator[list[Any]]:
+    while part := list(islice(items, size)):
+        yield part
+
+
+def _ranges(scene: Scene, names: Sequence[str] | None) -> dict[str, Any]:
+    ranges = parameters(scene)
+    for name in names or ():
+        if name not in ranges:
+            raise InputError(f'no parameter "{name}" to sweep; ranges are: {", ".join(ranges) or "none"}')
+    chosen = {name: ranges[name] for name in (names if names is not None else ranges)}
+    if not chosen:
+        raise InputError(f'"{scene.name}" has no parameter to sweep; write one as {{value, min, max, step}}')
+    return chosen
+
+
+def _digest(scene: Scene, measure: Measure) -> str:
+    words = f"{measure.__module__}.{measure.__qualname__}"
+    return hashlib.sha256(msgspec.json.encode(scene, order="sorted") + words.encode()).hexdigest()[:12]
+
+
+def _mark(values: Values) -> int:
+    """Tells the values of designs apart in little memory."""
+    return hash(tuple(sorted((name, float(value)) for name, value in values.items())))
+
+
+def _opened(path: Path, head: dict[str, Any], names: list[str]) -> dict[int, int]:
+    """Marks of the designs that have a row; a new file gets its first line, a line cut short is dropped."""
+    if path.is_file():
+        data = path.read_bytes()
+        if not data.endswith(b"\n"):
+            os.truncate(path, data.rfind(b"\n") + 1)
+    if not path.is_file() or not path.stat().st_size:
+        path.write_text(json.dumps(head) + "\n")
+        return {}
+    found, rows = _read(path)
+    if found != head:
+        raise InputError(f"{path}: these are rows of another sweep; move the file away or choose another")
+    return {row["design"]: _mark({name: row[name] for name in names if name in row}) for row in rows}
+
+
+def _read(path: Path) -> tuple[Any, list[dict[str, Any]]]:
+    """First line and rows of a file."""
+    with path.open() as file:
+        try:
+            head, *rows = map(json.loads, file)
+            return head, rows
+        except ValueError:
+            raise InputError(f"{path}: a line is damaged; mend it or move the file away") from None

@@ -1,0 +1,156 @@
+"""Geometry of closed polyhedra stored as flat arrays: face planes and exact mass integrals.
+
+Faces are polygons of any size. Each face is split into triangles about the mean of its vertices: for a
+planar face any such split is exact, and for a warped one two blocks that share the face agree on it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from blockstat.typing import Floats, Ints
+
+
+def members(first: Ints, count: Ints) -> tuple[Ints, Ints]:
+    """Runs first[k], first[k] + 1, ... of count[k] numbers one after the other: the k of each and the number."""
+    owner = np.repeat(np.arange(len(count)), count)
+    return owner, np.arange(len(owner)) + np.repeat(first - (np.cumsum(count) - count), count)
+
+
+def next_in_face(face_start: Ints) -> Ints:
+    """For each face corner the position of the corner that follows it round the face, shape (n_corners,)."""
+    following = np.arange(1, face_start[-1] + 1)
+    following[face_start[1:] - 1] = face_start[:-1]
+    return following
+
+
+@dataclass(frozen=True)
+class FacePlanes:
+    """Best-fit planes of polygons (Newell's method)."""
+
+    normal: Floats  #: shape (n_faces, 3), unit, outward for a positively oriented block
+    area: Floats  #: shape (n_faces,) [m2]
+    centre: Floats  #: shape (n_faces, 3) [m], mean of the corners
+    warp: Floats  #: shape (n_faces,) [m], largest distance of a corner from the plane
+
+
+def face_planes(corners: Floats, face_start: Ints) -> FacePlanes:
+    """Planes of the faces whose corners are listed one face after the other.
+
+    corners : shape (n_corners, 3) [m]; face_start : shape (n_faces + 1,).
+    """
+    count = np.diff(face_start)
+    first = face_start[:-1]
+    centre = np.add.reduceat(corners, first, axis=0) / count[:, None]
+    local = corners - np.repeat(centre, count, axis=0)
+    vector_area = 0.5 * np.add.reduceat(np.cross(local, local[next_in_face(face_start)]), first, axis=0)
+    area = np.linalg.norm(vector_area, axis=1)
+    normal = vector_area / np.where(area > 0, area, 1.0)[:, None]
+    offset = np.abs(np.einsum("ij,ij->i", local, np.repeat(normal, count, axis=0)))
+    return FacePlanes(normal, area, centre, np.maximum.reduceat(offset, first))
+
+
+@dataclass(frozen=True)
+class Integrals:
+    """Volume integrals of blocks of unit density."""
+
+    volume: Floats  #: shape (n_blocks,) [m3]
+    centroid: Floats  #: shape (n_blocks, 3) [m]
+    inertia: Floats  #: shape (n_blocks, 3, 3) [m5], about the centroid
+
+
+def integrals(corners: Floats, face_start: Ints, face_block: Ints, n_blocks: int) -> Integrals:
+    """Exact volume, centroid and inertia by summing signed tetrahedra.
+
+    The tetrahedra of a block share the mean of its corners as apex, so a block far from the origin
+    loses no digits.
+    """
+    count = np.diff(face_start)
+    corner_block = np.repeat(face_block, count)
+    n_corners = np.bincount(corner_block, minlength=n_blocks)
+    apex = np.stack([np.bincount(corner_block, corners[:, k], n_blocks) for k in range(3)], axis=1)
+    apex /= np.maximum(n_corners, 1)[:, None]
+
+    a = corners - apex[corner_block]
+    b = a[next_in_face(face_start)]
+    mean = np.add.reduceat(a, face_start[:-1], axis=0) / count[:, None]
+    m = np.repeat(mean, count, axis=0)
+    volume6 = np.einsum("ij,ij->i", m, np.cross(a, b))
+    total = m + a + b
+
+    volume = np.bincount(corner_block, volume6, n_blocks) / 6.0
+    safe = np.where(volume != 0, volume, 1.0)
+    first = np.stack([np.bincount(corner_block, volume6 * total[:, k], n_blocks) for k in range(3)], axis=1)
+    offset = first / 24.0 / safe[:, None]
+
+    second = np.empty((n_blocks, 3, 3))
+    for i in range(3):
+        for j in range(i, 3):
+            product = m[:, i] * m[:, j] + a[:, i] * a[:, j] + b[:, i] * b[:, j] + total[:, i] * total[:, j]
+            second[:, i, j] = second[:, j, i] = np.bincount(corner_block, volume6 * product, n_blocks) / 120.0
+    second -= volume[:, None, None] * offset[:, :, None] * offset[:, None, :]
+    inertia = np.trace(second, axis1=1, axis2=2)[:, None, None] * np.eye(3) - second
+    return Integrals(volume, apex + offset, inertia)
+
+
+@dataclass(frozen=True, eq=False)
+class Polyhedra:
+    """The geometry of many blocks in flat arrays."""
+
+    vertices: Floats  #: shape (n_vertices, 3) [m], block after block
+    vertex_start: Ints  #: shape (n_blocks + 1,), the vertices of block b are vertex_start[b]:vertex_start[b+1]
+    face_vertices: Ints  #: shape (n_corners,), indices into `vertices`, face after face
+    face_start: Ints  #: shape (n_faces + 1,), slices of `face_vertices`
+    face_block: Ints  #: shape (n_faces,), ascending
+
+    @property
+    def n_blocks(self) -> int:
+        return len(self.vertex_start) - 1
+
+    @cached_property
+    def integrals(self) -> Integrals:
+        return integrals(self.vertices[self.face_vertices], self.face_start, self.face_block, self.n_blocks)
+
+    @property
+    def volume(self) -> Floats:
+        """Volume of each block, shape (n_blocks,) [m3]."""
+        return self.integrals.volume
+
+    @property
+    def centroid(self) -> Floats:
+        """Centroid of each block, shape (n_blocks, 3) [m]."""
+        return self.integrals.centroid
+
+    @cached_property
+    def size(self) -> Floats:
+        """Size of each block, the cube root of its volume, shape (n_blocks,) [m]; lengths are judged by it."""
+        return np.cbrt(self.volume)
+
+    @cached_property
+    def planes(self) -> FacePlanes:
+        """Planes of all faces."""
+        return face_planes(self.vertices[self.face_vertices], self.face_start)
+
+    @cached_property
+    def bounds(self) -> tuple[Floats, Floats]:
+        """Lower and upper corners of the axis-aligned box of each block, each shape (n_blocks, 3) [m]."""
+        first = self.vertex_start[:-1]
+        return np.minimum.reduceat(self.vertices, first), np.maximum.reduceat(self.vertices, first)
+
+    @property
+    def vertex_block(self) -> Ints:
+        """Block of each vertex, shape (n_vertices,)."""
+        return np.repeat(np.arange(self.n_blocks), np.diff(self.vertex_start))
+
+    def faces_of(self, block: int) -> list[Ints]:
+        """Faces of one block as indices into `block_vertices(block)`."""
+        first, last = np.searchsorted(self.face_block, [block, block + 1])
+        offset = self.vertex_start[block]
+        return [self.face_vertices[self.face_start[f] : self.face_start[f + 1]] - offset for f in range(first, last)]
+
+    def block_vertices(self, block: int) -> Floats:
+        """Vertices of one block, shape (n, 3) [m]."""
+        return self.vertices[self.vertex_start[block] : self.vertex_start[block + 1]]

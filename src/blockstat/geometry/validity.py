@@ -1,0 +1,105 @@
+"""Refuse blocks that are not closed, outward-facing solids, and say which block and face is wrong."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+
+import numpy as np
+
+from blockstat.errors import InputError, InputWarning
+from blockstat.geometry.polyhedron import Polyhedra, next_in_face
+
+#: A block whose mean thickness, volume over half its surface, is below this fraction of its box diagonal has no volume:
+#: rounding of coordinates given to seven digits makes about 1e-7.
+FLAT = 1e-7
+
+
+def check_geometry(blocks: Polyhedra, names: Sequence[str]) -> None:
+    """Raise InputError for the first block that is open, has an inverted face, or has no volume.
+
+    Vertices with exactly equal coordinates count as one.
+    """
+    merged = _merged_vertices(blocks)
+    _check_surface(blocks, names, merged)
+    _warn_of_several_solids(blocks, names, merged)
+    lower, upper = blocks.bounds
+    diagonal = np.linalg.norm(upper - lower, axis=1)
+    surface = np.bincount(blocks.face_block, blocks.planes.area, blocks.n_blocks)
+    flat = np.flatnonzero(np.abs(blocks.volume) <= FLAT * diagonal * surface / 2)
+    if len(flat):
+        block = flat[0]
+        raise InputError(f'block "{names[block]}": its volume is {blocks.volume[block]:.3g} m3; it is flat')
+    inside_out = np.flatnonzero(blocks.volume < 0)
+    if len(inside_out):
+        raise InputError(
+            f'block "{names[inside_out[0]]}": all its faces point inwards; '
+            "list the corners counter-clockwise seen from outside"
+        )
+
+
+def _check_surface(blocks: Polyhedra, names: Sequence[str], merged: np.ndarray) -> None:
+    """Each edge must be walked once in each direction: twice one way is an inverted face, once alone a hole."""
+    start = merged[blocks.face_vertices]
+    end = start[next_in_face(blocks.face_start)]
+    n = len(blocks.vertices)
+    forward, backward = start * n + end, end * n + start
+    values, _first, count = np.unique(forward, return_index=True, return_counts=True)
+    corner_face = np.repeat(np.arange(len(blocks.face_block)), np.diff(blocks.face_start))
+
+    position = np.minimum(np.searchsorted(values, backward), len(values) - 1)
+    balance = np.where(values[position] == backward, count[position], 0)
+    own = count[np.searchsorted(values, forward)]
+    wrong = np.flatnonzero(own != balance)
+    if not len(wrong):
+        return
+    block = blocks.face_block[corner_face[wrong[0]]]
+    label = names[int(block)]
+    mine = wrong[blocks.face_block[corner_face[wrong]] == block]
+    face_offset = np.searchsorted(blocks.face_block, block)
+    if (own[mine] > 1).any():
+        votes = np.bincount(corner_face[mine] - face_offset)
+        raise InputError(
+            f'block "{label}": face {votes.argmax()} is inverted against its neighbours; '
+            "list the corners counter-clockwise seen from outside"
+        )
+    raise InputError(
+        f'block "{label}": its surface is open ({len(mine)} edges without a neighbour, '
+        f"the first at face {corner_face[mine[0]] - face_offset}); blocks must be closed solids"
+    )
+
+
+def _warn_of_several_solids(blocks: Polyhedra, names: Sequence[str], merged: np.ndarray) -> None:
+    """A block of separate solids moves as one rigid body, which is seldom what a mesh file means."""
+    from scipy import sparse
+    from scipy.sparse.csgraph import connected_components
+
+    # Solids that touch share corners, so corners are told apart by their index where that closes the surface.
+    tail = blocks.face_vertices
+    head = tail[next_in_face(blocks.face_start)]
+    n = len(blocks.vertices)
+    block = np.repeat(blocks.face_block, np.diff(blocks.face_start))
+    loose = np.zeros(blocks.n_blocks, dtype=bool)
+    forward, backward = tail * n + head, head * n + tail
+    if not np.array_equal(np.sort(forward), np.sort(backward)):
+        loose[block[~np.isin(backward, forward)]] = True
+    tail, head = np.where(loose[block], merged[tail], tail), np.where(loose[block], merged[head], head)
+    graph = sparse.coo_array((np.ones(len(tail)), (tail, head)), shape=(n, n))
+    count, label = connected_components(graph, directed=False)
+    owner = np.full(count, -1)
+    owner[label[tail]] = block
+    several = np.flatnonzero(np.bincount(owner[owner >= 0], minlength=blocks.n_blocks) > 1)
+    if len(several):
+        text = f'{len(several)} blocks hold separate solids that move as one (the first is "{names[several[0]]}")'
+        warnings.warn(InputWarning(text), stacklevel=4)
+
+
+def _merged_vertices(blocks: Polyhedra) -> np.ndarray:
+    """For each vertex the index of the first vertex of its block with the same coordinates."""
+    block = np.repeat(np.arange(blocks.n_blocks), np.diff(blocks.vertex_start))
+    keys = np.column_stack([block, blocks.vertices + 0.0])
+    order = np.lexsort(keys.T[::-1])
+    new = np.concatenate([[True], (np.diff(keys[order], axis=0) != 0).any(axis=1)])
+    merged = np.empty(len(order), dtype=np.int64)
+    merged[order] = order[new][np.cumsum(new) - 1]
+    return merged

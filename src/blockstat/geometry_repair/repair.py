@@ -1,0 +1,208 @@
+"""Mend rough geometry on request, and say block by block what was changed.
+
+Real files have vertices listed once a face, faces turned inwards, quadrilaterals that are not quite flat, and joints
+that do not quite close. `heal` merges, turns, flattens and closes them; nothing else in this package changes geometry.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from blockstat.assembly import Assembly, Block
+from blockstat.contact.interfaces import GAP
+from blockstat.contact.penetration import overlaps, tell
+from blockstat.errors import InputError
+from blockstat.geometry.validity import check_geometry
+from blockstat.geometry_repair.common_planes import common_planes, meet
+from blockstat.geometry_repair.shared_corners import settled_faces, shared_corners
+from blockstat.geometry_repair.surface import Mended, mend_surface
+from blockstat.io.parts import Parts
+from blockstat.typing import Floats
+
+WELD = 1e-4  #: vertices closer than this, relative to the diagonal of their block's box, are one
+WARP = 1e-2  #: faces whose corners are off their plane by no more than this, relative to the block, are made flat
+FAR = 4.0  #: a block of which a vertex would move further than this many tolerances is left as it was
+FLAT = 1e-6  #: faces further off their plane than this, relative to the block, are not flat
+SEEN = 1e-12  #: smaller changes, relative to the block, are rounding and are not reported
+
+
+@dataclass(frozen=True)
+class Change:
+    """What was changed of one block."""
+
+    name: str
+    merged: int = 0  #: vertices that others stand for now
+    spread: float = 0.0  #: the furthest that merging moved a vertex [m]
+    dropped: int = 0  #: faces left out: with fewer than three corners, or there already
+    turned: int = 0  #: faces listed the other way round now
+    warp: float = 0.0  #: the furthest that a corner was off its face, for faces that are flat now [m]
+    joined: int = 0  #: faces that lie in one plane with those of other blocks now
+    moved: float = 0.0  #: the furthest that flattening and closing moved a vertex [m]
+    left: str = ""  #: what could not be mended
+
+    @property
+    def any(self) -> bool:
+        """Whether the block was changed."""
+        return replace(self, left="") != Change(self.name)
+
+    def explain(self) -> str:
+        """One line."""
+        said = []
+        if self.merged:
+            said.append(f"{self.merged} duplicate vertices merged (moved by up to {self.spread:.2g} m)")
+        if self.dropped:
+            said.append(f"{self.dropped} faces dropped")
+        if self.turned:
+            said.append(f"{self.turned} faces turned")
+        if self.warp:
+            said.append(f"faces flattened that were off by up to {self.warp:.2g} m")
+        if self.joined:
+            said.append(f"{self.joined} faces brought into common planes")
+        if self.moved:
+            said.append(f"vertices moved by up to {self.moved:.2g} m")
+        return f'block "{self.name}": ' + "; ".join([*said, self.left] if self.left else said)
+
+
+@dataclass(frozen=True)
+class Report:
+    """What `heal` did."""
+
+    changes: tuple[Change, ...]  #: one a block, in order, also for blocks that were not changed
+    overlaps: str = ""  #: what of the blocks still overlaps, which no mending takes away
+
+    @property
+    def changed(self) -> tuple[Change, ...]:
+        return tuple(change for change in self.changes if change.any)
+
+    def explain(self) -> str:
+        """One line a block that was changed or not mended, what still overlaps, and how many were not changed."""
+        same = len(self.changes) - len(self.changed)
+        told = [change.explain() for change in self.changes if change.any or change.left]
+        left = [f"left as they were: {self.overlaps}"] if self.overlaps else []
+        return "\n".join([*told, *left, f"{same} of {len(self.changes)} blocks unchanged"])
+
+
+def heal(
+    source: Assembly | Iterable[Block] | str | Path,
+    *,
+    gap: float = GAP,
+    weld: float = WELD,
+    warp: float = WARP,
+    supports: Iterable[int | str] | None = None,
+    units: str | None = None,
+    **options: Any,
+) -> tuple[Assembly, Report]:
+    """Mend an assembly, blocks that `Assembly.from_blocks` may refuse, or a file of them; returns it and a report.
+
+    weld : vertices of a block closer than this part of the diagonal of its box are merged; then faces that came to
+    nothing are dropped and the others turned outwards.
+    warp : faces whose corners are off their plane by no more than this part of the size of the block are made flat.
+    gap : faces of neighbours that are apart, or overlap, by no more than this part of the size of the smaller block
+    are brought into one plane, as `find_interfaces` would take them for one joint; 0 closes nothing.
+    supports, units : as for `read`; options : as for `Assembly.from_blocks`, for blocks.
+    Raises InputError naming a block that is no closed solid even after merging and turning.
+    """
+    for key, value, most in (("gap", gap, 0.2), ("weld", weld, 0.1), ("warp", warp, 0.2)):
+        if not (isinstance(value, (int, float)) and 0 <= value < most):
+            raise InputError(f"{key} is {value!r}; it must be at least 0 and below {most} of the block size")
+    parts = _parts(source, supports, units, options)
+    mended = [_mended(block, number, weld) for number, block in enumerate(parts.blocks)]
+    blocks = [
+        replace(block, vertices=own.vertices, faces=own.faces) for block, own in zip(parts.blocks, mended, strict=True)
+    ]
+    assembly = replace(parts, blocks=blocks).assembled()
+    assembly, changes = _closed(assembly, gap, warp)
+    check_geometry(assembly, assembly.names)
+    told = [
+        replace(change, merged=own.merged, spread=own.spread, dropped=own.dropped, turned=own.turned)
+        for change, own in zip(changes, mended, strict=True)
+    ]
+    pairs, depth = overlaps(assembly, gap=gap or GAP)
+    return assembly, Report(tuple(told), tell(assembly, pairs, depth) if len(pairs) else "")
+
+
+def _parts(source: Any, supports: Iterable[int | str] | None, units: str | None, options: dict[str, Any]) -> Parts:
+    if isinstance(source, (str, Path)) and Path(source).suffix.lower() == ".toml":
+        from blockstat.model.scene import read
+
+        source = read(source, supports=supports, units=units)
+    if isinstance(source, (str, Path)):
+        from blockstat.io.files import read_parts
+
+        parts = read_parts(source, supports=supports, units=units)
+        return replace(parts, options=parts.options | options)
+    if units is not None:
+        raise InputError("units are those of a file; blocks are in metres")
+    if not isinstance(source, Assembly):
+        return Parts(list(source), list(supports or ()), options)
+    blocks = [
+        Block(
+            source.block_vertices(i),
+            [face.tolist() for face in source.faces_of(i)],
+            name,
+            source.groups[i],
+            float(source.density[i]),
+        )
+        for i, name in enumerate(source.names)
+    ]
+    marked = np.flatnonzero(source.support).tolist() if supports is None else list(supports)
+    kept = {key: getattr(source, key) for key in ("name", "friction", "gravity", "metadata", "joints")}
+    return Parts(blocks, marked, kept | options)
+
+
+def _mended(block: Block, number: int, weld: float) -> Mended:
+    label = block.name or f"block{number}"
+    try:
+        vertices = np.array(block.vertices, dtype=float).reshape(-1, 3)
+        faces = [[int(corner) for corner in face] for face in block.faces]
+    except (TypeError, ValueError):
+        raise InputError(f'block "{label}": vertices must be a list of [x, y, z], faces lists of corners') from None
+    if not len(vertices) or not np.isfinite(vertices).all():
+        raise InputError(f'block "{label}": vertices must be finite numbers')
+    if any(not 0 <= corner < len(vertices) for face in faces for corner in face):
+        raise InputError(f'block "{label}": a face has a corner that is not between 0 and {len(vertices) - 1}')
+    return mend_surface(vertices, faces, weld * float(np.linalg.norm(np.ptp(vertices, axis=0))))
+
+
+def _closed(assembly: Assembly, gap: float, warp: float) -> tuple[Assembly, list[Change]]:
+    """The assembly with flat faces and closed joints, and what moved."""
+    block, size, before = assembly.face_block, assembly.size, assembly.planes.warp
+    corner = shared_corners(assembly, gap) if gap > 0 else np.arange(len(assembly.vertices))
+    flat = before <= warp * size[block]
+    label = common_planes(assembly, gap, np.flatnonzero(flat & ~settled_faces(assembly, corner)))
+    moved = meet(assembly, label, corner)
+    far = _furthest(assembly, moved)
+    wild = far > FAR * max(gap, warp) * size
+    still = far <= SEEN * size
+    kept = (wild | still)[assembly.vertex_block]
+    healed = assembly.with_(vertices=np.where(kept[:, None], assembly.vertices, moved))
+    shared = np.bincount(label[label >= 0], minlength=1)[label] > 1
+    after = healed.planes.warp
+    changes = []
+    for i, name in enumerate(assembly.names):
+        own, bent = (np.flatnonzero((block == i) & chosen) for chosen in (label >= 0, ~flat))
+        left = [f"left as it was: a vertex would have moved by {far[i]:.2g} m"] if wild[i] else []
+        left += [f"{len(bent)} faces are too far from flat and were left"] if len(bent) else []
+        if after[own].max(initial=0.0) > FLAT * size[i]:
+            left.append(f"faces are still off by up to {after[own].max():.2g} m")
+        change = Change(name, left="; ".join(left))
+        if not (wild[i] or still[i]):
+            flattened = float(before[own].max(initial=0.0))
+            change = replace(
+                change,
+                warp=flattened if flattened > SEEN * size[i] else 0.0,
+                joined=int(shared[own].sum()),
+                moved=float(far[i]),
+            )
+        changes.append(change)
+    return healed, changes
+
+
+def _furthest(assembly: Assembly, vertices: Floats) -> Floats:
+    """The furthest that a vertex of each block moved [m], shape (n_blocks,)."""
+    return np.maximum.reduceat(np.linalg.norm(vertices - assembly.vertices, axis=1), assembly.vertex_start[:-1])

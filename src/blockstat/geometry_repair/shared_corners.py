@@ -1,0 +1,54 @@
+"""Corners that neighbouring blocks share, and the faces that are closed by them."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blockstat.typing import Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+
+def shared_corners(assembly: Assembly, gap: float) -> Ints:
+    """For each vertex the number of its corner: vertices of neighbours no further apart than gap times the size of the
+    smaller block are one. A corner that would take in two vertices of one block is left apart.
+    """
+    from scipy import sparse
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import KDTree
+
+    n, block = len(assembly.vertices), assembly.vertex_block
+    pairs = KDTree(assembly.vertices).query_pairs(gap * float(assembly.size.max()), output_type="ndarray")
+    apart = np.linalg.norm(assembly.vertices[pairs[:, 0]] - assembly.vertices[pairs[:, 1]], axis=1)
+    near = (apart <= gap * assembly.size[block[pairs]].min(axis=1)) & (block[pairs[:, 0]] != block[pairs[:, 1]])
+    pairs = pairs[near]
+    graph = sparse.coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+    count, corner = connected_components(graph, directed=False)
+    both, times = np.unique(np.column_stack([corner, block]), axis=0, return_counts=True)
+    torn = np.isin(corner, both[times > 1, 0])
+    corner = np.where(torn, count + np.arange(n), corner)
+    return np.unique(corner, return_inverse=True)[1].ravel()
+
+
+def settled_faces(assembly: Assembly, corner: Ints) -> np.ndarray:
+    """Mask of the triangles that need no plane of their own, shape (n_faces,): all their corners are corners of joints
+    that match corner for corner, as those of curved vaults do.
+    """
+    faces = [
+        corner[assembly.face_vertices[a:b]]
+        for a, b in zip(assembly.face_start, assembly.face_start[1:], strict=False)
+    ]  # fmt: skip
+    same: dict[frozenset[int], list[int]] = defaultdict(list)
+    for number, face in enumerate(faces):
+        same[frozenset(face.tolist())].append(number)
+    joint = np.zeros(len(faces), dtype=bool)
+    for alike in same.values():
+        joint[alike] = len(alike) > 1
+    held = np.zeros(int(corner.max()) + 1, dtype=bool)
+    for number in np.flatnonzero(joint):
+        held[faces[number]] = True
+    return np.array([len(face) == 3 and bool(held[face].all()) for face in faces])

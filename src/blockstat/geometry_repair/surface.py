@@ -1,0 +1,115 @@
+"""Mend the surface of one block: duplicate vertices, faces that came to nothing, faces turned the wrong way."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from blockstat.geometry.polyhedron import integrals
+from blockstat.typing import Floats
+
+Faces = list[list[int]]
+
+
+@dataclass(frozen=True)
+class Mended:
+    """A surface after mending, and what was done to it."""
+
+    vertices: Floats
+    faces: Faces
+    merged: int  #: vertices that others stand for now
+    spread: float  #: the furthest that merging moved a vertex [m]
+    dropped: int  #: faces left out: with fewer than three corners, or there already
+    turned: int  #: faces listed the other way round now
+
+
+def mend_surface(vertices: Floats, faces: Sequence[Sequence[int]], distance: float) -> Mended:
+    """Merge vertices closer than a distance [m], drop faces that came to nothing, turn the others outwards."""
+    points, index = merge_vertices(vertices, distance)
+    kept: Faces = []
+    seen: set[frozenset[int]] = set()
+    for face in faces:
+        corners = [int(index[c]) for c in face]
+        corners = [c for c, before in zip(corners, corners[-1:] + corners[:-1], strict=True) if c != before]
+        if len(corners) >= 3 and frozenset(corners) not in seen:
+            seen.add(frozenset(corners))
+            kept.append(corners)
+    turn = to_turn(points, kept)
+    outward = [face[::-1] if turned else face for face, turned in zip(kept, turn, strict=True)]
+    used = np.unique(np.concatenate([np.asarray(f) for f in outward])) if outward else np.empty(0, int)
+    number = {int(corner): i for i, corner in enumerate(used)}
+    spread = float(np.linalg.norm(vertices - points[index], axis=1).max(initial=0.0))
+    return Mended(
+        points[used],
+        [[number[c] for c in face] for face in outward],
+        len(vertices) - len(points),
+        spread,
+        len(faces) - len(kept),
+        sum(turn),
+    )
+
+
+def merge_vertices(vertices: Floats, distance: float) -> tuple[Floats, np.ndarray]:
+    """Points that stand for groups of vertices (their means), and for each vertex the index of its point.
+
+    Vertices belong together when a chain of steps below the distance [m] joins them.
+    """
+    from scipy import sparse
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import KDTree
+
+    n = len(vertices)
+    pairs = KDTree(vertices).query_pairs(distance, output_type="ndarray")
+    graph = sparse.coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+    count, index = connected_components(graph, directed=False)
+    if count == n:
+        return vertices, np.arange(n)
+    total = np.zeros((count, 3))
+    np.add.at(total, index, vertices)
+    return total / np.bincount(index)[:, None], index
+
+
+def to_turn(vertices: Floats, faces: Faces) -> list[bool]:
+    """Which faces must be listed the other way round for all to look outwards.
+
+    Faces that share an edge must walk it in opposite directions. A connected surface of which some faces disagree is
+    turned so that its volume is positive; surfaces that agree within themselves (a cavity looks inwards) are left,
+    unless the volume of the whole block is negative.
+    """
+    walked: dict[tuple[int, int], list[tuple[int, bool]]] = defaultdict(list)
+    for number, face in enumerate(faces):
+        for a, b in zip(face, face[1:] + face[:1], strict=True):
+            walked[min(a, b), max(a, b)].append((number, a < b))
+    beside: dict[int, list[tuple[int, bool]]] = defaultdict(list)
+    for edge in walked.values():
+        if len(edge) == 2:
+            (f, forward), (g, again) = edge
+            beside[f].append((g, forward == again))
+            beside[g].append((f, forward == again))
+    turn: dict[int, bool] = {}
+    for start in range(len(faces)):
+        if start in turn:
+            continue
+        turn[start], surface, front = False, [start], [start]
+        while front:
+            face = front.pop()
+            for other, against in beside[face]:
+                if other not in turn:
+                    turn[other] = turn[face] != against
+                    surface.append(other)
+                    front.append(other)
+        if any(turn[f] for f in surface) and _volume(vertices, faces, turn, surface) < 0:
+            turn |= {f: not turn[f] for f in surface}
+    if faces and _volume(vertices, faces, turn, range(len(faces))) < 0:
+        turn = {face: not turned for face, turned in turn.items()}
+    return [turn[f] for f in range(len(faces))]
+
+
+def _volume(vertices: Floats, faces: Faces, turn: dict[int, bool], chosen: Sequence[int]) -> float:
+    lists = [faces[f][::-1] if turn[f] else faces[f] for f in chosen]
+    start = np.concatenate([[0], np.cumsum([len(face) for face in lists])])
+    corners = vertices[np.concatenate([np.asarray(face) for face in lists])]
+    return float(integrals(corners, start, np.zeros(len(lists), dtype=np.int64), 1).volume[0])

@@ -1,0 +1,100 @@
+"""Files in and out: the format is picked by the suffix, and of JSON by the content."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from blockstat.errors import InputError
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+    from blockstat.io.parts import Parts
+
+T = TypeVar("T")
+MESHES = (".obj", ".glb", ".stl", ".ply")
+READABLE = (".json", ".toml", *MESHES)
+WRITABLE = (".json", *MESHES)
+#: What a .json file and a directory may be written as, the default first.
+FORMATS = {".json": ("native", "compas-assembly", "compas-model"), "": ("ply", "stl")}
+
+
+def read_parts(path: str | Path, *, supports: Iterable[int | str] | None = None, units: str | None = None) -> Parts:
+    """Blocks and all else that a file says (any format but a scene), not yet checked to be closed solids."""
+    path = Path(path)
+    if not path.is_dir() and path.suffix.lower() not in READABLE:
+        raise InputError(f'{path}: cannot read "{path.suffix.lower()}"; formats are: {", ".join(READABLE)}')
+    if not path.exists():
+        raise InputError(f"{path}: no such file")
+    return blaming(path, lambda: _parts(path, supports, units))
+
+
+def _parts(path: Path, supports: Iterable[int | str] | None, units: str | None) -> Parts:
+    from blockstat.io.parts import metres_in
+
+    metres = metres_in(units)
+    if path.is_dir():
+        from blockstat.io.folder import folder_parts
+
+        return folder_parts(path, supports=supports).scaled(metres)
+    if path.suffix.lower() == ".json":
+        from blockstat.io.compas import compas_parts, is_compas
+        from blockstat.io.native import load_json, native_parts
+
+        data = load_json(path)
+        if is_compas(data):
+            return compas_parts(data, path.stem, supports=supports).scaled(metres)
+        return native_parts(data, path.stem, supports=supports, units=units).scaled(metres)
+    from blockstat.io.mesh import mesh_parts
+
+    return mesh_parts(path, supports=supports).scaled(metres)
+
+
+def blaming(path: Path, call: Callable[[], T]) -> T:
+    """The answer of a call; the file's name goes in front of what it refuses."""
+    try:
+        return call()
+    except InputError as error:
+        message = str(error)
+        raise InputError(message if message.startswith(str(path)) else f"{path}: {message}") from None
+
+
+def write(
+    assembly: Assembly, path: str | Path, *, format: str | None = None, values: Mapping[str, Any] | None = None
+) -> Path:
+    """Write an assembly as JSON (exact), as a mesh with one named object a block, or into a directory with one file
+    a block (a path without a suffix); returns the path.
+
+    format : of a .json file "native" (the default), "compas-assembly" (compas_assembly) or "compas-model" (a block
+    model of compas_dem); of a directory "ply" (the default) or "stl".
+    values : for each key one number or list a block, kept as custom attributes of the objects of a .glb or .obj.
+    """
+    path = Path(path)
+    suffix = "" if path.is_dir() else path.suffix.lower()
+    if suffix not in ("", *WRITABLE):
+        raise InputError(f'{path}: cannot write "{suffix}"; formats are: {", ".join(WRITABLE)}')
+    formats = FORMATS.get(suffix, ())
+    if format is not None and format not in formats:
+        raise InputError(f'{path}: cannot be written as "{format}"; it can be: {", ".join(formats) or suffix}')
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: no such directory: {path.parent}")
+    if values and suffix in FORMATS:
+        raise InputError(f"{path}: values are written to .glb and .obj only")
+    if not suffix:
+        from blockstat.io.folder import write_folder
+
+        write_folder(assembly, path, f".{format or formats[0]}")
+    elif format in ("compas-assembly", "compas-model"):
+        from blockstat.io.compas_write import write_compas
+
+        write_compas(assembly, path, format)
+    elif suffix == ".json":
+        from blockstat.io.native import write_json
+
+        write_json(assembly, path)
+    else:
+        from blockstat.io.mesh import write_mesh
+
+        write_mesh(assembly, path, values or {})
+    return path

@@ -1,0 +1,183 @@
+"""Profiles of arches and vaults: the intrados from springing to crown, and the joints that cut it into voussoirs.
+
+A profile is symmetric; its right half is described here, the springing at z = 0 and the crown at x = 0.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from blockstat.errors import InputError
+from blockstat.typing import Floats
+
+Shape = Literal["semicircular", "segmental", "horseshoe", "pointed", "elliptic"]
+SHAPES = ("semicircular", "segmental", "horseshoe", "pointed", "elliptic")
+JOINTS = ("radial", "vertical")
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Half an intrados and its joints, over s from 0 (springing) to 1 (crown) in equal lengths of the intrados."""
+
+    curve: Callable[[Floats], Floats]  #: s to points x, z of the intrados, shape (n, 2) [m]
+    normal: Callable[[Floats], Floats]  #: s to unit normals out of the arch, shape (n, 2)
+    extrados: Callable[[Floats, float], Floats]  #: x and thickness to the height of the extrados there [m]
+    length: float  #: of the half intrados [m]
+    crown_joint: bool = False  #: whether the crown is an edge, which needs a joint there
+
+    def joints(self, s: Floats, thickness: float, kind: str = "radial") -> Floats:
+        """Joints as (intrados, extrados) points, shape (n, 2, 2) [m].
+
+        Vertical joints cut the same extrados; the bed at the springing stays normal to the intrados, and a joint at
+        the crown is vertical in either case.
+        """
+        if kind not in JOINTS:
+            raise InputError(f"joints is {kind!r}; it must be one of: {', '.join(JOINTS)}")
+        inner = self.curve(s)
+        outer = inner + thickness * self.normal(s)
+        upright = (s > 0) if kind == "vertical" else (s == 1)
+        inner[s == 1, 0] = 0.0
+        outer[upright, 0] = inner[upright, 0]
+        outer[upright, 1] = self.extrados(inner[upright, 0], thickness)
+        return np.stack([inner, outer], axis=1)
+
+    def where(self, x: float) -> float:
+        """The s at which the intrados is x [m] from the axis, above its widest place."""
+        low, high = float(self.curve(np.linspace(0, 1, 257))[:, 0].argmax()) / 256, 1.0
+        for _ in range(60):
+            middle = (low + high) / 2
+            low, high = (middle, high) if self.curve(np.array([middle]))[0, 0] > x else (low, middle)
+        return (low + high) / 2
+
+
+def profile(shape: str, span: float, rise: float | None = None) -> Profile:
+    """The profile of a clear span and rise at the intrados [m].
+
+    semicircular : rise span / 2; segmental : an arc of less than half a circle; horseshoe : of more, with the span
+    at the springing; pointed : two arcs with centres on the springing line; elliptic : half an ellipse.
+    """
+    positive(span=span)
+    if shape not in SHAPES:
+        raise InputError(f"shape is {shape!r}; it must be one of: {', '.join(SHAPES)}")
+    half = span / 2
+    if shape == "semicircular":
+        if rise is not None and not math.isclose(rise, half):
+            raise InputError(f"rise is {rise!r}; that of a semicircular profile is span / 2 = {half:g} m")
+        return _arc((0.0, 0.0), half, 0.0, math.pi / 2)
+    if rise is None:
+        raise InputError(f"rise is missing; a {shape} profile needs one [m]")
+    positive(rise=rise)
+    low, high = {"segmental": (0.0, half), "elliptic": (0.0, math.inf)}.get(shape, (half, math.inf))
+    if not low < rise < high:
+        raise InputError(f"rise is {rise!r}; over {span:g} m a {shape} profile has one between {low:g} and {high:g} m")
+    if shape == "elliptic":
+        return _ellipse(half, rise)
+    if shape == "pointed":
+        centre = (half**2 - rise**2) / span  # (radius = half - centre)^2 = centre^2 + rise^2
+        return _arc((centre, 0.0), half - centre, 0.0, math.atan2(rise, -centre))
+    radius = (half**2 + rise**2) / (2 * rise)
+    return _arc((0.0, rise - radius), radius, math.atan2(radius - rise, half), math.pi / 2)
+
+
+def _arc(centre: tuple[float, float], radius: float, first: float, last: float) -> Profile:
+    """An arc of a circle from the angle `first` to `last` [rad]."""
+
+    def normal(s: Floats) -> Floats:
+        angle = first + (last - first) * s
+        return np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+    def extrados(x: Floats, thickness: float) -> Floats:
+        return centre[1] + np.sqrt((radius + thickness) ** 2 - (x - centre[0]) ** 2)
+
+    return Profile(
+        curve=lambda s: np.array(centre) + radius * normal(s),
+        normal=normal,
+        extrados=extrados,
+        length=radius * (last - first),
+        crown_joint=centre[0] < 0,
+    )
+
+
+def _ellipse(half: float, rise: float) -> Profile:
+    """Half an ellipse, its eccentric angle found from a fine table of lengths."""
+    table = np.linspace(0, math.pi / 2, 4097)
+    speed = np.hypot(half * np.sin(table), rise * np.cos(table))
+    length = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2 * np.diff(table))])
+
+    def angle(s: Floats) -> Floats:
+        return np.interp(s * length[-1], length, table)
+
+    def points(angle: Floats) -> Floats:
+        return np.stack([half * np.cos(angle), rise * np.sin(angle)], axis=1)
+
+    def normals(angle: Floats) -> Floats:
+        across = np.stack([rise * np.cos(angle), half * np.sin(angle)], axis=1)
+        return across / np.linalg.norm(across, axis=1)[:, None]
+
+    def extrados(x: Floats, thickness: float) -> Floats:
+        low, high = np.zeros_like(x), np.full_like(x, math.pi / 2)
+        for _ in range(60):  # the extrados is parallel to the ellipse: no formula for its height
+            middle = (low + high) / 2
+            beyond = (points(middle) + thickness * normals(middle))[:, 0] > x
+            low, high = np.where(beyond, middle, low), np.where(beyond, high, middle)
+        return (points(high) + thickness * normals(high))[:, 1]
+
+    return Profile(
+        curve=lambda s: points(angle(s)),
+        normal=lambda s: normals(angle(s)),
+        extrados=extrados,
+        length=float(length[-1]),
+    )
+
+
+def half_joints(shape: str, span: float, rise: float | None, thickness: float, voussoirs: int, kind: str) -> Floats:
+    """Joints of the right half of an arch of equal voussoirs, springing first, shape (n, 2, 2) [m].
+
+    The last is the crown joint of an even number, the nearer side of the keystone of an odd one.
+    """
+    positive(thickness=thickness)
+    half = profile(shape, span, rise)
+    if half.crown_joint and voussoirs % 2:
+        raise InputError(
+            f"voussoirs is {voussoirs}; a {shape} profile has a joint at the crown and needs an even number"
+        )
+    if shape == "horseshoe" and kind == "vertical":
+        raise InputError("joints is 'vertical'; a horseshoe profile has radial joints only")
+    return half.joints(2 * np.arange(voussoirs // 2 + 1) / voussoirs, thickness, kind)
+
+
+def whole_joints(half: Floats, voussoirs: int) -> Floats:
+    """All joints of an arch from left to right, shape (voussoirs + 1, 2, 2), from those of its right half."""
+    left = half * (-1.0, 1.0)
+    return np.concatenate([left if voussoirs % 2 else left[:-1], half[::-1]])
+
+
+def positive(**lengths: float) -> None:
+    """Raise InputError for a length that is not a finite number above 0."""
+    for name, value in lengths.items():
+        if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not 0 < value < math.inf:
+            raise InputError(f"{name} is {value!r}; it must be a length above 0 [m]")
+
+
+def at_least(least: int, **numbers: int) -> None:
+    """Raise InputError for a number that is not whole or too small."""
+    for name, value in numbers.items():
+        if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
+            raise InputError(f"{name} is {value!r}; it must be a whole number of at least {least}")
+
+
+def number_of(voussoirs: int | None, voussoir: float | None, length: float, *, even: bool = False) -> int:
+    """The number of voussoirs given, or the one nearest to a size [m] along an intrados of a length [m]."""
+    if (voussoirs is None) == (voussoir is None):
+        raise InputError("give either voussoirs (their number) or voussoir (their length along the intrados [m])")
+    if voussoir is None:
+        assert voussoirs is not None
+        at_least(2, voussoirs=voussoirs)
+        return voussoirs
+    positive(voussoir=voussoir)
+    return max(2 * round(length / voussoir / 2), 2) if even else max(round(length / voussoir), 3)

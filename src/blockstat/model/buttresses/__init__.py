@@ -1,0 +1,4 @@
+"""Buttresses against a wall, and flying buttresses.
+
+This room imports `model.walling`, `model.arches` and `geometry`.
+"""

@@ -1,0 +1,128 @@
+"""Walls along an arc: wedge-shaped bricks between radial head joints."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from blockstat.assembly import Block
+from blockstat.errors import InputError
+from blockstat.model.arches.profile import positive
+from blockstat.model.walling.brickwork import SLIVER, brickwork, head_stones
+from blockstat.model.walling.heads import Head, heads
+from blockstat.model.walling.levels import bed_levels
+from blockstat.model.walling.pattern import HEADER, Pattern, fitted
+from blockstat.model.walling.row import Gap, Row
+from blockstat.model.walling.run import Run
+from blockstat.model.walling.strip import Edge, Ring, Strip, upright
+from blockstat.model.walling.walls import check_sizes
+
+WIDEST = math.radians(60.0)  #: angle of one stone or opening: a straight side of it is then inside the thickness
+
+
+def arc_wall(
+    name: str = "round",
+    *,
+    centre: Sequence[float] = (0.0, 0.0),
+    radius: float,
+    start: float = 0.0,
+    end: float = 360.0,
+    tails: tuple[float, float] = (0.0, 0.0),
+    thickness: float,
+    height: float,
+    brick: tuple[float, float] = (0.5, 0.25),
+    sliver: float = SLIVER,
+    **options: Any,
+) -> list[Block]:
+    """A round wall from z = 0 up: an apse, or with a full turn a tower.
+
+    Bricks have straight sides; their corners lie on the two circles.
+
+    Parameters
+    ----------
+    centre, radius : of the middle of the wall [m]. start, end : angles from the x axis, counter-clockwise [degrees];
+    360 apart for a closed ring. tails : lengths of straight stretches before and after the arc, along its tangents [m],
+    in the same bond.
+    thickness, height : [m]. brick, sliver : as in `walls`.
+    options : those of `Run` (bond, leaves, half, through, batter (inner and outer face), coping, openings). Joints of
+    all leaves are above each other in plan, so that their straight sides match. Openings have jambs towards the centre
+    and lintels; `Opening.at` is measured along the middle of the wall from its start.
+
+    Returns blocks of the groups "wall.<name>", "wall.<name>.lintel" and "wall.<name>.coping".
+    """
+    known = set(Run.__dataclass_fields__) - {"name", "path", "thickness", "height", "align", "closed", "gable"}
+    for key in options:
+        if key not in known:
+            raise InputError(f'arc_wall: no option "{key}"; options are: {", ".join(sorted(known))}')
+    run = Run(name=name, path=[(0.0, 0.0), (1.0, 0.0)], thickness=thickness, height=height, **options)
+    check_sizes([run], brick, sliver)
+    strip = _strip(run, centre, radius, (start, end), tails, bed_levels([height], brick[1], sliver))
+    closed = math.isclose(end - start, 360.0)
+    pattern = _closed(strip, brick[0]) if closed else fitted(run, brick[0], (0.0, None), (strip.axis.length, None))
+    pattern = replace(pattern, staggered=False)
+    if pattern.brick / radius > WIDEST:
+        raise InputError(f'wall "{name}": bricks of {pattern.brick:.3g} m are too long for a radius of {radius:g} m')
+    found = heads(strip, pattern.brick, brick[1])
+    rows = [_row(strip, course, found, pattern, closed) for course in range(strip.top)]
+    return brickwork(rows, pattern, sliver, {}, round_the_ring=closed) + head_stones(strip, found, {})
+
+
+def _strip(
+    run: Run,
+    centre: Sequence[float],
+    radius: float,
+    angles: tuple[float, float],
+    tails: tuple[float, float],
+    levels: tuple[float, ...],
+) -> Strip:
+    positive(radius=radius)
+    label, t = f'wall "{run.name}"', run.thickness
+    if not radius > t / 2:
+        raise InputError(f"{label}: radius is {radius:g}; it must be more than half the thickness, {t / 2:g} m")
+    turn = angles[1] - angles[0]
+    if not 0 < turn <= 360 * (1 + 1e-12):
+        raise InputError(f"{label}: start is {angles[0]:g} and end {angles[1]:g}; end must be up to 360 degrees beyond")
+    if len(tails) != 2 or not all(0 <= tail < math.inf for tail in tails):
+        raise InputError(f"{label}: tails is {tails!r}; it must be two lengths of at least 0 [m]")
+    if any(tails) and turn > 180:
+        raise InputError(f"{label}: tails of an arc of more than 180 degrees run into each other")
+    for k, opening in enumerate(run.openings):
+        if opening.head != "lintel":
+            raise InputError(f"{label}: openings[{k}]: head is {opening.head!r}; a round wall has lintels only")
+        if opening.width / radius > WIDEST:
+            raise InputError(f"{label}: openings[{k}]: width is {opening.width:g}; it is too wide for the radius")
+    axis = Ring(np.array(centre, dtype=float), radius, math.radians(angles[0]), radius * math.radians(turn), tails)
+    left, right = run.batter
+    top = len(levels) - 1
+    return Strip(run, axis, (-t / 2, right), (t / 2, -left), levels, top, top, f"wall.{run.name}")
+
+
+def _closed(strip: Strip, nominal: float) -> Pattern:
+    """The bond of a closed ring: a whole number of bricks, or of a stretcher and a header."""
+    run, around = strip.run, strip.axis.length
+    unit = 1 + HEADER if run.bond == "flemish" else 1.0
+    brick = around / (max(round(around / (nominal * unit)), 3) * unit)
+    return Pattern(run.bond, brick, 0.0, 0, run.half if run.bond == "running" else 0.5, run.leaves_laid, run.through)
+
+
+def _row(strip: Strip, course: int, found: Sequence[Head], pattern: Pattern, closed: bool) -> Row:
+    around = strip.axis.length
+    gaps = sorted((head.gaps[course] for head in found if course in head.gaps), key=lambda gap: gap.low[0])
+    if not closed:
+        ends = [Gap(upright(s), upright(s), "its end") for s in (0.0, around)]
+        return Row(strip, course, ends[0], ends[1], gaps)
+    if gaps:
+        first = gaps[0]
+        return Row(strip, course, first, Gap(_on(first.low, around), _on(first.high, around), first.what), gaps[1:])
+    headers = pattern.headers(course, 0.0, around)
+    seam = float(headers[0, 0] if pattern.bond == "flemish" else pattern.joints(course, 0, 0.0, around)[0])
+    ends = [Gap(upright(s), upright(s), "its seam") for s in (seam, seam + around)]
+    return Row(strip, course, ends[0], ends[1])
+
+
+def _on(edge: Edge, by: float) -> Edge:
+    return (edge[0] + by, edge[1], edge[2])

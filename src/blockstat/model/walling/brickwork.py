@@ -1,0 +1,53 @@
+"""Rows and heads of a strip as blocks with names."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from blockstat.assembly import Block
+from blockstat.model.walling.heads import Head
+from blockstat.model.walling.pattern import Pattern
+from blockstat.model.walling.row import Row, lay
+from blockstat.model.walling.strip import Strip
+
+#: Number of the next block of each group and course: stretches of one run go on counting. The builders move it on.
+Numbers = dict[tuple[str, int], int]
+SLIVER = 1 / 3  #: of a brick: the least rest of one that is laid by itself
+HEADS = -1  #: in place of a course, for the openings of a group
+
+
+def brickwork(
+    rows: Sequence[Row], pattern: Pattern, sliver: float, numbers: Numbers, *, round_the_ring: bool = False
+) -> list[Block]:
+    """Bricks of all rows of a strip; the coping in longer stones.
+
+    sliver : least part of a brick, as a fraction. round_the_ring : whether coping stones must come out even.
+    """
+    blocks = []
+    for row in rows:
+        strip, bond, group = row.strip, pattern, row.strip.group
+        coping = strip.run.coping
+        if row.course == strip.coped and coping is not None:
+            long = coping.length or 2 * pattern.brick
+            if round_the_ring:
+                long = strip.axis.length / max(round(strip.axis.length / long), 3)
+            bond = replace(pattern, bond="running", brick=long, leaves=1, through=None)
+            group = f"{group}.coping"
+        ends, leaves = lay(row, bond, sliver * pattern.brick)
+        first = numbers.get((group, row.course), 0)
+        numbers[group, row.course] = first + len(ends)
+        names = [f"{group}.{row.course}.{first + i}" for i in range(len(ends))]
+        blocks += strip.bricks(row.course, ends, leaves, names, group)
+    return blocks
+
+
+def head_stones(strip: Strip, found: Sequence[Head], numbers: Numbers) -> list[Block]:
+    """Lintels and voussoirs, through the whole thickness."""
+    blocks = []
+    for head in found:
+        group = f"{strip.group}.{head.kind}"
+        k = numbers.get((group, HEADS), 0)
+        numbers[group, HEADS] = k + 1
+        blocks += [strip.slab(stone, f"{group}.{k}.{i}", group) for i, stone in enumerate(head.stones)]
+    return blocks

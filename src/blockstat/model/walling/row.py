@@ -1,0 +1,112 @@
+"""One course of a strip: what is solid of it, and the bricks laid in it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from blockstat.errors import InputError
+from blockstat.model.walling.pattern import LAP, STACK_LAP, Pattern, bands, spread
+from blockstat.model.walling.strip import Edge, Strip, upright
+from blockstat.typing import Floats
+
+
+@dataclass(frozen=True)
+class Gap:
+    """A part of a course between two planes that has no bricks of the strip."""
+
+    low: Edge
+    high: Edge
+    what: str  #: for messages, such as 'wall "north"'
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """One course of a strip before bricks are laid in it."""
+
+    strip: Strip
+    course: int
+    start: Gap  #: ends in the plane where the course begins
+    end: Gap  #: begins in the plane where the course ends
+    gaps: Sequence[Gap] = ()
+    avoid: list[tuple[float, float]] = field(default_factory=list)  #: where courses above and below are cut
+    pointed: bool = False  #: whether it may run out to an edge (under the ridge of a gable)
+
+    def span(self, edge: Edge) -> tuple[float, float]:
+        """Least and largest s of a plane inside the course."""
+        s = self.corners(edge)
+        return float(s.min()), float(s.max())
+
+    def at_faces(self, edge: Edge) -> list[tuple[float, float]]:
+        """Least and largest s of a plane on the right face and on the left face."""
+        sides = self.corners(edge).reshape(2, 2).T
+        return [(float(s.min()), float(s.max())) for s in sides]
+
+    def corners(self, edge: Edge) -> Floats:
+        """s of a plane at the four edges of the course, shape (4,)."""
+        z = np.repeat(self.strip.bed(self.course), 2)
+        right, left = self.strip.faces(self.course)
+        d = [c + k * h for h, (c, k) in zip(z, (right, left) * 2, strict=True)]
+        return edge[0] + edge[1] * np.array(d) + edge[2] * z
+
+    def stretches(self, least: float) -> list[tuple[Edge, Edge]]:
+        """The solid parts between the gaps. Raises InputError for one narrower than `least` [m]."""
+        gaps = sorted(self.gaps, key=lambda gap: self.corners(gap.low).mean())
+        found = []
+        for before, after in zip([self.start, *gaps], [*gaps, self.end], strict=True):
+            width = self.corners(after.low) - self.corners(before.high)
+            if np.abs(width).max() < 1e-9 * least:
+                continue
+            if width.min() < least * (1 - 1e-9) and not (self.pointed and width.min() > -1e-9 * least):
+                at = f"at a height of {self.strip.bed(self.course)[0]:.3g} m"
+                left = f"{width.min():.3g} m is left between" if width.min() > 0 else "nothing is left between"
+                raise InputError(
+                    f'"{self.strip.group}": {left} {before.what} and {after.what} {at}; leave at least {least:.3g} m'
+                )
+            found.append((before.high, after.low))
+        return found
+
+
+def lay(row: Row, pattern: Pattern, sliver: float) -> tuple[Floats, Floats]:
+    """Bricks of a row: their end planes, shape (n, 2, 3), and the leaves they fill, shape (n, 2), see `Strip.bricks`.
+
+    sliver : a stretch, or the rest of a brick at its end, shorter than this is joined to its neighbour [m].
+    """
+    ends: list[tuple[Edge, Edge]] = []
+    leaves: list[tuple[float, float]] = []
+    number = pattern.leaves_in(row.course)
+    drop = pattern.bond == "stack"
+    closed = bands(row.avoid, (STACK_LAP if drop else LAP) * pattern.brick)
+    for first, last in row.stretches(sliver):
+        low, high = row.span(first)[1] + sliver, row.span(last)[0] - sliver
+        headers = pattern.headers(row.course, low, high)
+        marks = _within(spread(np.unique(headers), closed, drop=drop), low, high, sliver)
+        bounds = [first, *map(upright, marks), last]
+        for a, b in zip(bounds, bounds[1:], strict=False):
+            inner, outer = row.span(a)[1], row.span(b)[0]
+            middle = (inner + outer) / 2
+            if number == 1 or ((headers[:, 0] < middle) & (middle < headers[:, 1])).any():
+                shares = [(0.0, 1.0)]
+            else:
+                shares = [(k / number, (k + 1) / number) for k in range(number)]
+            whole = len(shares) < number
+            for leaf, share in enumerate(shares):
+                joints = np.empty(0) if whole else pattern.joints(row.course, leaf, inner, outer)
+                joints = spread(joints, closed, drop=drop)
+                joints = _within(joints, inner + sliver, outer - sliver, sliver)
+                cuts = [a, *map(upright, joints), b]
+                ends += zip(cuts, cuts[1:], strict=False)
+                leaves += [share] * (len(cuts) - 1)
+    return np.array(ends, dtype=float).reshape(-1, 2, 3), np.array(leaves, dtype=float).reshape(-1, 2)
+
+
+def _within(joints: Floats, low: float, high: float, least: float) -> list[float]:
+    """Joints between two places and not nearer to each other than `least`."""
+    rounding = 1e-9 * least
+    kept: list[float] = []
+    for x in joints[(joints >= low - rounding) & (joints <= high + rounding)].tolist():
+        if not kept or x - kept[-1] >= least - rounding:
+            kept.append(x)
+    return kept

@@ -1,0 +1,152 @@
+"""A strip: one straight or round stretch of wall, and blocks between planes in its own coordinates.
+
+Coordinates of a strip: s along it, d across it (positive to the left of s), z up [m]. Every face of a brick is a plane
+in them: beds z = const, faces d = c + k z, ends s = s0 + kd d + kz z (`Edge`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from blockstat.assembly import Block
+from blockstat.model.solids import FACES, polyhedron, prism
+from blockstat.model.walling.run import Run
+from blockstat.typing import Floats
+
+#: A plane across a strip: s = s0 + kd d + kz z.
+Edge = tuple[float, float, float]
+#: A plane along a strip: d = c + k z.
+Face = tuple[float, float]
+
+
+def upright(s: float) -> Edge:
+    """The plane across a strip at s."""
+    return (float(s), 0.0, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """The straight axis of a strip."""
+
+    origin: Floats
+    along: Floats  #: unit vector, shape (2,)
+    length: float
+
+    @property
+    def across(self) -> Floats:
+        return np.array([-self.along[1], self.along[0]])
+
+    def place(self, s: Floats, d: Floats) -> Floats:
+        """Points x, y, shape (..., 2)."""
+        return self.origin + s[..., None] * self.along + d[..., None] * self.across
+
+
+@dataclass(frozen=True, eq=False)
+class Ring:
+    """A round axis, counter-clockwise, d towards its centre; with tails, straight stretches along its tangents."""
+
+    centre: Floats
+    radius: float
+    start: float  #: angle where the arc begins [rad]
+    arc: float  #: length of the arc [m]
+    tails: tuple[float, float] = (0.0, 0.0)  #: lengths of the stretches before and after it [m]
+
+    @property
+    def length(self) -> float:
+        return self.arc + sum(self.tails)
+
+    def place(self, s: Floats, d: Floats) -> Floats:
+        """Points x, y, shape (..., 2)."""
+        beyond = s - self.tails[0]
+        on_arc = np.clip(beyond, 0.0, self.arc) if any(self.tails) else beyond
+        angle = self.start + on_arc / self.radius
+        out = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        along = np.stack([-out[..., 1], out[..., 0]], axis=-1)
+        return self.centre + (self.radius - d)[..., None] * out + (beyond - on_arc)[..., None] * along
+
+
+@dataclass(frozen=True, eq=False)
+class Strip:
+    """One stretch of wall: its axis, its faces and how many courses it has."""
+
+    run: Run
+    axis: Line | Ring
+    right: Face
+    left: Face
+    levels: tuple[float, ...]  #: heights of the beds of the whole work [m]
+    top: int  #: courses up to the eaves
+    ridge: int  #: courses up to the ridge of the gable; `top` where there is none
+    group: str
+    segment: int = 0  #: which stretch of the path of its run
+    ends: tuple[tuple[float, float], ...] = ()  #: (z, s) of its free end, where that is no upright plane
+
+    @property
+    def coped(self) -> int:
+        """The course that is the coping, -1 for none."""
+        return self.top - 1 if self.run.coping is not None and self.ridge == self.top else -1
+
+    def bed(self, course: int) -> tuple[float, float]:
+        """Heights of the lower and upper bed of a course [m]."""
+        return self.levels[course], self.levels[course + 1]
+
+    def faces(self, course: int) -> tuple[Face, Face]:
+        """Right and left face in a course; a coping's are upright and overhang."""
+        if course != self.coped or self.run.coping is None:
+            return self.right, self.left
+        z, over = self.levels[course], self.run.coping.overhang
+        return (self.right[0] + self.right[1] * z - over, 0.0), (self.left[0] + self.left[1] * z + over, 0.0)
+
+    def far_end(self, course: int) -> Edge:
+        """The plane of the free far end in a course."""
+        if not self.ends:
+            return upright(self.axis.length)
+        z0, z1 = self.bed(course)
+        rounding = 1e-9 * (z1 - z0)
+        for (za, sa), (zb, sb) in zip(self.ends, self.ends[1:], strict=False):
+            if za <= z0 + rounding and zb >= z1 - rounding:
+                slope = (sb - sa) / (zb - za)
+                return (sa - slope * za, 0.0, slope)
+        raise AssertionError("the corners of a far end are on beds")
+
+    def points(self, s: Floats, d: Floats, z: Floats) -> Floats:
+        """Points x, y, z, shape (..., 3)."""
+        return np.concatenate([self.axis.place(s, d), z[..., None]], axis=-1)
+
+    def bricks(self, course: int, ends: Floats, leaves: Floats, names: list[str], group: str) -> list[Block]:
+        """Blocks of one course.
+
+        ends : the edges that bound each, shape (n, 2, 3); leaves : from right face (0) to left (1), shape (n, 2).
+        """
+        if not len(ends):
+            return []
+        z = np.repeat(self.bed(course), 4)
+        (rc, rk), (lc, lk) = self.faces(course)
+        share = np.concatenate([leaves[:, (0, 0, 1, 1)]] * 2, axis=1)
+        right = rc + rk * z
+        d = right + share * (lc + lk * z - right)
+        edge = ends[:, (0, 1, 1, 0, 0, 1, 1, 0)]
+        s = edge[..., 0] + edge[..., 1] * d + edge[..., 2] * z
+        corners = self.points(s, d, np.broadcast_to(z, s.shape))
+        pointed = np.abs(s[:, (1, 2, 5, 6)] - s[:, (0, 3, 4, 7)]).min(axis=1) < 1e-9 * np.ptp(s, axis=1)
+        return [
+            polyhedron(_meeting(v), FACES, name=name, group=group) if sharp else Block(v, FACES, name, group)
+            for v, name, sharp in zip(corners, names, pointed, strict=True)
+        ]
+
+    def slab(self, section: Floats, name: str, group: str, faces: tuple[Face, Face] | None = None) -> Block:
+        """A block through the whole thickness with an outline in s, z, shape (k, 2), at its right face and its left."""
+        s, z = section.T
+        sides = [self.points(s, c + k * z, z) for c, k in faces or (self.right, self.left)]
+        return prism(*sides, name=name, group=group)
+
+
+def _meeting(corners: Floats) -> Floats:
+    """Corners of a hexahedron with those that meet within rounding made equal."""
+    limit = 1e-9 * np.ptp(corners, axis=0).max()
+    out = corners.copy()
+    for i, j in ((0, 1), (3, 2), (4, 5), (7, 6)):
+        if np.abs(out[i] - out[j]).max() < limit:
+            out[j] = out[i]
+    return out

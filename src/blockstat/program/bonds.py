@@ -1,0 +1,73 @@
+"""Bonds at the centre of a joint: glue, dowels, clamps with a capacity in force and in moment.
+
+A bond holds a tension and a shear of at most F each, and a bending moment and a torsion of at most M each. It enters
+the programs as four more columns of three, whose cone is cut at the capacity (see `blockstat.program.penalty`):
+
+    tension (-n, 0, 0),   shear (0, t1, t2),   bending (0, couple t1, couple t2),   torsion (0, couple n, 0).
+
+The first of the three is the head of the cone: |second, third| <= first <= capacity.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blockstat.contact.cells import centres
+from blockstat.contact.point_law import last_law
+from blockstat.program.equilibrium import Columns
+from blockstat.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+    from blockstat.contact.interfaces import Interfaces
+
+KINDS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Bonds:
+    """What the bonds of an assembly carry."""
+
+    interface: Ints  #: shape (n,)
+    force: Floats  #: on block b, at the centre of the joint, shape (n, 3) [N]
+    moment: Floats  #: on block b, shape (n, 3) [N m]
+
+
+def bonded(assembly: Assembly, interfaces: Interfaces) -> tuple[Ints, Floats]:
+    """Interfaces with a bond at their centre, shape (n,), and the capacities of its columns, shape (4 n,) [N]."""
+    rows, capacity = [], []
+    for k, law in enumerate(last_law(assembly, interfaces)):
+        if law is not None and law.bond_moment is not None and (law.bond or law.bond_moment):
+            arm = np.sqrt(interfaces.area[k])
+            rows.append(k)
+            capacity.append((law.bond, law.bond, law.bond_moment / arm, law.bond_moment / arm))
+    return np.array(rows, dtype=np.int64), np.array(capacity).reshape(-1)
+
+
+def bond_columns(interfaces: Interfaces, rows: Ints) -> Columns:
+    """The columns of the bonds of some interfaces, four a bond."""
+    n = len(rows)
+    frame = interfaces.frame[rows]
+    force, couple = np.zeros((n, KINDS, 3, 3)), np.zeros((n, KINDS, 3, 3))
+    force[:, 0, 0] = -frame[:, 0]
+    force[:, 1, 1:] = frame[:, 1:]
+    arm = np.sqrt(interfaces.area[rows])[:, None, None]  # moments are forces on this arm, so that all values are [N]
+    couple[:, 2, 1:] = arm * frame[:, 1:]
+    couple[:, 3, 1] = arm[:, 0] * frame[:, 0]
+    return Columns(
+        point=np.repeat(centres(interfaces, rows), KINDS, axis=0),
+        pair=np.repeat(interfaces.pair[rows], KINDS, axis=0),
+        force=force.reshape(-1, 3, 3),
+        couple=couple.reshape(-1, 3, 3),
+    )
+
+
+def bond_forces(interfaces: Interfaces, rows: Ints, values: Floats) -> Bonds:
+    """What columns of bonds carry. values : forces of the columns, shape (4 n, 3) [N]."""
+    columns = bond_columns(interfaces, rows)
+    parts = (columns.force, columns.couple if columns.couple is not None else 0 * columns.force)
+    force, moment = (np.einsum("nci,nc->ni", part, values).reshape(-1, KINDS, 3).sum(axis=1) for part in parts)
+    return Bonds(rows, force, moment)

@@ -1,0 +1,153 @@
+"""Prismatic scenes: three unknowns a block and two numbers a pair of contact points.
+
+When all blocks have the same two ends along one axis and every joint runs through between them, the scene is
+symmetric about its middle plane. An optimal motion is then planar (average it with its mirror image), and the
+forces at the two ends of a joint may be taken equal and in the plane: the friction cone becomes two half-planes.
+This is exact; the answer is unfolded to the whole scene and checked there like any other.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import sparse
+
+from blockstat.contact.interfaces import Interfaces
+from blockstat.program.equilibrium import Equilibrium
+from blockstat.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: Coordinates within this fraction of the block size are equal, and so are directions within this sine.
+SAME = 1e-7
+#: Loads out of the plane below this fraction of the largest are rounding.
+OUT_OF_PLANE = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """The reduction of one equilibrium to its middle plane."""
+
+    unfold: sparse.csr_array  #: R, shape (6 n, 3 n), planar twists to whole ones
+    first: Ints  #: one point of each pair, shape (p,)
+    second: Ints  #: its mirror image, shape (p,)
+    tangent: Floats  #: in-plane tangent in the frame (t1, t2) of the points, shape (p, 2)
+
+    def holds(self, *vectors: Floats | None) -> bool:
+        """Whether vectors over whole twists have no part out of the plane."""
+        for vector in vectors:
+            if vector is None:
+                continue
+            out = vector - self.unfold @ (self.unfold.T @ vector)
+            if np.abs(out).max(initial=0.0) > OUT_OF_PLANE * np.abs(vector).max(initial=0.0):
+                return False
+        return True
+
+    def offsets(self, offset: Floats) -> tuple[Floats, Floats]:
+        """Normal and in-plane parts of rates at all points, shape (3 m,), at the first of each pair."""
+        first = offset.reshape(-1, 3)[self.first]
+        return first[:, 0], (first[:, 1:] * self.tangent).sum(axis=1)
+
+    def mirrors(self, offset: Floats) -> bool:
+        """Whether rates at all points, shape (3 m,), are planar: the same at both points of each pair."""
+        rate = offset.reshape(-1, 3)
+        normal, along = self.offsets(offset)
+        expected = np.column_stack([normal, along[:, None] * self.tangent])
+        error = max(np.abs(rate[points] - expected).max(initial=0.0) for points in (self.first, self.second))
+        return bool(error <= OUT_OF_PLANE * np.abs(rate).max(initial=0.0))
+
+    def rates(self, matrix: sparse.csc_array) -> tuple[sparse.csr_array, sparse.csr_array]:
+        """Rows that take planar twists to (g_n, g_t) of each pair, from A of the whole scene."""
+        rows = matrix.T.tocsr()
+        normal = rows[3 * self.first]
+        along = sparse.diags_array(self.tangent[:, 0]) @ rows[3 * self.first + 1]
+        along = along + sparse.diags_array(self.tangent[:, 1]) @ rows[3 * self.first + 2]
+        return sparse.csr_array(normal @ self.unfold), sparse.csr_array(along @ self.unfold)
+
+    def local(self, local: Floats) -> tuple[Floats, Floats]:
+        """The entries of `rates` in the columns of the two blocks, from those of A's columns; shape (p, 6) each.
+
+        local : shape (3 m, 12), see `PenaltyProgram.local`.
+        """
+        kept = np.flatnonzero(np.diff(self.unfold.indptr[:7]))
+        entries = local[:, np.concatenate([kept, 6 + kept])]
+        first = 3 * self.first
+        return entries[first], self.tangent[:, :1] * entries[first + 1] + self.tangent[:, 1:] * entries[first + 2]
+
+    def fold_forces(self, force: Floats) -> tuple[Floats, Floats]:
+        """Normal and in-plane forces of the pairs, both ends together, shape (p,) each; see `unfold_forces`."""
+        both = force[self.first] + force[self.second]
+        return both[:, 0], (both[:, 1:] * self.tangent).sum(axis=1)
+
+    def unfold_forces(self, normal: Floats, along: Floats, n_points: int) -> Floats:
+        """Forces of the pairs, half at each end, shape (n_points, 3)."""
+        force = np.zeros((n_points, 3))
+        half = 0.5 * np.column_stack([normal, along[:, None] * self.tangent])
+        force[self.first] = half
+        # The twin shares the interface and so the frame.
+        force[self.second] = half
+        return force
+
+
+def find_plane(assembly: Assembly, interfaces: Interfaces, eq: Equilibrium) -> Plane | None:
+    """The reduction of a prismatic scene; None when the scene is not prismatic along x, y or z."""
+    if not eq.n_points:
+        return None
+    size = float(eq.length.min())
+    k = interfaces.point_interface[eq.points]
+    point = interfaces.point[eq.points]
+    centre = assembly.centroid[eq.blocks]
+    for axis in range(3):
+        low, high = point[:, axis].min(), point[:, axis].max()
+        middle = (low + high) / 2
+        ends = np.minimum(np.abs(point[:, axis] - low), np.abs(point[:, axis] - high))
+        flat = (
+            high - low > SAME * size
+            and ends.max() <= SAME * size
+            and np.abs(interfaces.frame[k, 0, axis]).max() <= SAME
+            and np.abs(centre[:, axis] - middle).max() <= SAME * size
+        )
+        if not flat:
+            continue
+        pairs = _mirror_pairs(point, k, axis, middle, SAME * size)
+        if pairs is None:
+            continue
+        tangent = _in_plane(interfaces.frame[k[pairs[0]]], axis)
+        return Plane(_unfold(eq.n_blocks, axis), *pairs, tangent)
+    return None
+
+
+def _mirror_pairs(
+    point: Floats, interface: Ints, axis: int, middle: float, tolerance: float
+) -> tuple[Ints, Ints] | None:
+    """Indices of the points at one end and of their images at the other, or None if some has none."""
+    lower = np.flatnonzero(point[:, axis] < middle)
+    upper = np.flatnonzero(point[:, axis] > middle)
+    if len(lower) != len(upper):
+        return None
+    flat = np.delete(point, axis, axis=1)
+
+    def ordered(index: Ints) -> Ints:
+        keys = np.round(flat[index] / (10 * tolerance)).astype(np.int64)
+        return index[np.lexsort((keys[:, 1], keys[:, 0], interface[index]))]
+
+    lower, upper = ordered(lower), ordered(upper)
+    matched = (interface[lower] == interface[upper]).all() and np.abs(flat[lower] - flat[upper]).max() <= tolerance
+    return (lower, upper) if matched else None
+
+
+def _in_plane(frame: Floats, axis: int) -> Floats:
+    """Coordinates (t1, t2) of the tangent that lies in the plane, shape (n, 2)."""
+    along = np.cross(np.eye(3)[axis], frame[:, 0])
+    return np.einsum("nij,nj->ni", frame[:, 1:], along)
+
+
+def _unfold(n: int, axis: int) -> sparse.csr_array:
+    """Selection of the two velocities in the plane and the rotation about its normal for each block."""
+    rows = np.sort([*[k for k in range(3) if k != axis], 3 + axis])
+    index = (6 * np.arange(n)[:, None] + rows).reshape(-1)
+    shape = (6 * n, 3 * n)
+    return sparse.csr_array((np.ones(3 * n), (index, np.arange(3 * n))), shape=shape)

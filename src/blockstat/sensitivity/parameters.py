@@ -1,0 +1,171 @@
+"""Derivatives of the limit load and of the score by the parameters of a design, without solving again.
+
+Envelope theorem: at the optimum the unknowns do not matter to first order, so the derivative is that of the
+equilibrium residual, with the forces in their joints' frames and the mechanism held fixed:
+
+    d lambda / d theta = -u' d(A f + w + lambda l) / d theta    with l' u = 1,
+    d (1/2 |s|^2) / d theta = u' d(A (f - E s) + w) / d theta.
+
+The derivative of the residual is taken by central differences on the rebuilt geometry, which costs two interface
+searches a parameter and no solve.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blockstat.analysis.assess import assess
+from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, limit_load
+from blockstat.analysis.verdict import Outcome, Verdict
+from blockstat.contact.interfaces import Interfaces, find_interfaces
+from blockstat.contact.point_law import point_law
+from blockstat.errors import InputError
+from blockstat.loads import acceleration
+from blockstat.program.equilibrium import equilibrium, weight
+from blockstat.typing import Floats
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+Make = Callable[[Mapping[str, float]], "Assembly"]
+LoadOf = Callable[["Assembly"], Floats]
+
+#: Half width of the differences, relative to the parameter: the residual is smooth, so rounding sets it.
+STEP = 1e-5
+#: Forces that balance a load do so to this fraction of the largest one on a block.
+BALANCE = 1e-5
+
+
+def limit_load_gradient(make: Make, values: Mapping[str, float], load: LoadOf) -> tuple[LimitLoad, dict[str, float]]:
+    """Limit load of a design and its derivative by each of its parameters.
+
+    make : builds the assembly of some parameter values; load : gives the load on an assembly, shape (n_blocks, 6).
+    Raises InputError when there is no limit, or when a small step changes which blocks touch.
+    """
+    assembly = _plain(make(values))
+    limit = limit_load(assembly, load(assembly))
+    multiplier, twist = pinned(limit, load(assembly))
+
+    def residual(changed: Assembly, interfaces: Interfaces) -> Floats:
+        total = weight(changed) + multiplier * load(changed)
+        return _residual(changed, interfaces, _shifted(changed, interfaces, limit, limit.forces), total)
+
+    return limit, _differences(make, values, limit.interfaces, lambda a, i: -float((twist * residual(a, i)).sum()))
+
+
+def pinned(limit: LimitLoad, load: Floats) -> tuple[float, Floats]:
+    """Multiplier and the mechanism on which the load, shape (n_blocks, 6) [N, N m], does work 1, shape (n_blocks, 6).
+
+    Raises InputError when there is no limit, or when the forces of the limit do not carry this load.
+    """
+    if limit.outcome is not LoadOutcome.LIMIT:
+        raise InputError(f"no limit load to differentiate: {limit.outcome.value}")
+    assembly = limit.assembly
+    total = weight(assembly) + limit.lower * load
+    rest = _residual(assembly, limit.interfaces, limit.forces, total)[:, :3]
+    if np.abs(rest).max() > BALANCE * np.abs(total).max():
+        raise InputError("the limit is not that of this load: its forces do not balance the weight and the load")
+    return (limit.lower + limit.upper) / 2, limit.mechanism / float((limit.mechanism * load).sum())
+
+
+def lacking(verdict: Verdict) -> tuple[Floats, Floats]:
+    """Mechanism and net contact forces f - E s of the penalty program's optimum, shapes (n_blocks, 6), (n_points, 3).
+
+    At the optimum |s|^2 = w' u, which gives the mechanism its size; what joints hold in tension counts with the load w.
+    Raises InputError for an infinite score.
+    """
+    if not np.isfinite(verdict.score):
+        raise InputError("the score is infinite: no adhesion at the joints could hold this design")
+    assembly, faces, normal = verdict.assembly, verdict.interfaces, np.array([1.0, 0.0, 0.0])
+    held = -point_law(assembly, faces).shift[:, None] * normal
+    load = _residual(assembly, faces, held, weight(assembly))
+    twist = verdict.mechanism * float(verdict.adhesion @ verdict.adhesion) / float((verdict.mechanism * load).sum())
+    return twist, verdict.forces - verdict.adhesion[:, None] * normal
+
+
+def stone_sensitivity(limit: LimitLoad, direction: Sequence[float], *, pushed: bool = True) -> Floats:
+    """Change of the limit load multiplier by mass added at each block's centroid, shape (n_blocks,) [1/kg].
+
+    The added mass m weighs on the block, and where `pushed` the load, being an acceleration, pushes it as well:
+
+        d lambda / d m = -v' (g + lambda |g| e)    with l' u = 1,
+
+    v the velocity of the centroid, e the unit vector of the load; without `pushed` the second term is left out (the
+    load stays what it was). Zero on supports.
+
+    direction : three numbers, the acceleration of which `limit` is the limit.
+    """
+    assembly = limit.assembly
+    load = acceleration(assembly, direction)
+    multiplier, twist = pinned(limit, load)
+    field = assembly.gravity + (multiplier * load[:, :3] / assembly.mass[:, None] if pushed else 0.0)
+    return np.where(
+        assembly.support, 0.0, -np.einsum("ij,ij->i", twist[:, :3], np.broadcast_to(field, load[:, :3].shape))
+    )
+
+
+def score_gradient(make: Make, values: Mapping[str, float]) -> tuple[Verdict, dict[str, float]]:
+    """Score of an unstable design and its derivative by each of its parameters; zero where it is stable."""
+    assembly = _plain(make(values))
+    verdict = assess(assembly)
+    if verdict.outcome is Outcome.STABLE:
+        return verdict, dict.fromkeys(values, 0.0)
+    twist, net = lacking(verdict)
+    tension = float(np.linalg.norm(verdict.adhesion))
+
+    def score_change(changed: Assembly, interfaces: Interfaces) -> float:
+        forces = _shifted(changed, interfaces, verdict, net)
+        energy = float((twist * _residual(changed, interfaces, forces, weight(changed))).sum())
+        return energy / tension / assembly.free_weight - verdict.score * changed.free_weight / assembly.free_weight
+
+    return verdict, _differences(make, values, verdict.interfaces, score_change)
+
+
+def _plain(assembly: Assembly) -> Assembly:
+    """The assembly, if its joints have laws of which the derivative is known."""
+    for law in assembly.joints:
+        unknown = set(law.as_dict()) - {"between", "friction", "tension", "bond"}
+        if unknown:
+            label, names = " and ".join(law.between), ", ".join(sorted(unknown))
+            raise InputError(f"joint law between {label}: derivatives know friction, tension and bond, not {names}")
+    return assembly
+
+
+def _differences(
+    make: Make, values: Mapping[str, float], interfaces: Interfaces, measure: Callable[[Assembly, Interfaces], float]
+) -> dict[str, float]:
+    """Central differences of a measure that holds forces and twists fixed."""
+    gradient = {}
+    for name, value in values.items():
+        step = STEP * max(abs(value), 1e-3)
+        ends = []
+        for sign in (1.0, -1.0):
+            changed = make({**values, name: value + sign * step})
+            ends.append(measure(changed, _matched(interfaces, find_interfaces(changed), name)))
+        gradient[name] = (ends[0] - ends[1]) / (2 * step)
+    return gradient
+
+
+def _matched(old: Interfaces, new: Interfaces, name: str) -> Interfaces:
+    """The new interfaces, if they are the old ones moved a little."""
+    same = old.pair.shape == new.pair.shape and (old.pair == new.pair).all() and (old.start == new.start).all()
+    if not same or np.abs(old.frame - new.frame).max(initial=0.0) > 0.1:
+        raise InputError(f'"{name}": a small step changes which blocks touch, or how; there is no derivative here')
+    return new
+
+
+def _shifted(changed: Assembly, interfaces: Interfaces, result: LimitLoad | Verdict, forces: Floats) -> Floats:
+    """Forces where tension capacities go with the joints' areas: what is held fixed is their place in the cones."""
+    more = point_law(changed, interfaces).shift - point_law(result.assembly, result.interfaces).shift
+    return forces - more[:, None] * np.array([1.0, 0.0, 0.0])
+
+
+def _residual(assembly: Assembly, interfaces: Interfaces, forces: Floats, load: Floats) -> Floats:
+    """Unbalanced wrench on each block under forces fixed in their joints' frames, shape (n_blocks, 6) [N, N m]."""
+    eq = equilibrium(assembly, interfaces, load, assembly.free, np.arange(interfaces.n_points))
+    total = np.zeros((assembly.n_blocks, 6))
+    total[eq.blocks] = (eq.matrix @ forces.reshape(-1)).reshape(-1, 6) + load[eq.blocks]
+    return total

@@ -1,0 +1,252 @@
+"""Derivatives of the limit load and of the score by every corner of the blocks, without solving again.
+
+Envelope theorem, as in `blockstat.sensitivity.parameters`: with forces f in their joints' frames and twist u held
+fixed,
+
+    d lambda / dx = -d/dx u'(A f + w + lambda l)    with l' u = 1,
+    d (1/2 |s|^2) / dx = d/dx u'(A (f - E s) + w).
+
+Here x is a *shared point*: all corners of blocks that lie at one place move together, so that blocks that touch go on
+touching. Its motion changes volumes, centroids and so weights and loads; turns the joints' frames with the Newell
+normals of their faces, half by each side; and takes contact points along. A contact point at a corner of a block goes
+where the corner goes. One at the crossing of two edges stays at their crossing; where the edges of a rough mesh run
+together, it goes with their mean. Faces may go warped to first order: volumes are then those of the faces split about
+their mean corner, as everywhere in this package.
+
+Where a corner lies on another block's edge, moving it one way drags the contact point along and moving it the other
+way may not: the derivative is that of motions after which it still lies there. For a motion of all points that
+keeps faces planar and blocks in touch, the sum over points is the derivative of a design that moves so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from blockstat.analysis.limit_load import LimitLoad, relative_motion
+from blockstat.analysis.verdict import Outcome, Verdict
+from blockstat.assembly import Assembly
+from blockstat.contact.interfaces import ANGLE, GAP, Interfaces
+from blockstat.errors import InputError
+from blockstat.geometry.polyhedron import next_in_face
+from blockstat.loads import acceleration
+from blockstat.sensitivity.parameters import lacking, pinned
+from blockstat.typing import Floats, Ints
+
+#: Corners of different blocks this close, relative to the smallest block, are one point.
+SHARED = 1e-6
+#: A contact point this close to a corner or an edge, seen along the normal and relative to the blocks, lies on it.
+ON = 1e-5
+#: Edges at a smaller angle (sine) than this do not cross but run together.
+ALONG = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class PointGradient:
+    """A value and its derivative by the places of all shared points."""
+
+    value: float  #: limit load multiplier, or score
+    points: Floats  #: shape (n_points, 3) [m]
+    vertex_point: Ints  #: the point of each vertex of the assembly, shape (n_vertices,)
+    gradient: Floats  #: shape (n_points, 3) [1/m]
+
+    def along(self, motion: Floats) -> float:
+        """Derivative along a motion of the points, shape (n_points, 3) [m]."""
+        return float((self.gradient * motion).sum())
+
+
+def shared_points(assembly: Assembly, *, tolerance: float = SHARED) -> tuple[Floats, Ints]:
+    """Places where corners lie, shape (n_points, 3) [m], and the place of each vertex, shape (n_vertices,).
+
+    tolerance : corners closer than this share a place, relative to the size of the smallest block.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import KDTree
+
+    n = len(assembly.vertices)
+    close = KDTree(assembly.vertices).query_pairs(tolerance * float(assembly.size.min()), output_type="ndarray")
+    graph = coo_array((np.ones(len(close)), (close[:, 0], close[:, 1])), shape=(n, n))
+    count, label = connected_components(graph, directed=False)
+    points = np.zeros((count, 3))
+    np.add.at(points, label, assembly.vertices)
+    return points / np.bincount(label, minlength=count)[:, None], label.astype(np.int64)
+
+
+def limit_load_by_point(limit: LimitLoad, direction: Sequence[float], *, tolerance: float = SHARED) -> PointGradient:
+    """Derivative of a limit load multiplier by the place of every shared point [1/m].
+
+    direction : three numbers, the acceleration of which `limit` is the limit; the load follows the masses.
+    tolerance : see `shared_points`.
+    Raises InputError when there is no limit, when `direction` is not that of its load, or for joints with tension.
+    """
+    assembly = limit.assembly
+    multiplier, twist = pinned(limit, acceleration(assembly, direction))
+    field = assembly.gravity + multiplier * acceleration(assembly, direction)[:, :3] / assembly.mass[:, None]
+    by_vertex, _ = _by_vertex(assembly, limit.interfaces, twist, limit.forces, field)
+    return _gathered(assembly, multiplier, -by_vertex, tolerance)
+
+
+def score_by_point(verdict: Verdict, *, tolerance: float = SHARED) -> PointGradient:
+    """Derivative of the score by the place of every shared point [1/m]; zero for a stable verdict.
+
+    The verdict has to be one without `loads`. tolerance : see `shared_points`.
+    """
+    assembly = verdict.assembly
+    if verdict.outcome is Outcome.STABLE:
+        return _gathered(assembly, 0.0, np.zeros_like(assembly.vertices), tolerance)
+    twist, net = lacking(verdict)
+    tension = float(np.linalg.norm(verdict.adhesion))
+    field = np.broadcast_to(assembly.gravity, (assembly.n_blocks, 3))
+    energy, mass = _by_vertex(assembly, verdict.interfaces, twist, net, field)
+    heavier = mass * float(np.linalg.norm(assembly.gravity))
+    change = (energy / tension - verdict.score * heavier) / assembly.free_weight
+    return _gathered(assembly, verdict.score, change, tolerance)
+
+
+def _gathered(assembly: Assembly, value: float, by_vertex: Floats, tolerance: float) -> PointGradient:
+    points, label = shared_points(assembly, tolerance=tolerance)
+    gradient = np.zeros_like(points)
+    np.add.at(gradient, label, by_vertex)
+    return PointGradient(value, points, label, gradient)
+
+
+def _by_vertex(
+    assembly: Assembly, interfaces: Interfaces, twist: Floats, forces: Floats, field: Floats
+) -> tuple[Floats, Floats]:
+    """Derivatives by each vertex of u'(A f + m field) and of the free blocks' mass, each shape (n_vertices, 3).
+
+    field : acceleration on each block, shape (n_blocks, 3) [m/s2].
+    """
+    if any(set(law.as_dict()) - {"between", "friction", "bond"} for law in assembly.joints):
+        raise InputError("joints whose strength goes with their area have no derivative here; give them a bond instead")
+    k, first = interfaces.point_interface, interfaces.start[:-1]
+    a, b = interfaces.pair[k].T
+    force = np.einsum("nij,ni->nj", interfaces.frame[k], forces)
+    # A contact point that moves by dp changes the moments, by u: w . (dp x F) = dp . (F x w).
+    by_contact = np.cross(force, twist[b, 3:] - twist[a, 3:])
+    # A frame that turns by dt changes the forces: (dt x F) . V = dt . (F x V), and dt = n x dn.
+    slip = relative_motion(assembly, interfaces, twist)
+    world = np.einsum("nij,ni->nj", interfaces.frame[k], slip)
+    by_normal = np.cross(np.add.reduceat(np.cross(force, world), first), interfaces.frame[:, 0])
+    on_block = np.zeros((assembly.n_blocks, 3))
+    np.add.at(on_block, b, force)
+    np.subtract.at(on_block, a, force)
+    by_centroid = -np.cross(on_block, twist[:, 3:])
+    by_mass = np.einsum("ij,ij->i", twist[:, :3], field)
+
+    block = assembly.vertex_block
+    volume, centroid = _integrals_by_vertex(assembly)
+    mass = np.where(assembly.support, 0.0, assembly.density)[block, None] * volume
+    result = by_mass[block, None] * mass + np.einsum("nij,nj->ni", centroid, by_centroid[block])
+    for number in range(interfaces.n_interfaces):
+        _add_joint(result, assembly, interfaces, number, by_contact, by_normal[number])
+    return result, mass
+
+
+def _integrals_by_vertex(assembly: Assembly) -> tuple[Floats, Floats]:
+    """Derivatives of each vertex's block's volume, shape (n_vertices, 3) [m2], and centroid, (n_vertices, 3, 3).
+
+    The last axis is the centroid's. The volume is that of the tetrahedra of
+    `blockstat.geometry.polyhedron.integrals`, with
+    the centroid as apex, so that first moments vanish and change by their own derivative alone.
+    """
+    vertex, start = assembly.face_vertices, assembly.face_start
+    count = np.diff(start)
+    block = np.repeat(assembly.face_block, count)
+    following = next_in_face(start)
+    a = assembly.vertices[vertex] - assembly.centroid[block]
+    b = a[following]
+    m = np.repeat(np.add.reduceat(a, start[:-1]) / count[:, None], count, axis=0)
+    six, total = np.einsum("ij,ij->i", m, np.cross(a, b)), m + a + b
+
+    def both(change: Floats) -> Floats:
+        """Derivatives of volume (first on the last axis) and first moments, given that of six volumes."""
+        moment = change[:, :, None] * total[:, None] + six[:, None, None] * np.eye(3)
+        return np.concatenate([change[:, :, None] / 6, moment / 24], axis=2)
+
+    corner = both(np.cross(b, m))
+    np.add.at(corner, following, both(np.cross(m, a)))
+    corner += np.repeat(np.add.reduceat(both(np.cross(a, b)), start[:-1]) / count[:, None, None], count, axis=0)
+    result = np.zeros((len(assembly.vertices), 3, 4))
+    np.add.at(result, vertex, corner)
+    return result[:, :, 0], result[:, :, 1:] / assembly.volume[assembly.vertex_block][:, None, None]
+
+
+def _add_joint(
+    result: Floats, assembly: Assembly, interfaces: Interfaces, number: int, by_contact: Floats, by_normal: Floats
+) -> None:
+    """Add what one joint's contact points and normal say about the vertices of its faces."""
+    frame = interfaces.frame[number]
+    tails, heads = [], []
+    for block, sign in zip(interfaces.pair[number], (1.0, -1.0), strict=True):
+        tail, head, edge = _outline(assembly, interfaces, number, int(block), sign)
+        # Newell: the vector area of a side changes by dx x edge / 2 with edge from the corner before to the one after.
+        area = np.linalg.norm(np.cross(assembly.vertices[tail], assembly.vertices[head]).sum(axis=0)) / 2
+        np.add.at(result, tail, sign * np.cross(edge, by_normal) / (4 * area))
+        tails.append(tail)
+        heads.append(head)
+    size = float(assembly.size[interfaces.pair[number]].min())
+    for i in range(interfaces.start[number], interfaces.start[number + 1]):
+        vertices, weights = _carriers(assembly.vertices, tails, heads, interfaces.point[i], frame, ON * size)
+        if not len(vertices):
+            one, two = (assembly.names[block] for block in interfaces.pair[number])
+            raise InputError(f'"{one}" and "{two}": a contact point lies on no corner and on no edge')
+        np.add.at(result, vertices, np.einsum("nij,i->nj", weights, by_contact[i]))
+
+
+def _outline(
+    assembly: Assembly, interfaces: Interfaces, number: int, block: int, sign: float
+) -> tuple[Ints, Ints, Floats]:
+    """Edges round a block's faces on a joint: vertices at their tails and heads, and for each tail the vector from
+    the corner before it to the one after."""
+    normal = sign * interfaces.frame[number, 0]
+    middle = interfaces.point[interfaces.start[number] : interfaces.start[number + 1]].mean(axis=0)
+    first, last = np.searchsorted(assembly.face_block, [block, block + 1])
+    planes, size = assembly.planes, float(assembly.size[interfaces.pair[number]].min())
+    off = np.abs(np.einsum("ij,ij->i", planes.centre[first:last] - middle, planes.normal[first:last]))
+    off = np.where(planes.normal[first:last] @ normal > np.cos(ANGLE), off, np.inf)
+    # Faces of one joint lie as far apart as `find_interfaces` merges them.
+    slack = max(float(interfaces.gap[number]) + GAP * size, float(off.min()))
+    tail, head, edge = [], [], []
+    for face in first + np.flatnonzero(off <= slack):
+        own = assembly.face_vertices[assembly.face_start[face] : assembly.face_start[face + 1]]
+        after = own[next_in_face(np.array([0, len(own)]))]
+        tail.append(own)
+        head.append(after)
+        edge.append(assembly.vertices[after] - assembly.vertices[np.roll(own, 1)])
+    return np.concatenate(tail), np.concatenate(head), np.concatenate(edge)
+
+
+def _carriers(
+    vertices: Floats, tails: list[Ints], heads: list[Ints], point: Floats, frame: Floats, tolerance: float
+) -> tuple[Ints, Floats]:
+    """Vertices that carry a contact point along and how, dp = sum of weights @ dx, shape (n, 3, 3)."""
+    plane = frame[1:]
+    at = [t[np.linalg.norm((vertices[t] - point) @ plane.T, axis=1) <= tolerance] for t in tails]
+    found = [np.unique(t) for t in at if len(t)]
+    if found:
+        share = np.concatenate([np.full(len(t), 1 / len(t) / len(found)) for t in found])
+        return np.concatenate(found), share[:, None, None] * np.eye(3)
+    tail, head = np.concatenate(tails), np.concatenate(heads)
+    start, along = (vertices[tail] - point) @ plane.T, (vertices[head] - vertices[tail]) @ plane.T
+    length = np.linalg.norm(along, axis=1)
+    share = -(start * along).sum(axis=1) / length**2
+    off = np.abs(start[:, 0] * along[:, 1] - start[:, 1] * along[:, 0]) / length
+    on = np.flatnonzero((off <= tolerance) & (share > 0) & (share < 1))
+    side = along[on] / length[on, None]
+    turn = np.abs(side[:, None, 0] * side[None, :, 1] - side[:, None, 1] * side[None, :, 0])
+    if turn.max(initial=0.0) < ALONG:
+        # Edges that run together carry the point with them; their crossing runs away with any rounding.
+        part = np.concatenate([1 - share[on], share[on]]) / max(len(on), 1)
+        return np.concatenate([tail[on], head[on]]), part[:, None, None] * np.eye(3)
+    pair = on[list(np.unravel_index(turn.argmax(), turn.shape))]
+    # Across each edge the point keeps up with the edge, along the normal with the mean of both.
+    across = np.column_stack([-along[pair, 1], along[pair, 0]]) @ plane
+    solve = np.linalg.inv(np.vstack([across, frame[0]]))
+    carried = [np.outer(solve[:, e], across[e]) + np.outer(solve[:, 2], frame[0]) / 2 for e in (0, 1)]
+    ends = [(1 - share[pair[e]], share[pair[e]]) for e in (0, 1)]
+    weights = np.stack([part * carried[e] for e in (0, 1) for part in ends[e]])
+    return np.array([tail[pair[0]], head[pair[0]], tail[pair[1]], head[pair[1]]]), weights

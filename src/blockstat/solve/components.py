@@ -1,0 +1,89 @@
+"""Groups of blocks that share no joint, solved apart: what one group does is nothing to another.
+
+Exact, since the penalty program of the whole is the sum of those of its groups. They are dealt out to as many parts
+as there are processors, so that a field of a thousand small stacks does not become a thousand small programs.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+
+from blockstat.program.penalty import PenaltyProgram
+from blockstat.solve.answer import RawSolution
+from blockstat.typing import Ints
+
+
+def parts(program: PenaltyProgram, most: int) -> list[Ints]:
+    """Rows of blocks of at most `most` parts of about one size, none touching another."""
+    n = len(program.load) // 6
+    a, b = program.point_blocks.T
+    both = (a >= 0) & (b >= 0)
+    graph = sparse.coo_array((np.ones(int(both.sum())), (a[both], b[both])), shape=(n, n))
+    count, label = connected_components(graph, directed=False)
+    size = np.bincount(label, minlength=count)
+    part, filled = np.zeros(count, dtype=np.int64), np.zeros(min(most, count))
+    for component in np.argsort(-size, kind="stable"):
+        part[component] = np.argmin(filled)
+        filled[part[component]] += size[component]
+    return [np.flatnonzero(part[label] == k) for k in range(len(filled))]
+
+
+def solve_apart(
+    program: PenaltyProgram, solve: Callable[[PenaltyProgram], RawSolution], most: int | None = None
+) -> RawSolution:
+    """Solve a penalty program part by part, side by side."""
+    most = most or os.cpu_count() or 1
+    found = parts(program, most)
+    if len(found) < 2:
+        return solve(program)
+    owner = np.empty(len(program.load) // 6, dtype=np.int64)
+    for k, blocks in enumerate(found):
+        owner[blocks] = k
+    first = program.point_blocks.max(axis=1)
+    of_point = np.where(first >= 0, owner[first], 0)
+    points = [np.flatnonzero(of_point == k) for k in range(len(found))]
+    pieces = [_piece(program, *chosen) for chosen in zip(found, points, strict=True)]
+    with ThreadPoolExecutor(len(pieces)) as pool:
+        answers = list(pool.map(solve, pieces))
+    whole = RawSolution(
+        force=np.zeros((len(of_point), 3)),
+        adhesion=np.zeros(program.n_points),
+        twist=np.zeros_like(program.load),
+        bounded=all(answer.bounded for answer in answers),
+        status="; ".join(dict.fromkeys(answer.status for answer in answers)),
+        iterations=max(answer.iterations for answer in answers),
+        solver="; ".join(dict.fromkeys(answer.solver for answer in answers)),
+    )
+    for blocks, own, answer in zip(found, points, answers, strict=True):
+        whole.force[own] = answer.force
+        whole.adhesion[own[own < program.n_points]] = answer.adhesion
+        whole.twist.reshape(-1, 6)[blocks] = answer.twist.reshape(-1, 6)
+    return whole
+
+
+def _piece(program: PenaltyProgram, blocks: Ints, points: Ints) -> PenaltyProgram:
+    """The program of some blocks and all points on them, in the units of the whole."""
+    row = np.full(len(program.load) // 6 + 1, -1)
+    row[blocks] = np.arange(len(blocks))
+    six = (6 * blocks[:, None] + np.arange(6)).reshape(-1)
+    three = (3 * points[:, None] + np.arange(3)).reshape(-1)
+    return replace(
+        program,
+        local=program.local[three],
+        load=program.load[six],
+        friction=program.friction[points],
+        shift=program.shift[points],
+        floor=program.floor[points],
+        cap=program.cap[points],
+        point_blocks=row[program.point_blocks[points]],
+        n_points=int((points < program.n_points).sum()),
+        plane=None,
+        openings=tuple(opening[six] for opening in program.openings),
+    )

@@ -1,0 +1,4 @@
+"""Pictures, animations, attributes and reports of what the statics say.
+
+This room imports `analysis`, `design_search`, `io` and `model`.
+"""

@@ -1,0 +1,24 @@
+"""A verdict as attributes of the blocks in a mesh that Blender and Houdini open."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from blockstat.io.files import write
+
+if TYPE_CHECKING:
+    from blockstat.analysis.verdict import Verdict
+
+
+def write_verdict(verdict: Verdict, path: str | Path) -> Path:
+    """Write the blocks as .glb (extras of nodes, custom properties in Blender) or .obj (comments); returns the path.
+
+    Each block bears its name, group, density [kg/m3] and support, and
+
+    displacement : how far its fastest corner goes in the mechanism that moves the fastest of all by 1 m [m];
+    mechanism : its velocity [m] and rotation [rad] there, six numbers along the assembly's own axes, z up;
+    demand : how hard friction and strength are used at it, 0 to 1 (see `Verdict.demand`).
+    """
+    values = {"displacement": verdict.motion, "mechanism": verdict.mechanism, "demand": verdict.demand()}
+    return write(verdict.assembly, path, values=values)

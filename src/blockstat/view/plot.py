@@ -1,0 +1,263 @@
+"""Pictures of assemblies and of what the statics say about them, with matplotlib, no OpenGL.
+
+Each goes to a file, or into axes of one's own: `figure, axes = plt.subplots()`, then `picture(assembly, axes)`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+
+from blockstat.analysis.limit_load import LimitLoad, LoadOutcome
+from blockstat.analysis.verdict import Verdict, corner_speed
+from blockstat.errors import InputError
+from blockstat.sensitivity.parameters import stone_sensitivity
+from blockstat.typing import Floats, Ints
+from blockstat.view.painter import posed, view_of, visible, with_copies
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from blockstat.assembly import Assembly
+
+#: Where a picture goes: a file, or matplotlib axes.
+Place = TypeVar("Place", str, Path, "Axes")
+
+STONE = (0.87, 0.83, 0.75)
+SUPPORT = (0.72, 0.74, 0.76)
+MOVED = "plasma"  #: colour maps that keep their order in grey and for colour-blind readers
+DEMAND = "viridis"
+SIGNED = "RdBu"  #: blue above zero, red below
+GHOST = (0.95, 0.95, 0.95, 0.55)
+STILL = 1e-3  #: blocks slower than this, relative to the fastest, leave no ghost
+
+
+def picture(
+    assembly: Assembly,
+    place: Place,
+    *,
+    values: Floats | None = None,
+    label: str = "",
+    colours: str = MOVED,
+    top: float | None = None,
+    bottom: float = 0.0,
+    displacement: Floats | None = None,
+    rotation: Floats | None = None,
+    ghosts: Ints | None = None,
+    title: str = "",
+    azimuth: float = -55.0,
+    elevation: float = 25.0,
+    opacity: float = 1.0,
+    overlay: Callable[[Axes], None] | None = None,
+) -> Place:
+    """Draw the blocks in parallel projection; returns the place.
+
+    place : a file, in PNG or any format matplotlib writes, or the axes to draw in.
+    values : one number a block to colour by, shape (n_blocks,), with `label` and its unit on the colour bar;
+    bottom, top : the ends of the bar, the top by default the largest value.
+    displacement, rotation : poses to draw the blocks in, shapes (n_blocks, 3) [m] and (n_blocks, 3, 3).
+    ghosts : indices of blocks, ascending, that are drawn a second time where they were, pale and behind the others.
+    azimuth, elevation : from where one looks, in degrees. opacity : of the blocks. overlay : draws on the axes
+    at last. Raises InputError for a file that cannot be written.
+    """
+    from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.collections import PolyCollection
+    from matplotlib.colors import Normalize
+
+    if isinstance(place, (str, Path)):
+        figure = _fresh_figure(Path(place))
+        axes = figure.add_subplot()
+    else:
+        figure, axes = None, place
+    view = view_of(azimuth, elevation)
+    colour = np.where(assembly.support[:, None], SUPPORT, STONE).astype(float)
+    bar = None
+    if values is not None:
+        scale = Normalize(bottom, top or max(float(np.max(values)), 1e-12))
+        bar = ScalarMappable(scale, colormaps[colours])
+        painted = bar.to_rgba(np.asarray(values, dtype=float))[:, :3]
+        colour = np.where(assembly.support[:, None], SUPPORT, painted)
+
+    colour = np.column_stack([colour, np.full(assembly.n_blocks, opacity)])
+    ghosts = np.empty(0, dtype=np.int64) if ghosts is None else ghosts
+    polygons, paint, outline = _haunted(assembly, posed(assembly, displacement, rotation), view, colour, ghosts)
+    axes.add_collection(PolyCollection(polygons, facecolors=paint, edgecolors=outline, linewidths=0.35))
+    axes.autoscale_view()
+    axes.set_aspect("equal")
+    axes.axis("off")
+    if title:
+        axes.set_title(title, fontsize=11)
+    if bar is not None:
+        axes.figure.colorbar(bar, ax=axes, label=label, shrink=0.6)
+    if overlay is not None:
+        overlay(axes)
+    if figure is not None:
+        try:
+            figure.savefig(str(place))
+        except ValueError as error:
+            raise InputError(f"{place}: {error}") from None
+    return place
+
+
+def _fresh_figure(path: Path) -> Figure:
+    """A figure for a file that can be written."""
+    from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: no such directory: {path.parent}")
+    if not path.suffix:
+        raise InputError(f"{path}: a picture needs a suffix, such as .png, .svg or .pdf")
+    if path.suffix.lower() == ".glb":
+        raise InputError(f"{path}: only a mechanism is written as .glb (--mechanism); a picture is .png or .svg")
+    return Figure(figsize=(8, 6), dpi=150, layout=ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.1))
+
+
+def _haunted(
+    assembly: Assembly, vertices: Floats, view: Floats, colour: Floats, ghosts: Ints
+) -> tuple[list[Floats], Floats, Floats]:
+    """Polygons and colours of blocks moved to `vertices`, with ghosts of some of them where they were."""
+    layer = np.zeros(assembly.n_blocks + len(ghosts), dtype=np.int64)
+    layer[ghosts], layer[assembly.n_blocks :] = 1, -1
+    both = with_copies(assembly, ghosts)
+    vertices = np.concatenate([vertices, both.vertices[len(vertices) :]])
+    colour = np.concatenate([colour, np.broadcast_to(GHOST, (len(ghosts), 4))])
+    return visible(both, vertices, view, colour, layer)
+
+
+def picture_of_verdict(verdict: Verdict, place: Place, **options: Any) -> Place:
+    """The mechanism of an assembly that moves, else the demand on the joints of one that stands."""
+    assembly = verdict.assembly
+    if not len(verdict.moving):
+        return picture(
+            assembly, place, values=verdict.demand(), colours=DEMAND, top=1.0,
+            label="friction used at the block's joints (1 = sliding)", title=f"{assembly.name}: stable", **options,
+        )  # fmt: skip
+    return picture_of_mechanism(verdict, place, **options)
+
+
+def picture_of_mechanism(
+    result: Verdict | LimitLoad, place: Place, *, amplitude: float | None = None, **options: Any
+) -> Place:
+    """The mechanism of an assembly that moves, or of a limit load, in front of a pale ghost of the assembly at rest.
+
+    amplitude : how far the fastest corner goes [m]; see `mechanism_pose`. options : those of `picture`.
+    Raises InputError when nothing moves: for a stable verdict, and where a load has no limit.
+    """
+    assembly = result.assembly
+    shown, turned = mechanism_pose(result, amplitude=amplitude)
+    speed = corner_speed(assembly, result.mechanism)
+    if isinstance(result, Verdict):
+        title = f"{assembly.name}: {result.outcome.word}, first motion exaggerated"
+    else:
+        title = f"{assembly.name}: mechanism of the limit load, multiplier {result.upper:.4g}"
+    drawn = {
+        "values": speed, "label": "speed of the fastest corner, relative", "title": title, "displacement": shown,
+        "rotation": turned, "ghosts": np.flatnonzero(speed > STILL),
+    }  # fmt: skip
+    return picture(assembly, place, **drawn | options)
+
+
+def picture_of_help(limit: LimitLoad, direction: Sequence[float], place: Place, **options: Any) -> Place:
+    """Where a stone more helps most: blocks coloured by what added mass there does to the limit load.
+
+    Blue raises the limit, red lowers it; the numbers are for a hundredth of the masonry's mass at the block's
+    centroid, pushed like the rest (see `blockstat.sensitivity.parameters.stone_sensitivity`).
+
+    direction : three numbers, the acceleration of which `limit` is the limit. options : those of `picture`.
+    """
+    assembly = limit.assembly
+    change = stone_sensitivity(limit, direction) * 0.01 * assembly.mass[assembly.free].sum()
+    reach = max(float(np.abs(change).max()), 1e-12)
+    drawn = {
+        "values": change, "colours": SIGNED, "bottom": -reach, "top": reach,
+        "label": "change of the limit by 1 % more mass, put here",
+        "title": f"{assembly.name}: where a stone more helps (limit {limit.lower:.4g})",
+    }  # fmt: skip
+    return picture(assembly, place, **drawn | options)
+
+
+def mechanism_pose(result: Verdict | LimitLoad, *, amplitude: float | None = None) -> tuple[Floats, Floats]:
+    """Blocks moved along the mechanism: displacements (n, 3) [m] and finite rotations (n, 3, 3).
+
+    amplitude : how far the fastest corner goes [m]; by default a twelfth of the assembly's extent.
+    Raises InputError when the result has no mechanism.
+    """
+    from scipy.spatial.transform import Rotation
+
+    twist = moving_twist(result, amplitude)
+    return twist[:, :3], Rotation.from_rotvec(twist[:, 3:]).as_matrix()
+
+
+def moving_twist(result: Verdict | LimitLoad, amplitude: float | None = None) -> Floats:
+    """Displacement [m] and rotation vector [rad] of each block at the end of the motion shown, shape (n_blocks, 6)."""
+    name, outcome = result.assembly.name, result.outcome
+    if not result.mechanism.any():
+        kind = "limit load" if isinstance(outcome, LoadOutcome) else "verdict"
+        raise InputError(
+            f"{name}: no mechanism to show, the {kind} is {outcome.word}; an unstable verdict or a limit load has one"
+        )
+    if amplitude is None:
+        amplitude = _extent(result.assembly) / 12
+    if not (np.isfinite(amplitude) and amplitude > 0):
+        raise InputError(f"amplitude is {amplitude!r}; it must be a length above 0 [m]")
+    return amplitude * result.mechanism
+
+
+def _extent(assembly: Assembly) -> float:
+    """Longest side of the box round the free blocks [m]."""
+    lower, upper = assembly.bounds
+    free = ~assembly.support
+    return float((upper[free].max(axis=0) - lower[free].min(axis=0)).max())
+
+
+def picture_of_forces(verdict: Verdict, place: Place, **options: Any) -> Place:
+    """The resultant of each joint as a line through its centre of pressure, over pale blocks; returns the place.
+
+    The lines' lengths go with the forces; in an arch they join up to its thrust line. Joints in tension, in an
+    assembly that does not stand, are dashed.
+    """
+
+    azimuth, elevation = options.pop("azimuth", -55.0), options.pop("elevation", 25.0)
+    view = view_of(azimuth, elevation)
+    point, force, tension = resultants(verdict)
+    size = np.linalg.norm(force, axis=1)
+    reach = 0.06 * _extent(verdict.assembly) / max(float(size.max()), 1e-300)
+
+    def draw(axes: Axes) -> None:
+        for middle, pull, torn in zip(point, force, tension, strict=True):
+            ends = np.array([middle - reach * pull, middle + reach * pull]) @ view[:2].T
+            axes.plot(*ends.T, color="#b2182b", linewidth=1.2, linestyle=":" if torn else "-")
+
+    name = verdict.assembly.name
+    drawn = {"title": f"{name}: joint forces, longest {size.max():.3g} N", "opacity": 0.35}
+    look = {"azimuth": azimuth, "elevation": elevation, "overlay": draw}
+    return picture(verdict.assembly, place, **drawn | options, **look)
+
+
+def resultants(verdict: Verdict) -> tuple[Floats, Floats, np.ndarray]:
+    """Centre of pressure [m], force on block b [N] and whether it is a tension, of each joint that carries any."""
+    return joint_resultants(verdict)[1:]
+
+
+def joint_resultants(verdict: Verdict) -> tuple[Ints, Floats, Floats, np.ndarray]:
+    """`resultants`, with the number of each joint in front."""
+    faces = verdict.interfaces
+    net = verdict.forces - verdict.adhesion[:, None] * np.array([1.0, 0.0, 0.0])
+    k = faces.point_interface
+    world = np.einsum("nij,ni->nj", faces.frame[k], net)
+    first = faces.start[:-1]
+    if not faces.n_interfaces:
+        return np.empty(0, dtype=np.int64), np.empty((0, 3)), np.empty((0, 3)), np.empty(0, dtype=bool)
+    force = np.add.reduceat(world, first)
+    normal = np.add.reduceat(net[:, 0], first)
+    share = np.abs(net[:, 0])
+    total = np.add.reduceat(share, first)
+    point = np.add.reduceat(share[:, None] * faces.point, first) / np.where(total > 0, total, 1.0)[:, None]
+    carries = np.linalg.norm(force, axis=1) > 1e-6 * max(float(np.linalg.norm(force, axis=1).max()), 1e-300)
+    return np.flatnonzero(carries), point[carries], force[carries], normal[carries] < 0

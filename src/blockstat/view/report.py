@@ -1,0 +1,168 @@
+"""The report of a search: one self-contained HTML page, the history, and the best design."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+
+from blockstat.analysis.assess import assess
+from blockstat.assembly import Assembly
+from blockstat.design_search.search import PRUNED, Candidate, SearchResult
+from blockstat.io.files import write
+from blockstat.model import build
+from blockstat.spec import parameters, with_values
+from blockstat.view.plot import DEMAND, picture, picture_of_verdict
+from blockstat.view.three_d.page import available, framed, interactive_html
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A picture on disk, or a page (.html), and what it shows."""
+
+    path: Path
+    caption: str
+
+
+def write_designs(
+    result: SearchResult, directory: Path, *, under: Callable[[Assembly], Assembly] = lambda assembly: assembly
+) -> list[Figure]:
+    """best.json and best.glb, and pictures of what statics say: the best design and the thinnest pruned one.
+
+    With viser installed (extra ui), view.html too, a view of the best design in three dimensions.
+    """
+    figures = []
+    shown = under(build(result.best if result.best is not None else result.building))
+    word = "The best design" if result.best is not None else "The design the search started from; none stood"
+    figures.append(Figure(picture(shown, directory / "building.png", title=shown.name), f"{word}."))
+    if result.best is not None:
+        write(shown, directory / "best.json")
+        write(shown, directory / "best.glb")
+        verdict = assess(shown)
+        path = picture(
+            shown, directory / "demand.png", values=verdict.demand(), colours=DEMAND, top=1.0,
+            label="friction used at the block's joints (1 = sliding)", title="demand of the best design",
+        )  # fmt: skip
+        figures.append(Figure(path, "How much of its friction each block uses in the certified force field."))
+        if available():
+            turning = directory / "view.html"
+            turning.write_text(interactive_html(verdict), encoding="utf-8")
+            figures.append(Figure(turning, "The same, to turn with the mouse."))
+    pruned = [c for c in result.history if c.dynamic == PRUNED]
+    if pruned:
+        thinnest = min(pruned, key=lambda c: c.volume or 0.0)
+        verdict = assess(under(build(with_values(result.building, thinnest.parameters))))
+        path = picture_of_verdict(verdict, directory / "mechanism.png")
+        figures.append(Figure(path, f"How the thinnest pruned design ({_values(thinnest)}) would move first."))
+    return figures
+
+
+def write_report(
+    result: SearchResult, directory: Path, figures: Sequence[Figure], *, notes: Sequence[str] = ()
+) -> Path:
+    """report.html in the directory, with the figures inside it; returns its path."""
+    name = escape(result.building.name)
+    history = result.history
+    pruned = sum(c.dynamic == PRUNED for c in history)
+    verified = result.dynamic_runs
+    static_seconds = sum(c.static_seconds for c in history)
+    dynamic_seconds = sum(c.dynamic_seconds for c in history)
+    body = [f"<h1>{name}: design search</h1>"]
+    if not result.finished:
+        body.append("<p><b>Interrupted.</b> Run the same command again to go on.</p>")
+    body.append(_best_table(result))
+    body.append(
+        f"<p>{len(history)} designs: {pruned} pruned by statics in {static_seconds:.1f} s "
+        f"({result.static_solves} solved, {result.certificates_reused} by the evidence of earlier ones), "
+        f"{verified} verified by dynamics in {dynamic_seconds:.1f} s (process time). "
+        f"Statics and dynamics disagree on {len(result.disagreements)} of them.</p>"
+    )
+    body += [f"<p>{escape(note)}</p>" for note in notes]
+    for figure in figures:
+        caption = escape(figure.caption)
+        body.append(f"<figure>{_shown(figure, caption)}<figcaption>{caption}</figcaption></figure>")
+    if result.front:
+        body.append("<h2>Volume against reserve</h2>" + _front_table(result.front))
+    body.append("<h2>History</h2>" + _history_table(history))
+    path = directory / "report.html"
+    path.write_text(page(f"{result.building.name}: design search", body), encoding="utf-8")
+    return path
+
+
+def page(title: str, body: Sequence[str]) -> str:
+    """A page of HTML in the style of the reports, from the parts of its body."""
+    return _PAGE.format(title=escape(title), body="\n".join(body))
+
+
+def _shown(figure: Figure, caption: str) -> str:
+    """A picture, or a page in three dimensions, as a part of this page."""
+    if figure.path.suffix == ".html":
+        return framed(figure.path.read_text(encoding="utf-8"))
+    data = base64.b64encode(figure.path.read_bytes()).decode()
+    return f'<img src="data:image/png;base64,{data}" alt="{caption}">'
+
+
+def _values(candidate: Candidate) -> str:
+    return ", ".join(f"{name} {value:g}" for name, value in candidate.parameters.items())
+
+
+def _best_table(result: SearchResult) -> str:
+    if result.best_parameters is None:
+        return "<p><b>No design stood.</b></p>"
+    start = {name: found.value for name, found in parameters(result.building).items()}
+    rows = "".join(
+        f"<tr><td>{escape(name)}</td><td>{start[name]:g}</td><td><b>{value:g}</b></td></tr>"
+        for name, value in result.best_parameters.items()
+    )
+    return f"<table><tr><th>parameter</th><th>start</th><th>best</th></tr>{rows}</table>"
+
+
+def _front_table(front: Sequence[Candidate]) -> str:
+    """Designs none of which is both lighter and safer than another."""
+    head = "".join(f"<th>{escape(name)}</th>" for name in [*front[0].parameters, "volume m3", "reserve"])
+    rows = "".join(
+        "<tr>" + "".join(f"<td>{value:.4g}</td>" for value in (*c.parameters.values(), c.volume, c.reserve)) + "</tr>"
+        for c in front
+    )
+    return f"<table><tr>{head}</tr>{rows}</table>"
+
+
+def _history_table(history: Sequence[Candidate]) -> str:
+    names = list(history[0].parameters) if history else []
+    head = "".join(
+        f"<th>{escape(n)}</th>"
+        for n in [*names, "volume m3", "static", "score", "static s", "dynamic", "dynamic s", "note"]
+    )
+    rows = []
+    for c in history:
+        cells = [f"{v:g}" for v in c.parameters.values()]
+        cells += [
+            "" if c.volume is None else f"{c.volume:.2f}",
+            c.static,
+            "" if c.score is None else f"{c.score:.2e}",
+        ]
+        cells += [
+            f"{c.static_seconds:.2f}",
+            c.dynamic,
+            f"{c.dynamic_seconds:.1f}" if c.dynamic_seconds else "",
+            c.note,
+        ]
+        kind = "stands" if c.stands else "no"
+        rows.append(f'<tr class="{kind}">' + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>")
+    return f"<table><tr>{head}</tr>{''.join(rows)}</table>"
+
+
+_PAGE = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><title>{title}</title>
+<style>
+body {{ font: 15px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; color: #222 }}
+table {{ border-collapse: collapse; margin: 1rem 0; font-variant-numeric: tabular-nums }}
+th, td {{ padding: .25rem .7rem; border-bottom: 1px solid #ddd; text-align: left }}
+tr.stands td {{ background: #e8f1fa }}
+figure {{ margin: 1.5rem 0 }} img {{ max-width: 100% }} figcaption {{ color: #555 }}
+</style></head><body>
+{body}
+</body></html>
+"""

@@ -1,0 +1,133 @@
+"""An assembly in a viser scene: a few meshes, one for each colour, with the edges of the blocks and arrows."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from blockstat.typing import Floats, Ints
+from blockstat.view.three_d.geometry import surface
+
+if TYPE_CHECKING:
+    import viser
+
+    from blockstat.assembly import Assembly
+    from blockstat.view.three_d.colouring import Colouring
+
+EDGE, FAINT_EDGE = (60, 60, 60), (190, 190, 190)
+CHOSEN = (0, 0, 0)
+#: Half the angle of view, vertically, and where the eye is when a view opens: from the south-west, above.
+HALF_VIEW = np.deg2rad(25.0)
+AMBIENT = 2.2
+LIGHTS = (((-0.5, -0.3, 1.0), 1.1), ((0.2, -1.0, 0.2), 0.6))
+EYE = np.array([-0.62, -0.95, 0.62])
+
+
+class Canvas:
+    """Draws on a viser server; what was drawn before is replaced.
+
+    Coordinates are sent relative to the middle of the first assembly drawn after `recentre`, so that a model far from
+    the origin keeps its digits in the single precision of a browser.
+    """
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        self._server = server
+        self._origin = np.zeros(3)
+        self._meshes: dict[int, tuple[Any, Ints]] = {}  # handle and vertices by number of the colour
+        self._edges: Any = None
+        self._arrows: dict[str, Any] = {}
+        self._chosen: Any = None
+        server.scene.set_up_direction("+z")
+        # Even light, so that a colour looks like its patch in the legend on every side of a block.
+        server.scene.configure_default_lights(enabled=False)
+        server.scene.configure_environment_map(None)
+        server.scene.add_light_ambient("/light/everywhere", intensity=AMBIENT)
+        for k, (place, strength) in enumerate(LIGHTS):
+            server.scene.add_light_directional(f"/light/{k}", intensity=strength, position=place, cast_shadow=False)
+
+    def recentre(self, assembly: Assembly) -> None:
+        """Take the assembly's middle as origin and look at all of it, in open pages too."""
+        free = assembly.vertices[~assembly.support[assembly.vertex_block]]
+        seen = free if len(free) else assembly.vertices
+        lower, upper = seen.min(axis=0), seen.max(axis=0)
+        self._origin = (lower + upper) / 2
+        radius = float(np.linalg.norm(upper - lower)) / 2
+        eye = EYE / np.linalg.norm(EYE) * radius / np.sin(HALF_VIEW)
+        for camera in (self._server.initial_camera, *(c.camera for c in self._server.get_clients().values())):
+            camera.fov = 2 * HALF_VIEW
+            camera.far = 100 * radius
+            camera.near = 1e-3 * radius
+            camera.look_at = np.zeros(3)
+            camera.position = eye
+
+    def draw(
+        self, assembly: Assembly, colours: Colouring, vertices: Floats | None = None, *, opacity: float = 1.0
+    ) -> None:
+        """Draw the blocks in their colours. vertices : in place of the assembly's, shape (n_vertices, 3) [m]."""
+        self.assembly, self.shape = assembly, surface(assembly)
+        self.paint(colours, vertices, opacity=opacity)
+
+    def paint(self, colours: Colouring, vertices: Floats | None = None, *, opacity: float = 1.0) -> None:
+        """Draw the blocks that are there in other colours."""
+        self.vertices = self.assembly.vertices if vertices is None else vertices
+        shown = self._local(self.vertices)
+        number = colours.index[self.shape.triangle_block]
+        used = np.unique(number)
+        with self._server.atomic():
+            for k in np.setdiff1d(list(self._meshes), used):
+                self._meshes.pop(int(k))[0].remove()
+            for k in used:
+                corners, faces = np.unique(self.shape.triangles[number == k], return_inverse=True)
+                handle = self._server.scene.add_mesh_simple(
+                    f"/blocks/{k}", shown[corners], faces.reshape(-1, 3).astype(np.uint32), flat_shading=True,
+                    color=colours.palette[k].astype(np.uint8), cast_shadow=False, receive_shadow=False,
+                    opacity=None if opacity >= 1 else opacity,
+                )  # fmt: skip
+                self._meshes[int(k)] = handle, corners
+            self._edges = self._lines("/edges", shown[self.shape.edges], EDGE if opacity >= 1 else FAINT_EDGE, 1.0)
+
+    def pose(self, vertices: Floats) -> None:
+        """Move the blocks that are there; vertices : shape (n_vertices, 3) [m]."""
+        self.vertices = vertices
+        shown = self._local(vertices)
+        with self._server.atomic():
+            for handle, corners in self._meshes.values():
+                handle.vertices = shown[corners]
+            if self._edges is not None:
+                self._edges.points = shown[self.shape.edges]
+
+    def arrows(self, name: str, tail: Floats, head: Floats, colour: tuple[int, int, int], radius: float) -> None:
+        """Arrows under a name, in place of those drawn under it before; none removes them.
+
+        tail, head : shape (n, 3) [m]; radius : of the shafts [m].
+        """
+        before = self._arrows.pop(name, None)
+        if before is not None:
+            before.remove()
+        if len(tail):
+            points = self._local(np.stack([tail, head], axis=1))
+            self._arrows[name] = self._server.scene.add_arrows(
+                f"/arrows/{name}", points, colour, shaft_radius=radius, head_radius=2.5 * radius, head_length=6 * radius
+            )
+
+    def choose(self, block: int | None) -> None:
+        """Draw the edges of one block thick, through what is before them."""
+        if self._chosen is not None:
+            self._chosen.remove()
+            self._chosen = None
+        if block is not None:
+            own = self.shape.edges[self.shape.edge_block == block]
+            self._chosen = self._lines("/chosen", self._local(self.vertices)[own], CHOSEN, 4.0)
+
+    def ray(self, origin: Any, direction: Any) -> tuple[Floats, Floats]:
+        """A ray of the page in the assembly's coordinates."""
+        return np.asarray(origin, dtype=float) + self._origin, np.asarray(direction, dtype=float)
+
+    def _lines(self, name: str, points: np.ndarray, colour: tuple[int, int, int], width: float) -> Any:
+        return self._server.scene.add_line_segments(
+            name, points, colour, thickness=width, thickness_units="screen"
+        )  # fmt: skip
+
+    def _local(self, points: Floats) -> np.ndarray:
+        return (points - self._origin).astype(np.float32)

@@ -1,0 +1,127 @@
+"""A verdict as one self-contained page that turns with the mouse, for reports and notebooks."""
+
+from __future__ import annotations
+
+from contextlib import redirect_stdout
+from html import escape
+from io import StringIO
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from blockstat.errors import InputError
+from blockstat.typing import Floats
+from blockstat.view.painter import posed
+from blockstat.view.plot import mechanism_pose
+from blockstat.view.three_d.arrows import force_arrows
+from blockstat.view.three_d.canvas import Canvas
+from blockstat.view.three_d.colouring import colouring
+
+if TYPE_CHECKING:
+    import viser
+
+    from blockstat.analysis.verdict import Verdict
+    from blockstat.assembly import Assembly
+
+MISSING = "the 3D view needs viser; install it with: pip install 'blockstat[ui]'"
+GLASS = 0.2  #: opacity of blocks with arrows inside
+HEIGHT = 480  #: of the view in a report or a notebook [px]
+
+
+def start_viser(**options: Any) -> viser.ViserServer:
+    """A viser server on this machine only, without its greeting. Raises InputError when viser is not installed."""
+    try:
+        import viser
+    except ImportError:
+        raise InputError(MISSING) from None
+    with redirect_stdout(StringIO()):
+        return viser.ViserServer(host="127.0.0.1", verbose=False, **options)
+
+
+def stop_viser(server: viser.ViserServer) -> None:
+    """Stop a server without its farewell."""
+    with redirect_stdout(StringIO()):
+        server.stop()
+
+
+def available() -> bool:
+    """Whether the extra that draws these views is installed."""
+    from importlib.util import find_spec
+
+    return find_spec("viser") is not None
+
+
+def interactive_html(verdict: Verdict, *, choice: str = "verdict", forces: bool = False) -> str:
+    """A page that needs nothing but itself: the blocks by colour, and what moves as the mechanism moves it.
+
+    choice : as in `blockstat.view.three_d.colouring`. forces : also draw the joint forces as arrows.
+    Raises InputError when viser is not installed, or for another choice.
+    """
+    server = start_viser(port=0)
+    try:
+        canvas = Canvas(server)
+        canvas.recentre(verdict.assembly)
+        moved = mechanism_vertices(verdict, 1.0) if verdict.mechanism.any() else None
+        canvas.draw(verdict.assembly, colouring(choice, verdict), moved, opacity=GLASS if forces else 1.0)
+        if forces:
+            for arrows in force_arrows(verdict):
+                canvas.arrows(arrows.name, arrows.tail, arrows.head, arrows.colour, arrows.radius)
+        return server.scene.as_html()
+    finally:
+        stop_viser(server)
+
+
+def mechanism_vertices(result: Any, share: float, *, amplitude: float | None = None) -> Floats:
+    """Vertices moved along a share of the way of a mechanism's pose, shape (n_vertices, 3) [m].
+
+    result : a verdict or a limit load; amplitude : as in `blockstat.view.plot.mechanism_pose`.
+    """
+    if share <= 0:
+        return result.assembly.vertices
+    reach = share * (extent(result.assembly) / 12 if amplitude is None else amplitude)
+    return posed(result.assembly, *mechanism_pose(result, amplitude=reach))
+
+
+def extent(assembly: Assembly) -> float:
+    """Longest side of the box round the free blocks [m]."""
+    lower, upper = assembly.bounds
+    free = assembly.free if len(assembly.free) else np.arange(assembly.n_blocks)
+    return float((upper[free].max(axis=0) - lower[free].min(axis=0)).max())
+
+
+def framed(page: str, *, height: int = HEIGHT) -> str:
+    """A page inside another one, as the HTML of an inline frame."""
+    inside = page.replace("&", "&amp;").replace('"', "&quot;")
+    return f'<iframe srcdoc="{inside}" width="100%" height="{height}" style="border:1px solid #ddd"></iframe>'
+
+
+class Inline:
+    """What a notebook shows in place: a caption and the view."""
+
+    def __init__(self, html: str) -> None:
+        self.html = html
+
+    def _repr_html_(self) -> str:
+        return self.html
+
+
+def show(
+    assembly: Assembly, verdict: Verdict | None = None, *, choice: str = "verdict", forces: bool = False,
+    height: int = HEIGHT,
+) -> Inline:  # fmt: skip
+    """An interactive view for a notebook: the last value of a cell shows it in place.
+
+    verdict : of the assembly; by default it is asked for now. choice, forces : as in `interactive_html`.
+    height : in pixels. Raises InputError when viser is not installed or the verdict is of another assembly.
+    """
+    if verdict is None:
+        from blockstat.analysis.assess import assess
+
+        verdict = assess(assembly)
+    if verdict.assembly.names != assembly.names:
+        raise InputError(f'the verdict is of "{verdict.assembly.name}", not of this assembly; assess this one')
+    coloured = colouring(choice, verdict)
+    caption = f"<p><b>{escape(assembly.name)}</b>: {escape(verdict.outcome.value)}</p>"
+    view = framed(interactive_html(verdict, choice=choice, forces=forces), height=height)
+    legend = f'<div style="max-width:24em">{coloured.legend}</div>'
+    return Inline(f'<div style="font:14px/1.4 system-ui,sans-serif">{caption}{view}{legend}</div>')

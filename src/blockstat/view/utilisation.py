@@ -1,0 +1,101 @@
+"""How much of each joint's capacity its forces use, and a picture of it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from blockstat.contact.point_law import joint_friction, point_law
+from blockstat.typing import Floats
+from blockstat.view.painter import view_of
+from blockstat.view.plot import DEMAND, Place, picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from blockstat.analysis.verdict import Verdict
+    from blockstat.contact.interfaces import Interfaces
+
+#: Joints that carry less than this fraction of the most loaded one's force count as idle: their ratios are noise.
+IDLE = 1e-6
+
+
+def utilisation(verdict: Verdict) -> Floats:
+    """How near each joint is to sliding or to opening under the verdict's forces, shape (n_interfaces,), 0 to 1.
+
+    The larger of two ratios of the joint's resultant (N, T) on its patch:
+
+    - friction, |T| / (mu N): 1 when the joint slides;
+    - eccentricity of the centre of pressure: 0 at the centroid of the patch, 1 on its edge, where the joint is a
+      hinge; between them the factor by which the patch may shrink about its centroid and still hold the centre.
+
+    A tension capacity shifts the cones along their axes (see `blockstat.joint`), so N is then the pressure on top of
+    it. Joints that carry nothing use nothing; those that would have to be glued, in an assembly that does not stand,
+    use 1. The forces are those of one admissible field: where the structure is statically indeterminate others exist.
+    """
+    faces, assembly = verdict.interfaces, verdict.assembly
+    if not faces.n_interfaces:
+        return np.empty(0)
+    force = verdict.forces.copy()
+    force[:, 0] += point_law(assembly, faces).shift - verdict.adhesion
+    total = np.add.reduceat(force, faces.start[:-1])
+    normal, tangent = total[:, 0], np.hypot(total[:, 1], total[:, 2])
+    size = np.add.reduceat(np.linalg.norm(force, axis=1), faces.start[:-1])
+    loaded = size > IDLE * size.max()
+    pressed = loaded & (normal > 0)
+    weighted = np.add.reduceat(force[:, :1] * faces.point, faces.start[:-1])
+    centre = weighted / np.where(pressed, normal, 1.0)[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        friction = np.where(tangent > 0, tangent / (joint_friction(assembly, faces) * normal), 0.0)
+    used = np.maximum(friction, eccentricity(faces, centre))
+    return np.where(pressed, np.clip(used, 0.0, 1.0), loaded.astype(float))
+
+
+def eccentricity(interfaces: Interfaces, point: Floats) -> Floats:
+    """Gauge of each patch about its centroid at a point in its plane: 0 at the centroid, 1 on the edge.
+
+    point : shape (n_interfaces, 3) [m]. Patches are convex (see `blockstat.contact.interfaces`).
+    """
+    result = np.zeros(interfaces.n_interfaces)
+    for k, frame in enumerate(interfaces.frame):
+        corner = interfaces.outline(k)
+        flat = (corner - corner[0]) @ frame[1:].T
+        edge = np.roll(flat, -1, axis=0) - flat
+        twice = flat[:, 0] * np.roll(flat[:, 1], -1) - flat[:, 1] * np.roll(flat[:, 0], -1)
+        middle = ((flat + np.roll(flat, -1, axis=0)) * twice[:, None]).sum(axis=0) / (3 * twice.sum())
+        outward = np.column_stack([edge[:, 1], -edge[:, 0]]) * np.sign(twice.sum())
+        room = np.einsum("ij,ij->i", outward, flat - middle)
+        reach = outward @ ((point[k] - corner[0]) @ frame[1:].T - middle)
+        # An edge of no length, where two corners coincide, bounds nothing.
+        real = room > 1e-12 * room.max()
+        result[k] = max(float((reach[real] / room[real]).max()), 0.0)
+    return result
+
+
+def picture_of_utilisation(verdict: Verdict, place: Place, **options: Any) -> Place:
+    """The joints coloured by `utilisation`, over blocks that one sees through; options are those of `picture`."""
+    from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.collections import PolyCollection
+    from matplotlib.colors import Normalize
+
+    look: dict[str, Any] = {"azimuth": -55.0, "elevation": 25.0} | options
+    view = view_of(look["azimuth"], look["elevation"])
+    faces = verdict.interfaces
+    bar = ScalarMappable(Normalize(0.0, 1.0), colormaps[DEMAND])
+    used = utilisation(verdict)
+    flat = [faces.outline(k) @ view[:2].T for k in range(faces.n_interfaces)]
+    depth = np.add.reduceat(faces.point @ view[2], faces.start[:-1]) / np.diff(faces.start) if len(used) else used
+    order = np.argsort(depth, kind="stable")
+
+    def draw(axes: Axes) -> None:
+        patches = [flat[k] for k in order]
+        axes.add_collection(
+            PolyCollection(patches, facecolors=bar.to_rgba(used[order]), edgecolors="black", linewidths=0.3)
+        )
+        axes.figure.colorbar(bar, ax=axes, shrink=0.6, label="capacity of the joint used (1 = sliding or hinging)")
+
+    title = f"{verdict.assembly.name}: {verdict.outcome.word}, use of the joints"
+    drawn = {"title": title, "opacity": 0.12, "overlay": draw}
+    return picture(verdict.assembly, place, **drawn | look)

@@ -1,1 +1,0 @@
-"""Three-dimensional views of assemblies and verdicts, drawn with viser."""

@@ -1,0 +1,155 @@
+"""Glue: what joint laws do to the joints of a simulated assembly.
+
+Two kinds of bond, each with the static one of `blockstat.joint` as its exact twin.
+
+A joint in tension without a moment capacity is a **cohesive preload**: equal and opposite forces along the normal at
+the corners of the joint, T in total, as if a spring of no stiffness pressed the blocks together. The contact then
+carries f' = f + T with f'_n >= 0 and |f'_t| <= mu f'_n: Coulomb's law with a tension cut-off T and a cohesion mu T.
+
+A bond with a moment capacity is a **perfectly plastic spring** at the centre of the joint, as stiff as the time step
+allows (see `dynsim.bonds.springs`): it holds so much tension, shear, bending and torsion, each by itself.
+
+Either breaks for good when its blocks have moved apart or slid by more than the gap up to which a joint is one
+(`blockstat.contact.interfaces.GAP`); a moment also when the blocks have turned by that much over the size of the joint.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blockstat.assembly import Assembly
+from blockstat.contact.interfaces import Interfaces, find_interfaces
+from blockstat.contact.point_law import PointLaw, last_law, point_law
+from blockstat.errors import InputError
+from blockstat.joint import JointLaw
+from blockstat.program.bonds import bonded
+from blockstat.typing import Floats
+from dynsim.bonds.joint_motion import Poses, apply_on_pairs, at_points, reach, removed
+from dynsim.bonds.springs import Springs, spring_set
+from dynsim.engine.action import Action
+
+if TYPE_CHECKING:
+    from dynsim.engine.world import World
+
+
+def bonds_of(assembly: Assembly) -> tuple[Action, ...]:
+    """The actions that stand for the joint laws of an assembly; none for dry joints.
+
+    Raises InputError naming the law for what cannot be simulated exactly: a compressive strength, and a cohesion of
+    more than friction times tension.
+    """
+    if not assembly.joints:
+        return ()
+    interfaces = find_interfaces(assembly)
+    law = point_law(assembly, interfaces)
+    _check(assembly, interfaces, law)
+    actions: list[Action] = []
+    if law.shift.any():
+        actions.append(CohesivePreload(interfaces, law.shift))
+    if len(bonded(assembly, interfaces)[0]):
+        actions.append(CentreBonds(interfaces))
+    return tuple(actions)
+
+
+def weakened(assembly: Assembly) -> Assembly | None:
+    """The assembly with no joint glued by more than all its free blocks weigh; None where that changes nothing.
+
+    What stands with weaker glue stands with stronger glue, but the contact solver has to carry every preload too, and
+    far above what is needed it makes blocks creep.
+    """
+    weight = float(assembly.mass[assembly.free].sum() * np.linalg.norm(assembly.gravity))
+    area = float(find_interfaces(assembly).area.max(initial=0.0)) or 1.0
+    laws = [_weaker(law, weight, area) for law in assembly.joints]
+    return None if laws == list(assembly.joints) else assembly.with_(joints=laws)
+
+
+def _weaker(law: JointLaw, most: float, area: float) -> JointLaw:
+    """A law with its strengths in tension cut down to `most` [N] on a joint of that area [m2], the others in ratio."""
+    share = min(1.0, most / max(law.bond, law.tension * area, 1e-300))
+    if share == 1.0:
+        return law
+    moment = None if law.bond_moment is None else share * law.bond_moment
+    cohesion = None if law.cohesion is None else share * law.cohesion
+    return replace(law, bond=share * law.bond, tension=share * law.tension, bond_moment=moment, cohesion=cohesion)
+
+
+def _check(assembly: Assembly, interfaces: Interfaces, law: PointLaw) -> None:
+    """Refuse what a preload cannot do: its cone has its apex where the tension ends, and no cap."""
+    chosen = last_law(assembly, interfaces)
+    for point in np.flatnonzero((law.floor > 0) | np.isfinite(law.cap)):
+        rule = chosen[interfaces.point_interface[point]]
+        assert rule is not None
+        raise InputError(f"{_label(rule)}: {_reason(rule)}")
+
+
+def _label(rule: JointLaw) -> str:
+    return "joint law between " + " and ".join(rule.between)
+
+
+def _reason(rule: JointLaw) -> str:
+    if rule.compression is not None:
+        return f"compression is {rule.compression!r}; Bullet's joints do not crush, leave it out to simulate"
+    return (
+        f"cohesion is {rule.cohesion!r} Pa; Bullet can hold at most friction x (tension and bond) in shear, "
+        "lower it or leave it out to simulate"
+    )
+
+
+class CohesivePreload:
+    """Forces that press the blocks of each joint together until it breaks."""
+
+    each_step = True
+
+    def __init__(self, interfaces: Interfaces, tension: Floats) -> None:
+        """tension : of each contact point, shape (n_points,) [N]."""
+        rows = np.flatnonzero(tension > 0)
+        self._interface = interfaces.point_interface[rows]
+        self._pair = interfaces.pair[self._interface]
+        self._point = interfaces.point[rows]
+        self._normal = interfaces.frame[self._interface, 0]
+        self._tension = tension[rows]
+        self.broken = np.zeros(interfaces.n_interfaces, dtype=bool)  #: shape (n_interfaces,)
+
+    def begin(self, world: World) -> None:
+        self.broken = np.zeros_like(self.broken)
+        self._reach = reach(world.assembly, self._pair)
+
+    def act(self, world: World, time: float) -> None:
+        poses = Poses(world)
+        at, apart, turn = at_points(poses, self._pair, self._point)
+        normal = np.einsum("nij,nj->ni", turn, self._normal)
+        opening = np.einsum("ni,ni->n", apart, normal)
+        slip = np.linalg.norm(apart - opening[:, None] * normal, axis=1)
+        gone = (np.maximum(opening, slip) > self._reach) | removed(world, self._pair)
+        self.broken[self._interface[gone]] = True
+        pull = np.where(self.broken[self._interface], 0.0, self._tension)
+        apply_on_pairs(world, poses, self._pair, at, -pull[:, None] * normal)
+
+
+class CentreBonds:
+    """Bonds with capacities in force and in moment at the centres of joints."""
+
+    each_step = True
+
+    def __init__(self, interfaces: Interfaces) -> None:
+        self._interfaces = interfaces
+        self.broken = np.zeros(interfaces.n_interfaces, dtype=bool)  #: shape (n_interfaces,)
+
+    def begin(self, world: World) -> None:
+        assembly, interfaces = world.assembly, self._interfaces
+        rows, _ = bonded(assembly, interfaces)
+        laws = [law for law in (last_law(assembly, interfaces)[k] for k in rows) if law is not None]
+        self._rows = rows
+        self._springs: Springs = spring_set(
+            world, interfaces, rows,
+            force=np.array([law.bond for law in laws]), moment=np.array([law.bond_moment or 0.0 for law in laws]),
+            stiffness=np.inf, angular=np.inf, damping=1.0, breaks=True,
+        )  # fmt: skip
+        self.broken = np.zeros_like(self.broken)
+
+    def act(self, world: World, time: float) -> None:
+        self._springs.act(world, time)
+        self.broken[self._rows] = self._springs.broken

@@ -1,0 +1,108 @@
+"""Rotational stiffness in its two readings: a scale of the inertia, and angular springs at the joints.
+
+The **inertia scale** is what animation packages make of it: rotations are slower, in the end by the square root of the
+scale, and nothing else changes. Statics do not see inertia, so it has no static counterpart: what falls with true
+inertia falls with any, later.
+
+An **angular spring** turns two neighbours back by k times their relative rotation. In the shape that was built its
+moment is nothing, so limit analysis does not see it either: it cannot keep a mechanism from starting, only stop it at
+a finite rotation if k exceeds what the weight gains (W h / 2 for a block on a hinge). With a capacity M the moment is
+bounded and the twin is a bond of no force and of moment M (`blockstat.glued(assembly, 0.0, moment=M)`): statics with
+that bond are an upper bound for any k, and what they call unstable does not rest near the shape that was built.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blockstat.contact.interfaces import find_interfaces
+from blockstat.errors import InputError
+from dynsim.bonds.springs import Springs, spring_set
+from dynsim.engine.action import Action
+
+if TYPE_CHECKING:
+    from dynsim.engine.world import World
+
+
+@dataclass(frozen=True)
+class InertiaScale:
+    """Multiplies the inertia tensor of every block (dimensionless)."""
+
+    scale: float
+
+    each_step = False
+
+    def __post_init__(self) -> None:
+        _check("inertia scale", self.scale)
+
+    @property
+    def caveat(self) -> str:
+        return (
+            f"the inertia of every block is scaled by {self.scale:g}: rotations take up to {np.sqrt(self.scale):.3g} "
+            "times as long, so a fall may not show in the simulated time; statics know nothing of it"
+        )
+
+    def begin(self, world: World) -> None:
+        world.scale_inertia(self.scale)
+
+    def act(self, world: World, time: float) -> None:
+        pass
+
+
+@dataclass(frozen=True)
+class AngularSprings:
+    """A spring against relative rotation at every joint, about its centre.
+
+    stiffness [N m/rad]; moment : capacity in bending and in torsion [N m], None for no bound; damping : as a share of
+    the critical one of two neighbours.
+    """
+
+    stiffness: float
+    moment: float | None = None
+    damping: float = 0.1
+    _springs: list[Springs] = field(default_factory=list, init=False, repr=False, compare=False)
+
+    each_step = True
+
+    def __post_init__(self) -> None:
+        _check("angular stiffness", self.stiffness)
+        if self.moment is not None:
+            _check("moment of an angular spring", self.moment)
+        if not 0 <= self.damping <= 1:
+            raise InputError(f"damping of an angular spring is {self.damping!r}; it must be between 0 and 1")
+
+    @property
+    def caveat(self) -> str:
+        """What a verdict must say; after a run also which springs the time step made softer."""
+        bound = "of any moment, which statics know nothing of" if self.moment is None else f"up to {self.moment:g} N m"
+        text = f"angular springs of {self.stiffness:g} N m/rad at the joints, {bound}"
+        used = min((float(springs.angular.min()) for springs in self._springs), default=self.stiffness)
+        return text + (f"; some only {used:.3g} N m/rad, the most at this time step" if used < self.stiffness else "")
+
+    def begin(self, world: World) -> None:
+        interfaces = find_interfaces(world.assembly)
+        n = interfaces.n_interfaces
+        self._springs[:] = [
+            spring_set(
+                world, interfaces, np.arange(n), stiffness=0.0, angular=self.stiffness, force=np.zeros(n),
+                moment=np.full(n, np.inf if self.moment is None else self.moment), damping=self.damping, breaks=False,
+            )
+        ]  # fmt: skip
+
+    def act(self, world: World, time: float) -> None:
+        self._springs[0].act(world, time)
+
+
+def caveats(actions: Iterable[Action]) -> list[str]:
+    """What a verdict must say of the rotational stiffness it was reached with."""
+    return [action.caveat for action in actions if isinstance(action, (InertiaScale, AngularSprings))]
+
+
+def _check(name: str, value: float) -> None:
+    number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
+    if not number or not 0 < value < float("inf"):
+        raise InputError(f"{name} is {value!r}; it must be a positive number")

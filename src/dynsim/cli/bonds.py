@@ -1,0 +1,40 @@
+"""Options for glue and rotational stiffness."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+    from dynsim.engine.action import Action
+
+Glue = Annotated[
+    float | None, typer.Option(metavar="N", help="Glue every joint: tension in newtons that it holds; dry by default.")
+]
+ScaleInertia = Annotated[
+    float | None, typer.Option("--inertia-scale", metavar="S", help="Multiply the inertia of every block.")
+]
+AngularStiffness = Annotated[
+    float | None, typer.Option(metavar="K", help="A spring against rotation at every joint, in N m/rad.")
+]
+
+
+def with_glue(assembly: Assembly, glue: float | None) -> Assembly:
+    """The assembly with the glue that was asked for."""
+    from blockstat.assembly import glued
+
+    return assembly if glue is None else glued(assembly, glue)
+
+
+def stiffness_of(inertia_scale: float | None, angular_stiffness: float | None) -> list[Action]:
+    """The actions that stand for the rotational stiffness asked for."""
+    from dynsim.bonds.stiffness import AngularSprings, InertiaScale
+
+    actions: list[Action] = []
+    if inertia_scale is not None:
+        actions.append(InertiaScale(inertia_scale))
+    if angular_stiffness is not None:
+        actions.append(AngularSprings(angular_stiffness))
+    return actions

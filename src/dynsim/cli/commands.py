@@ -1,0 +1,248 @@
+"""The command `dynsim`: verify, shake, limit, compare, optimise."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from blockstat.cli.options import (
+    AsJson,
+    FileArgument,
+    Friction,
+    Gravity,
+    Supports,
+    Tilt,
+    Units,
+    Version,
+    load,
+    numbers,
+    print_json,
+    run_app,
+)
+from blockstat.errors import InputError
+from dynsim.cli.bonds import AngularStiffness, Glue, ScaleInertia, stiffness_of, with_glue
+from dynsim.cli.judging import Group, Preset, Threshold
+from dynsim.cli.loads import (
+    Direction,
+    Jobs,
+    Output,
+    PulseText,
+    Pushed,
+    RampText,
+    RecordFile,
+    Remove,
+    Scale,
+    Settle,
+    TiltTo,
+    Timeout,
+    ground_of,
+    loads_of,
+)
+from dynsim.cli.optimise import optimise
+from dynsim.cli.page import open_page
+from dynsim.cli.rows import end_of, print_comparisons, side_by_side, verify_summary
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+    from dynsim.comparison.table import Comparison
+    from dynsim.judge.verify import DynamicVerdict
+    from dynsim.parallel.pool import Row
+
+app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+app.command("app")(open_page)
+
+
+@app.callback()
+def about(version: Version = False) -> None:
+    """Dynamics of masonry in Bullet: does it stay where it is put?"""
+
+
+@app.command()
+def verify(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Assemblies or scenes.")],
+    friction: Friction = None,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
+    supports: Supports = None,
+    units: Units = None,
+    group: Group = None,
+    threshold: Threshold = None,
+    remove: Remove = None,
+    settle: Settle = None,
+    push: Pushed = None,
+    tilt_to: TiltTo = None,
+    glue: Glue = None,
+    inertia_scale: ScaleInertia = None,
+    angular_stiffness: AngularStiffness = None,
+    preset: Preset = "default",
+    output: Output = None,
+    jobs: Jobs = None,
+    timeout: Timeout = None,
+    as_json: AsJson = False,
+) -> None:
+    """Simulate assemblies and judge them by displacement (Eq. 1, Eq. 2); several files go side by side."""
+    from dynsim.judge.verify import verify as run
+    from dynsim.settings import Settings
+
+    def read(file: Path) -> Assembly:
+        return with_glue(
+            load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units), glue
+        )  # fmt: skip
+
+    settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
+    loads = loads_of(remove, settle, push, tilt_to)
+    judge = partial(run, settings=settings, loads=loads, actions=stiffness_of(inertia_scale, angular_stiffness))
+    if len(files) == 1 and timeout is None:
+        _verify_one(files[0], read(files[0]), judge, output, as_json)
+        return
+    if output is not None:
+        raise InputError("-o writes the run of one file without --timeout")
+    rows = side_by_side(files, read, judge, jobs, timeout)
+    if as_json:
+        print_json({"rows": [{"file": str(f), **verify_summary(r)} for f, r in zip(files, rows, strict=True)]})
+    else:
+        for file, row in zip(files, rows, strict=True):
+            words = row.result.outcome.word if row.result is not None else f"no verdict: {row.error}"
+            typer.echo(f"{file}: {words}")
+    end_of(rows)
+
+
+def _verify_one(
+    file: Path, assembly: Assembly, judge: Callable[[Assembly], DynamicVerdict], output: Path | None, as_json: bool
+) -> None:
+    """One verdict, its run written where that is asked for."""
+    from dynsim.view.export import check_path, write_run
+
+    if output is not None:
+        check_path(output)
+    verdict = judge(assembly)
+    if output is not None:
+        write_run(verdict.run, output)
+    if as_json:
+        print_json({"file": str(file), **verdict.summary(), **({"output": str(output)} if output else {})})
+        return
+    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {verdict.run.process_seconds:.1f} s")
+    typer.echo(verdict.explain())
+    if output is not None:
+        typer.echo(f"run: {output}")
+
+
+@app.command()
+def shake(
+    file: FileArgument,
+    record: RecordFile = None,
+    pulse: PulseText = None,
+    ramp: RampText = None,
+    direction: Direction = "1,0,0",
+    scale: Scale = 1.0,
+    friction: Friction = None,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
+    supports: Supports = None,
+    units: Units = None,
+    group: Group = None,
+    threshold: Threshold = None,
+    glue: Glue = None,
+    inertia_scale: ScaleInertia = None,
+    angular_stiffness: AngularStiffness = None,
+    preset: Preset = "default",
+    output: Output = None,
+    as_json: AsJson = False,
+) -> None:
+    """Shake the ground by a record, a pulse or a ramp of acceleration, and judge what is left.
+
+    A block falls when it moves further than its own size, or than the threshold, relative to the ground.
+    """
+    from dynsim.judge.verify import verify as run
+    from dynsim.settings import Settings
+
+    motion = ground_of(record, pulse, ramp, direction, scale)
+    assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
+    actions = stiffness_of(inertia_scale, angular_stiffness)
+    judge = partial(run, settings=settings, loads=[motion], actions=actions)
+    _verify_one(file, with_glue(assembly, glue), judge, output, as_json)
+
+
+@app.command()
+def limit(
+    file: FileArgument,
+    direction: Annotated[str, typer.Option("--load", metavar="X,Y,Z", help="Direction of an acceleration.")],
+    width: Annotated[float, typer.Option(help="Of the bracket, relative.")] = 0.01,
+    check: Annotated[bool, typer.Option(help="Two more runs beside the bracket.")] = True,
+    friction: Friction = None,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
+    supports: Supports = None,
+    units: Units = None,
+    glue: Glue = None,
+    preset: Preset = "default",
+    as_json: AsJson = False,
+) -> None:
+    """Bracket the multiplier, in units of gravity, at which an assembly ceases to stand in Bullet."""
+    from rich.console import Console
+
+    from dynsim.judge.limit import limit as run
+    from dynsim.settings import Settings
+
+    along = numbers(direction, 3, "--load", "X,Y,Z")
+    assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    with Console(stderr=True).status("static limit") as status:
+        found = run(
+            with_glue(assembly, glue), along, settings=Settings.named(preset), width=width, check=check,
+            progress=lambda trial: status.update(f"{trial.multiplier:.5g}: {trial.verdict}"),
+        )  # fmt: skip
+    if as_json:
+        print_json({"file": str(file), **found.summary()})
+        return
+    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {found.process_seconds:.1f} s")
+    typer.echo(found.explain())
+
+
+@app.command()
+def compare(
+    files: Annotated[list[Path], typer.Argument(help="Assemblies or scenes.")],
+    friction: Friction = None,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
+    supports: Supports = None,
+    units: Units = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Also write the rows as CSV.")] = None,
+    jobs: Jobs = None,
+    timeout: Timeout = None,
+    as_json: AsJson = False,
+) -> None:
+    """Static and dynamic verdicts side by side, one row a file, several files at a time."""
+    from dynsim.comparison.compare import compare_one
+    from dynsim.comparison.table import Comparison, Comparisons
+
+    read = partial(load, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+
+    def kept(rows: list[Row[Comparison]]) -> Comparisons:
+        found = (r.result or Comparison(name=f.stem, note=r.error) for f, r in zip(files, rows, strict=True))
+        return Comparisons(tuple(found))
+
+    def save(rows: list[Row[Comparison]]) -> None:
+        if output is not None:
+            kept(rows).write_csv(output)
+
+    found = side_by_side(files, read, compare_one, jobs, timeout, save=save)
+    rows = kept(found)
+    if as_json:
+        print_json({"rows": [{"file": str(f), **asdict(row)} for f, row in zip(files, rows, strict=True)]})
+    else:
+        print_comparisons(rows)
+    end_of(found)
+
+
+app.command()(optimise)
+
+
+def main() -> None:
+    """Entry point of the console script."""
+    run_app(app, "dynsim")

@@ -1,0 +1,126 @@
+"""Options of the command line that name loads, and how they are read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from blockstat.cli.options import AXES, numbers
+from blockstat.errors import InputError
+
+if TYPE_CHECKING:
+    from dynsim.engine.action import Load
+    from dynsim.loads.ground import Pulse, Ramp
+    from dynsim.loads.record import Record
+
+Remove = Annotated[
+    list[str] | None,
+    typer.Option(metavar="NAME,...[@SECONDS]", help="Take blocks out, after release at that time; repeatable."),
+]
+Settle = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NAME,...:DX,DY,DZ[@SPEED]",
+        help="Move supports by that many metres, at so many metres a second (0.02 by default); repeatable.",
+    ),
+]
+Pushed = Annotated[
+    list[str] | None,
+    typer.Option("--push", metavar="NAME:VX,VY,VZ[@SECONDS]", help="Give a block a velocity in m/s; repeatable."),
+]
+TiltTo = Annotated[
+    str | None,
+    typer.Option(metavar="AXIS,DEGREES[,RATE]", help="Tilt the ground after release, at 1 degree/s by default."),
+]
+Jobs = Annotated[int | None, typer.Option(help="Processes at a time; all cores by default.")]
+Timeout = Annotated[float | None, typer.Option(help="Seconds by the clock that one file may take.")]
+Output = Annotated[
+    Path | None,
+    typer.Option("-o", "--output", help="Write the run: .glb (animation), .npz (data) or .png (film strip)."),
+]
+RecordFile = Annotated[
+    Path | None, typer.Option("--record", help="CSV of time [s] and one to three accelerations [m/s2].")
+]
+Direction = Annotated[str, typer.Option(metavar="X,Y,Z", help="Of a record with one column of accelerations.")]
+Scale = Annotated[float, typer.Option(help="Factor on the accelerations of the record (9.81 for a file in g).")]
+PulseText = Annotated[
+    str | None,
+    typer.Option(
+        "--pulse", metavar="AX,AY,AZ,SECONDS[,SHAPE]", help="Pulse: rectangle, half-sine, sine or triangle; m/s2."
+    ),
+]
+RampText = Annotated[
+    str | None,
+    typer.Option("--ramp", metavar="AX,AY,AZ,SECONDS", help="Acceleration that grows to a value in m/s2 and stays."),
+]
+
+SPEED = 0.02  #: [m/s] at which supports settle
+
+
+def loads_of(
+    remove: list[str] | None, settle: list[str] | None, push: list[str] | None, tilt_to: str | None
+) -> list[Load]:
+    """The loads that options name. Raises InputError with the option."""
+    from dynsim.loads.loading import Push, Removal, Settlement, Tilt
+
+    loads: list[Load] = []
+    for text in remove or ():
+        names, time = _split(text, "@", "--remove", "NAME,...[@SECONDS]", 0.0)
+        loads.append(Removal(names.split(","), time))
+    for text in settle or ():
+        form = "NAME,...:DX,DY,DZ[@SPEED]"
+        names, path = _named(text, "--settle", form)
+        path, speed = _split(path, "@", "--settle", form, SPEED)
+        loads.append(Settlement(names.split(","), numbers(path, 3, "--settle", form), speed))
+    for text in push or ():
+        form = "NAME:VX,VY,VZ[@SECONDS]"
+        name, velocity = _named(text, "--push", form)
+        velocity, time = _split(velocity, "@", "--push", form, 0.0)
+        loads.append(Push(name, velocity=numbers(velocity, 3, "--push", form), time=time))
+    if tilt_to is not None:
+        form = "AXIS,DEGREES[,RATE]"
+        axis, _, rest = tilt_to.partition(",")
+        if axis not in AXES:
+            raise InputError(f'--tilt-to is "{tilt_to}"; it must read {form} with AXIS one of x, y, z')
+        loads.append(Tilt(AXES[axis], *numbers(rest, 2 if "," in rest else 1, "--tilt-to", form)))
+    return loads
+
+
+def ground_of(
+    record: Path | None, pulse: str | None, ramp: str | None, direction: str, scale: float
+) -> Record | Pulse | Ramp:
+    """The motion of the ground that options name: exactly one."""
+    from dynsim.loads.ground import Pulse, Ramp
+    from dynsim.loads.record import read_record
+
+    given = [name for name, value in (("--record", record), ("--pulse", pulse), ("--ramp", ramp)) if value is not None]
+    if len(given) != 1:
+        raise InputError(f"shake: one of --record, --pulse and --ramp is needed; given: {', '.join(given) or 'none'}")
+    if record is not None:
+        return read_record(record, direction=numbers(direction, 3, "--direction", "X,Y,Z"), scale=scale)
+    if pulse is not None:
+        form = "AX,AY,AZ,SECONDS[,SHAPE]"
+        words = pulse.split(",")
+        values = numbers(",".join(words[:4]), 4, "--pulse", form)
+        return Pulse(values[:3], values[3], ",".join(words[4:]) or "rectangle")
+    assert ramp is not None
+    values = numbers(ramp, 4, "--ramp", "AX,AY,AZ,SECONDS")
+    return Ramp(values[:3], values[3])
+
+
+def _named(text: str, option: str, form: str) -> tuple[str, str]:
+    """What stands before and after the last colon."""
+    name, colon, rest = text.rpartition(":")
+    if not (name and colon):
+        raise InputError(f'{option} is "{text}"; it must read {form}')
+    return name, rest
+
+
+def _split(text: str, mark: str, option: str, form: str, default: float) -> tuple[str, float]:
+    """What stands before a mark, and the number after it."""
+    head, found, tail = text.rpartition(mark)
+    if not found:
+        return text, default
+    return head, numbers(tail, 1, option, form)[0]

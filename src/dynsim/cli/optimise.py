@@ -1,0 +1,98 @@
+"""The command `dynsim optimise`."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from blockstat.cli.options import AsJson, Friction, Gravity, Tilt, modified, print_json
+from blockstat.errors import InputError
+from dynsim.cli.judging import Group, Preset, Threshold
+
+if TYPE_CHECKING:
+    from blockstat.design_search.search import Margin
+
+
+def optimise(
+    scene: Annotated[Path, typer.Argument(help="Scene file (.toml) with ranges {value, min, max, step}.")],
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Directory; out/<name> by default.")] = None,
+    only: Annotated[
+        str | None,
+        typer.Option("--parameters", metavar="PATH,...", help="Parameters to move, in order; all ranges by default."),
+    ] = None,
+    strategy: Annotated[str, typer.Option(help='"paper", "pruned", "gradient" or "pareto".')] = "pruned",
+    over: Annotated[
+        str, typer.Option(help='"line": one parameter after the other; "grid": every combination.')
+    ] = "line",
+    reserve: Annotated[
+        str | None,
+        typer.Option(metavar="X,Y,Z,LEAST", help='For "gradient", "pareto": push in this direction to be carried [g].'),
+    ] = None,
+    snap: Annotated[bool, typer.Option(help='"gradient": only designs on the steps of the ranges.')] = False,
+    friction: Friction = None,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
+    group: Group = None,
+    threshold: Threshold = None,
+    preset: Preset = "default",
+    jobs: Annotated[int | None, typer.Option(help="Simulations side by side; as many as cores by default.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Make a building lighter: statics prune, Bullet verifies, a report tells."""
+    from blockstat.design_search.search import space_of
+    from blockstat.io.scene import load_scene
+    from dynsim.design_search.optimise import optimise as run
+    from dynsim.settings import Settings
+
+    building = load_scene(scene)
+    directory = output or Path("out") / building.name
+    names = only.split(",") if only else None
+    space_of(building, names)
+    directory.mkdir(parents=True, exist_ok=True)
+    settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
+    given = {"friction": friction, "gravity": gravity, "tilt": tilt}
+    result, report = run(
+        building,
+        directory,
+        names=names,
+        settings=settings,
+        jobs=jobs,
+        under=lambda assembly: modified(assembly, friction=friction, gravity=gravity, tilt=tilt),
+        conditions=", ".join(f"{name} {value}" for name, value in given.items() if value is not None),
+        strategy=strategy,
+        over=over,
+        margin=_margin(reserve) if reserve is not None else None,
+        snap=snap,
+    )
+    if as_json:
+        print_json(
+            {
+                "best": result.best_parameters,
+                "finished": result.finished,
+                "history": [asdict(candidate) for candidate in result.history],
+                "front": [asdict(candidate) for candidate in result.front],
+                "static_solves": result.static_solves,
+                "certificates_reused": result.certificates_reused,
+                "dynamic_runs": result.dynamic_runs,
+                "report": str(report),
+            }
+        )
+    else:
+        best = result.best_parameters
+        words = ", ".join(f"{k} = {v:g}" for k, v in best.items()) if best else "no design stood"
+        typer.echo(f"best: {words}\nreport: {report}")
+    if not result.finished:
+        raise KeyboardInterrupt
+
+
+def _margin(text: str) -> Margin:
+    from blockstat.design_search.search import Margin
+
+    try:
+        x, y, z, least = (float(number) for number in text.split(","))
+    except ValueError:
+        raise InputError(f'--reserve is "{text}"; it must be X,Y,Z,LEAST such as 0,1,0,0.05') from None
+    return Margin((x, y, z), least)

@@ -1,0 +1,117 @@
+"""Several files of the command line side by side."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from blockstat.errors import InputError, InputWarning
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+    from dynsim.comparison.table import Comparisons
+    from dynsim.judge.verify import DynamicVerdict
+    from dynsim.parallel.pool import Row
+
+T = TypeVar("T")
+
+
+def side_by_side(
+    files: list[Path],
+    read: Callable[[Path], Assembly],
+    function: Callable[[Assembly], T],
+    jobs: int | None,
+    timeout: float | None,
+    save: Callable[[list[Row[T]]], None] | None = None,
+) -> list[Row[T]]:
+    """A function of every file's assembly, one row a file; a file that cannot be read loses its own row only.
+
+    save : called with all rows after each one that is done.
+    """
+    from rich.console import Console
+
+    from dynsim.parallel.pool import INTERRUPTED, Row, run_many
+
+    rows = [Row[T](file.stem, None, INTERRUPTED) for file in files]
+    assemblies, number = [], []
+    for i, file in enumerate(files):
+        try:
+            assemblies.append(read(file))
+            number.append(i)
+        except InputError as error:
+            rows[i] = Row(file.stem, None, str(error))
+    with Console(stderr=True).status(f"0/{len(assemblies)}") as status:
+        done: list[int] = []
+
+        def progress(index: int, row: Row[T]) -> None:
+            done.append(index)
+            rows[number[index]] = row
+            for text in row.warnings:
+                warnings.warn(InputWarning(f"{files[number[index]]}: {text}"), stacklevel=2)
+            status.update(f"{len(done)}/{len(assemblies)} {files[number[index]].name}")
+            if save is not None:
+                save(rows)
+
+        names = [files[i].stem for i in number]
+        run_many(function, assemblies, names=names, jobs=jobs, timeout=timeout, progress=progress)
+    if save is not None:
+        save(rows)
+    return rows
+
+
+def end_of(rows: list[Row[Any]]) -> None:
+    """Exit as interrupted when rows are missing for that, and as bad input when no file gave a result."""
+    from dynsim.parallel.pool import INTERRUPTED
+
+    if any(row.error == INTERRUPTED for row in rows):
+        raise KeyboardInterrupt
+    if all(row.result is None for row in rows):
+        raise InputError("none of the files gave a verdict")
+
+
+def verify_summary(row: Row[DynamicVerdict]) -> dict[str, Any]:
+    """A verdict for JSON, or why there is none."""
+    if row.result is None:
+        return {"verdict": None, "error": row.error}
+    return row.result.summary()
+
+
+def print_comparisons(rows: Comparisons) -> None:
+    """A table on the terminal, and the notes below it."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(
+        "name",
+        "blocks",
+        "faces",
+        "static",
+        "score",
+        "s",
+        "dynamic",
+        "Eq. 1 mm",
+        "Eq. 2 mm",
+        "moved mm",
+        "s",
+        "agree",
+    )
+    for row in rows:
+        if row.static is None:
+            table.add_row(row.name, "", "", "no verdict")
+            continue
+        drops = [f"{1e3 * (value or 0.0):.3g}" for value in (row.group_drop, row.max_drop, row.max_displacement)]
+        score = "inf" if row.score is None else f"{row.score:.2e}"
+        agree = {True: "yes", False: "NO", None: "-"}[row.agree]
+        table.add_row(
+            row.name, str(row.blocks), str(row.interfaces), row.static, score, f"{row.static_seconds:.2f}",
+            row.dynamic, *drops, f"{row.dynamic_seconds:.1f}", agree,
+        )  # fmt: skip
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=160)
+    console.print(table)
+    for row in rows:
+        if row.note:
+            console.print(f"{row.name}: {row.note}", highlight=False, markup=False, soft_wrap=True)

@@ -1,0 +1,147 @@
+"""Why statics and Bullet differ."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from enum import Enum
+
+import numpy as np
+
+from blockstat.analysis.assess import assess
+from blockstat.analysis.verdict import Outcome, Verdict
+from blockstat.assembly import Assembly
+from dynsim.judge.stages import stages
+from dynsim.judge.verify import DynamicOutcome, DynamicVerdict, verify
+from dynsim.settings import PRESETS, Settings
+
+#: A verdict of statics that a sideways push of this part of gravity changes is marginal: Bullet's own limits are off by
+#: up to this much (docs/dynamics_validation.md).
+PUSH, PUSHES = 0.02, 8
+#: An instability with less than this missing adhesion (the score, in weights) is marginal.
+SCORE = 1e-3
+#: Sound assemblies settle by less than this part of the threshold.
+SETTLED = 0.1
+LONGER = 10.0
+
+
+class Cause(Enum):
+    """Why verdicts differ, or are none; each value is the sentence a user reads."""
+
+    SELF_STRESS = "it stands only by self-stress or dilatancy: Coulomb friction without them finds no equilibrium"
+    GEOMETRY = "the shapes Bullet sees overlap, so it does not simulate quite this geometry"
+    MARGINAL = (
+        "marginal: a push of 2 % of gravity, or adhesion of a thousandth of the weight, changes the static verdict"
+    )
+    COARSE_FALL = "false fall of a coarse run: with finer time steps it does not fall"
+    COARSE_STAND = "false stand of a coarse run: with finer time steps it falls"
+    TIME_TOO_SHORT = "statics exclude rest: the motion is slow, and in ten times as long it passes the threshold"
+    SETTLED = "blocks moved a little and came to rest elsewhere, on other joints than they were built with"
+    HELD = "it rests in a finer run too, on friction that statics without self-stress do not count on"
+    CREEPS = "it creeps in Bullet: neither a stand nor a fall"
+    UNDECIDED = "statics do not decide"
+    OPEN_FALL = "statics allow rest, with Coulomb friction too: marginal, or a motion that rest would have stopped"
+    OPEN_STAND = "statics find no rest: a motion slower than the threshold in the simulated time, or too coarse a run"
+
+    @property
+    def word(self) -> str:
+        return self.name.lower()
+
+
+def agrees(static: Verdict, dynamic: DynamicVerdict) -> bool | None:
+    """Whether a static verdict, of either flow, says what Bullet says; None when one of them says neither."""
+    if static.outcome is Outcome.UNDECIDED or dynamic.outcome is DynamicOutcome.CREEPS:
+        return None
+    return (static.outcome is Outcome.STABLE) == (dynamic.outcome is DynamicOutcome.STANDS)
+
+
+def likely_reason(static: Verdict, dynamic: DynamicVerdict) -> str:
+    """Why statics (force fields alone) and Bullet differ, in one sentence; empty when they agree."""
+    if dynamic.outcome is DynamicOutcome.CREEPS:
+        return f"it creeps at {1e3 * dynamic.rate:.2g} mm/s in Bullet: neither a stand nor a fall"
+    if agrees(static, dynamic):
+        return ""
+    found = find_cause(static, with_coulomb(static), dynamic)
+    return found.value if found is not None else ""
+
+
+def with_coulomb(static: Verdict) -> Verdict:
+    """The verdict without dilatancy and self-stress on the same joints; the same one where no force field exists."""
+    if static.outcome is not Outcome.STABLE:
+        return static
+    return assess(static.assembly, interfaces=static.interfaces, flow="coulomb")
+
+
+def find_cause(
+    static: Verdict,
+    coulomb: Verdict,
+    dynamic: DynamicVerdict,
+    *,
+    settings: Settings | None = None,
+    closely: bool = False,
+) -> Cause | None:
+    """Why verdicts on one assembly differ, or say neither; None when all three agree.
+
+    static, coulomb : of the two flows. settings : behind the dynamic verdict. closely : push it a little, and run it
+    again with finer time steps and for longer, where that may tell; costs several times the verdicts.
+    """
+    if dynamic.outcome is DynamicOutcome.CREEPS:
+        return Cause.CREEPS
+    if static.outcome is Outcome.UNDECIDED:
+        return Cause.UNDECIDED
+    if agrees(static, dynamic) and agrees(coulomb, dynamic):
+        return None
+    if dynamic.run.initial_overlap > SETTLED * dynamic.brick_threshold:
+        return Cause.GEOMETRY
+    if dynamic.outcome is DynamicOutcome.FALLS:
+        return _why_it_fell(coulomb, settings or Settings(), closely)
+    return _why_it_stood(static, dynamic, settings or Settings(), closely)
+
+
+def _why_it_fell(coulomb: Verdict, settings: Settings, closely: bool) -> Cause:
+    """A force field exists."""
+    if coulomb.outcome is Outcome.STABLE_ONLY_BY_SELF_STRESS:
+        return Cause.SELF_STRESS
+    if coulomb.outcome is Outcome.UNDECIDED or (closely and _tips(coulomb.assembly)):
+        return Cause.MARGINAL
+    if closely:
+        again = verify(coulomb.assembly, settings=finer(coulomb.assembly, settings))
+        if again.outcome is not DynamicOutcome.FALLS:
+            return Cause.COARSE_FALL
+    return Cause.OPEN_FALL
+
+
+def _why_it_stood(static: Verdict, dynamic: DynamicVerdict, settings: Settings, closely: bool) -> Cause:
+    """No force field exists, or none without self-stress."""
+    assembly = static.assembly
+    if closely and verify(assembly, settings=finer(assembly, settings)).outcome is DynamicOutcome.FALLS:
+        return Cause.COARSE_STAND
+    if closely and static.outcome is Outcome.STABLE:
+        return Cause.HELD
+    longer = replace(settings, rest=1e-6, end=LONGER * settings.end)
+    if closely and verify(assembly, settings=longer).outcome is DynamicOutcome.FALLS:
+        return Cause.TIME_TOO_SHORT
+    if dynamic.settling + dynamic.max_displacement > SETTLED * dynamic.brick_threshold:
+        return Cause.SETTLED
+    marginal = static.outcome is Outcome.UNSTABLE and static.score < SCORE
+    return Cause.MARGINAL if marginal else Cause.OPEN_STAND
+
+
+def _tips(assembly: Assembly) -> bool:
+    """Whether a small push in some horizontal direction leaves no equilibrium without self-stress."""
+    down = assembly.gravity / np.linalg.norm(assembly.gravity)
+    across = np.cross(down, np.eye(3)[np.argmin(np.abs(down))])
+    across /= np.linalg.norm(across)
+    for angle in 2 * np.pi * np.arange(PUSHES) / PUSHES:
+        push = np.cos(angle) * across + np.sin(angle) * np.cross(down, across)
+        gravity = assembly.gravity + PUSH * np.linalg.norm(assembly.gravity) * push
+        if assess(assembly, gravity=gravity, flow="coulomb").outcome is not Outcome.STABLE:
+            return True
+    return False
+
+
+def finer(assembly: Assembly, settings: Settings) -> Settings:
+    """One run at half the finest time step behind a verdict, or at the finest of the careful preset if that is less."""
+    runs = stages(assembly, settings)
+    finest = runs.fine or runs.first
+    step = min(finest.time_step / 2, PRESETS["careful"]["fine_step"])
+    return replace(finest, time_step=step, quick_step=step, fine_step=step)

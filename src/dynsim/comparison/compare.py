@@ -1,0 +1,69 @@
+"""Static and dynamic verdicts side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from functools import partial
+
+from blockstat.analysis.assess import assess
+from blockstat.analysis.verdict import Outcome
+from blockstat.assembly import Assembly
+from dynsim.comparison.causes import agrees, find_cause, likely_reason, with_coulomb
+from dynsim.comparison.first_motion import cosine
+from dynsim.comparison.table import Comparison, Comparisons
+from dynsim.judge.verify import DynamicOutcome, verify
+from dynsim.parallel.pool import Row, run_many
+from dynsim.settings import Settings
+
+
+def compare(
+    assemblies: Assembly | Iterable[Assembly],
+    *,
+    settings: Settings | None = None,
+    closely: bool = False,
+    jobs: int | None = None,
+    timeout: float | None = None,
+    progress: Callable[[int, Row[Comparison]], None] | None = None,
+) -> Comparisons:
+    """Static and dynamic verdicts on one assembly or several, as a table: a row each, in the order given.
+
+    settings : of the dynamic ones, as in `verify`. closely : look for the cause of a difference with further, finer and
+    longer runs. jobs, timeout, progress : as in `run_many`; one process for each core by default. An assembly without
+    a verdict has a row with a note that says why.
+    """
+    designs = [assemblies] if isinstance(assemblies, Assembly) else list(assemblies)
+    names = [design.name for design in designs]
+    judge = partial(compare_one, settings=settings, closely=closely)
+    rows = run_many(judge, designs, names=names, jobs=jobs, timeout=timeout, progress=progress)
+    return Comparisons(tuple(row.result or Comparison(name=row.name, note=row.error) for row in rows))
+
+
+def compare_one(assembly: Assembly, *, settings: Settings | None = None, closely: bool = False) -> Comparison:
+    """The row of one assembly, in this process. Raises InputError where there is no verdict."""
+    static = assess(assembly)
+    coulomb = with_coulomb(static)
+    dynamic = verify(assembly, settings=settings)
+    cause = find_cause(static, coulomb, dynamic, settings=settings, closely=closely)
+    both_fall = static.outcome is Outcome.UNSTABLE and dynamic.outcome is DynamicOutcome.FALLS
+    note = likely_reason(static, dynamic) if dynamic.outcome is DynamicOutcome.CREEPS else cause.value if cause else ""
+    return Comparison(
+        name=assembly.name,
+        blocks=assembly.n_blocks,
+        interfaces=static.interfaces.n_interfaces,
+        static=static.outcome.word,
+        coulomb=coulomb.outcome.word,
+        score=static.summary()["score"],
+        dynamic=dynamic.outcome.word,
+        group_drop=dynamic.group_drop,
+        max_drop=dynamic.max_drop,
+        max_displacement=dynamic.max_displacement,
+        settling=dynamic.settling,
+        static_seconds=static.timings["total"],
+        coulomb_seconds=coulomb.timings["total"],
+        dynamic_seconds=dynamic.run.process_seconds,
+        agree=agrees(static, dynamic),
+        agree_coulomb=agrees(coulomb, dynamic),
+        cosine=cosine(static, dynamic) if both_fall else None,
+        cause=cause.word if cause is not None else "",
+        note=note,
+    )

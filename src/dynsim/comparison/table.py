@@ -1,0 +1,125 @@
+"""The table of static and dynamic verdicts: in a notebook, as CSV, as JSON."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from html import escape
+from pathlib import Path
+
+from blockstat.errors import InputError
+
+STATICS = ("static", "coulomb")
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One row: what statics and Bullet say of one assembly. Lengths in m, process seconds; None was not reached."""
+
+    name: str
+    blocks: int | None = None
+    interfaces: int | None = None
+    static: str | None = None  #: force fields alone: "stable", "unstable", "undecided"
+    coulomb: str | None = None  #: without dilatancy and self-stress: also "stable_only_by_self_stress"
+    score: float | None = None
+    dynamic: str | None = None  #: "stands", "falls", "creeps"
+    group_drop: float | None = None
+    max_drop: float | None = None
+    max_displacement: float | None = None
+    settling: float | None = None
+    static_seconds: float | None = None
+    coulomb_seconds: float | None = None
+    dynamic_seconds: float | None = None
+    agree: bool | None = None  #: static with dynamic; None when one of them says neither, or is missing
+    agree_coulomb: bool | None = None  #: coulomb with dynamic
+    cosine: float | None = None  #: of the static mechanism with Bullet's first motion, where both say it falls
+    cause: str = (
+        ""  #: word of `dynsim.comparison.causes.Cause` where a static verdict differs from Bullet or one says neither
+    )
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Comparisons:
+    """Rows in the order the assemblies were given; the last value of a notebook's cell shows them."""
+
+    rows: tuple[Comparison, ...]
+
+    def __iter__(self) -> Iterator[Comparison]:
+        return iter(self.rows)
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __getitem__(self, index: int) -> Comparison:
+        return self.rows[index]
+
+    @property
+    def disagreements(self) -> Comparisons:
+        """Rows in which a static verdict says stable and Bullet falls, or the other way round."""
+        return Comparisons(tuple(row for row in self if row.agree is False or row.agree_coulomb is False))
+
+    def confusion(self, statics: str = "static") -> dict[tuple[str, str], int]:
+        """How many rows have each pair of a static and a dynamic verdict; statics : "static" or "coulomb".
+
+        Rows without verdicts do not count. Raises InputError for another word.
+        """
+        if statics not in STATICS:
+            raise InputError(f"no static verdict {statics!r}; there are: {', '.join(STATICS)}")
+        return dict(Counter((getattr(row, statics), row.dynamic or "") for row in self if row.static is not None))
+
+    def write_csv(self, path: str | Path) -> Path:
+        """One line a row; what was not reached stays empty."""
+        path = Path(path)
+        with path.open("w", newline="") as file:
+            writer = csv.DictWriter(file, list(Comparison.__dataclass_fields__))
+            writer.writeheader()
+            writer.writerows([{k: "" if v is None else v for k, v in asdict(row).items()} for row in self])
+        return path
+
+    def write_json(self, path: str | Path) -> Path:
+        """An object with a list of rows; what was not reached is null."""
+        path = Path(path)
+        path.write_text(json.dumps({"rows": [asdict(row) for row in self]}, indent=1) + "\n")
+        return path
+
+    def _repr_html_(self) -> str:
+        judged = sum(row.static is not None for row in self)
+        lines = [
+            f"<p>{len(self)} assemblies, {judged} with verdicts. Bullet agrees with force fields alone on "
+            f"{sum(row.agree is True for row in self)}, with Coulomb friction on "
+            f"{sum(row.agree_coulomb is True for row in self)}.</p>",
+            "<table><thead><tr>",
+            *(f"<th>{title}</th>" for title in TITLES),
+            "</tr></thead><tbody>",
+            *(_line(row) for row in self),
+            "</tbody></table>",
+        ]
+        return "\n".join(lines)
+
+
+TITLES = ("name", "blocks", "force field", "Coulomb", "score", "Bullet", "moved [mm]", "cosine", "agree", "why not")
+#: Background of the cell that says whether they agree; the word in it says the same.
+COLOUR = {True: "#d9ead3", False: "#f4cccc", None: "#eeeeee"}
+
+
+def _line(row: Comparison) -> str:
+    """A row of the HTML table."""
+
+    def number(value: float | None, form: str) -> str:
+        return "" if value is None else format(value, form)
+
+    agree = False if row.agree is False or row.agree_coulomb is False else row.agree
+    moved = None if row.max_displacement is None else 1e3 * row.max_displacement
+    score = "inf" if row.static is not None and row.score is None else number(row.score, ".2e")
+    said = [row.static, (row.coulomb or "").replace("_", " "), row.dynamic]
+    cells = [row.name, number(row.blocks, "d"), said[0], said[1], score, said[2], number(moved, ".3g")]
+    text = "".join(f"<td>{escape(str(cell or ''))}</td>" for cell in [*cells, number(row.cosine, ".2f")])
+    word = {True: "yes", False: "no", None: ""}[agree]
+    return (
+        f'<tr>{text}<td style="background:{COLOUR[agree]};color:#222">{word}</td>'
+        f'<td style="text-align:left">{escape(row.note)}</td></tr>'
+    )

@@ -1,0 +1,138 @@
+"""The shape of each block as Bullet needs it: a box, a convex hull, or convex pieces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from blockstat.assembly import Assembly
+from blockstat.typing import Floats
+from dynsim.engine.decompose import convex_pieces
+
+#: A block whose hull is larger by no more than this fraction is convex.
+CONVEX = 1e-6
+#: Right angles and equal edges to this fraction of the block's size make a box.
+SQUARE = 1e-7
+
+
+#: Steps in which Bullet's convex hulls measure a block (btConvexHullComputer).
+GRID = 10216
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Geometry of one block in the frame of its principal axes, with the centroid at the origin."""
+
+    rotation: Floats  #: shape (3, 3), columns are the axes in world coordinates
+    half_extents: Floats | None  #: shape (3,) for a box, else None
+    pieces: tuple[Floats, ...]  #: vertices of the convex pieces, shape (k, 3) each
+    inertia: Floats  #: shape (3,), principal moments [kg m2]
+
+
+def shapes(assembly: Assembly) -> list[Shape]:
+    """Shapes of all blocks."""
+    return [_shape(assembly, block) for block in range(assembly.n_blocks)]
+
+
+def _shape(assembly: Assembly, block: int) -> Shape:
+    local = assembly.block_vertices(block) - assembly.centroid[block]
+    faces = assembly.faces_of(block)
+    box = _as_box(local, faces, assembly.size[block])
+    if box is not None:
+        rotation, half = box
+        moments = assembly.mass[block] / 3 * (half @ half - half**2)
+        return Shape(rotation, half, (local @ rotation,), moments)
+    moments, rotation = _axes(assembly.inertia[block], bool(assembly.support[block]))
+    local = local @ rotation
+    hull = _hull(local)
+    excess = hull.volume / assembly.volume[block] - 1.0
+    if excess <= CONVEX:
+        return Shape(rotation, None, (local[hull.vertices],), moments)
+    return Shape(rotation, None, _pieces(local, faces, assembly.size[block]), moments)
+
+
+def _axes(inertia: Floats, fixed: bool) -> tuple[Floats, Floats]:
+    """Principal moments and axes (columns, right-handed); the axes of the scene where those do as well.
+
+    A fixed block needs no principal axes, and faces square to the axes of its frame are exact in Bullet (`on_grid`).
+    """
+    own = np.diag(inertia)
+    if fixed or np.abs(inertia - np.diag(own)).max() <= SQUARE * own.max():
+        return own.copy(), np.eye(3)
+    moments, rotation = np.linalg.eigh(inertia)
+    if np.linalg.det(rotation) < 0:
+        rotation[:, 0] *= -1
+    return moments, rotation
+
+
+def _as_box(local: Floats, faces: Sequence[np.ndarray], size: float) -> tuple[Floats, Floats] | None:
+    """Axes (columns, right-handed) and half extents if the block is a rectangular box."""
+    if len(local) != 8 or len(faces) != 6 or any(len(face) != 4 for face in faces):
+        return None
+    neighbours = {int(f[(i + step) % 4]) for f in faces for i in range(4) if f[i] == 0 for step in (1, 3)}
+    if len(neighbours) != 3:
+        return None
+    edges = np.array([local[k] - local[0] for k in sorted(neighbours)])
+    length = np.linalg.norm(edges, axis=1)
+    axes = edges / length[:, None]
+    if np.abs(axes @ axes.T - np.eye(3)).max() > SQUARE:
+        return None
+    corners = (np.array(np.meshgrid(*[[-0.5, 0.5]] * 3)).reshape(3, -1).T * length) @ axes
+    distance = np.linalg.norm(local[:, None] - corners[None], axis=2).min(axis=1)
+    if distance.max() > SQUARE * size:
+        return None
+    if np.linalg.det(axes) < 0:
+        axes[2] *= -1
+    return axes.T, length / 2
+
+
+def _hull(points: Floats):
+    from scipy.spatial import ConvexHull
+
+    return ConvexHull(points)
+
+
+def _pieces(local: Floats, faces: Sequence[np.ndarray], size: float) -> tuple[Floats, ...]:
+    """Convex pieces of a concave block: exact cuts, or CoACD (Wei et al. 2022) where those fail."""
+    from blockstat.geometry.triangulation import triangulate
+
+    triangles = triangulate(local, faces)
+    exact = convex_pieces(local, triangles, size)
+    if exact is not None:
+        return tuple(exact)
+    import coacd
+
+    coacd.set_log_level("error")
+    parts = coacd.run_coacd(coacd.Mesh(local, triangles.astype(np.int32)), threshold=0.02, seed=0)
+    return tuple(np.asarray(vertices)[_hull(np.asarray(vertices)).vertices] for vertices, _ in parts)
+
+
+def on_grid(points: Floats) -> Floats:
+    """Corners moved to the nearest that Bullet can keep, shape (k, 3).
+
+    It makes hulls in whole numbers: each axis of the bounding box is divided into `GRID` steps and coordinates are cut
+    off towards its centre. Corners are put on the nearest step, and a quarter of one beyond it, to be cut off there.
+    """
+    lower, upper = points.min(axis=0), points.max(axis=0)
+    step = (upper - lower) / GRID
+    count = np.rint((points - (lower + upper) / 2) / step)
+    kept = np.where(np.abs(count) < GRID / 2, count + 0.25 * np.sign(count), count)
+    return (lower + upper) / 2 + kept * step
+
+
+def hull_obj(pieces: Sequence[Floats]) -> str:
+    """Convex pieces as the text of an OBJ file, one object a piece."""
+    lines, offset = [], 1
+    for number, points in enumerate(map(on_grid, pieces)):
+        hull = _hull(points)
+        lines.append(f"o piece{number}")
+        lines += ["v " + " ".join(map(repr, point)) for point in points.tolist()]
+        corners = hull.simplices.copy()
+        a, b, c = points[corners].swapaxes(0, 1)
+        inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
+        corners[inward] = corners[inward][:, [0, 2, 1]]
+        lines += ["f " + " ".join(map(str, face)) for face in (corners + offset).tolist()]
+        offset += len(points)
+    return "\n".join(lines) + "\n"

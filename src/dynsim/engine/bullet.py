@@ -1,0 +1,53 @@
+"""What is asked of Bullet itself: its import, its engine settings, its turns."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+from typing import Any
+
+from blockstat.typing import Floats
+
+#: Engine settings, measured: docs/dynamics.md.
+ENGINE: dict[str, Any] = {
+    "warmStartingFactor": 0.85,
+    "contactSlop": 1e-6,
+    "contactERP": 0.2,
+    "contactBreakingThreshold": 1e-3,
+    "solverResidualThreshold": 0.0,
+    "enableSAT": 1,
+    "enableFileCaching": 0,
+}
+
+
+def import_bullet() -> Any:
+    """Import pybullet without its greeting, which it writes past Python's own streams."""
+    if "pybullet" in sys.modules:
+        return sys.modules["pybullet"]
+    sys.stdout.flush()
+    kept = [(stream, os.dup(stream)) for stream in (1, 2)]
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        for stream, _ in kept:
+            os.dup2(nowhere, stream)
+        return importlib.import_module("pybullet")
+    finally:
+        for stream, copy in kept:
+            os.dup2(copy, stream)
+            os.close(copy)
+        os.close(nowhere)
+
+
+def quaternion(rotation: Floats) -> Floats:
+    """Bullet's x, y, z, w of rotation matrices."""
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_matrix(rotation).as_quat()
+
+
+def matrices(quaternion: Floats) -> Floats:
+    """Rotation matrices of Bullet's x, y, z, w."""
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_quat(quaternion).as_matrix()

@@ -1,0 +1,60 @@
+"""Friction of each joint from one number a block.
+
+Bullet multiplies the coefficients of two bodies that touch. With one friction mu everywhere each block has sqrt(mu);
+where joint laws give pairs of groups their own, numbers m with m_a m_b = mu_ab are looked for, for all pairs that
+touch as built. Pairs that meet later have the product.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from blockstat.assembly import Assembly
+from blockstat.contact.interfaces import find_interfaces
+from blockstat.contact.point_law import joint_friction
+from blockstat.errors import InputError
+from blockstat.typing import Floats
+
+STICKY = 100.0  #: Bullet's stand-in for infinite friction
+EXACT = 1e-9  #: largest relative error of a product
+
+
+def block_friction(assembly: Assembly) -> Floats:
+    """Coefficient of each block, shape (n_blocks,).
+
+    Raises InputError naming two groups when no such numbers exist.
+    """
+    usual = np.sqrt(min(assembly.friction, STICKY))
+    if all(law.friction in (None, assembly.friction) for law in assembly.joints):
+        return np.full(assembly.n_blocks, usual)
+    faces = find_interfaces(assembly)
+    wanted = np.minimum(joint_friction(assembly, faces), STICKY)
+    found = np.full(assembly.n_blocks, usual)
+    rough = np.zeros(assembly.n_blocks, dtype=bool)
+    rough[faces.pair[wanted > 0]] = True
+    smooth = np.zeros(assembly.n_blocks, dtype=bool)
+    smooth[faces.pair[wanted == 0]] = True
+    found[smooth & ~rough] = 0.0
+    rows = np.flatnonzero(wanted > 0)
+    if len(rows):
+        logarithms = _logarithms(assembly.n_blocks, faces.pair[rows], np.log(wanted[rows]))
+        found[rough] = np.exp(logarithms[rough])
+    error = np.abs(np.prod(found[faces.pair], axis=1) - wanted) > EXACT * np.maximum(wanted, EXACT)
+    if error.any():
+        worst = int(np.argmax(error))
+        a, b = (assembly.groups[block] or assembly.names[block] for block in faces.pair[worst])
+        raise InputError(
+            f"friction {wanted[worst]:g} between {a} and {b}: Bullet multiplies one number a block, and none fit all "
+            "joint laws at once"
+        )
+    return found
+
+
+def _logarithms(n: int, pair: np.ndarray, value: Floats) -> Floats:
+    """Least-norm x with x_a + x_b = value for every pair, in the sense of least squares."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.linalg import lsqr
+
+    row = np.repeat(np.arange(len(pair)), 2)
+    matrix = csr_array((np.ones(2 * len(pair)), (row, pair.reshape(-1))), shape=(len(pair), n))
+    return lsqr(matrix, value, atol=1e-14, btol=1e-14, iter_lim=20 * n)[0]

@@ -1,0 +1,109 @@
+"""What Bullet would swallow without a word, and we do not give it.
+
+Bullet takes not-a-number positions, flat hulls, negative masses and unknown bodies as they come, and answers with
+nonsense. Files are checked where they are read; an assembly can be changed afterwards, so all is checked once more.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from blockstat.assembly import Assembly
+from blockstat.contact.interfaces import find_interfaces
+from blockstat.errors import InputError
+from blockstat.typing import Floats
+
+#: Sizes (cube root of the volume) beyond this many times the median, or below its reciprocal.
+SIZES = 100.0
+#: Ratio of the masses of two blocks that touch: a cube on a lighter one stands at 1,000 and sinks into it at 10,000.
+MASSES = 2000.0
+#: A free block thinner than this, relative to the median block size, does not come to rest under others (9 mm for
+#: bricks of 0.3 m).
+THINNEST = 0.03
+#: Shapes may overlap by this share of the median block size before the first step; more of it flies apart.
+OVERLAP = 0.05
+
+
+def check_assembly(assembly: Assembly) -> None:
+    """Raise InputError naming the first block that Bullet cannot simulate rightly."""
+    if not assembly.support.any():
+        raise InputError(f'"{assembly.name}" has no supports; list the blocks that cannot move under "supports"')
+    if assembly.support.all():
+        raise InputError(f'"{assembly.name}": all blocks are supports; there is nothing to simulate')
+    corner = np.repeat(np.arange(assembly.n_blocks), np.diff(assembly.vertex_start))
+    finite = np.isfinite(assembly.vertices).all(axis=1)
+    _refuse(
+        assembly, np.bincount(corner[~finite], minlength=assembly.n_blocks) > 0, "has a corner that is not a number"
+    )
+    if not np.isfinite(assembly.gravity).all() or not np.linalg.norm(assembly.gravity) > 0:
+        raise InputError(
+            f'"{assembly.name}": gravity is {assembly.gravity.tolist()}; it must be three numbers, not all 0'
+        )
+    if not assembly.friction >= 0:
+        raise InputError(f'"{assembly.name}": friction is {assembly.friction!r}; it must be at least 0')
+    with np.errstate(all="ignore"):
+        volume, mass = assembly.volume, assembly.mass
+        _refuse(assembly, ~(volume > 0), "has no volume or is inside out")
+        _refuse(assembly, ~(np.isfinite(mass) & (mass > 0)), "has a mass that is not a positive number")
+        _refuse(assembly, ~(thickness(assembly) > 0), "is flat")
+    _check_ratios(assembly)
+
+
+def _check_ratios(assembly: Assembly) -> None:
+    free = ~assembly.support
+    size = np.median(assembly.size[free])
+    _refuse(assembly, free & (assembly.size > SIZES * size), f"is more than {SIZES:g} times as large as most blocks")
+    _refuse(assembly, free & (assembly.size < size / SIZES), f"is less than 1/{SIZES:g} as large as most blocks")
+    _refuse(
+        assembly,
+        free & (thickness(assembly) < THINNEST * size),
+        f"is thinner than {THINNEST:g} of the size of most blocks; in Bullet it would not come to rest",
+    )
+    mass = assembly.mass
+    if mass[free].max() <= MASSES * mass[free].min():
+        return
+    for a, b in find_interfaces(assembly).pair:
+        light, heavy = sorted((a, b), key=lambda block: mass[block])
+        if free[a] and free[b] and mass[heavy] > MASSES * mass[light]:
+            raise InputError(
+                f'block "{assembly.names[heavy]}" is {mass[heavy] / mass[light]:.3g} times as heavy as '
+                f'"{assembly.names[light]}", which it touches; Bullet carries at most {MASSES:g} times'
+            )
+
+
+def check_overlap(assembly: Assembly, pair: tuple[int, int], depth: float) -> None:
+    """Raise InputError if two blocks start so far inside each other, by a depth [m], that they would fly apart."""
+    size = float(np.median(assembly.size[~assembly.support]))
+    if depth > OVERLAP * size:
+        a, b = (assembly.names[block] for block in pair)
+        raise InputError(
+            f'blocks "{a}" and "{b}" overlap by {1e3 * depth:.3g} mm; Bullet would throw them apart. '
+            f"At most {1e3 * OVERLAP * size:.3g} mm (1/20 of the block size) is simulated"
+        )
+
+
+def check_rotations(assembly: Assembly, rotations: Floats) -> None:
+    """Raise InputError for an orientation, shape (n, 3, 3), that is not a rotation; Bullet would scale the block."""
+    product = np.einsum("nij,nik->njk", rotations, rotations)
+    with np.errstate(invalid="ignore"):
+        wrong = ~(np.abs(product - np.eye(3)).max(axis=(1, 2)) < 1e-6) | ~(np.linalg.det(rotations) > 0)
+    _refuse(assembly, wrong, "has an orientation that is not a rotation")
+
+
+def check_blocks(assembly: Assembly, blocks: np.ndarray) -> None:
+    """Raise InputError for the number of a block that does not exist."""
+    for block in np.atleast_1d(blocks):
+        if not 0 <= block < assembly.n_blocks:
+            raise InputError(f"no block {block}; blocks are 0 to {assembly.n_blocks - 1}")
+
+
+def thickness(assembly: Assembly) -> Floats:
+    """Smallest extent of each block, shape (n,) [m], as of the box with its inertia."""
+    moments = np.linalg.eigvalsh(assembly.inertia)
+    square = 6 * (moments[:, 0] + moments[:, 1] - moments[:, 2]) / assembly.mass
+    return np.sqrt(np.maximum(square, 0.0))
+
+
+def _refuse(assembly: Assembly, wrong: np.ndarray, reason: str) -> None:
+    if wrong.any():
+        raise InputError(f'block "{assembly.names[int(np.argmax(wrong))]}" {reason}')

@@ -1,0 +1,300 @@
+"""One Bullet client with the blocks of an assembly in it.
+
+The scene is simulated at a fixed scale: lengths so that the median block measures 0.3 m, gravity 9.81 m/s2,
+masses so that the median block weighs 100 kg. Rigid-block dynamics under Coulomb friction is scale-free with
+time going as sqrt(length / gravity), so units change nothing, and Bullet sees what it was tuned for.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from types import TracebackType
+
+import numpy as np
+
+from blockstat.assembly import Assembly
+from blockstat.errors import InputError
+from blockstat.typing import Floats, Ints
+from dynsim.bonds.glue import bonds_of
+from dynsim.engine.action import Action
+from dynsim.engine.bodies import Shape, hull_obj, shapes
+from dynsim.engine.bullet import ENGINE, import_bullet, matrices, quaternion
+from dynsim.engine.friction import block_friction
+from dynsim.engine.guards import check_assembly, check_blocks, check_overlap, check_rotations
+from dynsim.engine.step_loads import StepLoads
+from dynsim.settings import Settings
+
+BLOCK_SIZE = 0.3  #: [m] median block size in the simulation
+BLOCK_MASS = 100.0  #: [kg] median block mass in the simulation
+CARRIER_MASS = 1e10  #: [kg] of a support that is moved: nothing in the scene can push it
+GRAVITY = 9.81  #: [m/s2] in the simulation
+ANCHOR = 1  #: a contact point that does not slide is held where it was
+
+
+class World:
+    """A context manager around one client; poses go in and out in the scene's own units."""
+
+    def __init__(self, assembly: Assembly, settings: Settings, actions: Sequence[Action] = ()) -> None:
+        check_assembly(assembly)
+        free = ~assembly.support
+        self.assembly = assembly
+        self.settings = settings
+        self.length = BLOCK_SIZE / float(np.median(assembly.size[free]))  #: simulation metres a scene metre
+        strength = float(np.linalg.norm(assembly.gravity))
+        self.time = float(np.sqrt(self.length * strength / GRAVITY))  #: simulation seconds a scene second
+        self._mass = BLOCK_MASS / float(np.median(assembly.mass[free]))
+        self._acceleration = GRAVITY / strength
+        self.time_step = settings.time_step / self.time  #: [s]; `set_time_step` changes it
+        self.actions: tuple[Action, ...] = (*bonds_of(assembly), *actions)
+        self._stepwise = any(action.each_step for action in self.actions)
+        self._shapes = shapes(assembly)
+        check_rotations(assembly, np.stack([shape.rotation for shape in self._shapes]))
+        self._friction = block_friction(assembly)
+        self._directory: tempfile.TemporaryDirectory[str] | None = None
+        self._client = -1
+        self._loads = StepLoads(self) if self._stepwise else None
+        self._bodies: list[int] = []
+        self._driven: dict[Action, Floats] = {}
+        self._gravity = np.asarray(assembly.gravity, dtype=float)
+        self._carried: set[int] = set()
+        self.removed: set[int] = set()  #: blocks taken out by `remove`
+
+    def __enter__(self) -> World:
+        self._directory = tempfile.TemporaryDirectory(prefix="dynsim-")
+        self._bullet = import_bullet()
+        self._client = self._bullet.connect(self._bullet.DIRECT)
+        try:
+            self._set_up()
+            for action in self.actions:
+                action.begin(self)
+        except BaseException:
+            self.__exit__(None, None, None)
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._bullet.disconnect(self._client)
+        if self._directory:
+            self._directory.cleanup()
+
+    def _set_up(self) -> None:
+        b = self._bullet
+        b.setPhysicsEngineParameter(
+            numSolverIterations=self.settings.iterations, physicsClientId=self._client, **ENGINE
+        )  # fmt: skip
+        self.set_time_step(self.settings.time_step)
+        self.set_gravity(self.assembly.gravity)
+        # Boxes and hulls never mix: Bullet keeps a margin on one kind and not on the other.
+        as_boxes = all(shape.half_extents is not None for shape in self._shapes)
+        for block, shape in enumerate(self._shapes):
+            self._bodies.append(self._add(block, shape, as_boxes))
+
+    def _add(self, block: int, shape: Shape, as_box: bool) -> int:
+        b = self._bullet
+        if as_box:
+            assert shape.half_extents is not None
+            collision = b.createCollisionShape(
+                b.GEOM_BOX,
+                halfExtents=(shape.half_extents * self.length).tolist(),
+                physicsClientId=self._client,
+            )
+        else:
+            assert self._directory is not None
+            path = Path(self._directory.name) / "block.obj"  # read at once and not kept
+            path.write_text(hull_obj([piece * self.length for piece in shape.pieces]))
+            collision = b.createCollisionShape(
+                b.GEOM_MESH,
+                fileName=str(path),
+                flags=b.URDF_INITIALIZE_SAT_FEATURES,
+                physicsClientId=self._client,
+            )
+        assembly = self.assembly
+        mass = 0.0 if assembly.support[block] else assembly.mass[block] * self._mass
+        body = b.createMultiBody(
+            baseMass=mass,
+            baseCollisionShapeIndex=collision,
+            basePosition=(assembly.centroid[block] * self.length).tolist(),
+            baseOrientation=quaternion(shape.rotation).tolist(),
+            useMaximalCoordinates=1,
+            physicsClientId=self._client,
+        )
+        if collision < 0 or body < 0:
+            raise RuntimeError(f'Bullet refused block "{assembly.names[block]}"')
+        options = {
+            "lateralFriction": float(self._friction[block]), "spinningFriction": 0.0, "rollingFriction": 0.0,
+            "restitution": 0.0, "linearDamping": 0.0, "angularDamping": 0.0, "frictionAnchor": ANCHOR,
+            "activationState": b.ACTIVATION_STATE_DISABLE_SLEEPING,
+        }  # fmt: skip
+        if mass > 0:
+            options["mass"] = mass
+            options["localInertiaDiagonal"] = (shape.inertia * self._mass * self.length**2).tolist()
+        b.changeDynamics(body, -1, physicsClientId=self._client, **options)
+        return body
+
+    def set_time_step(self, step: float) -> None:
+        """Time step from now on [s], in the time of `Settings`; a look stays as long as it is."""
+        self.settings = s = replace(self.settings, time_step=step)
+        self.time_step = step / self.time
+        self._bullet.setPhysicsEngineParameter(
+            fixedTimeStep=step if self._stepwise else s.substeps * step,
+            numSubSteps=0 if self._stepwise else s.substeps, physicsClientId=self._client,
+        )  # fmt: skip
+
+    def damp(self, value: float) -> None:
+        """Set linear and angular damping of all blocks; 1 takes all velocity away at every step."""
+        if self._loads is not None:
+            self._loads.keep = (1.0 - value) ** self.settings.time_step
+            value = 0.0
+        for body in self._bodies:
+            self._bullet.changeDynamics(
+                body, -1, linearDamping=value, angularDamping=value, physicsClientId=self._client
+            )
+
+    def advance(self, time: float = 0.0) -> None:
+        """Go forward by one look (`Settings.look_every` of simulated time); time : since release at its start [s]."""
+        steps = self.settings.substeps if self._stepwise else 1
+        for step in range(steps):
+            for action in self.actions:
+                if step == 0 or action.each_step:
+                    action.act(self, time + step * self.time_step)
+            if self._loads is not None:
+                self._loads.apply()
+            self._bullet.stepSimulation(physicsClientId=self._client)
+
+    def set_gravity(self, gravity: Sequence[float] | Floats) -> None:
+        """Gravity from now on, shape (3,) [m/s2]."""
+        self._gravity = np.asarray(gravity, dtype=float)
+        self._bullet.setGravity(*(np.asarray(gravity) * self._acceleration), physicsClientId=self._client)
+
+    def push(self, blocks: Sequence[int] | Ints, forces: Floats, points: Floats) -> None:
+        """Forces on some blocks until the end of the next step of `advance`; forces, points : shape (k, 3) [N], [m]."""
+        check_blocks(self.assembly, np.asarray(blocks))
+        if not (np.isfinite(forces).all() and np.isfinite(points).all()):
+            raise InputError("a force or its point is not a number")
+        scaled = (np.asarray(forces, dtype=float) * self._mass * self._acceleration).tolist()
+        where = (np.asarray(points, dtype=float) * self.length).tolist()
+        for block, force, point in zip(blocks, scaled, where, strict=True):
+            self._bullet.applyExternalForce(
+                self._bodies[block], -1, force, point, self._bullet.WORLD_FRAME, physicsClientId=self._client
+            )
+
+    def load(self, forces: Floats, couples: Floats) -> None:
+        """Forces at the centroids and couples for the next time step, shape (n_blocks, 3) [N], [N m].
+
+        Only from actions that act at each step; for couples this is the way, see `dynsim.engine.step_loads`.
+        """
+        assert self._loads is not None
+        self._loads.add(forces, couples)
+
+    def scale_inertia(self, scale: float) -> None:
+        """Moments of inertia of all blocks times `scale` from now on; the masses stay."""
+        if self._loads is not None:
+            self._loads.inertia_scale = scale
+        for block in self.assembly.free:
+            moments = scale * self._shapes[block].inertia * self._mass * self.length**2
+            self._bullet.changeDynamics(
+                self._bodies[block], -1, mass=self.assembly.mass[block] * self._mass,
+                localInertiaDiagonal=moments.tolist(), physicsClientId=self._client,
+            )  # fmt: skip
+
+    def poses(self) -> tuple[Floats, Floats]:
+        """Displacement of each centroid from where it was built, shape (n, 3) [m], and rotation matrices (n, 3, 3).
+
+        Raises RuntimeError when Bullet lost a block to NaN.
+        """
+        answers = [
+            self._bullet.getBasePositionAndOrientation(body, physicsClientId=self._client) for body in self._bodies
+        ]
+        position = np.array([answer[0] for answer in answers]) / self.length
+        orientation = np.array([answer[1] for answer in answers])
+        if not (np.isfinite(position).all() and np.isfinite(orientation).all()):
+            raise RuntimeError("Bullet lost a block (its position is not a number)")
+        initial = np.stack([shape.rotation for shape in self._shapes])
+        rotation = matrices(orientation) @ initial.swapaxes(1, 2)
+        return position - self.assembly.centroid, rotation
+
+    def deepest_overlap(self) -> float:
+        """Deepest penetration between two blocks as they stand [m]; 0 for none.
+
+        Raises InputError naming the two blocks for one that would throw them apart.
+        """
+        b = self._bullet
+        b.performCollisionDetection(physicsClientId=self._client)
+        contacts = b.getContactPoints(physicsClientId=self._client) or ()
+        deepest = min(contacts, key=lambda contact: contact[8], default=None)
+        if deepest is None or deepest[8] >= 0:
+            return 0.0
+        depth = -deepest[8] / self.length
+        check_overlap(self.assembly, (self._bodies.index(deepest[1]), self._bodies.index(deepest[2])), depth)
+        return depth
+
+    def drive(self, source: Action, acceleration: Floats) -> None:
+        """Accelerate every block by a body force on top of gravity, shape (3,) [m/s2]; sources add up."""
+        self._driven[source] = np.asarray(acceleration, dtype=float)
+        self.set_gravity(np.sum([self.assembly.gravity, *self._driven.values()], axis=0))
+
+    def velocities(self) -> tuple[Floats, Floats]:
+        """Velocity of each centroid [m/s] and angular velocity [1/s], shape (n, 3) each."""
+        answers = [self._bullet.getBaseVelocity(body, physicsClientId=self._client) for body in self._bodies]
+        linear, angular = np.array(answers).swapaxes(0, 1)
+        return linear * (self.time / self.length), angular * self.time
+
+    def set_velocity(self, block: int, linear: Floats, angular: Floats) -> None:
+        """Velocity [m/s] and angular velocity [1/s] of a free block, shape (3,) each."""
+        self.set_velocities([block], np.atleast_2d(linear), np.atleast_2d(angular))
+
+    def set_velocities(self, blocks: Sequence[int] | Ints, linear: Floats, angular: Floats) -> None:
+        """Velocities [m/s] and angular velocities [1/s] of free blocks, shape (k, 3) each."""
+        one, two = (linear * (self.length / self.time)).tolist(), (angular / self.time).tolist()
+        for block, v, w in zip(blocks, one, two, strict=True):
+            self._bullet.resetBaseVelocity(self._bodies[block], v, w, physicsClientId=self._client)
+
+    def carry(self, support: int, displacement: Floats, velocity: Floats) -> None:
+        """Put a support at a displacement from where it was built [m], moving at a velocity [m/s], for one time step.
+
+        Bullet takes any static body to be at rest, so that it would slip under what stands on it: a support that
+        moves becomes a body of enormous mass, told its place and velocity before every step.
+        """
+        b, body = self._bullet, self._bodies[support]
+        if support not in self._carried:
+            self._carried.add(support)
+            heavy = [CARRIER_MASS * BLOCK_SIZE**2] * 3
+            b.changeDynamics(body, -1, mass=CARRIER_MASS, localInertiaDiagonal=heavy, physicsClientId=self._client)
+            for other in np.flatnonzero(self.assembly.support):
+                b.setCollisionFilterPair(body, self._bodies[other], -1, -1, 0, physicsClientId=self._client)
+        place = (self.assembly.centroid[support] + displacement) * self.length
+        turned = b.getBasePositionAndOrientation(body, physicsClientId=self._client)[1]
+        b.resetBasePositionAndOrientation(body, place.tolist(), turned, physicsClientId=self._client)
+        # The step adds gravity first.
+        fall = self._gravity * self._acceleration * self.settings.time_step
+        at = np.asarray(velocity) * (self.length / self.time) - fall
+        b.resetBaseVelocity(body, at.tolist(), [0.0, 0.0, 0.0], physicsClientId=self._client)
+
+    def remove(self, block: int) -> None:
+        """Take a block out: nothing touches it any more, and `poses` tells where it last was."""
+        b, body = self._bullet, self._bodies[block]
+        b.changeDynamics(body, -1, mass=0.0, physicsClientId=self._client)
+        b.setCollisionFilterGroupMask(body, -1, 0, 0, physicsClientId=self._client)
+        b.resetBaseVelocity(body, [0.0] * 3, [0.0] * 3, physicsClientId=self._client)
+        self.removed.add(block)
+
+    def contact_forces(self) -> tuple[Ints, Floats, Floats]:
+        """Forces of the last time step at every contact point.
+
+        Returns the two blocks, shape (k, 2); the point, shape (k, 3) [m]; the force on the second block, normal and
+        friction together, shape (k, 3) [N].
+        """
+        found = self._bullet.getContactPoints(physicsClientId=self._client) or ()
+        block = {body: i for i, body in enumerate(self._bodies)}
+        pairs = np.array([(block[c[1]], block[c[2]]) for c in found], dtype=np.int64).reshape(-1, 2)
+        point = np.array([c[6] for c in found]).reshape(-1, 3) / self.length
+        # Bullet's normal points to the first body, and forces are averaged over the sub-steps as if only one counted.
+        on_first = [np.multiply(c[9], c[7]) + np.multiply(c[10], c[11]) + np.multiply(c[12], c[13]) for c in found]
+        count = 1 if self._stepwise else self.settings.substeps
+        force = -np.array(on_first).reshape(-1, 3) * (count / (self._mass * self._acceleration))
+        return pairs, point, force

@@ -1,0 +1,91 @@
+"""Joints that opened or slid in a run, counted by group."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from blockstat.assembly import Assembly
+from blockstat.contact.interfaces import Interfaces, find_interfaces
+from blockstat.typing import Floats, Ints
+
+#: A joint is cracked when it has opened or slid by more than this share of the smaller of its two blocks.
+CRACK = 1e-2
+
+
+@dataclass(frozen=True, eq=False)
+class Cracks:
+    """Every joint and how far it has opened and slid since release."""
+
+    assembly: Assembly
+    pair: Ints  #: shape (n_interfaces, 2), blocks a < b
+    opening: Floats  #: shape (n_interfaces,) [m], of the corner that opened most; 0 for none
+    slip: Floats  #: shape (n_interfaces,) [m], of the corner that slid furthest
+    threshold: Floats  #: shape (n_interfaces,) [m], from which a joint counts as cracked
+
+    @cached_property
+    def cracked(self) -> np.ndarray:
+        """Whether each joint is cracked, shape (n_interfaces,) bool."""
+        return (self.opening > self.threshold) | (self.slip > self.threshold)
+
+    @property
+    def n_cracks(self) -> int:
+        return int(self.cracked.sum())
+
+    def per_group(self) -> dict[str, int]:
+        """Cracked joints by group: within a wall under its name, between two under "a | b"; most first."""
+        groups = self.assembly.groups
+        counts = Counter(" | ".join(sorted({groups[a], groups[b]})) for a, b in self.pair[self.cracked])
+        return dict(sorted(counts.items(), key=lambda item: (-item[1], item[0])))
+
+    def explain(self, limit: int = 5) -> str:
+        """The count in words, with the groups that cracked most."""
+        rows = list(self.per_group().items())
+        text = ", ".join(f"{name or 'no group'} {count}" for name, count in rows[:limit])
+        more = f" and {len(rows) - limit} more groups" if len(rows) > limit else ""
+        return f"Cracks: {self.n_cracks} of {len(self.pair)} joints ({text}{more})."
+
+
+def find_cracks(
+    assembly: Assembly,
+    before: tuple[Floats, Floats],
+    after: tuple[Floats, Floats],
+    *,
+    threshold: float | None = None,
+    interfaces: Interfaces | None = None,
+) -> Cracks:
+    """Opening and slip of each joint between two poses.
+
+    before, after : displacement of the centroids from where they were built, shape (n_blocks, 3) [m], and rotation,
+    shape (n_blocks, 3, 3). threshold [m] : from which a joint is cracked; None: a hundredth of its smaller block.
+    """
+    faces = find_interfaces(assembly) if interfaces is None else interfaces
+    relative = _jump(assembly, faces, *after) - _jump(assembly, faces, *before)
+    index = faces.point_interface
+    normal = faces.frame[index, 0]
+    along = np.einsum("ij,ij->i", relative, normal)
+    across = np.linalg.norm(relative - along[:, None] * normal, axis=1)
+    opening, slip = np.zeros((2, faces.n_interfaces))
+    np.maximum.at(opening, index, along)
+    np.maximum.at(slip, index, across)
+    limit = CRACK * assembly.size[faces.pair].min(axis=1) if threshold is None else np.full(len(opening), threshold)
+    return Cracks(assembly, faces.pair, opening, slip, limit)
+
+
+def _jump(assembly: Assembly, faces: Interfaces, displacement: Floats, rotation: Floats) -> Floats:
+    """Where block b has taken each contact point less where block a has, shape (n_points, 3) [m], in the frame of a.
+
+    Seen from block a, so that a joint which turns as a whole neither opens nor slides.
+    """
+    a, b = faces.pair[faces.point_interface].T
+    centre = assembly.centroid
+
+    def moved(block: Ints) -> Floats:
+        return (
+            centre[block] + displacement[block] + np.einsum("nij,nj->ni", rotation[block], faces.point - centre[block])
+        )
+
+    return np.einsum("nji,nj->ni", rotation[a], moved(b) - moved(a))

@@ -1,0 +1,255 @@
+"""Bullet's own limit load multiplier, by bracketing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from time import process_time
+from typing import Any
+
+import numpy as np
+
+from blockstat.analysis.limit_load import LoadOutcome, limit_load
+from blockstat.analysis.verdict import as_html
+from blockstat.assembly import Assembly
+from blockstat.errors import InputError
+from blockstat.loads import as_load
+from blockstat.typing import Floats
+from dynsim.judge.verify import DynamicOutcome, verify
+from dynsim.loads.loading import Constant
+from dynsim.settings import Settings
+
+#: The first run is at this share of the static upper bound: Bullet falls a little early, hardly ever late.
+FIRST, SECOND = 0.98, 1.005
+#: Steps away from a bracket's open end grow by this factor, from the first of this relative size.
+GROWTH, STEP = 2.0, 0.025
+#: A load carried this many times over, in units of the weight, is called unbounded.
+UNBOUNDED = 64.0
+#: Outside a bracket, this far off relative to it, the verdicts are asked for once more.
+BESIDE = 0.05
+
+
+class LimitOutcome(Enum):
+    """The answers; each value is the sentence a user reads."""
+
+    LIMIT = "Limit: in Bullet the assembly carries the load up to the lower multiplier, and moves at the upper one."
+    UNBOUNDED = "Unbounded: no multiple of the load that was tried moves the assembly in Bullet."
+    DEAD_LOAD_FALLS = "Falls under dead load: in Bullet the assembly does not stand without the load."
+
+    @property
+    def word(self) -> str:
+        return self.name.lower()
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One run of a bracketing."""
+
+    multiplier: float
+    verdict: str  #: word of the DynamicOutcome
+    max_displacement: float  #: [m]
+    simulated_seconds: float
+    process_seconds: float
+
+
+@dataclass(frozen=True, eq=False)
+class DynamicLimit:
+    """Bracket on the multiplier of a load at which an assembly ceases to stand in Bullet."""
+
+    outcome: LimitOutcome
+    lower: float  #: largest multiplier below `upper` at which it stood
+    upper: float  #: smallest multiplier at which it did not
+    static: tuple[float, float]  #: the static bracket, associated flow
+    trials: tuple[Trial, ...]  #: in the order they were run
+    process_seconds: float  #: of the runs and the static limit
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def ratio(self) -> float | None:
+        """Middle of the bracket over the static upper bound; None where one of them is not finite."""
+        middle = (self.lower + self.upper) / 2
+        return middle / self.static[1] if np.isfinite(middle) and np.isfinite(self.static[1]) else None
+
+    def explain(self) -> str:
+        """The answer in a few lines of plain text."""
+        lines = [self.outcome.value]
+        if self.outcome is LimitOutcome.LIMIT:
+            lines.append(f"Multiplier between {self.lower:.5g} and {self.upper:.5g}.")
+        lines.append(f"Static bracket: {self.static[0]:.5g} to {self.static[1]:.5g}.")
+        if self.ratio is not None and self.outcome is LimitOutcome.LIMIT:
+            lines.append(f"Bullet / static: {self.ratio:.3f}.")
+        lines += [f"{t.multiplier:.5g}: {t.verdict}, {1e3 * t.max_displacement:.2g} mm" for t in self.trials]
+        lines += [f"Warning: {text}" for text in self.warnings]
+        return "\n".join(lines)
+
+    def __str__(self) -> str:
+        return self.explain()
+
+    def _repr_html_(self) -> str:
+        return as_html(self.explain())
+
+    def summary(self) -> dict[str, Any]:
+        """Plain values for JSON; None for what is not finite."""
+
+        def plain(value: float) -> float | None:
+            return float(value) if np.isfinite(value) else None
+
+        return {
+            "outcome": self.outcome.word,
+            "sentence": self.outcome.value,
+            "lower": plain(self.lower),
+            "upper": plain(self.upper),
+            "static_lower": plain(self.static[0]),
+            "static_upper": plain(self.static[1]),
+            "ratio": self.ratio,
+            "runs": len(self.trials),
+            "trials": [vars(trial) for trial in self.trials],
+            "process_seconds": self.process_seconds,
+            "warnings": list(self.warnings),
+        }
+
+
+def limit(
+    assembly: Assembly,
+    load: Any,
+    *,
+    settings: Settings | None = None,
+    width: float = 0.01,
+    check: bool = True,
+    progress: Callable[[Trial], None] | None = None,
+) -> DynamicLimit:
+    """Bracket the multiplier of a load at which an assembly ceases to stand in Bullet.
+
+    load : three numbers, a direction of acceleration in units of the scene's gravity, or a wrench on each block,
+    shape (n_blocks, 6) [N, N m], as in `blockstat.limit_load`. The load is there from the start of settling on. The
+    search starts from the static limit. width : of the bracket, relative to its upper end. check : two more runs,
+    beside the bracket, which notice when verdicts do not change once only. progress : called after every run.
+    Whatever is not "stands" counts as beyond the limit. Raises InputError as `verify` does, or for a bad load.
+    """
+    if not 1e-4 <= width < 1:
+        raise InputError(f"limit: width is {width!r}; it must be from 0.0001 to below 1")
+    start = process_time()
+    force = _as_force(assembly, load)
+    static = limit_load(assembly, load)
+    search = _Search(assembly, force, settings, width, progress)
+    if static.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE and not search.stands(0.0):
+        outcome, lower, upper = LimitOutcome.DEAD_LOAD_FALLS, -np.inf, -np.inf
+    else:
+        guess = static.upper if np.isfinite(static.upper) and static.upper > 0 else None
+        outcome, lower, upper = search.bracket(guess)
+        if check and outcome is LimitOutcome.LIMIT:
+            for multiplier in (lower * (1 - BESIDE), upper * (1 + BESIDE)):
+                search.stands(multiplier)
+    return DynamicLimit(
+        outcome, lower, upper, (static.lower, static.upper), tuple(search.trials), process_time() - start,
+        _warnings(search.trials, lower, upper),
+    )  # fmt: skip
+
+
+def _as_force(assembly: Assembly, load: Any) -> Floats:
+    """What `Constant` takes: an acceleration where the load is one, which Bullet applies without stepping from here."""
+    wrench = as_load(assembly, load)
+    direction = np.asarray(load, dtype=float)
+    if direction.shape != (3,):
+        return wrench
+    return direction / np.linalg.norm(direction) * np.linalg.norm(assembly.gravity)
+
+
+class _Search:
+    """Runs of one assembly under multiples of one load, all kept."""
+
+    def __init__(
+        self,
+        assembly: Assembly,
+        force: Floats,
+        settings: Settings | None,
+        width: float,
+        progress: Callable[[Trial], None] | None,
+    ) -> None:
+        self._assembly, self._force, self._settings = assembly, force, settings
+        self._width, self._progress = width, progress
+        self.trials: list[Trial] = []
+
+    def stands(self, multiplier: float) -> bool:
+        """Run the protocol at a multiplier."""
+        loads = [Constant(multiplier * self._force)] if multiplier else []
+        verdict = verify(self._assembly, settings=self._settings, loads=loads)
+        run = verdict.run
+        trial = Trial(
+            float(multiplier), verdict.outcome.word, verdict.max_displacement, float(run.times[-1]), run.process_seconds
+        )
+        self.trials.append(trial)
+        if self._progress is not None:
+            self._progress(trial)
+        return verdict.outcome is DynamicOutcome.STANDS
+
+    def bracket(self, guess: float | None) -> tuple[LimitOutcome, float, float]:
+        """Outcome and bounds, from a guess of the limit or from nothing."""
+        low, high = self._below(guess) if guess is not None else self._from_nothing()
+        if low is None:
+            return LimitOutcome.DEAD_LOAD_FALLS, -np.inf, -np.inf
+        if high is None:
+            return LimitOutcome.UNBOUNDED, low, np.inf
+        while high - low > self._width * high:
+            middle = (low + high) / 2
+            low, high = (middle, high) if self.stands(middle) else (low, middle)
+        return LimitOutcome.LIMIT, low, high
+
+    def _below(self, guess: float) -> tuple[float | None, float | None]:
+        """Close to the guess first, then further and further away on the side that is open."""
+        first, step = FIRST * guess, STEP * guess
+        if self.stands(first):
+            low, high = first, SECOND * guess
+            while self.stands(high):
+                low, high, step = high, high + step, GROWTH * step
+                if high > UNBOUNDED * guess:
+                    return low, None
+            return low, high
+        high, low = first, first - step
+        while low > 0.0 and not self.stands(low):
+            step *= GROWTH
+            high, low = low, low - step
+        if low > 0.0:
+            return low, high
+        return (0.0, high) if self.stands(0.0) else (None, None)
+
+    def _from_nothing(self) -> tuple[float | None, float | None]:
+        """No static limit to start from: loads about as strong as the weight, doubled."""
+        if not self.stands(0.0):
+            return None, None
+        free = self._assembly.free
+        total = self._total()
+        unit = self._assembly.free_weight / total if len(free) and total > 0 else 1.0
+        low, high = 0.0, 0.5 * unit
+        while self.stands(high):
+            low, high = high, GROWTH * high
+            if high > UNBOUNDED * unit:
+                return low, None
+        return low, high
+
+    def _total(self) -> float:
+        """Sum of the load's forces on the free blocks, or of its moments over the block sizes [N]."""
+        assembly, force, free = self._assembly, self._force, self._assembly.free
+        if force.shape == (3,):
+            return float(assembly.mass[free].sum() * np.linalg.norm(force))
+        arms = np.linalg.norm(force[free, 3:], axis=1) / assembly.size[free]
+        return float((np.linalg.norm(force[free, :3], axis=1) + arms).sum())
+
+
+def _warnings(trials: list[Trial], lower: float, upper: float) -> tuple[str, ...]:
+    """What the runs say that does not fit one limit."""
+    stood = [t.multiplier for t in trials if t.verdict == DynamicOutcome.STANDS.word]
+    moved = [t.multiplier for t in trials if t.verdict != DynamicOutcome.STANDS.word]
+    warnings = []
+    early, late = [m for m in moved if m <= lower], [m for m in stood if m >= upper]
+    if early:
+        listed = ", ".join(f"{m:.5g}" for m in sorted(early))
+        warnings.append(f"not one limit: it moved at {listed} too, below the bracket")
+    if late:
+        listed = ", ".join(f"{m:.5g}" for m in sorted(late))
+        warnings.append(f"not one limit: it stood at {listed} too, above the bracket")
+    slow = sorted({t.verdict for t in trials} - {"stands", "falls"})
+    if slow:
+        warnings.append(f"some runs neither stood nor fell ({', '.join(slow)}); they count as beyond the limit")
+    return tuple(warnings)

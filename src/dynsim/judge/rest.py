@@ -1,0 +1,97 @@
+"""How a run under loads that change is judged: which blocks count, from when on, and against what threshold."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+
+import numpy as np
+
+from blockstat.assembly import Assembly
+from blockstat.typing import Floats, Ints
+from dynsim.checks import blocks_named
+from dynsim.engine.action import Load
+from dynsim.judge.criteria import default_threshold
+from dynsim.loads.loading import Removal
+
+#: Blocks rock for long: after the last change of a load a run may take this many times `Settings.end`.
+AFTERWARDS = 3.0
+#: Motion dies away when it is less than this part of what it was in the time before.
+DYING = 0.9
+#: Blocks are quiet when they moved, in the root mean square, by less than this part of the rest distance in half the
+#: time. One block shakes at random; a mechanism too slow to be seen in it yet moves many at once.
+QUIET = 0.04
+#: What is not quiet has to be still for this many times as long.
+LONGER = 2.0
+
+
+def last_change(loads: Sequence[Load]) -> float:
+    """Time since release of the last change of a load [s]; -inf where none changes."""
+    return max((load.end for load in loads), default=-np.inf)
+
+
+def stays(assembly: Assembly, loads: Sequence[Load]) -> Ints:
+    """The free blocks that no load takes away."""
+    gone = [blocks_named(assembly, load.blocks, "removal") for load in loads if isinstance(load, Removal)]
+    return np.setdiff1d(assembly.free, np.concatenate(gone)) if gone else assembly.free
+
+
+def threshold_under(assembly: Assembly, loads: Sequence[Load]) -> float:
+    """Displacement that counts as falling [m]: of a block's size where loads shake, tilt or move the ground."""
+    if np.isinf(last_change(loads)):
+        return default_threshold(assembly)
+    return float(np.median(assembly.size[assembly.free])) + sum(load.travel for load in loads)
+
+
+class Calm:
+    """Whether blocks are at rest, as seen look by look.
+
+    They are still: within a distance of one place for a time; or near where they were let go, within three such
+    distances for that time, and less far than in the time before. And they are quiet, or have been within the
+    distance of one place for longer.
+    """
+
+    def __init__(self, distance: float, duration: float, small: float) -> None:
+        """small : how far from where they were let go blocks may be while their motion dies away [m]."""
+        self._distance, self._duration, self._small = distance, duration, small
+        self._start, self._place = -np.inf, np.empty((0, 3))
+        self._past: deque[tuple[float, Floats]] = deque()
+        self.reached = False
+
+    def since(self, time: float, moved: Floats) -> bool:
+        """Look at displacements, shape (n, 3) [m], at a time; before 0 nothing is calm."""
+        if time <= 0 or _furthest(moved - self._place) >= self._distance:
+            self._start, self._place = max(time, 0.0), moved
+        if time > 0:
+            self._remember(time, moved)
+            still_for = time - self._start
+            still = still_for >= self._duration or self._dies_away(time, moved)
+            self.reached = still and (still_for >= LONGER * self._duration or self._quiet(time, moved))
+        return self.reached
+
+    def _remember(self, time: float, moved: Floats) -> None:
+        """Keep the looks of the last two durations, from the last one before them on."""
+        self._past.append((time, moved))
+        while len(self._past) > 1 and self._past[1][0] <= time - 2 * self._duration + 1e-9:
+            self._past.popleft()
+
+    def _before(self, time: float) -> Floats:
+        """Displacements in the look nearest to a time."""
+        return min(self._past, key=lambda look: abs(look[0] - time))[1]
+
+    def _quiet(self, time: float, moved: Floats) -> bool:
+        steps = moved - self._before(time - self._duration / 2)
+        return float(np.sqrt((steps**2).sum(axis=1).mean())) < QUIET * self._distance
+
+    def _dies_away(self, time: float, moved: Floats) -> bool:
+        """Whether the motion of the last `duration` is small and smaller than that of the one before."""
+        first, start = self._past[0]
+        if first > time - 2 * self._duration + 1e-9:
+            return False
+        middle = self._before(time - self._duration)
+        last, before = _furthest(moved - middle), _furthest(middle - start)
+        return last < min(3 * self._distance, DYING * before) and _furthest(moved) < self._small
+
+
+def _furthest(moved: Floats) -> float:
+    return float(np.linalg.norm(moved, axis=1).max())

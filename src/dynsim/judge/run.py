@@ -1,0 +1,139 @@
+"""Run the protocol: settle under full damping, then let go and watch."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import ceil
+from time import process_time
+
+import numpy as np
+
+from blockstat.assembly import Assembly
+from blockstat.typing import Floats, Ints
+from dynsim.engine.action import Action
+from dynsim.engine.world import World
+from dynsim.settings import Settings
+
+#: Taller scenes need longer to show a fall: times grow as sqrt(height) above this height at simulation scale.
+TALL = 2.0
+#: The last part of settling has the time step of the free run, so that nothing changes when blocks are let go.
+OWN_STEP = 0.2
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """Forces at the contact points in the last time step."""
+
+    pairs: Ints  #: the two blocks of each point, shape (k, 2)
+    point: Floats  #: shape (k, 3) [m]
+    force: Floats  #: on the second block, shape (k, 3) [N]
+
+    def on(self, block: int) -> Floats:
+        """Sum of the forces on a block, shape (3,) [N]."""
+        second, first = (self.pairs[:, k] == block for k in (1, 0))
+        return self.force[second].sum(axis=0) - self.force[first].sum(axis=0)
+
+    def between(self) -> dict[tuple[int, int], Floats]:
+        """Force on the second block of every pair that touches, the smaller number first, shape (3,) [N] each."""
+        ordered = np.sort(self.pairs, axis=1)
+        force = np.where((ordered == self.pairs).all(axis=1)[:, None], self.force, -self.force)
+        pairs, group = np.unique(ordered, axis=0, return_inverse=True)
+        total = np.zeros((len(pairs), 3))
+        np.add.at(total, group.reshape(-1), force)
+        return {(int(a), int(b)): value for (a, b), value in zip(pairs, total, strict=True)}
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A trajectory. Frame 0 is the settled state; displacements are from where the blocks were built."""
+
+    assembly: Assembly
+    times: Floats  #: shape (n_frames,) [s] since release, in the scene's own time
+    displacement: Floats  #: shape (n_frames, n_blocks, 3) [m], of the centroids
+    rotation: Floats  #: shape (n_frames, n_blocks, 3, 3), from the orientation as built
+    initial_overlap: float  #: [m], deepest penetration between shapes before the first step
+    process_seconds: float
+    kinetic: Floats  #: kinetic energy of the free blocks, shape (n_frames,) [J]
+    removed: Floats  #: time at which each block was taken out, shape (n_blocks,) [s]; inf for never
+    contacts: Contacts  #: forces between blocks at the end
+    time_step: float  #: [s] at simulation scale
+    pace: float  #: seconds of `Settings` a second of the scene: they are for blocks of 0.3 m and 2 m of height
+
+    @property
+    def since_release(self) -> Floats:
+        """Displacement of the centroids since the settled state, shape (n_frames, n_blocks, 3) [m]."""
+        return self.displacement - self.displacement[0]
+
+    @property
+    def potential(self) -> Floats:
+        """Potential energy of the free blocks above what it was as built, shape (n_frames,) [J]."""
+        free, gravity = self.assembly.free, self.assembly.gravity
+        return -np.einsum("tni,n,i->t", self.displacement[:, free], self.assembly.mass[free], gravity)
+
+
+def simulate(
+    assembly: Assembly,
+    *,
+    settings: Settings | None = None,
+    stop: Callable[[float, Floats], bool] | None = None,
+    actions: Sequence[Action] = (),
+    hold: float = 0.0,
+) -> Run:
+    """Settle an assembly and let it go.
+
+    stop : called at every look with the simulated share of `Settings.end` that has gone since release and `hold`
+    (below 0 until then) and the displacement since release, shape (n_blocks, 3) [m]; True ends the run.
+    actions : what acts on the blocks meanwhile. hold : the free run is longer by this [s].
+    """
+    settings = settings or Settings()
+    start = process_time()
+    times, displacement, rotation, kinetic = [], [], [], []
+    removed = np.full(assembly.n_blocks, np.inf)
+    with World(assembly, settings, actions) as world:
+        overlap = world.deepest_overlap()
+        stretch = np.sqrt(max(_height(assembly) * world.length / TALL, 1.0))
+        look = settings.substeps * settings.time_step
+        world.damp(1.0)
+        settling = round(settings.settle * stretch / look)
+        coarse = round(settling * (1 - OWN_STEP)) if settings.settle_step else 0
+        world.set_time_step(settings.settle_step or settings.time_step)
+        for frame in range(settling):
+            if frame == coarse:
+                world.set_time_step(settings.time_step)
+            world.advance((frame - settling) * look / world.time)
+        world.damp(0.0)
+        looks = round(settings.end * stretch / look)
+        held = ceil(hold * world.time / look - 1e-9)
+        for frame in range(held + looks + 1):
+            if frame:
+                world.advance((frame - 1) * look / world.time)
+            moved, turned = world.poses()
+            times.append(frame * look / world.time)
+            displacement.append(moved)
+            rotation.append(turned)
+            kinetic.append(_kinetic(assembly, *world.velocities(), turned))
+            new = [block for block in world.removed if np.isinf(removed[block])]
+            removed[new] = times[-1] - look / world.time
+            if stop is not None and stop(settings.end * (frame - held) / looks, moved - displacement[0]):
+                break
+        contacts = Contacts(*world.contact_forces())
+    return Run(
+        assembly, np.array(times), np.array(displacement), np.array(rotation), overlap, process_time() - start,
+        np.array(kinetic), removed, contacts, settings.time_step, float(world.time / stretch),
+    )  # fmt: skip
+
+
+def _kinetic(assembly: Assembly, velocity: Floats, spin: Floats, rotation: Floats) -> float:
+    """Kinetic energy of the free blocks [J]."""
+    free = assembly.free
+    local = np.einsum("nji,nj->ni", rotation[free], spin[free])  # in the axes of the block as built
+    turning = np.einsum("ni,nij,nj->", local, assembly.inertia[free], local)
+    return float((assembly.mass[free] @ (velocity[free] ** 2).sum(axis=1) + turning) / 2)
+
+
+def _height(assembly: Assembly) -> float:
+    """Extent of the free blocks along gravity [m]."""
+    free = np.repeat(~assembly.support, np.diff(assembly.vertex_start))
+    along = assembly.vertices[free] @ (assembly.gravity / np.linalg.norm(assembly.gravity))
+    return float(np.ptp(along))

@@ -1,0 +1,53 @@
+"""The runs behind one verdict: one that is fine enough to believe a stand, a coarser and a finer one for falls."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import dijkstra
+
+from blockstat.assembly import Assembly
+from blockstat.contact.interfaces import find_interfaces
+from dynsim.settings import Settings
+
+#: Iterations of the contact solver for each joint between a block and the nearest support: the solver carries a force
+#: from joint to joint, and a ring of a hundred voussoirs creeps at what is ample for ten.
+MIDDLE, FINE = 2, 4
+#: Two runs see the same fall when their times until it differ by no more than this factor. What falls by itself does so
+#: in its own time; what falls by the error of a time step takes the longer the shorter the step.
+SAME_FALL = 1.3
+
+
+@dataclass(frozen=True)
+class Stages:
+    """Settings of the runs; where they do not differ in time step, the first is the only one."""
+
+    first: Settings  #: believed where blocks stand, or clearly fall
+    check: Settings | None = None  #: a coarser one: where it sees the same fall, both are believed
+    fine: Settings | None = None  #: the last word
+
+
+def stages(assembly: Assembly, settings: Settings) -> Stages:
+    """The runs of a verdict where nothing acts but weight."""
+    if settings.fine_step >= settings.time_step:
+        return Stages(settings)
+    depth = chain(assembly)
+    coarse = settings.quick_step > settings.time_step
+    settle = settings.settle_step or (settings.quick_step if coarse else None)
+    first = replace(settings, iterations=max(settings.iterations, MIDDLE * depth), settle_step=settle)
+    fine = replace(
+        first, time_step=settings.fine_step, iterations=max(settings.fine_iterations, FINE * depth)
+    )  # fmt: skip
+    check = replace(first, time_step=settings.quick_step, settle_step=None) if coarse else None
+    return Stages(first, check, fine)
+
+
+def chain(assembly: Assembly) -> int:
+    """Joints between a support and the block furthest from any."""
+    pair = find_interfaces(assembly).pair
+    n = assembly.n_blocks
+    graph = sparse.coo_array((np.ones(len(pair)), (pair[:, 0], pair[:, 1])), shape=(n, n)).tocsr()
+    far = dijkstra(graph, directed=False, indices=np.flatnonzero(assembly.support), unweighted=True, min_only=True)
+    return int(far[np.isfinite(far)].max(initial=0.0))

@@ -1,0 +1,119 @@
+"""What a dynamic check answers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+from blockstat.analysis.verdict import as_html
+from blockstat.typing import Floats, Ints
+from dynsim.judge.cracks import Cracks
+from dynsim.judge.run import Run
+
+
+class DynamicOutcome(Enum):
+    """The three dynamic answers; each value is the sentence a user reads."""
+
+    STANDS = "Stands: the blocks came to rest within the threshold."
+    FALLS = "Falls: blocks moved further than the threshold."
+    CREEPS = "Creeps: blocks stayed within the threshold and were still moving, slowly, at the end of the run."
+
+    @property
+    def word(self) -> str:
+        return self.name.lower()
+
+
+@dataclass(frozen=True, eq=False)
+class DynamicVerdict:
+    """What Bullet saw. Drops and displacements are since release, after settling [m]."""
+
+    outcome: DynamicOutcome
+    group: str  #: group of Eq. 1, "" for the whole assembly
+    group_drop: float  #: Eq. 1, of the bounding-box centre
+    max_drop: float  #: Eq. 2, of the block that went furthest down
+    max_displacement: float
+    max_rotation: float  #: [deg], of the block that turned most
+    rate: float  #: of the fastest block at the end of the run [m/s]
+    settling: float  #: largest displacement while settling
+    roof_threshold: float
+    brick_threshold: float
+    moved: Ints  #: blocks beyond the threshold, furthest first
+    first_block: str | None  #: the block that crossed the threshold first
+    first_time: float | None  #: when it did, since release [s]
+    cracks: Cracks  #: joints that opened or slid
+    run: Run
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def passes_eq1(self) -> bool:
+        return self.group_drop < self.roof_threshold
+
+    @property
+    def passes_eq2(self) -> bool:
+        return self.max_drop < self.brick_threshold
+
+    @property
+    def process_seconds(self) -> float:
+        """Process time of the runs behind it, wherever they took place."""
+        return self.run.process_seconds
+
+    @property
+    def displacement(self) -> Floats:
+        """Displacement of each centroid at the end, shape (n_blocks, 3) [m]."""
+        return self.run.since_release[-1]
+
+    def explain(self, limit: int = 5) -> str:
+        """The verdict in words."""
+        lines = [
+            self.outcome.value,
+            f"Eq. 1: {self.group or 'whole assembly'} dropped {1e3 * self.group_drop:.2g} mm "
+            f"(threshold {1e3 * self.roof_threshold:.3g} mm). "
+            f"Eq. 2: largest drop of a block {1e3 * self.max_drop:.2g} mm "
+            f"(threshold {1e3 * self.brick_threshold:.3g} mm). "
+            f"Largest displacement {1e3 * self.max_displacement:.2g} mm, "
+            f"rotation {self.max_rotation:.2g} degrees, rate at the end {1e3 * self.rate:.2g} mm/s.",
+        ]
+        names = [self.run.assembly.names[i] for i in self.moved]
+        if names:
+            more = f" and {len(names) - limit} more" if len(names) > limit else ""
+            first = f"First to move: {self.first_block}, at {self.first_time:.2g} s."
+            lines.append(f"{first} Moved: {', '.join(names[:limit])}{more}.")
+        if self.cracks.n_cracks:
+            lines.append(self.cracks.explain())
+        lines += [f"Warning: {text}" for text in self.warnings]
+        return "\n".join(lines)
+
+    def __str__(self) -> str:
+        return self.explain()
+
+    def _repr_html_(self) -> str:
+        return as_html(self.explain())
+
+    def summary(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        return {
+            "verdict": self.outcome.word,
+            "sentence": self.outcome.value,
+            "group": self.group,
+            "group_drop": self.group_drop,
+            "max_drop": self.max_drop,
+            "max_displacement": self.max_displacement,
+            "max_rotation_deg": self.max_rotation,
+            "rate": self.rate,
+            "settling": self.settling,
+            "roof_threshold": self.roof_threshold,
+            "brick_threshold": self.brick_threshold,
+            "passes_eq1": self.passes_eq1,
+            "passes_eq2": self.passes_eq2,
+            "first_block": self.first_block,
+            "first_time": self.first_time,
+            "moved": [self.run.assembly.names[i] for i in self.moved],
+            "cracks": self.cracks.per_group(),
+            "blocks": self.run.assembly.n_blocks,
+            "initial_overlap": self.run.initial_overlap,
+            "time_step": self.run.time_step,
+            "simulated_seconds": float(self.run.times[-1]),
+            "process_seconds": self.run.process_seconds,
+            "warnings": list(self.warnings),
+        }

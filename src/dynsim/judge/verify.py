@@ -1,0 +1,195 @@
+"""Simulate an assembly and judge what it did."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import degrees
+
+import numpy as np
+
+from blockstat.assembly import Assembly
+from blockstat.typing import Floats, Ints
+from dynsim.bonds.glue import weakened
+from dynsim.bonds.stiffness import caveats
+from dynsim.engine.action import Action, Load
+from dynsim.engine.guards import check_assembly
+from dynsim.judge.cracks import find_cracks
+from dynsim.judge.criteria import ARM, angles, default_threshold, drops, group_box_centre, rate
+from dynsim.judge.rest import AFTERWARDS, Calm, last_change, stays, threshold_under
+from dynsim.judge.run import Run, simulate
+from dynsim.judge.stages import SAME_FALL, Stages, stages
+from dynsim.judge.verdict import DynamicOutcome, DynamicVerdict
+from dynsim.settings import Settings
+
+__all__ = ["DynamicOutcome", "DynamicVerdict", "verify"]
+
+
+def verify(
+    assembly: Assembly,
+    *,
+    settings: Settings | None = None,
+    loads: Sequence[Load] = (),
+    actions: Sequence[Action] = (),
+) -> DynamicVerdict:
+    """Simulate an assembly in Bullet and judge it by displacement.
+
+    Falls: a block went beyond its threshold, by Eq. 1, Eq. 2, the length of its displacement or its rotation.
+    Stands: it did not, and at the end all blocks moved by less than `Settings.rest` thresholds in
+    `Settings.rest_after`. Creeps: neither. A run ends early on a fall and on a rest. Where nothing acts but weight,
+    a fall that is not clear is believed only if a run with another time step sees the same one (see
+    `dynsim.judge.stages`). Glue of more than the weight of all blocks a joint is tried at that first.
+
+    loads : what acts on it besides its weight (`dynsim.loads.loading`, `dynsim.loads.ground`). Under loads that last
+    or change,
+    blocks rock and slide and come to rest elsewhere, so the default threshold is then the size of a block, and what
+    the loads themselves move is not counted. actions : what else acts on the blocks, such as `AngularSprings` or
+    `InertiaScale`; the bonds of the joint laws come by themselves.
+
+    Raises InputError when nothing is supported or nothing is free, the group of Eq. 1 does not exist, a load names a
+    block that does not, a joint law cannot be simulated (see `dynsim.bonds.glue`), or for what Bullet cannot simulate.
+    """
+    settings = settings or Settings()
+    check_assembly(assembly)
+    if np.isfinite(last_change(loads)):
+        settings = replace(settings, end=AFTERWARDS * settings.end)
+    glued = any(law.strong for law in assembly.joints)
+    if glued:
+        settings = replace(settings, settle=settings.settle + GLUE_SETTLES)
+    judge = _Judge(assembly, settings, loads, actions)
+    if not (loads or actions) and (weak := weakened(assembly)) is not None:
+        verdict = _Judge(weak, settings, loads, actions)(settings, ())
+        if verdict.outcome is DynamicOutcome.STANDS:
+            return replace(verdict, run=replace(verdict.run, assembly=assembly), warnings=(*verdict.warnings, WEAKER))
+    if loads or actions or glued:
+        return judge(settings, [*loads, *actions])
+    return _staged(judge, stages(assembly, settings))
+
+
+def _staged(judge: _Judge, runs: Stages) -> DynamicVerdict:
+    """The verdict of the first run that is believed, with the process time of all."""
+    verdict = judge(runs.first, ())
+    if runs.fine is None or verdict.outcome is DynamicOutcome.STANDS:
+        return verdict
+    fell = _fall_time(verdict)
+    if fell < runs.first.clear_fall:
+        return verdict
+    spent = verdict.run.process_seconds
+    if runs.check is not None and verdict.outcome is DynamicOutcome.FALLS:
+        longest = min(max(SAME_FALL * fell, runs.check.rest_after), runs.check.end)
+        check = judge(replace(runs.check, end=longest), ())
+        spent += check.run.process_seconds
+        if fell / SAME_FALL <= _fall_time(check) <= fell * SAME_FALL:
+            return replace(verdict, run=replace(verdict.run, process_seconds=spent))
+    return judge(runs.fine, (), spent)
+
+
+def _fall_time(verdict: DynamicVerdict) -> float:
+    """When blocks passed their threshold, in the time of `Settings` [s]; inf if none did."""
+    return np.inf if verdict.first_time is None else verdict.first_time * verdict.run.pace
+
+
+#: Bonds give a little before they hold, so glued blocks settle longer by this [s].
+GLUE_SETTLES = 0.1
+WEAKER = (
+    "it stands with glue of no more than the weight of all blocks a joint, so it stands with the stronger glue given"
+)
+#: Slow motion that grows slower is a rest while blocks are within this part of the default threshold.
+SMALL = 0.1
+
+
+class _Judge:
+    """What counts in one assembly, and the verdict on a run of it."""
+
+    def __init__(
+        self, assembly: Assembly, settings: Settings, loads: Sequence[Load], actions: Sequence[Action]
+    ) -> None:
+        self._assembly = assembly
+        self._group, blocks = _roof(assembly, settings.group)
+        self._judged = stays(assembly, loads)
+        self._blocks = np.intersect1d(blocks, self._judged)
+        limit = threshold_under(assembly, loads)
+        self._roof = settings.roof_threshold or limit
+        self._brick = settings.brick_threshold or limit
+        self._hold = max(last_change(loads), 0.0)
+        self._rest, self._small = (share * default_threshold(assembly) for share in (settings.rest, SMALL))
+        self._actions = actions
+        self._crack = settings.crack_threshold
+
+    def __call__(self, settings: Settings, actions: Sequence[Action], spent: float = 0.0) -> DynamicVerdict:
+        calm = Calm(self._rest, settings.rest_after, self._small)
+        furthest = max(self._brick, self._roof)
+
+        def decided(elapsed: float, moved: Floats) -> bool:
+            here = moved[self._judged]
+            return bool(np.linalg.norm(here, axis=1).max() >= furthest) or calm.since(elapsed, here)
+
+        run = simulate(self._assembly, settings=settings, stop=decided, actions=actions, hold=self._hold)
+        run = replace(run, process_seconds=run.process_seconds + spent)
+        return self._verdict(run, settings.rest_after / run.pace, calm.reached)
+
+    def _verdict(self, run: Run, window: float, resting: bool) -> DynamicVerdict:
+        """window [s] : in which blocks at rest move by less than the rest distance; resting : the run ended on that."""
+        assembly, judged = self._assembly, self._judged
+        since = np.zeros_like(run.displacement)
+        since[:, judged] = run.since_release[:, judged]
+        length = np.linalg.norm(since, axis=2)
+        turned = np.zeros_like(length)
+        turned[:, judged] = angles(run.rotation)[:, judged]
+        group_drop, max_drop = self._group_drop(run), float(drops(assembly, since[-1]).max())
+        beyond = (length >= self._brick) | (turned * ARM * assembly.size >= self._brick)
+        ever = np.flatnonzero(beyond.any(axis=0))
+        speed = rate(run.times, since, window)
+        stands = resting or speed <= self._rest / window
+        outcome = DynamicOutcome.STANDS if stands else DynamicOutcome.CREEPS
+        if len(ever) or group_drop >= self._roof or max_drop >= self._brick:
+            outcome = DynamicOutcome.FALLS
+        settling = float(np.linalg.norm(run.displacement[0], axis=1).max())
+        frame = int(np.argmax(beyond.any(axis=1)))
+        return DynamicVerdict(
+            outcome=outcome, group=self._group, group_drop=group_drop, max_drop=max_drop,
+            max_displacement=float(length.max()), max_rotation=degrees(turned.max()), rate=speed, settling=settling,
+            roof_threshold=self._roof, brick_threshold=self._brick,
+            moved=ever[np.argsort(-length[-1, ever], kind="stable")],
+            first_block=_first(assembly, beyond[frame], length[frame]) if len(ever) else None,
+            first_time=float(run.times[frame]) if len(ever) else None,
+            cracks=find_cracks(
+                assembly, (run.displacement[0], run.rotation[0]), (run.displacement[-1], run.rotation[-1]),
+                threshold=self._crack,
+            ),
+            run=run, warnings=(*caveats(self._actions), *_warnings(run, settling, self._brick)),
+        )  # fmt: skip
+
+    def _group_drop(self, run: Run) -> float:
+        """Eq. 1 [m]."""
+        if not len(self._blocks):
+            return 0.0
+        start, end = (
+            group_box_centre(self._assembly, self._blocks, run.displacement[k], run.rotation[k]) for k in (0, -1)
+        )
+        return float(drops(self._assembly, end - start))
+
+
+def _warnings(run: Run, settling: float, brick: float) -> list[str]:
+    warnings = []
+    if run.initial_overlap > 0.1 * brick:
+        warnings.append(
+            f"shapes overlap by up to {1e3 * run.initial_overlap:.2g} mm before the first step; "
+            "motion is counted after settling"
+        )
+    if settling > brick:
+        warnings.append(f"blocks moved {1e3 * settling:.2g} mm while settling, more than the threshold")
+    return warnings
+
+
+def _roof(assembly: Assembly, group: str | None) -> tuple[str, Ints]:
+    """Group of Eq. 1 and its blocks."""
+    if group is None and not any(g == "vault" or g.startswith("vault.") for g in assembly.groups):
+        return "", assembly.free
+    group = group or "vault"
+    return group, assembly.in_group(group)
+
+
+def _first(assembly: Assembly, beyond: np.ndarray, length: Floats) -> str:
+    """Name of the furthest of the blocks beyond the threshold in one look."""
+    return assembly.names[int(np.argmax(np.where(beyond, length, -1.0)))]

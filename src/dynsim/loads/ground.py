@@ -1,0 +1,122 @@
+"""Acceleration of the ground in time: ramps, pulses and records.
+
+Simulated in the frame that moves with the ground: each block gets a body force, minus its mass times the ground's
+acceleration, on top of gravity, and displacements are relative to the ground. Nothing acts before release.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from blockstat.errors import InputError
+from blockstat.typing import Floats
+from dynsim.checks import not_negative, positive, vector_of
+
+if TYPE_CHECKING:
+    from dynsim.engine.world import World
+
+#: Shapes of a pulse over its duration, x from 0 to 1.
+SHAPES = {
+    "rectangle": lambda x: 1.0,
+    "half-sine": lambda x: np.sin(np.pi * x),
+    "sine": lambda x: np.sin(2 * np.pi * x),
+    "triangle": lambda x: 1 - abs(2 * x - 1),
+}
+
+
+class Ground:
+    """What all motions of the ground share."""
+
+    each_step = True
+    travel = 0.0
+
+    def at(self, time: float) -> Floats:
+        """Acceleration of the ground, shape (3,) [m/s2]."""
+        raise NotImplementedError
+
+    def begin(self, world: World) -> None:
+        pass
+
+    def act(self, world: World, time: float) -> None:
+        if time >= 0:
+            # The middle of the step, so that a jump at its start counts once.
+            world.drive(self, -self.at(time + 0.5 * world.settings.time_step / world.time))
+
+
+@dataclass(frozen=True, eq=False)
+class Ramp(Ground):
+    """Acceleration of the ground grows at a constant rate to a value, and stays there."""
+
+    to: Any  #: shape (3,) [m/s2]
+    duration: float  #: [s]
+
+    def __post_init__(self) -> None:
+        vector_of(self.to, "ramp: to")
+        positive(self.duration, "ramp: duration")
+
+    @property
+    def end(self) -> float:
+        return self.duration
+
+    def at(self, time: float) -> Floats:
+        return min(time / self.duration, 1.0) * np.asarray(self.to, dtype=float)
+
+
+@dataclass(frozen=True, eq=False)
+class Pulse(Ground):
+    """One pulse of the ground's acceleration: "rectangle", "half-sine", "sine" (a whole period) or "triangle"."""
+
+    peak: Any  #: shape (3,) [m/s2]
+    duration: float  #: [s]
+    shape: str = "rectangle"
+    start: float = 0.0  #: [s]
+
+    def __post_init__(self) -> None:
+        vector_of(self.peak, "pulse: peak")
+        positive(self.duration, "pulse: duration")
+        not_negative(self.start, "pulse: start")
+        if self.shape not in SHAPES:
+            raise InputError(f'pulse: no shape "{self.shape}"; shapes are: {", ".join(SHAPES)}')
+
+    @property
+    def end(self) -> float:
+        return self.start + self.duration
+
+    def at(self, time: float) -> Floats:
+        share = (time - self.start) / self.duration
+        inside = 0 <= share < 1
+        return (SHAPES[self.shape](share) if inside else 0.0) * np.asarray(self.peak, dtype=float)
+
+
+@dataclass(frozen=True, eq=False)
+class Record(Ground):
+    """Acceleration given at points in time, with straight lines between them and nothing before and after."""
+
+    times: Floats  #: shape (k,) [s], ascending
+    acceleration: Floats  #: shape (k, 3) [m/s2]
+
+    def __post_init__(self) -> None:
+        times, values = np.asarray(self.times, dtype=float), np.asarray(self.acceleration, dtype=float)
+        if times.ndim != 1 or len(times) < 2 or values.shape != (len(times), 3):
+            raise InputError(f"record: times have shape {times.shape} and accelerations {values.shape}; "
+                             "(k,) and (k, 3) are needed, k at least 2")  # fmt: skip
+        if not (np.isfinite(times).all() and np.isfinite(values).all()):
+            raise InputError("record: a time or an acceleration is not a finite number")
+        if (np.diff(times) <= 0).any() or times[0] < 0:
+            raise InputError("record: times must grow from one point to the next, from 0 or later")
+        if not values.any():
+            raise InputError("record: the acceleration is 0 throughout")
+        object.__setattr__(self, "times", times)
+        object.__setattr__(self, "acceleration", values)
+
+    @property
+    def end(self) -> float:
+        return float(self.times[-1])
+
+    def at(self, time: float) -> Floats:
+        if not self.times[0] <= time <= self.times[-1]:
+            return np.zeros(3)
+        return np.array([np.interp(time, self.times, self.acceleration[:, k]) for k in range(3)])

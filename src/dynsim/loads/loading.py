@@ -1,0 +1,215 @@
+"""What may act on an assembly: tilting ground, shaking ground, supports that settle, blocks that go, pushes.
+
+The ground's motion is simulated in the frame that moves with it: every block gets a body force, minus its mass times
+the acceleration of the ground. Displacements are therefore relative to the ground. Times are since release [s].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from blockstat.errors import InputError
+from blockstat.typing import Floats
+from dynsim.checks import blocks_named, not_negative, positive, vector_of
+
+if TYPE_CHECKING:
+    from dynsim.engine.world import World
+
+
+@dataclass(frozen=True, eq=False)
+class Tilt:
+    """The ground tilts about a horizontal axis at a constant rate, as slowly as the rate says."""
+
+    axis: Any  #: shape (3,), of the right-handed rotation of gravity
+    to: float  #: [degrees]
+    rate: float = 1.0  #: [degrees/s]
+    each_step = True
+    travel = 0.0
+
+    def __post_init__(self) -> None:
+        vector_of(self.axis, "tilt: axis")
+        positive(abs(self.to), "tilt: to")
+        positive(self.rate, "tilt: rate")
+
+    @property
+    def end(self) -> float:
+        return abs(self.to) / self.rate
+
+    def angle(self, time: float) -> float:
+        """[degrees] at a time."""
+        return float(np.sign(self.to) * min(max(time, 0.0) * self.rate, abs(self.to)))
+
+    def begin(self, world: World) -> None:
+        pass
+
+    def act(self, world: World, time: float) -> None:
+        from scipy.spatial.transform import Rotation
+
+        axis = np.asarray(self.axis, dtype=float) / np.linalg.norm(self.axis)
+        gravity = world.assembly.gravity
+        turned = Rotation.from_rotvec(np.deg2rad(self.angle(time)) * axis).apply(gravity)
+        world.drive(self, turned - gravity)
+
+
+@dataclass(frozen=True, eq=False)
+class Settlement:
+    """Supports move along a path at a constant speed, without turning, and stay where it ends."""
+
+    supports: Sequence[int | str] | int | str
+    path: Any  #: displacements from where they were built, one after the other, shape (3,) or (k, 3) [m]
+    speed: float  #: [m/s]
+    start: float = 0.0  #: [s]
+    each_step = True
+
+    def __post_init__(self) -> None:
+        path = np.atleast_2d(np.asarray(self.path, dtype=float))
+        if path.shape[1] != 3 or not np.isfinite(path).all() or not path.any():
+            raise InputError(f"settlement: path is {self.path!r}; it must be displacements of three numbers, not all 0")
+        positive(self.speed, "settlement: speed")
+        not_negative(self.start, "settlement: start")
+
+    @property
+    def travel(self) -> float:
+        return float(np.linalg.norm(self._corners, axis=1).max())
+
+    @property
+    def end(self) -> float:
+        return self.start + float(self._length[-1]) / self.speed
+
+    @property
+    def _corners(self) -> Floats:
+        return np.vstack([np.zeros(3), np.atleast_2d(np.asarray(self.path, dtype=float))])
+
+    @property
+    def _length(self) -> Floats:
+        """Of the path up to each corner [m]."""
+        return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(self._corners, axis=0), axis=1))])
+
+    def displacement(self, time: float) -> Floats:
+        """Of the supports at a time, shape (3,) [m]."""
+        gone = (time - self.start) * self.speed
+        return np.array([np.interp(gone, self._length, self._corners[:, k]) for k in range(3)])
+
+    def begin(self, world: World) -> None:
+        chosen = blocks_named(world.assembly, self.supports, "settlement")
+        loose = chosen[~world.assembly.support[chosen]]
+        if len(loose):
+            raise InputError(f'settlement: "{world.assembly.names[loose[0]]}" is no support; only supports are moved')
+
+    def act(self, world: World, time: float) -> None:
+        step = world.settings.time_step / world.time
+        if time + step <= self.start:
+            return
+        here, there = self.displacement(time), self.displacement(time + step)
+        for support in blocks_named(world.assembly, self.supports, "settlement"):
+            world.carry(int(support), here, (there - here) / step)
+
+
+@dataclass(frozen=True, eq=False)
+class Removal:
+    """Blocks are taken out at a time: a centring struck, a voussoir lost. It happens at the next look."""
+
+    blocks: Sequence[int | str] | int | str
+    time: float = 0.0  #: [s]
+    each_step = False
+    travel = 0.0
+
+    def __post_init__(self) -> None:
+        not_negative(self.time, "removal: time")
+
+    @property
+    def end(self) -> float:
+        return self.time
+
+    def begin(self, world: World) -> None:
+        chosen = blocks_named(world.assembly, self.blocks, "removal")
+        if not np.setdiff1d(world.assembly.free, chosen).size:
+            raise InputError("removal: nothing that can move is left")
+
+    def act(self, world: World, time: float) -> None:
+        if time < self.time:
+            return
+        for block in blocks_named(world.assembly, self.blocks, "removal"):
+            if int(block) not in world.removed:
+                world.remove(int(block))
+
+
+@dataclass(frozen=True, eq=False)
+class Push:
+    """A sudden change of a block's velocity, given as it is or as an impulse, at the next look."""
+
+    block: int | str
+    velocity: Any = None  #: shape (3,) [m/s]
+    impulse: Any = None  #: shape (3,) [N s]
+    point: Any = None  #: of the impulse, as built, shape (3,) [m]; None for the centroid
+    time: float = 0.0  #: [s]
+    each_step = False
+    travel = 0.0
+
+    def __post_init__(self) -> None:
+        if (self.velocity is None) == (self.impulse is None):
+            raise InputError("push: a velocity or an impulse is needed, one of the two")
+        if self.point is not None and self.impulse is None:
+            raise InputError("push: a point goes with an impulse; a velocity is the whole block's")
+        for name in ("velocity", "impulse"):
+            if getattr(self, name) is not None:
+                vector_of(getattr(self, name), f"push: {name}")
+        if self.point is not None:
+            vector_of(self.point, "push: point", zero=True)
+        not_negative(self.time, "push: time")
+
+    @property
+    def end(self) -> float:
+        return self.time
+
+    def begin(self, world: World) -> None:
+        block = blocks_named(world.assembly, self.block, "push")[0]
+        if world.assembly.support[block]:
+            raise InputError(f'push: "{world.assembly.names[block]}" is a support, which cannot move')
+
+    def act(self, world: World, time: float) -> None:
+        look = world.settings.substeps * world.settings.time_step / world.time
+        if np.floor((time - self.time) / look + 0.5) != 0:
+            return
+        assembly, block = world.assembly, int(blocks_named(world.assembly, self.block, "push")[0])
+        linear, angular = (values[block] for values in world.velocities())
+        if self.velocity is not None:
+            world.set_velocity(block, linear + self.velocity, angular)
+            return
+        rotation = world.poses()[1][block]
+        centre = assembly.centroid[block]
+        arm = rotation @ (np.asarray(self.point if self.point is not None else centre, dtype=float) - centre)
+        impulse = np.asarray(self.impulse, dtype=float)
+        inertia = rotation @ assembly.inertia[block] @ rotation.T
+        spin = np.linalg.solve(inertia, np.cross(arm, impulse))
+        world.set_velocity(block, linear + impulse / assembly.mass[block], angular + spin)
+
+
+@dataclass(frozen=True, eq=False)
+class Constant:
+    """A load that is there from the first step of settling on: what a static limit load is about.
+
+    load : body acceleration, shape (3,) [m/s2], or a wrench on each block about its centroid, shape (n_blocks, 6)
+    [N, N m]. Wrenches keep their direction and go with the block's centroid.
+    """
+
+    load: Any
+    travel = 0.0
+    end = float("-inf")
+
+    @property
+    def each_step(self) -> bool:
+        return np.shape(self.load) != (3,)
+
+    def begin(self, world: World) -> None:
+        if not self.each_step:
+            world.drive(self, np.asarray(self.load, dtype=float))
+
+    def act(self, world: World, time: float) -> None:
+        if self.each_step:
+            wrench = np.where(world.assembly.support[:, None], 0.0, np.asarray(self.load, dtype=float))
+            world.load(wrench[:, :3], wrench[:, 3:])

@@ -1,0 +1,87 @@
+"""Ground-motion records from CSV files: a column of times [s] and one to three of accelerations."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from blockstat.errors import InputError
+from dynsim.checks import vector_of
+from dynsim.loads.ground import Record
+
+FORM = "a line holds a time [s] and one, two or three accelerations [m/s2], separated by commas, semicolons or blanks"
+
+
+def read_record(path: str | Path, *, direction: Sequence[float] = (1.0, 0.0, 0.0), scale: float = 1.0) -> Record:
+    """Read a ground motion.
+
+    One column of accelerations acts along `direction`; two are x and y, three x, y and z. Lines that start with # and
+    one line of headings are passed over. scale : factor on the accelerations (9.81 for a file in g).
+    Raises InputError with the file and the line for a bad number, a missing or surplus column, or a time that does
+    not grow.
+    """
+    path = Path(path)
+    along = vector_of(direction, "record: direction")
+    if not (math.isfinite(scale) and scale != 0):
+        raise InputError(f"record: scale is {scale!r}; it must be a number other than 0")
+    rows = _rows(path)
+    if len(rows) < 2:
+        raise InputError(f"{path}: {len(rows)} lines of numbers; a record has at least two ({FORM})")
+    table = np.array(rows)
+    values = scale * table[:, 1:]
+    if values.shape[1] == 1:
+        values = values * (along / np.linalg.norm(along))
+    values = np.hstack([values, np.zeros((len(values), 3 - values.shape[1]))])
+    if not values.any():
+        raise InputError(f"{path}: the acceleration is 0 throughout")
+    return Record(table[:, 0], values)
+
+
+def _rows(path: Path) -> list[list[float]]:
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: not a text file in UTF-8") from None
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}") from None
+    rows: list[list[float]] = []
+    headed = False
+    for number, line in enumerate(text.splitlines(), start=1):
+        words = line.replace(",", " ").replace(";", " ").split()
+        if not words or words[0].startswith("#"):
+            continue
+        if not rows and not headed and not any(map(_is_number, words)):
+            headed = True
+            continue
+        if ";" in line and "," in line:
+            raise InputError(f"{path}, line {number}: commas and semicolons both; decimals are written with a point")
+        rows.append(_row(words, f"{path}, line {number}", rows))
+    return rows
+
+
+def _row(words: list[str], where: str, before: list[list[float]]) -> list[float]:
+    """One line as numbers, checked against those before it."""
+    bad = [word for word in words if not _is_number(word) or not math.isfinite(float(word))]
+    if bad:
+        raise InputError(f'{where}: "{bad[0]}" is not a finite number; {FORM}')
+    row = [float(word) for word in words]
+    if not 2 <= len(row) <= 4:
+        raise InputError(f"{where}: {len(row)} columns; {FORM}")
+    if not before and row[0] < 0:
+        raise InputError(f"{where}: the time is {row[0]:g}; a record starts at 0 or later")
+    if before and len(row) != len(before[0]):
+        raise InputError(f"{where}: {len(row)} columns where the lines above have {len(before[0])}")
+    if before and row[0] <= before[-1][0]:
+        raise InputError(f"{where}: the time {row[0]:g} does not come after {before[-1][0]:g}")
+    return row
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,250 @@
+"""Many designs side by side, each in a process that may die without harm to the others."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import queue
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+from blockstat.assembly import Assembly
+from blockstat.errors import InputError
+from dynsim.engine.action import Action, Load
+from dynsim.judge.verify import DynamicVerdict, verify
+from dynsim.settings import Settings
+
+T = TypeVar("T")
+Waiting = queue.SimpleQueue[int | None]  #: numbers of tasks; None ends a line
+Answer = tuple[Any, str, tuple[str, ...]]  #: what a worker says: fields of a row after its name
+
+INTERRUPTED = "interrupted before it was done"
+#: One thread of linear algebra a process: as many processes as cores, and the same sums in the same order.
+ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")}
+
+
+@dataclass(frozen=True)
+class Row(Generic[T]):
+    """What came of one task."""
+
+    name: str
+    result: T | None  #: None when there is none
+    error: str = ""  #: why there is none
+    warnings: tuple[str, ...] = ()  #: InputWarnings on the way
+
+
+@dataclass(frozen=True)
+class Rows(Generic[T]):
+    """What came of all tasks, in the order they were given."""
+
+    rows: tuple[Row[T], ...]
+    finished: bool  #: False after an interrupt; what was done by then is kept
+
+    def __iter__(self):
+        return iter(self.rows)
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __getitem__(self, index: int) -> Row[T]:
+        return self.rows[index]
+
+
+def verify_many(
+    designs: Iterable[Assembly],
+    *,
+    settings: Settings | None = None,
+    loads: Sequence[Load] = (),
+    actions: Sequence[Action] = (),
+    jobs: int | None = None,
+    timeout: float | None = None,
+    progress: Callable[[int, Row[DynamicVerdict]], None] | None = None,
+) -> Rows[DynamicVerdict]:
+    """`dynsim.verify` of many assemblies, the same bit by bit whatever the number of processes.
+
+    settings, loads, actions : as in `verify`; jobs, timeout, progress : as in `run_many`.
+    """
+    designs = list(designs)
+    judge = partial(verify, settings=settings, loads=tuple(loads), actions=tuple(actions))
+    names = [design.name for design in designs]
+    return run_many(judge, designs, names=names, jobs=jobs, timeout=timeout, progress=progress)
+
+
+def run_many(
+    function: Callable[[Any], T],
+    arguments: Sequence[Any],
+    *,
+    names: Sequence[str] | None = None,
+    jobs: int | None = None,
+    timeout: float | None = None,
+    progress: Callable[[int, Row[T]], None] | None = None,
+) -> Rows[T]:
+    """Call a function for each argument, in processes of their own, and keep the order.
+
+    A call that fails, dies or takes too long loses its own row only, which says why. An interrupt (Ctrl-C) ends what
+    runs, and rows done by then are kept.
+
+    function : one that can be imported, from a module. names : of the rows. jobs : processes at a time; all cores by
+    default. timeout : of one call by the clock, with the start of its process (about a second) where it needs one [s].
+    progress : called with the number and row of each task as it ends.
+    """
+    names = [str(i) for i in range(len(arguments))] if names is None else list(names)
+    jobs = min(jobs_checked(jobs), max(len(arguments), 1))
+    if timeout is not None and not timeout > 0:
+        raise InputError(f"timeout is {timeout!r}; it must be above 0")
+    waiting: Waiting = queue.SimpleQueue()
+    for index in (*range(len(arguments)), *[None] * jobs):
+        waiting.put(index)
+    done: queue.SimpleQueue[tuple[int, Answer]] = queue.SimpleQueue()
+    found: dict[int, Row[T]] = {}
+    finished = True
+    # A process that is killed leaves its files behind: they go with this directory.
+    scratch = tempfile.TemporaryDirectory(prefix="dynsim-pool-")
+    lines = [Line(function, arguments, waiting, done, timeout, scratch.name) for _ in range(jobs)]
+    try:
+        for line in lines:
+            line.start()
+        while len(found) < len(arguments):
+            index, answer = done.get()
+            found[index] = Row(names[index], *answer)
+            if progress is not None:
+                progress(index, found[index])
+    except KeyboardInterrupt:
+        finished = False
+    finally:
+        for line in lines:
+            line.stop()
+        scratch.cleanup()
+    rows = tuple(found.get(i, Row(name, None, INTERRUPTED)) for i, name in enumerate(names))
+    return Rows(rows, finished)
+
+
+def jobs_checked(jobs: int | None) -> int:
+    """The number of processes: as asked, or one a core that this process may use."""
+    if jobs is None:
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if jobs < 1:
+        raise InputError(f"jobs is {jobs!r}; it must be at least 1")
+    return jobs
+
+
+def ready(function: Callable[[Any], Any]) -> bool:
+    """What a process does that starts early: to have been told of the function it has imported it."""
+    return callable(function)
+
+
+class Line(threading.Thread):
+    """One process at a time that takes waiting tasks; a new one after a death."""
+
+    def __init__(
+        self,
+        function: Callable[[Any], Any],
+        arguments: Sequence[Any],
+        waiting: Waiting,
+        done: queue.SimpleQueue[tuple[int, Answer]],
+        timeout: float | None,
+        scratch: str,
+        *,
+        early: bool = False,
+    ) -> None:
+        """early : whether the process starts before there is a task."""
+        super().__init__(daemon=True)
+        self._early = early
+        self._function, self._arguments = function, arguments
+        self._waiting, self._done, self._timeout = waiting, done, timeout
+        path = os.pathsep.join([str(Path(__file__).parents[1]), *filter(None, sys.path)])
+        self._environment = os.environ | ONE_THREAD | {"PYTHONPATH": path, "TMPDIR": scratch}
+        self._lock = threading.Lock()
+        self._stopped = False
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def run(self) -> None:
+        if self._early:
+            self._ask(ready, self._function)
+        while not self._stopped and (index := self._waiting.get()) is not None:
+            answer: Answer
+            try:
+                answer = self._ask(self._function, self._arguments[index])
+            except Exception as failure:
+                answer = None, f"internal error ({type(failure).__name__}: {failure})", ()
+            self._done.put((index, answer))
+        self.stop()
+
+    def stop(self) -> None:
+        """End the process, whatever it is doing."""
+        with self._lock:
+            self._stopped = True
+            _end(self._process)
+
+    def _ask(self, function: Callable[[Any], Any], argument: Any) -> Answer:
+        task = pickle.dumps((function, argument), protocol=pickle.HIGHEST_PROTOCOL)
+        process = self._living()
+        if process is None:
+            return None, INTERRUPTED, ()
+        assert process.stdin is not None
+        assert process.stdout is not None
+        late = threading.Event()
+
+        def give_up() -> None:
+            late.set()
+            process.kill()
+
+        timer = threading.Timer(self._timeout, give_up) if self._timeout is not None else None
+        try:
+            if timer is not None:
+                timer.start()
+            process.stdin.write(task)
+            process.stdin.flush()
+            return pickle.load(process.stdout)
+        except (EOFError, OSError, pickle.UnpicklingError):
+            process.kill()
+            status = process.wait()
+            if late.is_set():
+                return None, f"took longer than {self._timeout:g} s", ()
+            return None, INTERRUPTED if self._stopped else f"its process {_death(status)}", ()
+        finally:
+            if timer is not None:
+                timer.cancel()
+
+    def _living(self) -> subprocess.Popen[bytes] | None:
+        """The process, a new one if the last has died; None when told to stop."""
+        with self._lock:
+            if self._stopped:
+                return None
+            if self._process is None or self._process.poll() is not None:
+                _end(self._process)
+                self._process = subprocess.Popen(
+                    [sys.executable, "-m", "dynsim.parallel.worker"],
+                    stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+                    env=self._environment,
+                    start_new_session=True,  # an interrupt at the terminal is for the caller alone
+                )  # fmt: skip
+            return self._process
+
+
+def _end(process: subprocess.Popen[bytes] | None) -> None:
+    if process is None:
+        return
+    process.kill()
+    process.wait()
+    for stream in (process.stdin, process.stdout):
+        if stream is not None:
+            try:
+                stream.close()
+            except OSError:
+                pass
+
+
+def _death(status: int) -> str:
+    """How a process ended, in words."""
+    if status < 0:
+        return f"was killed by {signal.Signals(-status).name}"
+    return f"ended by itself (status {status})"

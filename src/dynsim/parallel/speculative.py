@@ -1,0 +1,63 @@
+"""Answers begun before they are asked for."""
+
+from __future__ import annotations
+
+import queue
+import tempfile
+from collections.abc import Callable
+from typing import Any, Generic, TypeVar
+
+from dynsim.parallel.pool import Answer, Line, Waiting, jobs_checked
+
+T = TypeVar("T")
+
+
+class Ahead(Generic[T]):
+    """A function whose answers may be begun before they are asked for, in processes of their own.
+
+    A context manager; what is still running at its end is given up.
+    """
+
+    def __init__(self, function: Callable[[Any], T], jobs: int | None = None) -> None:
+        """function : one that can be imported; jobs : processes, all cores by default."""
+        self._function = function
+        self._arguments: list[Any] = []
+        self._begun: dict[int, int] = {}  #: identities of arguments, which are kept, and their numbers
+        self._found: dict[int, Answer] = {}
+        self._waiting: Waiting = queue.SimpleQueue()
+        self._done: queue.SimpleQueue[tuple[int, Answer]] = queue.SimpleQueue()
+        self._scratch = tempfile.TemporaryDirectory(prefix="dynsim-pool-")
+        self._lines = [
+            Line(function, self._arguments, self._waiting, self._done, None, self._scratch.name, early=True)
+            for _ in range(jobs_checked(jobs))
+        ]
+
+    def __enter__(self) -> Ahead[T]:
+        for line in self._lines:
+            line.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        for line in self._lines:
+            line.stop()
+            self._waiting.put(None)
+        self._scratch.cleanup()
+
+    def begin(self, argument: Any) -> None:
+        """Begin an answer that will probably be asked for."""
+        self._begun[id(argument)] = len(self._arguments)
+        self._arguments.append(argument)
+        self._waiting.put(len(self._arguments) - 1)
+
+    def __call__(self, argument: Any) -> T:
+        """The answer for an argument; where nothing was begun, or that failed, it is found here."""
+        number = self._begun.get(id(argument))
+        if number is None:
+            return self._function(argument)
+        while number not in self._found:
+            index, answer = self._done.get()
+            self._found[index] = answer
+        result, error, _ = self._found.pop(number)
+        self._arguments[number] = None
+        del self._begun[id(argument)]
+        return self._function(argument) if error or result is None else result

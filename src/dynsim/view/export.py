@@ -1,0 +1,130 @@
+"""A run as a file: an animated GLB, a compact NPZ that can be read back, a film strip."""
+
+from __future__ import annotations
+
+import tempfile
+import zipfile
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+
+from blockstat.assembly import Assembly
+from blockstat.errors import InputError
+from blockstat.io.files import write
+from blockstat.model.scene import read
+from blockstat.typing import Floats
+from dynsim.judge.run import Contacts, Run
+from dynsim.view.film import film_strip
+
+KEYS = 240  #: of an animation, at most
+#: Which suffix is written how.
+PICTURES = (".png", ".svg", ".pdf")
+FORMAT = 1  #: of the NPZ
+
+
+def write_run(run: Run, path: str | Path) -> Path:
+    """Write a run by the suffix of the path: .glb (animation), .npz (everything) or .png, .svg, .pdf (film strip)."""
+    path = check_path(path)
+    if path.suffix.lower() == ".glb":
+        return write_glb(run, path)
+    if path.suffix.lower() == ".npz":
+        return write_npz(run, path)
+    return film_strip(run, path)
+
+
+def check_path(path: str | Path) -> Path:
+    """The path, if `write_run` can write there; better asked before a long run than after."""
+    path = Path(path)
+    suffixes = (".glb", ".npz", *PICTURES)
+    if path.suffix.lower() not in suffixes:
+        raise InputError(f'{path}: cannot write "{path.suffix}"; a run is written as: {", ".join(suffixes)}')
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: no such directory: {path.parent}")
+    return path
+
+
+def write_glb(run: Run, path: str | Path) -> Path:
+    """Write a run as an animated GLB in its own time, coloured by how far each block moves; returns the path."""
+    from blockstat.view.animation import write_motion
+
+    keys = np.unique(np.linspace(0, len(run.times) - 1, KEYS).round().astype(np.int64))
+    length = np.linalg.norm(run.since_release, axis=2).max(axis=0)
+    length[run.assembly.support] = 0.0
+    return write_motion(
+        run.assembly, path, times=run.times[keys], displacement=run.displacement[keys],
+        quaternion=_quaternions(run.rotation[keys]), values=length, gone=run.removed, name="run",
+    )  # fmt: skip
+
+
+def write_npz(run: Run, path: str | Path) -> Path:
+    """Write a run, its assembly included; returns the path.
+
+    Poses are kept in single precision (displacement and quaternion), all else in double.
+    """
+    path = check_path(path)
+    with path.open("wb") as file:
+        np.savez_compressed(
+            file,
+            format=FORMAT,
+            assembly=_packed(run.assembly),
+            displacement=run.displacement.astype(np.float32),
+            quaternion=_quaternions(run.rotation).astype(np.float32),
+            **{f"contact_{field.name}": getattr(run.contacts, field.name) for field in fields(Contacts)},
+            **{name: getattr(run, name) for name in _others()},
+        )
+    return path
+
+
+def read_run(path: str | Path) -> Run:
+    """Read what `write_npz` wrote. Raises InputError for a file that is no run."""
+    from scipy.spatial.transform import Rotation
+
+    path = Path(path)
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            kept = {name: data[name] for name in data.files}
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror or error}") from None
+    except (ValueError, zipfile.BadZipFile, AttributeError, TypeError):
+        raise InputError(f"{path}: not an NPZ file") from None
+    if int(kept.get("format", 0)) != FORMAT:
+        raise InputError(f"{path}: not a run of this version of dynsim")
+    quaternion = kept["quaternion"].astype(float)
+    rotation = Rotation.from_quat(quaternion.reshape(-1, 4)).as_matrix().reshape(*quaternion.shape[:2], 3, 3)
+    contacts = Contacts(**{field.name: kept[f"contact_{field.name}"] for field in fields(Contacts)})
+    others = {name: kept[name] if kept[name].ndim else kept[name].item() for name in _others()}
+    return Run(
+        assembly=_unpacked(kept["assembly"]), displacement=kept["displacement"].astype(float), rotation=rotation,
+        contacts=contacts, **others,
+    )  # fmt: skip
+
+
+def _others() -> list[str]:
+    """Fields of a run that are kept as they are: arrays and numbers."""
+    apart = ("assembly", "displacement", "rotation", "contacts")
+    return [field.name for field in fields(Run) if field.name not in apart]
+
+
+def _packed(assembly: Assembly) -> np.ndarray:
+    """The assembly in the native format, as bytes."""
+    with tempfile.TemporaryDirectory(prefix="dynsim-") as directory:
+        return np.frombuffer(write(assembly, Path(directory) / "assembly.json").read_bytes(), dtype=np.uint8)
+
+
+def _unpacked(data: np.ndarray) -> Assembly:
+    with tempfile.TemporaryDirectory(prefix="dynsim-") as directory:
+        path = Path(directory) / "assembly.json"
+        path.write_bytes(data.tobytes())
+        return read(path)
+
+
+def _quaternions(rotation: Floats) -> Floats:
+    """Quaternions (x, y, z, w) of rotations through time, signs without jumps, shape (n_frames, n_blocks, 4)."""
+    from scipy.spatial.transform import Rotation
+
+    found = Rotation.from_matrix(rotation.reshape(-1, 3, 3)).as_quat().reshape(*rotation.shape[:2], 4)
+    turn = np.einsum("tni,tni->tn", found[1:], found[:-1])
+    sign = np.cumprod(np.where(turn < 0, -1.0, 1.0), axis=0)
+    found[1:] *= sign[..., None]
+    return found
