@@ -137,6 +137,13 @@ class Assembly(Polyhedra):
         """Total weight of the free blocks [N]."""
         return float(self.mass[~self.support].sum() * np.linalg.norm(self.gravity))
 
+    def blocks_named(self, given: Iterable[int | str] | int | str, what: str = "blocks") -> Ints:
+        """Return the indices of blocks given by name or number, at least one; see `block_indices`."""
+        found = block_indices(self.names, given, what)
+        if not len(found):
+            raise InputError(f"{what}: no blocks are given")
+        return found
+
     def in_group(self, group: str) -> Ints:
         """Indices of the blocks of a group or of its subgroups ("wall" takes "wall.north" along).
 
@@ -234,22 +241,48 @@ def _face_lists(block: Block, label: str, n_vertices: int) -> list[list[int]]:
     return faces
 
 
+def block_indices(names: Sequence[str], given: Iterable[int | str] | int | str, what: str) -> Ints:
+    """Return the indices of blocks that are given by name or by number.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Names of all blocks.
+    given : str, int, or an iterable of them
+        A name, a number, or a number written as text ("3") where no block has that name.
+    what : str
+        What the blocks are given for; the message of an error begins with it.
+
+    Returns
+    -------
+    array of int, shape (n_given,)
+
+    Raises
+    ------
+    InputError
+        For a name or a number that no block has.
+    """
+    index = {label: i for i, label in enumerate(names)}
+    found = []
+    for block in [given] if isinstance(given, (str, int)) else given:
+        if isinstance(block, str):
+            if block not in index and block.isdecimal() and block.isascii() and int(block) < len(names):
+                block = names[int(block)]
+            if block not in index:
+                raise InputError(f'{what}: no block "{block}"; blocks are: {_some(names)}')
+            found.append(index[block])
+        elif isinstance(block, (int, np.integer)) and not isinstance(block, bool):
+            if not 0 <= block < len(names):
+                raise InputError(f"{what}: no block {block}; blocks are numbered 0 to {len(names) - 1}")
+            found.append(int(block))
+        else:
+            raise InputError(f"{what}: {block!r} is neither a block's index nor its name")
+    return np.array(found, dtype=np.int64)
+
+
 def _support_mask(supports: Iterable[int | str], names: Sequence[str]) -> np.ndarray:
     mask = np.zeros(len(names), dtype=bool)
-    index = {label: i for i, label in enumerate(names)}
-    for support in [supports] if isinstance(supports, (str, int)) else supports:
-        if isinstance(support, str):
-            if support not in index and support.isdecimal() and support.isascii() and int(support) < len(names):
-                support = names[int(support)]
-            if support not in index:
-                raise InputError(f'supports: no block "{support}"; blocks are: {_some(names)}')
-            mask[index[support]] = True
-        elif isinstance(support, (int, np.integer)) and not isinstance(support, bool):
-            if not 0 <= support < len(names):
-                raise InputError(f"supports: no block {support}; blocks are numbered 0 to {len(names) - 1}")
-            mask[support] = True
-        else:
-            raise InputError(f"supports: {support!r} is neither a block's index nor its name")
+    mask[block_indices(names, supports, "supports")] = True
     return mask
 
 

@@ -31,14 +31,7 @@ def acceleration(assembly: Assembly, direction: Sequence[float], *, group: str |
 
 def point_load(assembly: Assembly, block: int | str, point: Sequence[float], force: Sequence[float]) -> Floats:
     """A force [N] at a point [m] of a block, given by index or name."""
-    if isinstance(block, str):
-        if block not in assembly.names:
-            raise InputError(f'load: no block "{block}"')
-        index = assembly.names.index(block)
-    else:
-        index = int(block)
-        if not 0 <= index < assembly.n_blocks:
-            raise InputError(f"load: no block {block}; blocks are numbered 0 to {assembly.n_blocks - 1}")
+    (index,) = assembly.blocks_named(block, "load")
     load = np.zeros((assembly.n_blocks, 6))
     load[index, :3] = force
     load[index, 3:] = np.cross(np.asarray(point, dtype=float) - assembly.centroid[index], force)

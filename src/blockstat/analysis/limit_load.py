@@ -23,6 +23,7 @@ from blockstat.certificate import check as certificate
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.contact.point_law import joint_friction
 from blockstat.errors import InputError
+from blockstat.geometry.rigid_motion import point_velocity
 from blockstat.loads import as_load
 from blockstat.program.bonds import Bonds
 from blockstat.program.penalty import PenaltyProgram
@@ -140,11 +141,8 @@ class LimitLoad:
 def relative_motion(assembly: Assembly, interfaces: Interfaces, mechanism: Floats) -> Floats:
     """Velocity of block b against block a at each contact point in the frame (n, t1, t2), shape (n_points, 3)."""
     k = interfaces.point_interface
-    velocity = []
-    for side in interfaces.pair[k].T:
-        arm = interfaces.point - assembly.centroid[side]
-        velocity.append(mechanism[side, :3] + np.cross(mechanism[side, 3:], arm))
-    return np.einsum("nij,nj->ni", interfaces.frame[k], velocity[1] - velocity[0])
+    a, b = (point_velocity(assembly, mechanism, side, interfaces.point) for side in interfaces.pair[k].T)
+    return np.einsum("nij,nj->ni", interfaces.frame[k], b - a)
 
 
 def limit_load(

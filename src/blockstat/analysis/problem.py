@@ -17,6 +17,7 @@ from blockstat.contact.interfaces import Interfaces, find_interfaces, near_block
 from blockstat.contact.penetration import check_overlaps
 from blockstat.contact.point_law import joint_friction, last_law, point_law
 from blockstat.errors import InputError
+from blockstat.geometry.components import connected_components
 from blockstat.program.bonds import KINDS, Bonds, bond_columns, bond_forces, bonded
 from blockstat.program.equilibrium import Equilibrium, equilibrium, split_floating, weight
 from blockstat.program.penalty import PenaltyProgram, penalty_program
@@ -158,14 +159,9 @@ def _program(
 
 def free_fall(problem: Problem) -> Floats:
     """Motion of the groups that nothing holds, each as one body along its load, shape (n_blocks, 6)."""
-    from scipy import sparse
-    from scipy.sparse.csgraph import connected_components
-
     assembly, pair = problem.assembly, problem.interfaces.pair
-    n = assembly.n_blocks
-    graph = sparse.coo_array((np.ones(len(pair)), (pair[:, 0], pair[:, 1])), shape=(n, n))
-    _, label = connected_components(graph, directed=False)
-    motion = np.zeros((n, 6))
+    _, label = connected_components(assembly.n_blocks, pair)
+    motion = np.zeros((assembly.n_blocks, 6))
     for group in np.unique(label[problem.floating]):
         blocks = np.flatnonzero(label == group)
         pull = problem.load[blocks, :3].sum(axis=0)

@@ -136,20 +136,11 @@ def _standing(assembly: Assembly, gap: float, options: dict[str, Any]) -> tuple[
 
 
 def _support_indices(assembly: Assembly, supports: Sequence[int | str]) -> Ints:
-    indices = []
-    if not len(supports):
-        raise InputError("no supports are named")
-    for support in supports:
-        index = assembly.names.index(support) if support in assembly.names else support
-        if (
-            not isinstance(index, (int, np.integer))
-            or not 0 <= index < assembly.n_blocks
-            or not assembly.support[index]
-        ):
-            names = ", ".join(assembly.names[i] for i in np.flatnonzero(assembly.support)[:8])
-            raise InputError(f"{support!r} is no support; supports are: {names}")
-        indices.append(int(index))
-    return np.array(indices, dtype=np.int64)
+    indices = assembly.blocks_named(supports, "supports")
+    for index in indices[~assembly.support[indices]]:
+        names = ", ".join(assembly.names[i] for i in np.flatnonzero(assembly.support)[:8])
+        raise InputError(f'supports: "{assembly.names[index]}" is no support; supports are: {names}')
+    return indices
 
 
 def _functional(problem: Problem, supports: Ints, direction: Sequence[float]) -> Floats:

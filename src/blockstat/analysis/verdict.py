@@ -13,6 +13,7 @@ from blockstat.analysis.coulomb import CoulombState
 from blockstat.certificate.check import Certificate
 from blockstat.contact.interfaces import Interfaces
 from blockstat.contact.point_law import point_law
+from blockstat.geometry.rigid_motion import point_velocity
 from blockstat.program.bonds import Bonds
 from blockstat.typing import Floats, Ints
 
@@ -167,9 +168,7 @@ def as_html(text: str) -> str:
 
 def corner_speed(assembly: Assembly, twist: Floats) -> Floats:
     """Largest corner velocity of each block under twists, shape (n_blocks,)."""
-    block = assembly.vertex_block
-    arm = assembly.vertices - assembly.centroid[block]
-    velocity = twist[block, :3] + np.cross(twist[block, 3:], arm)
+    velocity = point_velocity(assembly, twist, assembly.vertex_block, assembly.vertices)
     return np.maximum.reduceat(np.linalg.norm(velocity, axis=1), assembly.vertex_start[:-1])
 
 

@@ -12,6 +12,7 @@ from blockstat.analysis.problem import Problem
 from blockstat.contact.penetration import overlaps
 from blockstat.geometry.broad_phase import near_pairs
 from blockstat.geometry.polyhedron import members, next_in_face
+from blockstat.geometry.rigid_motion import point_velocity
 from blockstat.typing import Floats, Ints
 
 #: Points along an edge that are looked at.
@@ -55,7 +56,7 @@ def _presses(problem: Problem, pairs: Ints, mechanism: Floats) -> Ints:
     row, face, points = _near(problem, pairs)
     inside = _depth(problem, face, points) > INSIDE * _sizes(problem, pairs[row])
     row, face, points = row[inside], face[inside], points[inside]
-    one, two = (_velocity(problem, mechanism, pairs[row, side], points) for side in (0, 1))
+    one, two = (point_velocity(problem.assembly, mechanism, pairs[row, side], points) for side in (0, 1))
     speed = np.einsum("ij,ij->i", one - two, problem.assembly.planes.normal[face])
     return np.unique(row[speed < -SLOW])
 
@@ -102,9 +103,3 @@ def _depth(problem: Problem, face: Ints, points: Floats) -> Floats:
     least = np.full(len(face), np.inf)
     np.minimum.at(least, owner, np.einsum("ij,ij->i", inward[edge], points[owner] - corners[edge]))
     return least
-
-
-def _velocity(problem: Problem, mechanism: Floats, blocks: Ints, points: Floats) -> Floats:
-    """Velocity of points fixed to blocks."""
-    arm = points - problem.assembly.centroid[blocks]
-    return mechanism[blocks, :3] + np.cross(mechanism[blocks, 3:], arm)

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from blockstat.errors import InputError, InputWarning
+from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import Polyhedra, next_in_face
 
 #: A block whose mean thickness, volume over half its surface, is below this fraction of its box diagonal has no volume:
@@ -71,9 +72,6 @@ def _check_surface(blocks: Polyhedra, names: Sequence[str], merged: np.ndarray) 
 
 def _warn_of_several_solids(blocks: Polyhedra, names: Sequence[str], merged: np.ndarray) -> None:
     """A block of separate solids moves as one rigid body, which is seldom what a mesh file means."""
-    from scipy import sparse
-    from scipy.sparse.csgraph import connected_components
-
     # Solids that touch share corners, so corners are told apart by their index where that closes the surface.
     tail = blocks.face_vertices
     head = tail[next_in_face(blocks.face_start)]
@@ -84,8 +82,7 @@ def _warn_of_several_solids(blocks: Polyhedra, names: Sequence[str], merged: np.
     if not np.array_equal(np.sort(forward), np.sort(backward)):
         loose[block[~np.isin(backward, forward)]] = True
     tail, head = np.where(loose[block], merged[tail], tail), np.where(loose[block], merged[head], head)
-    graph = sparse.coo_array((np.ones(len(tail)), (tail, head)), shape=(n, n))
-    count, label = connected_components(graph, directed=False)
+    count, label = connected_components(n, np.column_stack([tail, head]))
     owner = np.full(count, -1)
     owner[label[tail]] = block
     several = np.flatnonzero(np.bincount(owner[owner >= 0], minlength=blocks.n_blocks) > 1)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from blockstat.geometry.components import connected_components
 from blockstat.typing import Ints
 
 if TYPE_CHECKING:
@@ -17,8 +18,6 @@ def shared_corners(assembly: Assembly, gap: float) -> Ints:
     """For each vertex the number of its corner: vertices of neighbours no further apart than gap times the size of the
     smaller block are one. A corner that would take in two vertices of one block is left apart.
     """
-    from scipy import sparse
-    from scipy.sparse.csgraph import connected_components
     from scipy.spatial import KDTree
 
     n, block = len(assembly.vertices), assembly.vertex_block
@@ -26,8 +25,7 @@ def shared_corners(assembly: Assembly, gap: float) -> Ints:
     apart = np.linalg.norm(assembly.vertices[pairs[:, 0]] - assembly.vertices[pairs[:, 1]], axis=1)
     near = (apart <= gap * assembly.size[block[pairs]].min(axis=1)) & (block[pairs[:, 0]] != block[pairs[:, 1]])
     pairs = pairs[near]
-    graph = sparse.coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
-    count, corner = connected_components(graph, directed=False)
+    count, corner = connected_components(n, pairs)
     both, times = np.unique(np.column_stack([corner, block]), axis=0, return_counts=True)
     torn = np.isin(corner, both[times > 1, 0])
     corner = np.where(torn, count + np.arange(n), corner)

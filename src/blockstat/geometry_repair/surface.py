@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import integrals
 from blockstat.typing import Floats
 
@@ -57,14 +58,11 @@ def merge_vertices(vertices: Floats, distance: float) -> tuple[Floats, np.ndarra
 
     Vertices belong together when a chain of steps below the distance [m] joins them.
     """
-    from scipy import sparse
-    from scipy.sparse.csgraph import connected_components
     from scipy.spatial import KDTree
 
     n = len(vertices)
     pairs = KDTree(vertices).query_pairs(distance, output_type="ndarray")
-    graph = sparse.coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
-    count, index = connected_components(graph, directed=False)
+    count, index = connected_components(n, pairs)
     if count == n:
         return vertices, np.arange(n)
     total = np.zeros((count, 3))

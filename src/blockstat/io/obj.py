@@ -12,7 +12,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 from blockstat.errors import InputError
+from blockstat.geometry.components import connected_components
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -80,13 +83,8 @@ def split_solids(solid: Solid) -> list[Solid]:
     Parts share no vertices, or one is closed in the order of the file before the next begins: bricks that touch may
     share vertices.
     """
-    from scipy import sparse
-    from scipy.sparse.csgraph import connected_components
-
     edges = [(face[0], corner) for face in solid.faces for corner in face[1:]]
-    rows, cols = zip(*edges, strict=True)
-    n = len(solid.vertices)
-    _, label = connected_components(sparse.coo_array(([1.0] * len(edges), (rows, cols)), shape=(n, n)), directed=False)
+    _, label = connected_components(len(solid.vertices), np.array(edges))
     parts: dict[int, list[list[int]]] = {}
     for face in solid.faces:
         parts.setdefault(int(label[face[0]]), []).append(face)

@@ -15,6 +15,8 @@ import numpy as np
 from scipy import sparse
 
 from blockstat.contact.interfaces import Interfaces
+from blockstat.geometry.components import connected_components
+from blockstat.geometry.rigid_motion import point_velocity
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -123,8 +125,7 @@ def column_rates(assembly: Assembly, eq: Equilibrium, motion: Floats) -> Floats:
         relative, turning = 0.0, 0.0
         for side, sign in ((0, -1.0), (1, 1.0)):
             block = columns.pair[:, side]
-            arm = columns.point - assembly.centroid[block]
-            relative = relative + sign * (motion[block, :3] + np.cross(motion[block, 3:], arm))
+            relative = relative + sign * point_velocity(assembly, motion, block, columns.point)
             turning = turning + sign * motion[block, 3:]
         rate = np.einsum("nij,nj->ni", columns.force, relative)
         if columns.couple is not None:
@@ -142,11 +143,6 @@ def weight(assembly: Assembly) -> Floats:
 
 def split_floating(assembly: Assembly, interfaces: Interfaces) -> tuple[Ints, Ints]:
     """Free blocks that a chain of interfaces ties to a support, and those that nothing holds."""
-    from scipy.sparse.csgraph import connected_components
-
-    n = assembly.n_blocks
-    pair = interfaces.pair
-    graph = sparse.coo_array((np.ones(len(pair)), (pair[:, 0], pair[:, 1])), shape=(n, n))
-    _, label = connected_components(graph, directed=False)
+    _, label = connected_components(assembly.n_blocks, interfaces.pair)
     held = np.isin(label, label[assembly.support])
     return np.flatnonzero(held & ~assembly.support), np.flatnonzero(~held)

@@ -30,6 +30,7 @@ from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import ANGLE, GAP, Interfaces
 from blockstat.errors import InputError
+from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import next_in_face
 from blockstat.loads import acceleration
 from blockstat.sensitivity.parameters import lacking, pinned
@@ -62,14 +63,10 @@ def shared_points(assembly: Assembly, *, tolerance: float = SHARED) -> tuple[Flo
 
     tolerance : corners closer than this share a place, relative to the size of the smallest block.
     """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
     from scipy.spatial import KDTree
 
-    n = len(assembly.vertices)
     close = KDTree(assembly.vertices).query_pairs(tolerance * float(assembly.size.min()), output_type="ndarray")
-    graph = coo_array((np.ones(len(close)), (close[:, 0], close[:, 1])), shape=(n, n))
-    count, label = connected_components(graph, directed=False)
+    count, label = connected_components(len(assembly.vertices), close)
     points = np.zeros((count, 3))
     np.add.at(points, label, assembly.vertices)
     return points / np.bincount(label, minlength=count)[:, None], label.astype(np.int64)

@@ -12,9 +12,8 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 
+from blockstat.geometry.components import connected_components
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.solve.answer import RawSolution
 from blockstat.typing import Ints
@@ -25,8 +24,7 @@ def parts(program: PenaltyProgram, most: int) -> list[Ints]:
     n = len(program.load) // 6
     a, b = program.point_blocks.T
     both = (a >= 0) & (b >= 0)
-    graph = sparse.coo_array((np.ones(int(both.sum())), (a[both], b[both])), shape=(n, n))
-    count, label = connected_components(graph, directed=False)
+    count, label = connected_components(n, program.point_blocks[both])
     size = np.bincount(label, minlength=count)
     part, filled = np.zeros(count, dtype=np.int64), np.zeros(min(most, count))
     for component in np.argsort(-size, kind="stable"):

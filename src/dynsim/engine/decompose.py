@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from blockstat.geometry.components import connected_components
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -132,14 +133,10 @@ def _above(soup: Floats, height: Floats) -> Floats:
 
 def _connected(soup: Floats, size: float) -> list[Floats]:
     """The soup's parts that share no corner."""
-    from scipy import sparse
-    from scipy.sparse.csgraph import connected_components
-
     if not len(soup):
         return []
     corner = _indices(soup, size)
     n = int(corner.max()) + 1
-    rows, cols = corner[:, [0, 1]].reshape(-1), corner[:, [1, 2]].reshape(-1)
-    _, label = connected_components(sparse.coo_array((np.ones(len(rows)), (rows, cols)), shape=(n, n)), directed=False)
+    _, label = connected_components(n, np.concatenate([corner[:, [0, 1]], corner[:, [1, 2]]]))
     owner = label[corner[:, 0]]
     return [soup[owner == part] for part in np.unique(owner)]

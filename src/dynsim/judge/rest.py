@@ -9,7 +9,6 @@ import numpy as np
 
 from blockstat.assembly import Assembly
 from blockstat.typing import Floats, Ints
-from dynsim.checks import blocks_named
 from dynsim.engine.action import Load
 from dynsim.judge.criteria import default_threshold
 from dynsim.loads.loading import Removal
@@ -32,7 +31,7 @@ def last_change(loads: Sequence[Load]) -> float:
 
 def stays(assembly: Assembly, loads: Sequence[Load]) -> Ints:
     """The free blocks that no load takes away."""
-    gone = [blocks_named(assembly, load.blocks, "removal") for load in loads if isinstance(load, Removal)]
+    gone = [assembly.blocks_named(load.blocks, "removal") for load in loads if isinstance(load, Removal)]
     return np.setdiff1d(assembly.free, np.concatenate(gone)) if gone else assembly.free
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from blockstat.errors import InputError
 from blockstat.typing import Floats
-from dynsim.checks import blocks_named, not_negative, positive, vector_of
+from dynsim.checks import not_negative, positive, vector_of
 
 if TYPE_CHECKING:
     from dynsim.engine.world import World
@@ -95,7 +95,7 @@ class Settlement:
         return np.array([np.interp(gone, self._length, self._corners[:, k]) for k in range(3)])
 
     def begin(self, world: World) -> None:
-        chosen = blocks_named(world.assembly, self.supports, "settlement")
+        chosen = world.assembly.blocks_named(self.supports, "settlement")
         loose = chosen[~world.assembly.support[chosen]]
         if len(loose):
             raise InputError(f'settlement: "{world.assembly.names[loose[0]]}" is no support; only supports are moved')
@@ -105,7 +105,7 @@ class Settlement:
         if time + step <= self.start:
             return
         here, there = self.displacement(time), self.displacement(time + step)
-        for support in blocks_named(world.assembly, self.supports, "settlement"):
+        for support in world.assembly.blocks_named(self.supports, "settlement"):
             world.carry(int(support), here, (there - here) / step)
 
 
@@ -126,14 +126,14 @@ class Removal:
         return self.time
 
     def begin(self, world: World) -> None:
-        chosen = blocks_named(world.assembly, self.blocks, "removal")
+        chosen = world.assembly.blocks_named(self.blocks, "removal")
         if not np.setdiff1d(world.assembly.free, chosen).size:
             raise InputError("removal: nothing that can move is left")
 
     def act(self, world: World, time: float) -> None:
         if time < self.time:
             return
-        for block in blocks_named(world.assembly, self.blocks, "removal"):
+        for block in world.assembly.blocks_named(self.blocks, "removal"):
             if int(block) not in world.removed:
                 world.remove(int(block))
 
@@ -167,7 +167,7 @@ class Push:
         return self.time
 
     def begin(self, world: World) -> None:
-        block = blocks_named(world.assembly, self.block, "push")[0]
+        block = world.assembly.blocks_named(self.block, "push")[0]
         if world.assembly.support[block]:
             raise InputError(f'push: "{world.assembly.names[block]}" is a support, which cannot move')
 
@@ -175,7 +175,7 @@ class Push:
         look = world.settings.substeps * world.settings.time_step / world.time
         if np.floor((time - self.time) / look + 0.5) != 0:
             return
-        assembly, block = world.assembly, int(blocks_named(world.assembly, self.block, "push")[0])
+        assembly, block = world.assembly, int(world.assembly.blocks_named(self.block, "push")[0])
         linear, angular = (values[block] for values in world.velocities())
         if self.velocity is not None:
             world.set_velocity(block, linear + self.velocity, angular)

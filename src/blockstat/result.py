@@ -1,0 +1,51 @@
+"""What all answers have in common: an outcome that is a sentence, an explanation, plain values, and HTML."""
+
+from __future__ import annotations
+
+from enum import Enum
+from html import escape
+from typing import Any
+
+import numpy as np
+
+
+class Sentence(Enum):
+    """An answer whose value is the sentence that a user reads.
+
+    Examples
+    --------
+    >>> from blockstat import Outcome
+    >>> Outcome.STABLE.word
+    'stable'
+    """
+
+    @property
+    def word(self) -> str:
+        """The answer in one word, as JSON and tables give it."""
+        return self.name.lower()
+
+
+class Result:
+    """The common face of results.
+
+    A subclass has an attribute `outcome`, a `Sentence`, and says how it explains itself and which plain values it has.
+    """
+
+    def explain(self) -> str:
+        """Return the answer and its evidence in words, one fact a line."""
+        raise NotImplementedError
+
+    def summary(self) -> dict[str, Any]:
+        """Return plain values for JSON; what is infinite or not a number is None."""
+        raise NotImplementedError
+
+    def __str__(self) -> str:
+        return self.explain()
+
+    def _repr_html_(self) -> str:
+        return f'<pre style="white-space: pre-wrap">{escape(self.explain())}</pre>'
+
+
+def finite(value: float) -> float | None:
+    """Return a value as JSON can hold it: None for what is infinite or not a number."""
+    return float(value) if np.isfinite(value) else None
