@@ -6,7 +6,10 @@ python -m evidence.same_figures compare BEFORE.json AFTER.json
 record : computes on whatever `blockstat` the path of Python finds, in one thread; the scenes are those of
 `evidence.figure_scenes`, with the examples and tests of the checkout (by default the one that holds this file). A run
 that was stopped goes on where it was, as long as neither the source nor the scripts have changed. --only : scenes whose
-name contains the text.
+name contains the text. An earlier commit is recorded with its own source and scenes:
+
+    PYTHONPATH=EARLIER/src python -m evidence.same_figures record BEFORE.json --checkout EARLIER
+
 compare : counts and largest differences by kind, and every figure that differs by more than 1e-9 of max(1, |value|) or
 is on one side only. Exit status 1 if there is any.
 
