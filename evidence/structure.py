@@ -208,13 +208,20 @@ def path_edits(root: Path) -> list[str]:
     ]
 
 
-def calls(files: dict[str, Path], name: str) -> list[str]:
-    """Places that call a function of that name."""
+def calls(files: dict[str, Path], name: str, origin: str) -> list[str]:
+    """Places that call a function of that name in modules that import it, or its module, from a library."""
     found = []
     for module, path in files.items():
-        for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.Call) and ast.unparse(node.func).split(".")[-1] == name:
-                found.append(f"{module}:{node.lineno}")
+        tree = ast.parse(path.read_text())
+        known = {
+            member or target
+            for target, member in _imported(tree, module, path.stem == "__init__")
+            if target.split(".")[0] == origin
+        }
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Call) and (parts := ast.unparse(node.func).split("."))[-1] == name:
+                if parts[0] in known:
+                    found.append(f"{module}:{node.lineno}")
     return found
 
 
@@ -248,7 +255,7 @@ def counts(root: Path) -> dict[str, Any]:
         "functions": undocumented(files),
         "repeated_fields": repeated_fields(source),
         "path_edits": path_edits(root),
-        "connected_components": calls(files, "connected_components"),
+        "connected_components": calls(files, "connected_components", "scipy"),
         "shadowed": [
             name for name in run["public"]["functions"] if name in files and name.count(".") == 1
         ],
@@ -286,7 +293,7 @@ def page(found: dict[str, Any]) -> str:
             f"duplicated declarations: {sum(map(len, repeated.values()))}",
             _listed("in classes", (f"{name}: {len(own)}" for name, own in repeated.items())),
             _listed("edits of sys.path", found["path_edits"]),
-            _listed("calls of connected_components", found["connected_components"]),
+            _listed("calls of scipy's connected_components", found["connected_components"]),
             _listed("public functions that share the name of a module", found["shadowed"]),
         ]
     )

@@ -99,9 +99,13 @@ def test_edits_of_the_path_are_found(tmp_path, edit):
     assert structure.path_edits(tmp_path) == ["a.py:2"]
 
 
-def test_calls_are_found_by_name(tmp_path):
-    written(tmp_path, {"house/roof.py": "import csgraph\ncsgraph.connected_components(1)\nconnected(2)\n"})
-    assert structure.calls(structure.modules(tmp_path), "connected_components") == ["house.roof:2"]
+def test_calls_of_a_librarys_function_are_found(tmp_path):
+    text = "from scipy.sparse import csgraph\ncsgraph.connected_components(1)\ncsgraph.other(2)\n"
+    inside = "def f():\n    from scipy.sparse.csgraph import connected_components\n    connected_components(1)\n"
+    own = "from house.graph import connected_components\nconnected_components(1)\n"
+    written(tmp_path, {"house/roof.py": text, "house/door.py": inside, "house/yard.py": own})
+    found = structure.calls(structure.modules(tmp_path), "connected_components", "scipy")
+    assert found == ["house.door:3", "house.roof:2"]
 
 
 def test_the_walk_goes_from_the_scene_to_the_verdict(root):
