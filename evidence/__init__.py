@@ -1,0 +1,1 @@
+"""Scripts that measure the project: its figures, its shape, its speed."""
