@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import blockstat
-import recheck
 from blockstat import LoadOutcome, Outcome, assess, limit_load, thrust_range
 from blockstat.analysis.problem import pose
 from blockstat.certificate import check as certificate
-from problems import SCENES, arch, running_bond, stack
+from evidence.checks import independent
+from evidence.scenes.small import SCENES, arch, running_bond, stack
 
 STANDING = ["stack", "arch", "wall", "heavy on light"]
 FALLING = ["stack tipping", "thin arch", "slippery arch", "thin sticky arch", "wall pushed out", "offset cube"]
@@ -36,7 +36,7 @@ def believed(verdict):
     proof = own_certificate(verdict)
     own = proof.proves_stable if verdict.outcome is Outcome.STABLE else proof.proves_unstable
     try:
-        recheck.check_verdict(verdict)
+        independent.check_verdict(verdict)
     except AssertionError:
         assert not own
         return False
@@ -126,18 +126,18 @@ def test_damaged_mechanisms_prove_nothing(name, damage):
 @pytest.mark.parametrize("make", [lambda: arch(20, 0.2), lambda: running_bond(4, 3), lambda: stack(3)])
 def test_damaged_bounds_are_noticed(make, damage):
     found = limit_load(make(), (1, 0, 0))
-    recheck.check_limit(found, (1, 0, 0))
+    independent.check_limit(found, (1, 0, 0))
     with pytest.raises(AssertionError):
-        recheck.check_limit(replace(found, **damage(found)), (1, 0, 0))
+        independent.check_limit(replace(found, **damage(found)), (1, 0, 0))
     with pytest.raises(AssertionError):
-        recheck.check_limit(found, (-1, 0, 0.1))
+        independent.check_limit(found, (-1, 0, 0.1))
 
 
 def test_a_false_unbounded_load_is_noticed():
     found = limit_load(stack(3), (0, 0, -1))
     assert found.outcome is LoadOutcome.UNBOUNDED
     with pytest.raises(AssertionError, match="thousand times"):
-        recheck.check_limit(found, (1, 0, -1))
+        independent.check_limit(found, (1, 0, -1))
 
 
 def test_a_thrust_that_the_forces_do_not_make_is_noticed():
@@ -145,7 +145,7 @@ def test_a_thrust_that_the_forces_do_not_make_is_noticed():
     found, faces = thrust_range(asm, ["right"], (1, 0, 0)), blockstat.find_interfaces(asm)
     for lie in ({"least": 0.99 * found.least}, {"greatest_forces": 1.01 * found.greatest_forces}):
         with pytest.raises(AssertionError):
-            recheck.check_thrust(replace(found, **lie), asm, ["right"], (1, 0, 0), faces=faces)
+            independent.check_thrust(replace(found, **lie), asm, ["right"], (1, 0, 0), faces=faces)
 
 
 def test_every_answer_in_these_tests_is_checked():
@@ -160,4 +160,4 @@ def test_every_answer_in_these_tests_is_checked():
         return replace(verdict, forces=1.001 * verdict.forces)
 
     with pytest.raises(AssertionError, match="not balanced"):
-        recheck.checked(lying, lambda verdict, _: recheck.check_verdict(verdict))(stack(2))
+        independent.checked(lying, lambda verdict, _: independent.check_verdict(verdict))(stack(2))

@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from blockstat import Assembly, Block, assess
-from hard.cases import CASES, STABLE, UNDECIDED
-from hard.outcome import outcome
-from hard.piles import pile
+from evidence.hard.cases import CASES, STABLE, UNDECIDED
+from evidence.hard.outcome import outcome
+from evidence.hard.piles import pile
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case.family}: {case.name}")
