@@ -80,9 +80,10 @@ def largest(scene: str, rows: list[dict]) -> str:
     if not sizes:
         return f"- No {scene} was decided by every solver."
     best = {row["solver"]: row for row in decided[max(sizes)]}
-    others = ", ".join(f"{name} {row['ratio']:.1f}" for name, row in best.items() if name != "ours")
     ours = best["ours"]
-    return f"- A {scene} of {ours['blocks']:,} blocks takes ours {ours['seconds']:.2f} s; times as long: {others}."
+    others = ", ".join(f"{name} {row['ratio']:.1f}" for name, row in best.items() if name != "ours")
+    own = f"blockstat solves a {scene} of {ours['blocks']:,} blocks in {ours['seconds']:.2f} s"
+    return f"- {own}. The others take a multiple of that time: {others}."
 
 
 def alone_cells(cell: dict) -> list:
