@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 
 from blockstat import Assembly, Block
-from blockstat.certificate.check import FORCE_TOLERANCE
 from evidence.scenes.small import arch, assembly, box, flat_arch, hexahedron, running_bond, stack, trilith
 
 STABLE, UNSTABLE, UNDECIDED, REFUSED = "stable", "unstable", "undecided", "refused"
 SELF_STRESS = "stable_only_by_self_stress"
+#: The stated tolerance of a certificate, relative to the weight.
+TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ def tipping(ratio: float) -> list[Case]:
             right,
             "tips at b/h",
             near=ratio <= 1e-9,
-            within=ratio <= FORCE_TOLERANCE,
+            within=ratio <= TOLERANCE,
         )
         for sign, factor, right in (("-", -1, STABLE), ("+", 1, UNSTABLE))
     ]

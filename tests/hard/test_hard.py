@@ -1,4 +1,4 @@
-"""No wrong verdict, no silent NaN on scenes that break solvers; the truth of each is in `hard.cases`."""
+"""No wrong verdict, no silent NaN on scenes that break solvers; the truth of each is in `evidence.hard.cases`."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from blockstat import Assembly, Block, assess
-from evidence.hard.cases import CASES, STABLE, UNDECIDED
+from blockstat.certificate.check import FORCE_TOLERANCE
+from evidence.hard.cases import CASES, STABLE, TOLERANCE, UNDECIDED
 from evidence.hard.outcome import outcome
 from evidence.hard.piles import pile
 
@@ -17,7 +18,11 @@ def test_hard_case(case):
     assert row.right, f"{row.word} where {case.right} is right ({case.why}): {row.told}"
     assert row.finite
     if row.word == STABLE:
-        assert row.residual <= 1e-9
+        assert row.residual <= TOLERANCE
+
+
+def test_the_tolerance_of_the_cases_is_that_of_the_certificate():
+    assert TOLERANCE == FORCE_TOLERANCE
 
 
 def again(seed):
