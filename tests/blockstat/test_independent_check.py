@@ -1,4 +1,4 @@
-"""Damage to forces, mechanism or geometry must show, in our own certificate and in the independent check of the tests."""
+"""Damage to forces, mechanism or geometry shows in the certificate and in the independent check of the tests."""
 
 import sys
 from dataclasses import replace

@@ -39,7 +39,7 @@ def again(seed):
 @settings(max_examples=100, deadline=None)
 @given(seed=st.integers(0, 2**31))
 def test_random_piles(seed):
-    # The independent check behind `assess` in this suite rejects a wrong proof; a right one does not depend on the order.
+    # The independent check behind `assess` rejects a wrong proof; a right one does not depend on the order.
     # One order in a few hundred is left undecided; `test_ten_thousand_piles` counts them.
     words = {assess(pile(seed)).outcome.word, again(seed)} - {UNDECIDED}
     assert len(words) <= 1
