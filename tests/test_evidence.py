@@ -9,9 +9,11 @@ import sys
 import pytest
 
 from evidence import paths, results, runner
+from evidence.bisection import bisect
 from evidence.jobs import JOBS, Job
 from evidence.pages import fill
 from evidence.runner import chosen, listed, made, run_all
+from evidence.tables import table
 
 ROOT = paths.ROOT
 RESULTS = sorted(paths.RESULTS.glob("*.md"))
@@ -156,3 +158,16 @@ def test_no_script_edits_the_path_of_modules():
 def test_what_is_installed_knows_nothing_of_the_evidence():
     imported = re.compile(r"^\s*(from|import) evidence\b", re.M)
     assert not [path for path in (ROOT / "src").rglob("*.py") if imported.search(path.read_text())]
+
+
+@pytest.mark.parametrize(("inside", "outside"), [(0.0, 1.0), (1.0, 0.0)])
+def test_bisection_closes_in_from_either_side(inside, outside):
+    limit = 0.3
+    holds, fails = bisect(lambda x: (x < limit) == (inside < limit), inside, outside, 1e-6)
+    assert abs(holds - fails) <= 1e-6
+    assert (holds < limit) == (inside < limit)
+    assert (fails < limit) == (outside < limit)
+
+
+def test_a_table_has_a_line_a_row_and_no_double_space_in_an_empty_heading():
+    assert table(["", "a"], [(1, "x")]) == "| | a |\n|---|---|\n| 1 | x |"
