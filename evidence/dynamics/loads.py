@@ -161,11 +161,13 @@ def strips(directory: Path):
     film_strip(verify(wall, loads=[Pulse((0, 0.25 * G, 0), 0.5)], settings=whole).run, directory / "strip-wall.png")
 
 
+#: The lines above those of a part.
 HEADS = {
-    "closed_forms": ["load", "closed form", "Bullet / closed form"],
-    "hinges": ["support moves", "verdict", "the three joints that turn most, degrees", "the fourth"],
-    "limits": ["scene", "Bullet", "/ associated", "/ zero dilatancy", "runs", "s", "warnings"],
-    "forces": ["at rest", "carried by the supports / weight", "worst balance of a block / its weight"],
+    "closed_forms": [head(["load", "closed form", "Bullet / closed form"])],
+    "hinges": [head(["support moves", "verdict", "the three joints that turn most, degrees", "the fourth"])],
+    "limits": [head(["scene", "Bullet", "/ associated", "/ zero dilatancy", "runs", "s", "warnings"])],
+    "forces": [head(["at rest", "carried by the supports / weight", "worst balance of a block / its weight"])],
+    "side_by_side": [],
 }
 
 
@@ -177,7 +179,7 @@ def main() -> None:
         "closed_forms": [*tipping(), *overturning(), *sliding()], "hinges": [*hinges()], "limits": [*limits()],
         "forces": [*forces()], "side_by_side": [*side_by_side()],
     }  # fmt: skip
-    parts = {name: "\n".join([head(HEADS[name])] * (name in HEADS) + found) for name, found in lines.items()}
+    parts = {name: "\n".join([*HEADS[name], *found]) for name, found in lines.items()}
     results.report(given, lines, parts)
     if given.strips:
         strips(given.strips)
