@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from blockstat import Assembly, build
-from blockstat.spec import scene_from
+from blockstat import Assembly, build, scene_from
 
 Random = np.random.Generator
 
