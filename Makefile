@@ -9,13 +9,11 @@ DOCS := $(VENV)/.docs
 COMPAS ?=
 export BLOCKSTAT_COMPAS_PYTHON := $(COMPAS)
 
-# Jobs of docs/make_evidence.py by their names, for one or a few of them.
+# Names of jobs of evidence/jobs.py, for one or a few of them: make evidence ONLY="glue hard".
 ONLY ?=
 MISSING ?=
-JOBS := bullet comparison compare-verdicts gallery glue hard iterations live-page loads paper pictures scenes screenshots search \
-	solvers solvers-large soundness speed-error stiffness sweep
 
-.PHONY: demo test test-all notebooks lint benchmark evidence pages validation $(JOBS) docs clean
+.PHONY: demo test test-all notebooks lint benchmark evidence validation pages docs clean
 
 demo: $(STAMP)
 	$(BIN)/dynsim optimise examples/chapel.toml -o out/chapel
@@ -35,21 +33,18 @@ lint: $(STAMP)
 	$(BIN)/pyright
 
 benchmark: $(STAMP)
-	$(BIN)/python benchmarks/assess.py
-	$(BIN)/python benchmarks/building.py
+	$(BIN)/python -m evidence.benchmarks.assess
+	$(BIN)/python -m evidence.benchmarks.building
 
 # Every table and picture of the README and the docs, within an hour on two cores.
 evidence: $(STAMP)
-	$(BIN)/python docs/make_evidence.py $(if $(ONLY),--only $(ONLY)) $(if $(MISSING),--missing)
+	$(BIN)/python -m evidence $(if $(ONLY),--only $(ONLY)) $(if $(MISSING),--missing)
 
-$(JOBS): $(STAMP)
-	$(BIN)/python docs/make_evidence.py --only $@
-
-validation: $(STAMP)
-	$(BIN)/python docs/make_evidence.py --only validation dynamics-validation
+validation: ONLY := validation dynamics-validation
+validation: evidence
 
 pages: $(STAMP)
-	$(BIN)/python docs/make_pages.py
+	$(BIN)/python -m evidence.pages.fill
 
 # A warning is an error. Notebooks run, and are run again when they or the code have changed.
 docs: $(DOCS)

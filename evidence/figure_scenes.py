@@ -1,23 +1,24 @@
 """The scenes of `evidence.same_figures`: what the suite computes on, and a few dozen more from fixed seeds.
 
-Only the public names of `blockstat` are used. Scenes of the suite come from the examples and the tests of a checkout;
-the tests' own modules are loaded from their files, so that no path has to be edited.
+Only public names of `blockstat` are used, here and in the modules that build the scenes, so the same scenes can be
+computed by an earlier source. The files of the examples are those of a checkout.
 """
 
 from __future__ import annotations
 
-import importlib.util
 import os
-import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 import blockstat
+from evidence.hard.cases import CASES
+from evidence.hard.piles import pile
+from evidence.references import SECTIONS
+from evidence.scenes import families, small
 
 Make = Callable[[], blockstat.Assembly]
 
@@ -40,38 +41,20 @@ def cases_folder(checkout: Path) -> Path:
     return folder
 
 
-def loaded(folder: Path, name: str) -> ModuleType:
-    """A module or package from a folder that is on no path."""
-    if name not in sys.modules:
-        package = folder / name / "__init__.py"
-        file = package if package.is_file() else folder / f"{name}.py"
-        inside = [str(package.parent)] if package.is_file() else None
-        spec = importlib.util.spec_from_file_location(name, file, submodule_search_locations=inside)
-        assert spec is not None
-        assert spec.loader is not None
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[name] = module
-        spec.loader.exec_module(module)
-    return sys.modules[name]
-
-
 def scenes(checkout: Path) -> Iterator[Scene]:
     """Every scene, those of the cases first, the largest examples last."""
     for file in sorted(cases_folder(checkout).glob("*.json")):
         if file.stem != "expected":
             yield Scene(f"case {file.stem}", lambda file=file: blockstat.read(file))
-    problems = loaded(checkout / "tests", "problems")
-    for name, make, options in problems.SCENES:
+    for name, make, options in small.SCENES:
         yield Scene(f"problem {name}", make, options)
-    for name, data in problems.FERRIS.items():
-        yield Scene(f"wall {name} of Ferris and Tin-Loi", lambda data=data: problems.ferris_wall(data[0]))
-    yield from _walls(problems)
-    yield from _bonded(problems)
-    loaded(checkout / "tests", "hard")
-    piles = importlib.import_module("hard.piles")
+    for name, data in small.FERRIS.items():
+        yield Scene(f"wall {name} of Ferris and Tin-Loi", lambda data=data: small.ferris_wall(data[0]))
+    yield from _walls()
+    yield from _bonded()
     for seed in range(200):
-        yield Scene(f"pile {seed}", lambda seed=seed: piles.pile(seed), short=seed >= 20)
-    for case in importlib.import_module("hard.cases").CASES:
+        yield Scene(f"pile {seed}", lambda seed=seed: pile(seed), short=seed >= 20)
+    for case in CASES:
         yield Scene(f"hard {case.family}: {case.name}", case.make, case.options, short=True)
     for name, element in ELEMENTS.items():
         yield Scene(f"element {name}", lambda element=element: of_elements({"own": element}))
@@ -83,17 +66,15 @@ def scenes(checkout: Path) -> Iterator[Scene]:
     yield Scene("chapel of small bricks", small_bricks)
 
 
-def reference_rows(checkout: Path) -> Iterator[tuple[str, Callable[[], Any]]]:
+def reference_rows() -> Iterator[tuple[str, Callable[[], Any]]]:
     """Reference values of the validation with what computes them: name and a function of a value and a bracket."""
-    for name in ("problems", "vaults"):
-        loaded(checkout / "tests", name)
-    for section, module in loaded(checkout / "tests", "references").SECTIONS.items():
+    for section, module in SECTIONS.items():
         for row in module.ROWS:
             if not row.missing:
                 yield f"reference {section}: {row.test} ({row.source})", row.compute
 
 
-def _walls(problems: ModuleType) -> Iterator[Scene]:
+def _walls() -> Iterator[Scene]:
     """A wall of 400 bricks under its weight, pushed out of its plane, along it, and three times over."""
     pushes = {
         "standing": (0.0, 0.0),
@@ -102,10 +83,10 @@ def _walls(problems: ModuleType) -> Iterator[Scene]:
         "along": (0.1, 0.0),
     }
     for name, (x, y) in pushes.items():
-        yield Scene(f"wall of 400, {name}", lambda x=x, y=y: problems.running_bond(20, 20, gravity=(x, y, -1.0)))
+        yield Scene(f"wall of 400, {name}", lambda x=x, y=y: small.running_bond(20, 20, gravity=(x, y, -1.0)))
 
 
-def _bonded(problems: ModuleType) -> Iterator[Scene]:
+def _bonded() -> Iterator[Scene]:
     """Joints that carry tension, a cohesion, or a limited pressure."""
     law = blockstat.JointLaw
     laws = {
@@ -114,10 +95,10 @@ def _bonded(problems: ModuleType) -> Iterator[Scene]:
         "compression in cells": law(("*", "*"), compression=4.0, cells=4),
     }
     for name, own in laws.items():
-        yield Scene(f"arch with {name}", lambda own=own: problems.arch(12, 0.2, joints=[own]))
-    yield Scene("glued arch", lambda: blockstat.glued(problems.arch(12, 0.1), 0.2))
+        yield Scene(f"arch with {name}", lambda own=own: small.arch(12, 0.2, joints=[own]))
+    yield Scene("glued arch", lambda: blockstat.glued(small.arch(12, 0.1), 0.2))
     yield Scene(
-        "glued wall", lambda: blockstat.glued(problems.running_bond(4, 4, gravity=(0, 0.3, -1)), 0.05, moment=0.01)
+        "glued wall", lambda: blockstat.glued(small.running_bond(4, 4, gravity=(0, 0.3, -1)), 0.05, moment=0.01)
     )
 
 
@@ -183,27 +164,6 @@ def small_bricks() -> blockstat.Assembly:
     return blockstat.build(blockstat.scene_from(scene))
 
 
-def arch(rng: np.random.Generator) -> blockstat.Assembly:
-    """An arch of 4 to 20 voussoirs about as thick as the least it needs."""
-    n, t = int(rng.integers(4, 21)), rng.uniform(0.07, 0.14)
-    element = {"kind": "arch", "span": 2 - t, "thickness": t, "depth": rng.uniform(0.2, 0.6), "voussoirs": n}
-    return of_elements({"arch": element}, friction=float(rng.uniform(0.3, 0.9)))
-
-
-def portal(rng: np.random.Generator) -> blockstat.Assembly:
-    """An arch on two piers about as wide as they need to be."""
-    t, height, width = rng.uniform(0.12, 0.3), rng.uniform(0.4, 2.0), rng.uniform(0.15, 0.7)
-    pier = {"kind": "pier", "size": [width, 0.5], "height": height, "courses": int(rng.integers(1, 4))}
-    ring = {"kind": "arch", "span": 2.0, "thickness": t, "depth": 0.5, "voussoirs": int(rng.integers(5, 14))}
-    return of_elements(
-        {
-            "arch": {**ring, "at": [0, 0, height]},
-            "left": {**pier, "at": [-1 - width / 2, 0, 0]},
-            "right": {**pier, "at": [1 + width / 2, 0, 0]},
-        }
-    )
-
-
 def tilted_walls(rng: np.random.Generator) -> blockstat.Assembly:
     """Four small walls without a roof on ground that is tilted a good deal."""
     scene = {
@@ -231,5 +191,5 @@ def hut(rng: np.random.Generator) -> blockstat.Assembly:
 
 
 FAMILIES: dict[str, Callable[[np.random.Generator], blockstat.Assembly]] = {
-    "arch": arch, "portal": portal, "tilted walls": tilted_walls, "hut": hut,
+    "arch": families.arch, "portal": families.portal, "tilted walls": tilted_walls, "hut": hut,
 }  # fmt: skip

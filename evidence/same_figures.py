@@ -4,9 +4,9 @@ python -m evidence.same_figures record OUT.json [--checkout DIR] [--only TEXT]
 python -m evidence.same_figures compare BEFORE.json AFTER.json
 
 record : computes on whatever `blockstat` the path of Python finds, in one thread; the scenes are those of
-`evidence.figure_scenes`, with the examples and tests of the checkout (by default the one that holds this file). A run
+`evidence.figure_scenes`, with the examples of the checkout (by default the one that holds this file). A run
 that was stopped goes on where it was, as long as neither the source nor the scripts have changed. --only : scenes whose
-name contains the text. An earlier commit is recorded with its own source and scenes:
+name contains the text. An earlier commit is recorded with its own source and examples:
 
     PYTHONPATH=EARLIER/src python -m evidence.same_figures record BEFORE.json --checkout EARLIER
 
@@ -165,7 +165,7 @@ def questions(checkout: Path) -> Iterator[tuple[str, Callable[[], Figures]]]:
 
     for scene in scenes(checkout):
         yield scene.name, lambda scene=scene: of_scene(scene)
-    for name, compute in reference_rows(checkout):
+    for name, compute in reference_rows():
         yield name, lambda compute=compute: of_row(compute)
 
 
@@ -186,7 +186,7 @@ def record(out: Path, checkout: Path, only: str) -> None:
     import blockstat
 
     warnings.simplefilter("ignore")
-    code = digest(Path(blockstat.__file__).parent, Path(__file__).parent, checkout / "tests")
+    code = digest(Path(blockstat.__file__).parent, Path(__file__).parent)
     kept = json.loads(out.read_text()) if out.is_file() else {}
     kept = kept if kept.get("code") == code else {"code": code, "seconds": {}, "figures": {}}
     everything = [row for row in questions(checkout) if only in row[0]]

@@ -1,4 +1,4 @@
-"""Where optional data for the tests is found, and a second opinion on every answer."""
+"""Where optional data for the tests is found, and an independent check of every answer."""
 
 import os
 from pathlib import Path
@@ -6,13 +6,13 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-import recheck
-from problems import CASES
+from evidence.checks import independent
+from evidence.paths import CASES
 
 ROOT = Path(__file__).parents[1]
 
 # Before any test module imports them: every verdict, limit load and thrust is checked a second time.
-recheck.install()
+independent.install()
 
 
 @pytest.fixture(scope="session")

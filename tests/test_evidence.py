@@ -1,33 +1,32 @@
-"""What the pages show is what the scripts wrote, and `make evidence` knows every script."""
+"""What the pages show is what the scripts wrote, and the list of jobs knows every script."""
 
+import ast
 import os
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "docs"))
-sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+from evidence import paths, results, runner
+from evidence.bisection import bisect
+from evidence.jobs import JOBS, Job
+from evidence.pages import fill
+from evidence.runner import chosen, listed, made, run_all
+from evidence.tables import table
 
-import make_evidence
-import make_pages
-import results
-from make_evidence import JOBS, Job, chosen, listed, made, run_all
-
-ROOT = Path(__file__).parents[1]
-RESULTS = sorted(make_pages.RESULTS.glob("*.md"))
+ROOT = paths.ROOT
+RESULTS = sorted(paths.RESULTS.glob("*.md"))
 NAMES = [job.name for job in JOBS]
 
 
-@pytest.mark.parametrize("path", make_pages.pages(), ids=lambda path: path.name)
+@pytest.mark.parametrize("path", fill.pages(), ids=lambda path: path.name)
 def test_the_blocks_of_a_page_are_the_results(path):
-    assert make_pages.filled(path.read_text()) == path.read_text(), "run make pages"
+    assert fill.filled(path.read_text()) == path.read_text(), "run make pages"
 
 
 def test_every_part_is_on_a_page():
-    shown = {block for path in make_pages.pages() for block in make_pages.BLOCK.findall(path.read_text())}
+    shown = {block for path in fill.pages() for block in fill.BLOCK.findall(path.read_text())}
     assert shown == {(path.stem, part) for path in RESULTS for part in results.load(path)[1]}
 
 
@@ -41,20 +40,19 @@ def test_a_result_names_the_command_of_its_job(path):
 
 
 def test_the_table_of_jobs_is_the_one_that_runs():
-    (shown,) = results.load(make_pages.RESULTS / "evidence.md")[1].values()
+    (shown,) = results.load(paths.RESULTS / "evidence.md")[1].values()
 
     def jobs(table: str) -> list[list[str]]:
         return [row.split("|")[1:4] for row in table.splitlines()]
 
-    assert jobs(shown) == jobs(listed(JOBS)), "run docs/make_evidence.py --list"
+    assert jobs(shown) == jobs(listed(JOBS)), "run python -m evidence --list"
 
 
 @pytest.mark.parametrize("job", JOBS, ids=NAMES)
 def test_the_script_of_a_job_and_what_it_writes_are_there(job):
-    script = ROOT / job.command.split()[0]
-    if script.name == "compare_scenes.py" and not script.is_file():
-        pytest.skip("the comparison of static and dynamic verdicts is not there yet")
-    assert script.is_file()
+    flag, module, *_ = job.command.split()
+    assert flag == "-m"
+    assert (ROOT / module.replace(".", "/")).with_suffix(".py").is_file()
     assert all(list(ROOT.glob(pattern)) for pattern in job.writes)
 
 
@@ -70,33 +68,43 @@ def test_a_page_that_a_script_wrote_is_the_page_of_a_job():
     assert written <= {path for job in JOBS for path in job.files()}
 
 
-def test_the_makefile_has_a_target_for_every_job():
-    makefile = (ROOT / "Makefile").read_text().replace("\\\n", " ")
-    (targets,) = re.findall(r"^JOBS := (.*)$", makefile, re.M)
-    assert sorted([*targets.split(), "validation", "dynamics-validation"]) == sorted(NAMES)
+def test_the_makefile_names_jobs_that_are_there():
+    (named,) = re.findall(r"^validation: ONLY := (.*)$", (ROOT / "Makefile").read_text(), re.M)
+    assert set(named.split()) <= set(NAMES)
+
+
+def test_times_that_are_not_known_are_those_of_the_table_before(elsewhere):
+    jobs = [writer("one"), writer("two"), writer("three")]
+    before = listed(jobs[:2]).replace("| - | - |", "| 1.5 | 2.5 |", 1)
+    assert run_all(jobs[2:]) == []
+    one, two, three = listed(jobs, before).splitlines()[2:]
+    assert one.endswith("| 1.5 | 2.5 |")
+    assert two.endswith("| - | - |")
+    assert three.endswith("| 0.0 | 0.0 |")
 
 
 def test_results_are_read_as_they_were_saved(tmp_path):
-    script = ROOT / "benchmarks" / "sweep.py"
-    code = f"import sys; sys.argv = [{str(script)!r}, '--designs', '3']; sys.path.insert(0, {str(script.parent)!r}); "
-    code += "import results; from pathlib import Path; parts = {'a': '| x |\\n|---|', 'b': 'One\\n\\n### two'}; "
+    script = ROOT / "evidence" / "benchmarks" / "sweep.py"
+    code = f"import sys; sys.argv = [{str(script)!r}, '--designs', '3']; "
+    code += "from evidence import results; from pathlib import Path; "
+    code += "parts = {'a': '| x |\\n|---|', 'b': 'One\\n\\n### two'}; "
     code += f"results.save(Path({str(tmp_path / 'new' / 'file.md')!r}), parts)"
-    subprocess.run([sys.executable, "-c", code], check=True)
+    subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)
     command, parts = results.load(tmp_path / "new" / "file.md")
-    assert command == "python benchmarks/sweep.py --designs 3"
+    assert command == "python -m evidence.benchmarks.sweep --designs 3"
     assert parts == {"a": "| x |\n|---|", "b": "One\n\n### two"}
 
 
 def test_an_unknown_part_is_told():
     with pytest.raises(ValueError, match=r'no part "kritical".*critical'):
-        make_pages.filled("<!-- results: glue kritical -->\n<!-- end -->")
+        fill.filled("<!-- results: glue kritical -->\n<!-- end -->")
 
 
 @pytest.fixture
 def elsewhere(tmp_path, monkeypatch):
     """Jobs run and write in a directory of their own."""
-    monkeypatch.setattr(make_evidence, "ROOT", tmp_path)
-    monkeypatch.setattr(make_evidence, "OUT", tmp_path / "out")
+    monkeypatch.setattr(runner, "ROOT", tmp_path)
+    monkeypatch.setattr(runner, "OUT", tmp_path / "out")
     return tmp_path
 
 
@@ -128,3 +136,38 @@ def test_the_time_of_a_job_counts_the_processes_it_waits_for(elsewhere):
     job = writer("busy", code)
     assert run_all([job]) == []
     assert made(job)["process"] * 60 > 0.1
+
+
+ROOMS = sorted({path.parent for path in (ROOT / "evidence").rglob("*.py")})
+
+
+@pytest.mark.parametrize("room", ROOMS, ids=lambda room: room.name)
+def test_a_room_says_what_it_is_for_and_holds_at_most_twelve_modules(room):
+    assert ast.get_docstring(ast.parse((room / "__init__.py").read_text()))
+    assert len([path for path in room.glob("*.py") if path.name not in ("__init__.py", "__main__.py")]) <= 12
+
+
+def test_no_script_edits_the_path_of_modules():
+    edited = re.compile(r"sys\.path(\.(insert|append)\(|\[.*\] *=| *\+?= )")
+    folders = ("evidence", "examples", "docs", "notebooks", "tests")
+    files = [path for folder in folders for path in (ROOT / folder).rglob("*") if path.suffix in (".py", ".ipynb")]
+    assert len(files) > 100
+    assert not [path for path in files if edited.search(path.read_text())]
+
+
+def test_what_is_installed_knows_nothing_of_the_evidence():
+    imported = re.compile(r"^\s*(from|import) evidence\b", re.M)
+    assert not [path for path in (ROOT / "src").rglob("*.py") if imported.search(path.read_text())]
+
+
+@pytest.mark.parametrize(("inside", "outside"), [(0.0, 1.0), (1.0, 0.0)])
+def test_bisection_closes_in_from_either_side(inside, outside):
+    limit = 0.3
+    holds, fails = bisect(lambda x: (x < limit) == (inside < limit), inside, outside, 1e-6)
+    assert abs(holds - fails) <= 1e-6
+    assert (holds < limit) == (inside < limit)
+    assert (fails < limit) == (outside < limit)
+
+
+def test_a_table_has_a_line_a_row_and_no_double_space_in_an_empty_heading():
+    assert table(["", "a"], [(1, "x")]) == "| | a |\n|---|---|\n| 1 | x |"

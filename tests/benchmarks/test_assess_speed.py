@@ -1,16 +1,11 @@
 """Speed under pytest-benchmark (`pytest tests/benchmarks --benchmark-only`); nothing is asserted about time."""
 
-import sys
-from pathlib import Path
 from time import process_time
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
-
-from scenes import wall
-
 from blockstat import assess, find_interfaces
+from evidence.scenes.sized import wall
 
 
 @pytest.mark.benchmark(timer=process_time, min_rounds=1, max_time=2.0, warmup=False)

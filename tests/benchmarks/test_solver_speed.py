@@ -1,14 +1,10 @@
 """Speed of the solve alone under pytest-benchmark; nothing is asserted about time."""
 
-import sys
-from pathlib import Path
 from time import process_time
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
-
-from cell import SOLVERS, posed
+from evidence.benchmarks.cell import SOLVERS, posed
 
 
 @pytest.mark.benchmark(timer=process_time, min_rounds=1, max_time=2.0, warmup=False)

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from blockstat import InputError, assess, limit_load, read
 from blockstat.view.animation import write_mechanism
 from blockstat.view.plot import mechanism_pose
-from problems import arch, running_bond
+from evidence.scenes.small import arch, running_bond
 
 TYPES = {5126: ("<f4", 4), 5125: ("<u4", 4)}
 WIDTH = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}

@@ -21,7 +21,7 @@ from blockstat.view.three_d.colouring import CHOICES, colouring, tension
 from blockstat.view.three_d.geometry import block_at, surface
 from blockstat.view.three_d.player import swing, trajectory
 from browser import CHAPEL
-from problems import arch, stack
+from evidence.scenes.small import arch, stack
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import pytest
 
 from blockstat import build, load_scene, with_values, write
 from browser import CHAPEL, live
-from problems import stack
+from evidence.scenes.small import stack
 
 
 @pytest.fixture

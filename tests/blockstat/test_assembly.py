@@ -3,7 +3,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from blockstat import Assembly, Block, InputError
-from problems import box
+from evidence.scenes.small import box
 
 
 def single(block, **options):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from blockstat import Assembly, Block, InputError, assess, read
-from problems import assembly, box, stack
+from evidence.scenes.small import assembly, box, stack
 
 CUBE = box((0, 0, 0), (1, 1, 1), name="cube")
 

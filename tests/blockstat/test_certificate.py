@@ -16,7 +16,7 @@ from blockstat.solve import dispatch as dual
 from blockstat.solve import structured
 from blockstat.solve.answer import ACCEPTED, DualProgram, Enough
 from blockstat.solve.load_path import resting_forces
-from problems import arch, running_bond, stack
+from evidence.scenes.small import arch, running_bond, stack
 
 WALL_PULLS = [(0, 0, -1), (0.1, 0, -1), (0, 0.02, -1)]
 

@@ -6,7 +6,7 @@ from importlib.metadata import version
 import pytest
 
 from blockstat import read, write
-from problems import arch, stack
+from evidence.scenes.small import arch, stack
 
 
 def run(*arguments, program="blockstat"):

@@ -7,7 +7,7 @@ import pytest
 
 from blockstat import InputError, InputWarning, build, load_scene, read, write
 from compas_files import FILES, assert_same
-from problems import arch
+from evidence.scenes.small import arch
 
 
 @pytest.fixture

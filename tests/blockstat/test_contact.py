@@ -3,7 +3,7 @@ import pytest
 
 from blockstat import Block, find_interfaces
 from blockstat.model import assemble, freeform, height_field
-from problems import arch, assembly, box, running_bond, slice_, stack
+from evidence.scenes.small import arch, assembly, box, running_bond, slice_, stack
 
 
 def touching(asm, **options):

@@ -7,7 +7,7 @@ import pytest
 from test_cli import run
 
 from blockstat import Assembly, Block, InputError, assess, build, find_interfaces, heal, load_scene, read, write
-from problems import arch, assembly, box, running_bond, stack
+from evidence.scenes.small import arch, assembly, box, running_bond, stack
 
 SIZE = 1e-3  #: of the largest gap [m]
 

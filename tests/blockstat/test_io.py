@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from blockstat import InputError, InputWarning, assess, build, find_interfaces, load_scene, read, write, write_verdict
-from problems import arch, assembly, box
+from evidence.scenes.small import arch, assembly, box
 
 
 @pytest.fixture(scope="module")

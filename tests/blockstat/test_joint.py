@@ -20,7 +20,7 @@ from blockstat import (
 from blockstat.contact.cells import refine
 from blockstat.sensitivity.parameters import limit_load_gradient
 from blockstat.spec import scene_from
-from problems import assembly, box, running_bond, stack
+from evidence.scenes.small import assembly, box, running_bond, stack
 
 NEAR = 1e-6
 

@@ -16,7 +16,7 @@ from blockstat import (
     tilt_limit,
 )  # fmt: skip
 from blockstat.view.utilisation import picture_of_utilisation
-from problems import arch, assembly, box, flat_arch, stack
+from evidence.scenes.small import arch, assembly, box, flat_arch, stack
 
 EVERY = ("*", "*")
 

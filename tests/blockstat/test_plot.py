@@ -17,7 +17,7 @@ from blockstat.view.plot import (
     resultants,
 )
 from blockstat.view.utilisation import picture_of_utilisation
-from problems import arch, assembly, box, running_bond
+from evidence.scenes.small import arch, assembly, box, running_bond
 
 
 def test_nearer_blocks_are_painted_later():

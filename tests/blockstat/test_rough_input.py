@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from blockstat import Assembly, Block, InputError, InputWarning, Outcome, assess, load_scene, read, search, write
 from blockstat.spec import scene_from
-from problems import HUT, arch, assembly, box, hexahedron, stack
+from evidence.scenes.small import HUT, arch, assembly, box, hexahedron, stack
 
 
 def leaning_plank():

@@ -10,7 +10,7 @@ import pytest
 from blockstat import InputError, Memory, assess, build, search, with_values
 from blockstat.design_search.search import PRUNED, Margin
 from blockstat.spec import parameters, scene_from
-from problems import HUT
+from evidence.scenes.small import HUT
 
 
 class Word(Enum):

@@ -14,7 +14,7 @@ import pytest
 from blockstat import InputError, assess, build, with_values
 from blockstat.design_search.sweep import grid, latin_hypercube, sweep, verdict_row
 from blockstat.spec import parameters, scene_from
-from problems import HUT
+from evidence.scenes.small import HUT
 
 SCENE = scene_from(HUT)
 COUNTED = scene_from(HUT | {"vault": {"thickness": 0.3, "voussoirs": {"value": 7, "min": 5, "max": 9, "step": 2}}})

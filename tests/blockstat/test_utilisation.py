@@ -6,7 +6,7 @@ import shapely
 
 from blockstat import JointLaw, assess, find_interfaces
 from blockstat.view.utilisation import eccentricity, picture_of_utilisation, utilisation
-from problems import arch, assembly, box, hexahedron, stack
+from evidence.scenes.small import arch, assembly, box, hexahedron, stack
 
 
 @pytest.mark.parametrize(

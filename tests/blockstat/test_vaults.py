@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from blockstat import InputError, assess
 from blockstat.model import assemble, barrel_vault, groin_vault, pavilion_vault
 from elements import joint_areas, sound
-from references.bays import Bay
+from evidence.references.bays import Bay
 
 CORNERS, SIDES = ("ne", "nw", "se", "sw"), ("north", "east", "south", "west")
 BAYS = {

@@ -7,7 +7,7 @@ from blockstat import Block, assess
 from blockstat.analysis.problem import pose
 from blockstat.solve import dispatch as dual
 from blockstat.solve.components import parts, solve_apart
-from problems import arch, assembly, box, running_bond
+from evidence.scenes.small import arch, assembly, box, running_bond
 
 
 def village(lean):

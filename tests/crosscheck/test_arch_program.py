@@ -1,4 +1,4 @@
-"""Arches in their plane by another formulation and another solver: the derived values of tests/references/arches.py.
+"""Arches in their plane by another formulation and another solver: the derived values of `evidence.references.arches`.
 
 A chain of blocks is written from its joints alone, as Livesley (1978) has it: two corners a joint, Coulomb friction as
 two inequalities, three equations a block; HiGHS solves it. Where a thickness is looked for, s is the pressure that
@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, linprog
 
-from references.arches import PIERS, POINTED, POLY, PUSHED, SECTORS, SLIDING, THRUST
+from evidence.references.arches import PIERS, POINTED, POLY, PUSHED, SECTORS, SLIDING, THRUST
 
 WIDE = math.radians(157.5)
 

@@ -17,7 +17,7 @@ import pytest
 
 from blockstat import Assembly, build, load_scene, read, write
 from compas_files import FILES, assert_same
-from problems import box, running_bond
+from evidence.scenes.small import box, running_bond
 
 PYTHON = os.environ.get("BLOCKSTAT_COMPAS_PYTHON")
 SCRIPTS = Path(__file__).parents[1] / "compas"

@@ -9,7 +9,7 @@ from blockstat.program.equilibrium import equilibrium, split_floating, weight
 from blockstat.program.penalty import penalty_program
 from blockstat.solve import cvxpy as cvxpy_primal
 from blockstat.solve import dispatch as dual
-from problems import SCENES, arch, running_bond, stack
+from evidence.scenes.small import SCENES, arch, running_bond, stack
 
 EVERY = ("*", "*")
 #: Joint laws of every kind on both sides of the limit: (name, maker, law, options of `assess`).

@@ -6,7 +6,7 @@ from test_cvxpy import LAWS
 
 from blockstat import Outcome, assess, limit_load
 from blockstat.analysis.limit_load import LoadOutcome
-from problems import FERRIS, SCENES, arch, ferris_wall, running_bond, stack
+from evidence.scenes.small import FERRIS, SCENES, arch, ferris_wall, running_bond, stack
 
 
 @pytest.mark.parametrize("scene", SCENES, ids=lambda s: s[0])

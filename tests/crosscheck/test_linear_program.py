@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import linprog
 
 from blockstat import limit_load
-from problems import FERRIS, ferris_wall
+from evidence.scenes.small import FERRIS, ferris_wall
 
 BLOCK, HEIGHT, BED = 0.4, 0.175, 0.65
 

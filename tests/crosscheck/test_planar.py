@@ -10,7 +10,7 @@ from blockstat.analysis.problem import pose
 from blockstat.certificate.check import balance, check
 from blockstat.solve import dispatch as dual
 from blockstat.solve.answer import DualProgram
-from problems import FERRIS, SCENES, arch, assembly, box, ferris_wall, running_bond
+from evidence.scenes.small import FERRIS, SCENES, arch, assembly, box, ferris_wall, running_bond
 
 
 def program_of(asm, **options):

@@ -8,7 +8,7 @@ from blockstat.analysis.problem import pose
 from blockstat.solve import dispatch as dual
 from blockstat.solve.answer import MECHANISM
 from blockstat.spec import scene_from
-from problems import HUT, arch, running_bond, stack
+from evidence.scenes.small import HUT, arch, running_bond, stack
 
 
 def hut(thickness):

@@ -6,7 +6,7 @@ import pytest
 from blockstat import InputError, JointLaw, acceleration, assess, build, limit_load, with_values
 from blockstat.sensitivity.parameters import limit_load_gradient, score_gradient
 from blockstat.spec import scene_from
-from problems import HUT, arch, running_bond
+from evidence.scenes.small import HUT, arch, running_bond
 
 
 def sideways(assembly):

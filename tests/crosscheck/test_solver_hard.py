@@ -9,7 +9,7 @@ from blockstat.contact.interfaces import find_interfaces
 from blockstat.solve import dispatch as dual
 from blockstat.solve import factor
 from blockstat.solve import normal_equations as normal
-from problems import arch, assembly, box, running_bond, stack
+from evidence.scenes.small import arch, assembly, box, running_bond, stack
 
 IP = {"solver": "interior-point"}
 

@@ -9,7 +9,7 @@ from test_sensitivity import a_hut, a_wall, an_arch
 from blockstat import InputError, JointLaw, acceleration, assess, limit_load
 from blockstat.sensitivity.parameters import stone_sensitivity
 from blockstat.sensitivity.vertices import limit_load_by_point, score_by_point, shared_points
-from problems import arch, assembly, box, hexahedron, running_bond, stack
+from evidence.scenes.small import arch, assembly, box, hexahedron, running_bond, stack
 
 CASES = {
     "arch": (an_arch, {"t": 0.2, "r": 1.0, "d": 0.5}, (1, 0, 0)),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from dynsim import Settings, simulate
-from problems import assembly, box
+from evidence.scenes.small import assembly, box
 
 
 @dataclass

@@ -9,11 +9,11 @@ import pytest
 
 from blockstat import Assembly, InputError, JointLaw, Outcome, assess, glued, write
 from blockstat.analysis.coulomb import settling_share
-from bonded import bonded_scene, program_of
 from dynsim import DynamicOutcome, InertiaScale, Settings, World, simulate, verify
 from dynsim.bonds.glue import bonds_of
 from dynsim.loads.loading import Removal
-from problems import assembly, box, running_bond
+from evidence.scenes.bonded import bonded_scene, program_of
+from evidence.scenes.small import assembly, box, running_bond
 
 STANDS, FALLS = DynamicOutcome.STANDS, DynamicOutcome.FALLS
 SIDES = [(0.99, FALLS), (1.01, STANDS)]

@@ -1,22 +1,17 @@
 """Each cause of a difference, made on purpose."""
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
-
-from families import hut
 
 from blockstat import assess
 from dynsim import DynamicOutcome, Settings, verify
 from dynsim.comparison.causes import Cause, find_cause, likely_reason, with_coulomb
 from dynsim.comparison.compare import compare_one
-from problems import arch, assembly, box, stack
-from references.dynamics import harmonic
+from evidence.references.dynamics import harmonic
+from evidence.scenes.families import hut
+from evidence.scenes.small import arch, assembly, box, stack
 
 
 def jammed(squeeze: float = 0.0):

@@ -7,7 +7,7 @@ import pytest
 
 from blockstat import InputError
 from dynsim import Comparison, Comparisons, compare
-from problems import arch, assembly, box, stack
+from evidence.scenes.small import arch, assembly, box, stack
 
 
 def jammed():

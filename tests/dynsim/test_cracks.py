@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from dynsim import Settings, verify
 from dynsim.judge.cracks import find_cracks
-from problems import assembly, box, stack
+from evidence.scenes.small import assembly, box, stack
 
 
 def still(asm):

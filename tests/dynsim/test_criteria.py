@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from blockstat import InputError
 from dynsim import DynamicOutcome, Settings, verify
 from dynsim.judge.criteria import angles, courses, default_threshold, rate
-from problems import assembly, box, running_bond
+from evidence.scenes.small import assembly, box, running_bond
 
 
 def test_the_threshold_grows_with_courses_squared_and_with_size():

@@ -1,11 +1,11 @@
-"""Bullet against closed forms and known limits (tests/references/dynamics.py), with the tolerances of the docs."""
+"""Bullet against closed forms and known limits (`evidence.references.dynamics`), with the tolerances of the docs."""
 
 import re
 
 import pytest
 
 from dynsim import verify
-from references.dynamics import BLOCKS, DIRECTIONS, LIMITS, RESTS, rocking, slips_rightly
+from evidence.references.dynamics import BLOCKS, DIRECTIONS, LIMITS, RESTS, rocking, slips_rightly
 
 
 @pytest.mark.parametrize("hull", [False, True], ids=["boxes", "hulls"])

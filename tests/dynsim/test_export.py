@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from blockstat import InputError, write
 from dynsim import Pulse, Removal, Settings, read_run, simulate, verify, write_run
 from dynsim.view.film import film_strip
-from problems import arch, assembly, box, running_bond, stack
+from evidence.scenes.small import arch, assembly, box, running_bond, stack
 
 DOWN = (0, 0, -9.81)
 

@@ -8,7 +8,7 @@ import pytest
 from blockstat import assess
 from dynsim import verify
 from dynsim.comparison.first_motion import cosine
-from problems import arch, assembly, box, stack
+from evidence.scenes.small import arch, assembly, box, stack
 
 MOVES = {
     "a block tips": lambda: stack(1, 0.5, 2.0, gravity=(0.4, 0, -1)),

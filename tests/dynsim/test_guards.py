@@ -9,7 +9,7 @@ from blockstat import InputError, JointLaw
 from dynsim import DynamicOutcome, Settings, World, verify
 from dynsim.engine.friction import block_friction
 from dynsim.engine.guards import check_rotations, thickness
-from problems import assembly, box
+from evidence.scenes.small import assembly, box
 
 STANDS, FALLS = DynamicOutcome.STANDS, DynamicOutcome.FALLS
 GROUND = box((-5, -5, -1), (5, 5, 0), name="ground", group="ground")

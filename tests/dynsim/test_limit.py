@@ -7,7 +7,7 @@ from blockstat import InputError, limit_load
 from blockstat.loads import point_load
 from dynsim import limit
 from dynsim.judge.limit import LimitOutcome, Trial, _warnings
-from problems import arch, running_bond, slab, stack
+from evidence.scenes.small import arch, running_bond, slab, stack
 
 
 def test_a_block_tips_and_slides_at_its_closed_forms():

@@ -7,7 +7,7 @@ import pytest
 
 from blockstat import read
 from dynsim import verify
-from problems import CASES
+from evidence.paths import CASES
 
 #: Exactly at their limit: they may rest, creep or fall.
 LIMIT_STATES = ("rbe_simplestack", "rbe_slide")

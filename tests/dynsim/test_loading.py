@@ -22,7 +22,7 @@ from dynsim import (
     simulate,
     verify,
 )
-from problems import arch, assembly, box, hexahedron, stack
+from evidence.scenes.small import arch, assembly, box, hexahedron, stack
 
 STANDS, FALLS = DynamicOutcome.STANDS, DynamicOutcome.FALLS
 G = 9.81

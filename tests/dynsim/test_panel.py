@@ -13,7 +13,7 @@ from dynsim.panel import FallPanel, OptimisePanel
 from dynsim.panel.fall import criteria, side_by_side
 from dynsim.panel.optimise import KINDS, plotted
 from dynsim.panel.work import Fallen, Film, Found, Refused, Step, let_fall, optimise
-from problems import stack
+from evidence.scenes.small import stack
 
 #: The hut with two thicknesses of its walls.
 SMALL = CHAPEL.replace("min = 0.1", "min = 0.3").replace("step = 0.05 }\nheight", "step = 0.3 }\nheight")

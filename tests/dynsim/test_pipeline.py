@@ -14,7 +14,7 @@ from blockstat import assess, read, write
 from blockstat.spec import scene_from
 from dynsim import compare
 from dynsim.design_search.optimise import optimise
-from problems import HUT, arch, stack
+from evidence.scenes.small import HUT, arch, stack
 
 SCENE_TOML = """
 name = "hut"

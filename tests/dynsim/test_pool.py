@@ -13,7 +13,7 @@ import pool_tasks
 from blockstat import InputError, write
 from dynsim import Removal, run_many, verify, verify_many
 from dynsim.parallel.speculative import Ahead
-from problems import arch, assembly, box, running_bond, stack
+from evidence.scenes.small import arch, assembly, box, running_bond, stack
 
 
 def bits(verdict):

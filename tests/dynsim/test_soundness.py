@@ -1,14 +1,9 @@
-"""What statics exclude does not stand in Bullet: a few random designs of each family of benchmarks/soundness.py."""
-
-import sys
-from pathlib import Path
+"""What statics exclude does not stand in Bullet: a few random designs of each family."""
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
-
-from soundness import FAMILIES, judged
+from evidence.comparisons.soundness import FAMILIES, judged
 
 
 @pytest.mark.parametrize("family", [name for name in FAMILIES if name not in ("walls", "huts")])

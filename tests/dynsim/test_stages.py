@@ -8,8 +8,8 @@ from blockstat.spec import scene_from
 from dynsim import Settings, verify
 from dynsim.judge.rest import Calm
 from dynsim.judge.stages import chain, stages
-from problems import arch, stack
-from references.dynamics import out_of_plane, thinner_arch
+from evidence.references.dynamics import out_of_plane, thinner_arch
+from evidence.scenes.small import arch, stack
 
 
 @pytest.mark.parametrize("n", [9, 40])

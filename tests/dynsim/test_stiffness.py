@@ -7,7 +7,7 @@ from scipy.optimize import brentq
 
 from blockstat import InputError, Outcome, assess, glued
 from dynsim import AngularSprings, DynamicOutcome, InertiaScale, Settings, simulate, verify
-from problems import stack
+from evidence.scenes.small import stack
 
 WIDTH, HEIGHT, G = 0.25, 1.0, 9.81
 MASS = WIDTH * HEIGHT

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from blockstat import Block, InputError
 from dynsim import DynamicOutcome, Settings, simulate, verify
-from problems import arch, assembly, box, running_bond, stack
+from evidence.scenes.small import arch, assembly, box, running_bond, stack
 
 STANDS, FALLS = DynamicOutcome.STANDS, DynamicOutcome.FALLS
 

@@ -1,4 +1,4 @@
-"""No wrong verdict, no silent NaN on scenes that break solvers; the truth of each is in `hard.cases`."""
+"""No wrong verdict, no silent NaN on scenes that break solvers; the truth of each is in `evidence.hard.cases`."""
 
 import numpy as np
 import pytest
@@ -6,9 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from blockstat import Assembly, Block, assess
-from hard.cases import CASES, STABLE, UNDECIDED
-from hard.outcome import outcome
-from hard.piles import pile
+from blockstat.certificate.check import FORCE_TOLERANCE
+from evidence.hard.cases import CASES, STABLE, TOLERANCE, UNDECIDED
+from evidence.hard.outcome import outcome
+from evidence.hard.piles import pile
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case.family}: {case.name}")
@@ -17,7 +18,11 @@ def test_hard_case(case):
     assert row.right, f"{row.word} where {case.right} is right ({case.why}): {row.told}"
     assert row.finite
     if row.word == STABLE:
-        assert row.residual <= 1e-9
+        assert row.residual <= TOLERANCE
+
+
+def test_the_tolerance_of_the_cases_is_that_of_the_certificate():
+    assert TOLERANCE == FORCE_TOLERANCE
 
 
 def again(seed):
@@ -34,7 +39,7 @@ def again(seed):
 @settings(max_examples=100, deadline=None)
 @given(seed=st.integers(0, 2**31))
 def test_random_piles(seed):
-    # The second opinion behind `assess` in this suite rejects a wrong proof; a right one does not depend on the order.
+    # The independent check behind `assess` rejects a wrong proof; a right one does not depend on the order.
     # One order in a few hundred is left undecided; `test_ten_thousand_piles` counts them.
     words = {assess(pile(seed)).outcome.word, again(seed)} - {UNDECIDED}
     assert len(words) <= 1

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from blockstat import Block, LoadOutcome, Outcome, acceleration, assess, limit_load
-from problems import SCENES, arch, assembly, stack
+from evidence.scenes.small import SCENES, arch, assembly, stack
 
 SCENE = st.sampled_from(SCENES)
 FEW = settings(max_examples=25, deadline=None)

@@ -7,8 +7,8 @@ Sliding: below mu = .309 no thickness stands (Gilbert, Casapulla & Ahmed, Comput
 import pytest
 
 from blockstat import Outcome, assess
-from problems import arch
-from references.row import between, stands
+from evidence.references.row import between, stands
+from evidence.scenes.small import arch
 
 
 def test_no_thickness_works_below_a_friction():

@@ -43,7 +43,7 @@ def test_a_verdict_that_hangs_on_the_gap_tolerance_says_so(cases, case):
 
 def names():
     """The cases that are there, when tests are collected."""
-    from problems import CASES
+    from evidence.paths import CASES
 
     return sorted(p.stem for p in CASES.glob("*.json") if p.stem != "expected")
 

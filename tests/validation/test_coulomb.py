@@ -2,7 +2,7 @@
 
 H, A and the shelf fall in 3DEC and in coupled rigid-block analysis. A block in a V-groove slides along it at
 tan(theta) = mu / sin(beta), beta the flank's angle from the vertical; the critical angles of the wedges, and the limit
-loads without dilatancy, are in tests/references.
+loads without dilatancy, are in `evidence.references`.
 """
 
 import numpy as np
@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 from blockstat import Outcome, assess, build, glued, limit_load, load_scene, read, with_values
 from blockstat.analysis.coulomb import MOST_SOLVES, coulomb_state, settling_share
 from blockstat.analysis.problem import pose
-from bonded import bonded_scene, program_of
-from problems import arch, flat_arch, running_bond, stack
+from evidence.scenes.bonded import bonded_scene, program_of
+from evidence.scenes.small import arch, flat_arch, running_bond, stack
 
 SELF_STRESS = Outcome.STABLE_ONLY_BY_SELF_STRESS
 

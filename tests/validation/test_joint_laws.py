@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from blockstat import JointLaw, LoadOutcome, Outcome, assess, limit_load
-from problems import assembly, box
+from evidence.scenes.small import assembly, box
 
 CLOSE = 1e-6
 

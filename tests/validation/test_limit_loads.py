@@ -1,4 +1,4 @@
-"""What limit loads, thrusts and friction limits must be besides their values (those are in tests/references).
+"""What limit loads, thrusts and friction limits must be besides their values (those are in `evidence.references`).
 
 Ferris & Tin-Loi, Int. J. Mech. Sci. 43 (2001): numbers of blocks and joints of the planar wall set.
 Thrusts of a semicircle of 20 voussoirs: derived by two independent methods, to the digits given.
@@ -11,8 +11,8 @@ import pytest
 
 from blockstat import LoadOutcome, find_interfaces, friction_limit, limit_load, load_domain, settlement
 from blockstat.analysis.problem import pose
-from problems import FERRIS, arch, assembly, box, ferris_wall, running_bond, stack
-from references.walls import turned_wall
+from evidence.references.walls import turned_wall
+from evidence.scenes.small import FERRIS, arch, assembly, box, ferris_wall, running_bond, stack
 
 
 @pytest.mark.parametrize("name", FERRIS)

@@ -1,12 +1,12 @@
-"""Every reference value, to the digits it is printed with. Sources: at the top of the modules in tests/references."""
+"""Every reference value, to the digits it is printed with. Sources: see the modules of `evidence.references`."""
 
 import math
 import re
 
 import pytest
 
-from references import SECTIONS
-from references.row import Row, Value
+from evidence.references import SECTIONS
+from evidence.references.row import Row, Value
 
 ROWS = [
     pytest.param(row, id=row.test, marks=[pytest.mark.slow] if row.slow else [])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from blockstat import Outcome, assess
-from problems import assembly, box, flat_arch, overhanging, pulled_slab, slab, stack, trilith
+from evidence.scenes.small import assembly, box, flat_arch, overhanging, pulled_slab, slab, stack, trilith
 
 NEAR = 1e-5
 

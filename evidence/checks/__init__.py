@@ -1,0 +1,1 @@
+"""An independent check of every answer: it shares no code with what it checks."""

@@ -1,0 +1,275 @@
+"""An independent check of every answer: forces and mechanisms checked from first principles.
+
+Shares no code with what it checks: of `blockstat` it takes the data (blocks, joints, joint laws) and nothing of the
+matrices, programs, solvers or certificates. Masses and centroids are summed over tetrahedra, equilibrium block by
+block, cones and velocities point by point. `install` puts it behind `assess`, `limit_load` and `thrust_range`, so that
+a test that gets an answer at all gets one that has passed. Two claims come without evidence and are asked again
+another way: an unbounded load, at a thousand times its size; and nothing is claimed by an undecided answer.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import sys
+
+import numpy as np
+
+import blockstat
+from blockstat.contact.interfaces import GAP
+from evidence.checks.strength import bonds_taken_up, check_bonds, check_points, strengths, taken_up
+
+FORCE = 1e-8  #: of a block's own load, what a balanced block may lack and a cone may miss
+ROUNDING = 1e-12  #: of the forces that meet in a block
+MANY_WEIGHTS = 1e6  #: no assembly stands by contact forces of so many weights
+ADHESION = 1e-5  #: of the total load and adhesion; forces of an unstable assembly are the solver's own
+PARALLEL = np.cos(np.deg2rad(8.0))  # a joint lies halfway between its faces, which turn by 15 degrees at most
+
+
+def following(start):
+    """Of each corner in a list of faces, the next one round its face."""
+    index = np.arange(1, start[-1] + 1)
+    index[start[1:] - 1] = start[:-1]
+    return index
+
+
+def bodies(asm):
+    """Mass and centroid of each block: tetrahedra on its first corner, faces split about the mean of their corners."""
+    corners, count = asm.vertices[asm.face_vertices], np.diff(asm.face_start)
+    block = np.repeat(asm.face_block, count)
+    origin = asm.vertices[asm.vertex_start[:-1]]
+    a = corners - origin[block]
+    b = a[following(asm.face_start)]
+    c = np.repeat(np.add.reduceat(a, asm.face_start[:-1]) / count[:, None], count, axis=0)
+    volume = np.einsum("ij,ij->i", c, np.cross(a, b)) / 6
+    total = np.bincount(block, volume, asm.n_blocks)
+    first = np.stack([np.bincount(block, volume * (a + b + c)[:, i] / 4, asm.n_blocks) for i in range(3)], axis=1)
+    return asm.density * total, origin + first / total[:, None]
+
+
+def dead_load(asm, loads=None):
+    """Weight and further wrenches, shape (n_blocks, 6), and the centroids they act at."""
+    mass, centroid = bodies(asm)
+    wrench = np.zeros((asm.n_blocks, 6)) if loads is None else np.array(loads, dtype=float)
+    wrench[:, :3] += mass[:, None] * asm.gravity
+    return wrench, centroid
+
+
+def live_load(asm, load):
+    load = np.asarray(load, dtype=float)
+    if load.shape != (3,):
+        return load
+    load = load / np.abs(load).max()
+    wrench = np.zeros((asm.n_blocks, 6))
+    wrench[:, :3] = np.outer(bodies(asm)[0], load) * np.linalg.norm(asm.gravity) / np.linalg.norm(load)
+    return wrench
+
+
+def check_joints(asm, faces, gap=GAP):
+    """Every contact point lies on a face of either block, and the normal leads from the first to the second."""
+    square = faces.frame @ faces.frame.swapaxes(1, 2)
+    assert np.abs(square - np.eye(3)).max(initial=0.0) < 1e-9
+    size = np.cbrt(bodies(asm)[0] / asm.density)
+    corners = asm.vertices[asm.face_vertices]
+    start = corners[np.repeat(asm.face_start[:-1], np.diff(asm.face_start))]
+    normal = np.add.reduceat(np.cross(corners - start, corners[following(asm.face_start)] - start), asm.face_start[:-1])
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    centre = np.add.reduceat(corners, asm.face_start[:-1]) / np.diff(asm.face_start)[:, None]
+    first = np.searchsorted(asm.face_block, np.arange(asm.n_blocks + 1))
+    k = faces.point_interface
+    allowed = gap * size[faces.pair].min(axis=1)[k]
+    for side, sign in ((0, 1.0), (1, -1.0)):
+        block = faces.pair[k, side]
+        count = np.diff(first)[block]
+        point = np.repeat(np.arange(len(k)), count)
+        face = first[block][point] + np.arange(len(point)) - np.repeat(np.cumsum(count) - count, count)
+        facing = sign * np.einsum("ij,ij->i", normal[face], faces.frame[k[point], 0]) > PARALLEL
+        height = np.abs(np.einsum("ij,ij->i", faces.point[point] - centre[face], normal[face]))
+        touches = facing & (height <= allowed[point] + 1e-14 * np.abs(faces.point[point]).max(axis=1))
+        assert np.logical_or.reduceat(touches, np.cumsum(count) - count).all(), "a contact point lies on no face"
+
+
+def imbalance(asm, faces, wrench, centroid, forces, bonds=()):
+    """Force and moment / size left over on each block, its own load in the same terms, and the forces it meets."""
+    k = faces.point_interface
+    push = np.einsum("nij,ni->nj", faces.frame[k], forces)
+    left, met = wrench.copy(), np.zeros(asm.n_blocks)
+    for side, sign in ((0, -1.0), (1, 1.0)):
+        block = faces.pair[k, side]
+        np.add.at(left[:, :3], block, sign * push)
+        np.add.at(left[:, 3:], block, sign * np.cross(faces.point - centroid[block], push))
+        np.add.at(met, block, np.linalg.norm(push, axis=1))
+    for i, centre, pull, turn in bonds:
+        for block, sign in zip(faces.pair[i], (-1.0, 1.0), strict=True):
+            left[block, :3] += sign * pull
+            left[block, 3:] += sign * (np.cross(centre - centroid[block], pull) + turn)
+            met[block] += np.linalg.norm(pull)
+    unit = np.repeat([np.ones(asm.n_blocks), np.cbrt(bodies(asm)[0] / asm.density)], 3, axis=0).T
+    left, own = (np.linalg.norm(values / unit, axis=1) for values in (left, wrench))
+    return np.where(asm.support, 0.0, left), own, met
+
+
+def check_forces(asm, faces, wrench, centroid, forces, bonds=None, live=0.0):
+    """Contact forces and bonds balance dead and live load on every free block within their strengths."""
+    dead, wrench = wrench, wrench + live
+    weight = np.linalg.norm(wrench[~asm.support, :3], axis=1)
+    glue = check_bonds(asm, faces, bonds, FORCE * weight.max(initial=0.0))
+    left, own, met = imbalance(asm, faces, wrench, centroid, forces, glue)
+    # Where the two loads cancel, each by itself says what is small.
+    own = np.maximum(own, np.linalg.norm(dead[:, :3], axis=1))
+    allowed = FORCE * own + ROUNDING * met
+    assert (left <= allowed).all(), "a block is not balanced"
+    spare = np.where(asm.support, np.inf, allowed)[faces.pair].min(axis=1)[faces.point_interface]
+    check_points(strengths(asm, faces), forces, spare)
+
+
+def check_motion(asm, faces, wrench, centroid, motion):
+    """Work of loads (less what bonds take) and the largest rate at which a joint closes, rounding taken off."""
+    assert not motion[asm.support].any(), "a support moves"
+    k = faces.point_interface
+    rate, size = np.zeros((len(k), 3)), np.zeros(len(k))
+    for side, sign in ((0, -1.0), (1, 1.0)):
+        block = faces.pair[k, side]
+        arm = faces.point - centroid[block]
+        rate += sign * (motion[block, :3] + np.cross(motion[block, 3:], arm))
+        reach = np.linalg.norm(arm, axis=1) + np.linalg.norm(faces.point, axis=1)
+        size += np.linalg.norm(motion[block, :3], axis=1) + np.linalg.norm(motion[block, 3:], axis=1) * reach
+    rate = np.einsum("nij,nj->ni", faces.frame[k], rate)
+    strength = strengths(asm, faces)
+    power, closing = taken_up(strength, rate)
+    rounding = 1e-15 * (1 + np.where(np.isinf(strength.mu), 1.0, strength.mu)) * size
+    closing = np.maximum(closing - rounding, 0.0).max(initial=0.0)
+    work = (wrench * motion).sum() - power.sum() - bonds_taken_up(asm, faces, centroid, motion)
+    return work, closing
+
+
+def assert_falls(asm, faces, wrench, centroid, motion):
+    """The loads drive the motion, and no contact forces of a sensible size could resist it."""
+    work, closing = check_motion(asm, faces, wrench, centroid, motion)
+    total = np.linalg.norm(wrench[~asm.support, :3], axis=1).sum()
+    assert work > 0, "the loads do not drive the mechanism"
+    assert work >= 0.99 * MANY_WEIGHTS * closing * total, "the mechanism drives a block into another"
+
+
+def held_blocks(asm, faces):
+    """Blocks that a chain of joints ties to a support."""
+    held = asm.support.copy()
+    while True:
+        a, b = held[faces.pair].T
+        reached = held.copy()
+        reached[faces.pair[a, 1]] = True
+        reached[faces.pair[b, 0]] = True
+        if (reached == held).all():
+            return held
+        held = reached
+
+
+def check_verdict(verdict, *, loads=None, gap=GAP):
+    """Raise AssertionError unless the evidence of a verdict supports it."""
+    asm, faces, outcome = verdict.assembly, verdict.interfaces, verdict.outcome.word
+    wrench, centroid = dead_load(asm, loads)
+    check_joints(asm, faces, gap)
+    assert sorted(verdict.floating) == list(np.flatnonzero(~held_blocks(asm, faces)))
+    if outcome.startswith("stable"):
+        assert verdict.score == 0
+        assert not verdict.adhesion.any()
+        check_forces(asm, faces, wrench, centroid, verdict.forces, verdict.bonds)
+    elif outcome == "unstable":
+        assert_falls(asm, faces, wrench, centroid, verdict.mechanism)
+        if np.isfinite(verdict.score):
+            total = np.linalg.norm(wrench[~asm.support, :3], axis=1).sum()
+            np.testing.assert_allclose(np.linalg.norm(verdict.adhesion), verdict.score * total, rtol=1e-9)
+            pulled = verdict.forces - np.multiply.outer(verdict.adhesion, [1.0, 0, 0])
+            glue = check_bonds(asm, faces, verdict.bonds, ADHESION * total)
+            left, _, _ = imbalance(asm, faces, wrench, centroid, pulled, glue)
+            assert left.max() <= ADHESION * (total + verdict.adhesion.sum()), (
+                "the missing adhesion does not balance the blocks"
+            )
+
+
+def check_limit(found, load, *, gap=GAP):
+    """Raise AssertionError unless forces carry the lower bound and the mechanism proves the upper one."""
+    asm, faces = found.assembly, found.interfaces
+    wrench, centroid = dead_load(asm)
+    live = live_load(asm, load)
+    check_joints(asm, faces, gap)
+    if found.outcome.word == "dead_load_unstable":
+        if held_blocks(asm, faces).all():
+            assert_falls(asm, faces, wrench, centroid, found.mechanism)
+        return
+    assert not found.lower > found.upper * (1 + np.sign(found.upper) * 1e-9)
+    if found.outcome.word == "unbounded":
+        many = 1e3 * np.abs(wrench).sum() / np.abs(live[~asm.support]).sum()
+        check_forces(asm, faces, wrench, centroid, found.forces, found.bonds)
+        more = blockstat.assess(asm, loads=many * live, interfaces=faces)
+        assert more.outcome.word == "stable", "not even a thousand times the load is carried"
+    elif np.isfinite(found.lower):
+        check_forces(asm, faces, wrench, centroid, found.forces, found.bonds, found.lower * live)
+    if np.isfinite(found.upper):
+        work, closing = check_motion(asm, faces, wrench, centroid, found.mechanism)
+        rate = (live * found.mechanism).sum()
+        resisted = closing * np.linalg.norm(found.forces, axis=1).sum()
+        assert rate > 0, "the load does not drive the mechanism"
+        rounding = 1e-9 * (np.abs(wrench * found.mechanism).sum() + abs(found.upper) * rate)
+        assert found.upper * rate + work >= resisted - rounding, "the mechanism moves only at a larger load"
+    if found.coulomb is not None:
+        assert 0 <= found.coulomb[0] <= found.coulomb[1] <= found.lower * (1 + 1e-12)
+
+
+def check_thrust(found, asm, supports, direction, *, loads=None, faces):
+    """Raise AssertionError unless both force fields are admissible and push the supports as hard as is said."""
+    wrench, centroid = dead_load(asm, loads)
+    index = [asm.names.index(s) if isinstance(s, str) else s for s in supports]
+    along = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
+    k = faces.point_interface
+    sign = np.isin(faces.pair[k, 1], index).astype(float) - np.isin(faces.pair[k, 0], index)
+    for value, forces in ((found.least, found.least_forces), (found.greatest, found.greatest_forces)):
+        if np.isfinite(value):
+            check_forces(asm, faces, wrench, centroid, forces)
+            thrust = np.einsum("n,nij,ni,j->", sign, faces.frame[k], forces, along)
+            np.testing.assert_allclose(thrust, value, rtol=1e-9, atol=1e-9 * np.abs(wrench).sum())
+
+
+def install():
+    """Put the checks behind the functions, wherever they have been imported to."""
+    for name, check in (("assess", _assessed), ("limit_load", _limited), ("thrust_range", _thrust)):
+        original = getattr(blockstat, name)
+        if hasattr(original, "__wrapped__"):
+            continue
+        replacement = checked(original, check)
+        for module in list(sys.modules.values()):
+            own = getattr(module, "__name__", "").split(".")[0] in ("blockstat", "evidence", "__main__")
+            if own and vars(module).get(name) is original:
+                setattr(module, name, replacement)
+
+
+def checked(function, check):
+    """The function, its result handed to `check` with the arguments before it is returned."""
+    signature = inspect.signature(function)
+
+    @functools.wraps(function)
+    def and_checked(*args, **options):
+        result = function(*args, **options)
+        check(result, signature.bind(*args, **options).arguments)
+        return result
+
+    return and_checked
+
+
+def _assessed(verdict, given):
+    check_verdict(verdict, loads=given.get("loads"), gap=given.get("gap", GAP))
+
+
+def _limited(found, given):
+    check_limit(found, given["load"], gap=given.get("gap", GAP))
+
+
+def _thrust(found, given):
+    options = given.get("options", {})
+    asm, gap = given["assembly"], given.get("gap", GAP)
+    changes = {key: options[key] for key in ("friction", "gravity") if options.get(key) is not None}
+    faces = options.get("interfaces") or blockstat.find_interfaces(asm, gap=gap)
+    check_joints(asm, faces, gap)
+    check_thrust(
+        found, asm.with_(**changes), given["supports"], given["direction"], loads=options.get("loads"), faces=faces
+    )

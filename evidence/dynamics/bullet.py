@@ -1,0 +1,127 @@
+"""Bullet's error and cost by preset, and its cost by size: `--json` prints, `--write` makes docs/bullet.md and a plot.
+
+Error: how far the multiple of a known limit at which a scene stops standing is from 1, by bisection. Cost: process
+seconds of one verdict on chapels that stand and chapels that fall, from settling to the early exit.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+from time import process_time
+
+import tomllib
+
+from blockstat import build
+from blockstat.spec import scene_from
+from dynsim import Settings, verify
+from dynsim.settings import PRESETS
+from evidence.paths import DOCS, EXAMPLES
+from evidence.plotting import panels, save
+from evidence.references.dynamics import LIMITS
+from evidence.tables import head, row
+
+#: Families whose limits are cheap to bracket.
+FAMILIES = ("harmonic stack of 10", "wall of 6 courses, out of plane", "arch of 15, 1 / thickness",
+            "arch of 31, 1 / thickness", "wall of 8 x 4, in plane")  # fmt: skip
+#: Chapels by the edge of their bricks [m]: length, height, and voussoirs along the arch.
+CHAPELS = {"S": (1.35, 0.6, 9), "M": (0.82, 0.3, 13), "L": (0.42, 0.175, 25), "XL": (0.26, 0.09, 41)}
+WALLS = {"stands": 0.8, "falls": 0.3}
+
+
+def errors(preset: str) -> list[dict]:
+    settings = Settings.named(preset)
+    rows = []
+    for limit in LIMITS:
+        if limit.name in FAMILIES:
+            begin = process_time()
+            low, high = replace(limit, within=0.03).bracket(settings)
+            rows.append({"scene": limit.name, "preset": preset, "error": (low + high) / 2 - 1,
+                         "bracket": high - low, "seconds": process_time() - begin})  # fmt: skip
+            print(rows[-1], file=sys.stderr, flush=True)
+    return rows
+
+
+def chapel(size: str, wall: float):
+    length, height, voussoirs = CHAPELS[size]
+    scene = tomllib.loads((EXAMPLES / "chapel.toml").read_text())
+    scene["brick"] = {"length": length, "height": height}
+    scene["wall"]["thickness"] = wall
+    scene["vault"]["voussoirs"] = voussoirs
+    return build(scene_from(scene))
+
+
+def costs(preset: str, sizes: list[str]) -> list[dict]:
+    rows = []
+    for size in sizes:
+        for expected, wall in WALLS.items():
+            verdict = verify(chapel(size, wall), settings=Settings.named(preset))
+            rows.append({"preset": preset, "blocks": verdict.run.assembly.n_blocks, "expected": expected,
+                         "verdict": verdict.outcome.word, "seconds": verdict.run.process_seconds,
+                         "simulated": float(verdict.run.times[-1]), "time_step": verdict.run.time_step})  # fmt: skip
+            print(rows[-1], file=sys.stderr, flush=True)
+    return rows
+
+
+def page(found: dict) -> str:
+    lines = [
+        "# Bullet: error and cost", "", "Written by `python -m evidence.dynamics.bullet --write`.", "",
+        "![error against cost of each preset](bullet.png)", "",
+        "Error: the multiple of the known limit at which a scene stops standing, less 1; below 0 it falls early, "
+        "on the safe side. Seconds: process time of the whole bisection.", "",
+        head(["scene", *(name for p in PRESETS for name in (f"{p} error", "s"))]),
+    ]  # fmt: skip
+    for name in FAMILIES:
+        cells = [r for p in PRESETS for r in found["errors"] if (r["scene"], r["preset"]) == (name, p)]
+        lines.append(row([name, *(text for r in cells for text in (f"{r['error']:+.4f}", f"{r['seconds']:.1f}"))]))
+    lines += ["", "Seconds of one verdict on the chapel of `examples/chapel.toml` with finer and finer bricks: walls "
+              f"of {WALLS['stands']} m stand, walls of {WALLS['falls']} m fall.", "",
+              head(["preset", "blocks", "should", "verdict", "process s", "simulated s", "time step"])]  # fmt: skip
+    for r in found["costs"]:
+        words = [r[name] for name in ("preset", "blocks", "expected", "verdict")]
+        lines.append(row([*words, f"{r['seconds']:.1f}", f"{r['simulated']:.2f}", f"{r['time_step']:g}"]))
+    return "\n".join(lines) + "\n"
+
+
+def plot(found: dict, path: Path) -> None:
+    figure, axes = panels((10, 4), 1, 2)
+    for preset, colour in zip(PRESETS, ("tab:orange", "tab:blue", "tab:green"), strict=True):
+        rows = [r for r in found["errors"] if r["preset"] == preset]
+        axes[0].plot(
+            [r["seconds"] for r in rows], [100 * abs(r["error"]) for r in rows], "o", color=colour, label=preset
+        )
+        for expected, style in (("stands", "o-"), ("falls", "s--")):
+            cost = [r for r in found["costs"] if (r["preset"], r["expected"]) == (preset, expected)]
+            if cost:
+                x, y = [r["blocks"] for r in cost], [r["seconds"] for r in cost]
+                axes[1].plot(x, y, style, color=colour, label=f"{preset}, {expected}")
+    axes[0].set(xscale="log", xlabel="process seconds of a bisection", ylabel="error of the limit [%]", ylim=(0, None))
+    axes[1].set(xscale="log", yscale="log", xlabel="blocks", ylabel="process seconds of a verdict")
+    for axis in axes:
+        axis.grid(alpha=0.3)
+        axis.legend(frameon=False)
+    save(figure, path)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--json", action="store_true", help="print the figures as JSON")
+    parser.add_argument("--write", action="store_true", help="write docs/bullet.md and docs/bullet.png")
+    parser.add_argument("--sizes", nargs="+", default=list(CHAPELS), choices=list(CHAPELS))
+    parser.add_argument("--presets", nargs="+", default=list(PRESETS), choices=list(PRESETS))
+    options = parser.parse_args()
+    found = {"costs": costs("default", options.sizes)}
+    for preset in set(options.presets) - {"default"}:
+        found["costs"] += costs(preset, options.sizes[:2])
+    found["errors"] = [row for preset in options.presets for row in errors(preset)]
+    print(json.dumps(found) if options.json else page(found))
+    if options.write:
+        (DOCS / "bullet.md").write_text(page(found))
+        plot(found, DOCS / "bullet.png")
+
+
+if __name__ == "__main__":
+    main()

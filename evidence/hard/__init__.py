@@ -1,0 +1,1 @@
+"""Scenes that break solvers, the truth about each, and what becomes of it."""

@@ -1,0 +1,144 @@
+"""Write docs/scenes.md, the reference of the scene language, from the structs that read it."""
+
+import inspect
+import re
+from typing import Any, Literal, get_args, get_origin
+
+import msgspec
+
+from blockstat.spec import Composition, Joint, Material, Range, chapel, elements, walls
+from blockstat.spec.element import Element, Repeat
+from blockstat.spec.expression import CONSTANTS, FUNCTIONS
+from evidence.paths import DOCS
+from evidence.tables import table
+
+FIELD = re.compile(r"^    (\w+): .*?(?:  #: (.*))?$")
+
+HEAD = f"""# Scene files
+
+Written by `make evidence ONLY=scenes` from the structs in `blockstat.spec`. Lengths are in metres, densities in kg/m3,
+z is up and the ground is z = 0. Unknown keys are refused with the keys that are allowed.
+
+A scene has one of two forms: a **composition** of elements, or the **short form**, a rectangular building with a barrel
+vault. `parameters`, `with_values`, `build`, the search and the command lines take both.
+
+```toml
+description = "A gate."
+
+[parameters]                                 # the search moves ranges
+t = {{ value = 0.5, min = 0.3, max = 0.5, step = 0.1 }}
+span = 2.0
+
+[elements.piers]
+kind = "pier"
+size = ["= t", 0.8]                          # arithmetic over the parameters
+height = 1.5
+courses = 3
+at = ["= -(span + t) / 2", 0, 0]
+repeat = {{ number = 2, by = ["= span + t", 0, 0] }}
+
+[elements.ring]
+kind = "arch"
+span = "= span"
+thickness = "= t"
+depth = 0.8
+voussoirs = 9
+at = [0, 0, 1.5]
+```
+
+- A string that begins with `=` is arithmetic over the parameters: `+ - * / // % **`, parentheses, comparisons (1 or 0),
+  {", ".join(f"`{name}`" for name in [*FUNCTIONS, *CONSTANTS])}; angles are in radians. It may
+  stand for any number of a composition, in a parameter too.
+- A range `{{value, min, max, step}}` may stand for any number; the search moves it. Its path is that of the file:
+  `parameters.t`, `elements.ring.thickness`.
+- `present` of an element, a run, an opening or a buttress is `true`, `false` or `"search"`: a range of 1 (there, as
+  it is built by default) and 0. The search keeps such an element only where the building does not stand without it.
+- Groups of an element's blocks begin with its name: `ring.arch`; where it is repeated with the number of the copy:
+  `piers.1.pier`, `piers.2.pier`.
+- Elements that overlap are refused with their names.
+
+In Python the same tables are dicts: `blockstat.build(blockstat.scene_from({{"name": ..., "elements": {{...}}}}))`; or
+call the builders of `blockstat.model` and put their blocks together with `moved` and `assemble`.
+"""
+
+
+def comments(kind: type) -> dict[str, str]:
+    """What the source says after `#:` about each field of a struct, behind it or on the line before."""
+    found: dict[str, str] = {}
+    before = ""
+    for line in inspect.getsource(kind).splitlines():
+        if line.strip().startswith("#: "):
+            before = line.strip()[3:]
+        elif match := FIELD.match(line):
+            found[match[1]] = match[2] or before
+            before = ""
+    return found
+
+
+def keys(kind: type, without: frozenset[str] = frozenset()) -> str:
+    """Keys of a struct, their defaults and what they mean."""
+    words: dict[str, str] = {}
+    for base in reversed(kind.__mro__):
+        if issubclass(base, msgspec.Struct) and base is not msgspec.Struct:
+            words |= comments(base)
+    rows = []
+    for field in msgspec.structs.fields(kind):
+        if field.name in without:
+            continue
+        if not words.get(field.name):
+            raise SystemExit(f"{kind.__name__}.{field.name} has no comment")
+        rows.append([f"`{field.name}`", default(field), words[field.name] + allowed(field.type)])
+    return table(["key", "default", ""], rows)
+
+
+def allowed(kind: Any) -> str:
+    """The words that a key may have, if they are few."""
+    return f": {', '.join(get_args(kind))}" if get_origin(kind) is Literal else ""
+
+
+def default(field: msgspec.structs.FieldInfo) -> str:
+    if field.required:
+        return "needed"
+    value = field.default
+    if value is msgspec.NODEFAULT:
+        value = field.default_factory()
+    if isinstance(value, msgspec.Struct):
+        return "see below"
+    if value is None or value in ((), [], {}, ""):
+        return "none"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, tuple):
+        return "[" + ", ".join(f"{v:.4g}" if isinstance(v, float) else str(v) for v in value) + "]"
+    return str(value)
+
+
+def section(title: str, kind: type, level: int = 3, **options) -> str:
+    return f"{'#' * level} {title}\n\n{inspect.getdoc(kind)}\n\n{keys(kind, **options)}\n"
+
+
+def page() -> str:
+    """The whole reference."""
+    placing = frozenset(Element.__struct_fields__)
+    parts = [HEAD, section("Compositions", Composition, 2), "## Elements\n"]
+    parts.append(section("Every element", Element))
+    parts.append(section("`repeat`", Repeat, 4))
+    for tag, kind in elements.KINDS.items():
+        parts.append(section(f'kind = "{tag}"', kind, without=placing))
+        if kind is walls.Walls:
+            inner = (("runs.NAME", walls.Run), ("buttresses", walls.WallButtress))
+            shared = (("openings", walls.WallOpening), ("coping", walls.Coping), ("through", walls.Through))
+            parts += [section(f"`{name}`", struct, 4) for name, struct in (*inner, *shared)]
+    parts.append("## Both forms\n")
+    parts += [section("`material`", Material), section("`joints`", Joint), section("A range", Range)]
+    parts.append(section("The short form", chapel.Building, 2))
+    short = (("brick", chapel.Brick), ("wall", chapel.Wall), ("doors.WALL, windows.WALL", chapel.Opening),
+             ("buttresses.WALL", chapel.Buttress), ("vault", chapel.Vault))  # fmt: skip
+    parts += [section(f"`{name}`", kind) for name, kind in short]
+    return "\n".join(parts)
+
+
+if __name__ == "__main__":
+    (DOCS / "scenes.md").write_text(page())

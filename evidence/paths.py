@@ -1,0 +1,13 @@
+"""Where things lie: the project, its pages and examples, and assemblies from other projects."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+RESULTS = DOCS / "results"
+EXAMPLES = ROOT / "examples"
+#: Assemblies from other projects. What needs them is left out where they are absent.
+CASES = Path(os.environ.get("BLOCKSTAT_CASES", ROOT.parent / "shared" / "cases"))
