@@ -19,7 +19,7 @@ from cell import posed, solvable
 from blockstat.analysis.decision import decide
 from blockstat.solve import cones, factor, interior_point, kkt, structured
 from blockstat.solve import dispatch as dual
-from blockstat.solve import normal_equations as normal
+from blockstat.linear_algebra import normal_equations as normal
 
 #: Assessments of which the shortest counts, as in the table of solvers.
 REPEATS = 3

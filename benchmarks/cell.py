@@ -34,7 +34,7 @@ from blockstat.contact.interfaces import GAP
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.solve import cvxpy as cvxpy_primal
 from blockstat.solve import dispatch as dual
-from blockstat.solve import normal_equations as normal
+from blockstat.linear_algebra import normal_equations as normal
 from blockstat.solve.answer import RawSolution
 from blockstat.solve.clarabel_dual import MAX_ITERATIONS, TOLERANCE
 

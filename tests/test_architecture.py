@@ -17,7 +17,7 @@ ORDER = """
     blockstat.typing blockstat.errors blockstat.geometry blockstat.joint blockstat.assembly blockstat.loads
     blockstat.contact blockstat.spec blockstat.io blockstat.model.solids blockstat.model.placing
     blockstat.model.arches blockstat.model.walling blockstat.model.vaults blockstat.model.buttresses blockstat.model
-    blockstat.geometry_repair blockstat.program blockstat.certificate blockstat.solve
+    blockstat.geometry_repair blockstat.linear_algebra blockstat.program blockstat.certificate blockstat.solve
     blockstat.analysis blockstat.sensitivity blockstat.design_search blockstat.view blockstat.view.three_d
     blockstat.app blockstat.cli blockstat
     dynsim.settings dynsim.checks dynsim.engine dynsim.loads dynsim.bonds dynsim.judge dynsim.parallel

@@ -7,8 +7,8 @@ from blockstat import JointLaw, LoadOutcome, Outcome, assess, limit_load
 from blockstat.analysis.problem import pose
 from blockstat.contact.interfaces import find_interfaces
 from blockstat.solve import dispatch as dual
-from blockstat.solve import factor
-from blockstat.solve import normal_equations as normal
+from blockstat.linear_algebra import factor
+from blockstat.linear_algebra import normal_equations as normal
 from problems import arch, assembly, box, running_bond, stack
 
 IP = {"solver": "interior-point"}

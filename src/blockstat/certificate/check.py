@@ -14,7 +14,7 @@ import numpy as np
 
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.program.planar import Plane
-from blockstat.solve.normal_equations import normal_equations
+from blockstat.linear_algebra.normal_equations import normal_equations
 from blockstat.typing import Floats
 
 #: A force field proves stability when no block's residual and no cone violation next to it exceeds this

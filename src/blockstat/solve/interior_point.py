@@ -15,7 +15,7 @@ import numpy as np
 
 from blockstat.solve.answer import ACCEPTED, MECHANISM
 from blockstat.solve.kkt import DUAL_PROXIMAL, PROXIMAL, REFINED, ConicProgram, Kkt, Pair, largest
-from blockstat.solve.normal_equations import normal_equations
+from blockstat.linear_algebra.normal_equations import normal_equations
 from blockstat.solve.phase_one import NOWHERE, approach
 from blockstat.typing import Floats
 

@@ -14,7 +14,7 @@ import numpy as np
 from scipy import sparse
 
 from blockstat.solve.cones import Cones, Scaling
-from blockstat.solve.normal_equations import BlockNormal
+from blockstat.linear_algebra.normal_equations import BlockNormal
 from blockstat.typing import Floats, Ints
 
 #: Proximal terms; lengths, forces and rates of the programs are of the order of one.

@@ -13,7 +13,7 @@ import numpy as np
 
 from blockstat.solve.cones import Cones
 from blockstat.solve.kkt import ConicProgram, Kkt, largest
-from blockstat.solve.normal_equations import normal_equations
+from blockstat.linear_algebra.normal_equations import normal_equations
 from blockstat.typing import Floats
 
 #: Least depth of the start inside the cones, in mean weights.

@@ -20,7 +20,7 @@ from weakref import WeakValueDictionary
 import numpy as np
 from scipy import sparse
 
-from blockstat.solve.factor import Factor, make_factor
+from blockstat.linear_algebra.factor import Factor, make_factor
 from blockstat.typing import Floats, Ints
 
 #: Added to the diagonal relative to itself: a block that turns freely about two points leaves S singular.
