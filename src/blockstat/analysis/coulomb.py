@@ -24,8 +24,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from blockstat.program.conic import conic_program
 from blockstat.program.penalty import PenaltyProgram
-from blockstat.solve.dispatch import solve_pressure
+from blockstat.solve.answer import Answer
+from blockstat.solve.dispatch import solve
 from blockstat.typing import Floats
 
 MOST_SOLVES = 40
@@ -65,7 +67,11 @@ class CoulombState:
 
 
 def coulomb_state(
-    program: PenaltyProgram, *, compliance: float = COMPLIANCE, closing: Floats | float = 1.0
+    program: PenaltyProgram,
+    *,
+    compliance: float = COMPLIANCE,
+    closing: Floats | float = 1.0,
+    solver: str = "auto",
 ) -> CoulombState:
     """Run the fixed point until the slips have settled, will settle, or will not.
 
@@ -80,11 +86,12 @@ def coulomb_state(
     force = np.zeros((len(slip), 3))
     settles: bool | None = None
     while len(changes) < MOST_SOLVES and settles is None:
-        force, multiplier, status = solve_pressure(program, touching * (closing + slip), compliance)
-        if "Infeasible" in status:
+        answer, sliding = _solve_pressure(program, touching * (closing + slip), compliance, solver)
+        force = answer.force
+        if answer.status.is_infeasible:
             settles = False if changes and slip.max() > 1.0 / SETTLED else None
             break
-        new = touching * program.friction * np.hypot(multiplier[:, 1], multiplier[:, 2])
+        new = touching * program.friction * np.hypot(sliding[:, 0], sliding[:, 1])
         changes.append(float(np.abs(new - slip).max(initial=0.0)))
         if len(changes) > 1:
             factors.append(changes[-1] / max(changes[-2], 1e-300))
@@ -102,6 +109,23 @@ def settling_share(program: PenaltyProgram, *, tries: int = 12, seed: int = 0) -
     random, m = np.random.default_rng(seed), len(program.friction)
     states = (coulomb_state(program, closing=10.0 ** random.uniform(-1.0, 1.0, m)) for _ in range(tries))
     return float(np.mean([state.settles is True for state in states]))
+
+
+def _solve_pressure(program: PenaltyProgram, cost: Floats, compliance: float, solver: str) -> tuple[Answer, Floats]:
+    """Minimise cost'f_n + c/2 |f|^2 subject to A f + w = 0, f in K, for positive finite friction.
+
+    cost : of the normal force at each point, shape (m,). Also returns z_t, the tangential parts of the multipliers of
+    the cones, shape (m, 2).
+    """
+    unit = max(float(cost.max()), 1.0)
+    offset = np.zeros((len(cost), 3))
+    offset[:, 0] = cost / unit
+    compliance = compliance / unit
+    conic = conic_program(program, -program.load, offset=offset.reshape(-1), compliance=compliance)
+    answer = solve(conic, solver=solver)
+    slip = np.minimum(program.friction, 1.0)[:, None]
+    rate = (program.matrix.T @ answer.twist).reshape(-1, 3)[:, 1:]
+    return answer, unit * (rate + compliance * answer.force[:, 1:] / slip**2)
 
 
 def _judge(changes: list[float], factors: list[float], sizes: list[float]) -> bool | None:

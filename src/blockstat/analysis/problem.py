@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 from time import process_time
 from typing import TYPE_CHECKING, Any
 
@@ -75,6 +76,11 @@ class Problem:
             values[self.eq.points] = adhesion * self.program.force_unit
         return values
 
+    @cached_property
+    def motions(self) -> tuple[Floats, ...]:
+        """Twists of the program that may open every joint, shape (6 n,) each."""
+        return expansions(self.assembly, self.interfaces, self.eq.blocks)
+
     @property
     def slips(self) -> bool:
         """Whether every joint follows Coulomb's law: friction neither nothing nor infinite."""
@@ -96,7 +102,6 @@ def pose(
     loads: Floats | None,
     gap: float,
     interfaces: Interfaces | None,
-    solver: str = "auto",
 ) -> Problem:
     """Check the input and set up the program; the options are those of `assess`."""
     changes = {k: v for k, v in (("friction", friction), ("gravity", gravity)) if v is not None}
@@ -118,7 +123,6 @@ def pose(
         touched = np.any(np.isin(interfaces.pair, held), axis=1)
         points = np.flatnonzero(touched[interfaces.point_interface])
         eq, program, bonds = _program(assembly, interfaces, load, held, points, touched)
-        program = program and replace(program, solver=solver, openings=expansions(assembly, interfaces, held))
     warnings += _floating_warnings(assembly, floating, interfaces)
     if assembly.support.all():
         warnings.append("all blocks are supports; there was nothing to check")
@@ -146,15 +150,15 @@ def _program(
     bonds, capacity = bonds[live], capacity[np.repeat(live, KINDS)]
     eq = equilibrium(assembly, interfaces, load, held, points, bond_columns(interfaces, bonds) if len(bonds) else None)
     none = np.zeros(len(capacity))
-    limits: dict[str, Any] = {
+    bounds: dict[str, Any] = {
         "shift": np.concatenate([law.shift[points], none]),
-        "floor": np.concatenate([law.floor[points], none]),
-        "cap": np.concatenate([law.cap[points], capacity]),
+        "lower": np.concatenate([law.floor[points], none]),
+        "upper": np.concatenate([law.cap[points], capacity]),
     }
-    plain = not limits["floor"].any() and np.isinf(limits["cap"]).all()
+    plain = not bounds["lower"].any() and np.isinf(bounds["upper"]).all()
     plane = find_plane(assembly, interfaces, eq) if plain else None
     mu = np.concatenate([friction, np.ones(len(capacity))])
-    return eq, penalty_program(eq, mu, plane=plane, **limits) if len(held) else None, bonds
+    return eq, penalty_program(eq, mu, plane=plane, **bounds) if len(held) else None, bonds
 
 
 def free_fall(problem: Problem) -> Floats:

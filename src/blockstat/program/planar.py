@@ -91,6 +91,22 @@ class Plane:
         force[self.second] = half
         return force
 
+    def forces_of_half_planes(self, friction: Floats, values: Floats) -> Floats:
+        """Return multipliers of g_n + mu g_t >= 0 and g_n - mu g_t >= 0, shape (2 p,), as forces at all points.
+
+        friction : mu of each point, shape (m,).
+        """
+        mu = friction[self.first]
+        plus, minus = values[: len(mu)], values[len(mu) :]
+        return self.unfold_forces(plus + minus, mu * (plus - minus), len(friction))
+
+    def half_planes_of_forces(self, friction: Floats, force: Floats) -> Floats:
+        """Return forces at all points, shape (m, 3), as multipliers of the half-planes, shape (2 p,)."""
+        mu = friction[self.first]
+        normal, along = self.fold_forces(force)
+        sideways = along / np.where(mu > 0, mu, 1.0)
+        return np.concatenate([normal + sideways, normal - sideways]) / 2.0
+
 
 def find_plane(assembly: Assembly, interfaces: Interfaces, eq: Equilibrium) -> Plane | None:
     """The reduction of a prismatic scene; None when the scene is not prismatic along x, y or z."""

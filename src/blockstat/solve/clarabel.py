@@ -1,0 +1,112 @@
+"""Conic programs through Clarabel: every program that there is, fast when it is small."""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from blockstat.program.conic import ConicProgram
+from blockstat.solve.answer import EXCHANGED, Answer, Status, read_answer
+from blockstat.typing import Floats, Ints
+
+#: Looser settings have given energies 8 % wrong under the status "Solved".
+TOLERANCE = 1e-10
+MAX_ITERATIONS = 200
+#: Clarabel's words; with any other it has no answer.
+STATUS = {
+    "Solved": Status.SOLVED,
+    "AlmostSolved": Status.ALMOST_SOLVED,
+    "PrimalInfeasible": Status.PRIMAL_INFEASIBLE,
+    "AlmostPrimalInfeasible": Status.PRIMAL_INFEASIBLE,
+    "DualInfeasible": Status.DUAL_INFEASIBLE,
+    "AlmostDualInfeasible": Status.DUAL_INFEASIBLE,
+}
+
+
+def solve(program: ConicProgram) -> Answer:
+    """Solve a program to its optimum.
+
+    Parameters
+    ----------
+    program
+        Any program; the structure in blocks is not used.
+
+    Returns
+    -------
+    Answer
+        Forces, a twist and the status; nothing in them is checked.
+    """
+    return _solve_for_multipliers(program) if program.compliance else _solve_for_unknowns(program)
+
+
+def _solve_for_unknowns(program: ConicProgram) -> Answer:
+    """min 1/2 x'P x + q'x, M x + s = b, s in the cones."""
+    order, cones = _rows(program)
+    hessian = sparse.triu(program.penalty.T @ program.penalty)
+    if program.ridge:
+        hessian = hessian + program.ridge * sparse.eye_array(len(program.cost))
+    matrix, bound = sparse.csc_array(program.matrix[order]), program.bound[order]
+    answer = _run(sparse.csc_array(hessian), program.cost, matrix, bound, cones)
+    z = np.empty(len(order))
+    z[order] = np.array(answer.z)
+    return read_answer(program, np.array(answer.x), z, _status(answer), int(answer.iterations), "clarabel")
+
+
+def _solve_for_multipliers(program: ConicProgram) -> Answer:
+    """With a compliance, and neither P nor zeros: min c/2 |z|^2 + b'z, M'z + q = 0, z in the cones."""
+    assert not program.is_quadratic
+    assert not program.n_zeros
+    clarabel: Any = importlib.import_module("clarabel")
+    n, rows = len(program.cost), len(program.bound)
+    order, cones = _rows(program)
+    inside = -sparse.eye_array(rows).tocsr()[order]
+    constraint = sparse.csc_array(sparse.vstack([program.transposed, inside]))
+    bound = np.concatenate([-program.cost, np.zeros(rows)])
+    hessian = sparse.csc_array(program.compliance * sparse.eye_array(rows))
+    answer = _run(hessian, program.bound, constraint, bound, [clarabel.ZeroConeT(n), *cones])
+    status = _status(answer)
+    status = EXCHANGED.get(status, status)
+    x, z = -np.array(answer.z)[:n], np.array(answer.x)  # the multipliers of M'z + q = 0 are the unknowns
+    return read_answer(program, x, z, status, int(answer.iterations), "clarabel")
+
+
+def _rows(program: ConicProgram) -> tuple[Ints, list]:
+    """The order in which Clarabel wants the rows, the three of a triple together, and their cones."""
+    clarabel: Any = importlib.import_module("clarabel")
+    triples, zeros, local = 3 * program.n_triples, program.n_zeros, len(program.local)
+    place = np.arange(len(program.bound))
+    order = np.concatenate(
+        [
+            place[:triples].reshape(3, -1).T.reshape(-1),
+            place[triples + zeros : local],
+            place[triples : triples + zeros],
+            place[local:],
+        ]
+    )
+    sizes = [local - triples - zeros, program.bounds.size if program.bounds else 0]
+    border = [1] * (len(place) - local - sizes[1])
+    cones = [clarabel.SecondOrderConeT(3)] * program.n_triples
+    cones += [clarabel.NonnegativeConeT(size) for size in sizes[:1] if size]
+    cones += [clarabel.ZeroConeT(zeros)] if zeros else []
+    cones += [clarabel.NonnegativeConeT(size) for size in [*sizes[1:], *border] if size]
+    if program.pinned:
+        cones[-1] = clarabel.ZeroConeT(1)
+    return order, cones
+
+
+def _run(hessian: Any, cost: Floats, matrix: sparse.csc_array, bound: Floats, cones: list) -> Any:
+    """Clarabel's own answer."""
+    clarabel: Any = importlib.import_module("clarabel")
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.direct_solve_method = "qdldl"  # five times faster here than the multithreaded default
+    settings.max_iter = MAX_ITERATIONS
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = TOLERANCE
+    return clarabel.DefaultSolver(hessian, cost, matrix, bound, cones, settings).solve()
+
+
+def _status(answer: Any) -> Status:
+    return STATUS.get(str(answer.status), Status.STALLED)
