@@ -104,9 +104,8 @@ def once(clock: Clock, scene: str, size: int) -> dict:
     solve = process_time() - begin
     parts = dict(clock.seconds)
     first, *others = clock.calls["factorisation"]
-    penalty.solve_penalty(
-        program, **options
-    )  # once more, with the ordering of the first: a wall may have needed a single factorisation
+    # Once more, with the ordering of the first: a wall may have needed a single factorisation.
+    penalty.solve_penalty(program, **options)
     again = clock.calls["factorisation"][1 + len(others) :]
     numeric = sorted(others + again)[(len(others) + len(again)) // 2]
     parts["factorisation"] -= first - numeric
