@@ -86,12 +86,13 @@ def coulomb_state(
     force = np.zeros((len(slip), 3))
     settles: bool | None = None
     while len(changes) < MOST_SOLVES and settles is None:
-        answer, sliding = _solve_pressure(program, touching * (closing + slip), compliance, solver)
+        answer, unit = _solve_pressure(program, touching * (closing + slip), compliance, solver)
         force = answer.force
         if answer.status.is_infeasible:
             settles = False if changes and slip.max() > 1.0 / SETTLED else None
             break
-        new = touching * program.friction * np.hypot(sliding[:, 0], sliding[:, 1])
+        rates = unit * answer.rates
+        new = touching * program.friction * np.hypot(rates[:, 1], rates[:, 2])
         changes.append(float(np.abs(new - slip).max(initial=0.0)))
         if len(changes) > 1:
             factors.append(changes[-1] / max(changes[-2], 1e-300))
@@ -111,21 +112,16 @@ def settling_share(program: PenaltyProgram, *, tries: int = 12, seed: int = 0) -
     return float(np.mean([state.settles is True for state in states]))
 
 
-def _solve_pressure(program: PenaltyProgram, cost: Floats, compliance: float, solver: str) -> tuple[Answer, Floats]:
+def _solve_pressure(program: PenaltyProgram, cost: Floats, compliance: float, solver: str) -> tuple[Answer, float]:
     """Minimise cost'f_n + c/2 |f|^2 subject to A f + w = 0, f in K, for positive finite friction.
 
-    cost : of the normal force at each point, shape (m,). Also returns z_t, the tangential parts of the multipliers of
-    the cones, shape (m, 2).
+    cost : of the normal force at each point, shape (m,). Also returns the unit of the answer's rates, which are z.
     """
     unit = max(float(cost.max()), 1.0)
     offset = np.zeros((len(cost), 3))
     offset[:, 0] = cost / unit
-    compliance = compliance / unit
-    conic = conic_program(program, -program.load, offset=offset.reshape(-1), compliance=compliance)
-    answer = solve(conic, solver=solver)
-    slip = np.minimum(program.friction, 1.0)[:, None]
-    rate = (program.matrix.T @ answer.twist).reshape(-1, 3)[:, 1:]
-    return answer, unit * (rate + compliance * answer.force[:, 1:] / slip**2)
+    conic = conic_program(program, -program.load, offset=offset.reshape(-1), compliance=compliance / unit)
+    return solve(conic, solver=solver), unit
 
 
 def _judge(changes: list[float], factors: list[float], sizes: list[float]) -> bool | None:

@@ -46,7 +46,7 @@ class PointBounds:
 
 @dataclass(frozen=True, eq=False)
 class ConicProgram:
-    """min 1/2 x'P x + q'x, M x + s = b, s in the cones; with a compliance M x + s - c z = b, z the multipliers.
+    """min 1/2 x'P x + q'x subject to M x + s = b, s in the cones.
 
     The rows are the heads of all triples, their second and their third components, zeros, half-lines of two blocks,
     half-lines of the bounds, and half-lines of all blocks (the border).
@@ -74,7 +74,9 @@ class ConicProgram:
     pinned: bool = False  #: whether the last half-line holds with equality at every optimum
     ridge: float = 0.0  #: P = Q'Q + ridge I
     bounds: PointBounds | None = None
-    compliance: float = 0.0  #: c of M x + s - c z = b: c/2 |z|^2 in the dual objective
+    #: c of c/2 |f|^2 in the cost of the forces f of the multipliers z. The interior-point method counts shear 1/mu^2
+    #: times; then all rows have the same compliance, M x + s - c z = b.
+    compliance: float = 0.0
 
     @property
     def is_quadratic(self) -> bool:
@@ -119,6 +121,12 @@ class ConicProgram:
         force = np.zeros(3 * len(self.friction))
         force[self.rows] = self.scale * z[: len(self.rows)]
         return force.reshape(-1, 3)
+
+    def rates(self, slack: Floats) -> Floats:
+        """Return s of a program in space as relative velocities at the points, shape (m, 3)."""
+        rate = np.zeros(3 * len(self.friction))
+        rate[self.rows] = slack[: len(self.rows)] / self.scale
+        return rate.reshape(-1, 3)
 
     def multipliers(self, force: Floats) -> Floats:
         """Return contact forces, shape (m, 3), as multipliers of the rows; those of bounds and of the border are 0."""
@@ -167,7 +175,7 @@ def conic_program(
         Closing at the upper bounds of contact points that counts in `at_most_one` and earns as much in the cost, each
         so many times.
     compliance
-        c, with c/2 |f|^2 (shear counting 1/mu^2) added to the cost of forces.
+        c, with c/2 |f|^2 added to the cost of forces; for positive finite friction, and without P.
 
     Returns
     -------

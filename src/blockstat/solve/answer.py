@@ -79,6 +79,7 @@ class Answer:
     multiplier: float = 0.0  #: lambda of A f + w + lambda l = 0 when a load l was pinned
     #: y, the closing that the upper bounds of forces allow, shape (m,)
     yielding: Floats = field(default_factory=lambda: np.empty(0))
+    rates: Floats | None = None  #: s of a program with a compliance as velocities at the points, shape (m, 3)
     #: s of the penalty program, shape (n_points,); nan where the solve ended with a mechanism before its optimum
     adhesion: Floats = field(default_factory=lambda: np.empty(0))
     bounded: bool = True  #: False when no adhesion is enough; then `twist` is a ray along which the work grows
@@ -86,7 +87,15 @@ class Answer:
     certificate: Certificate = UNCHECKED  #: what the independent check makes of `force` and `twist`
 
 
-def read_answer(program: ConicProgram, x: Floats, z: Floats, status: Status, iterations: int, solver: str) -> Answer:
+def read_answer(
+    program: ConicProgram,
+    x: Floats,
+    z: Floats,
+    status: Status,
+    iterations: int,
+    solver: str,
+    slack: Floats | None = None,
+) -> Answer:
     """Read an answer off the unknowns and the multipliers of a program.
 
     Parameters
@@ -103,6 +112,8 @@ def read_answer(program: ConicProgram, x: Floats, z: Floats, status: Status, ite
         Factorisations that the solve took.
     solver
         The name of the solver.
+    slack
+        s of the rows, shape (n_rows,), of a program with a compliance.
 
     Returns
     -------
@@ -117,4 +128,5 @@ def read_answer(program: ConicProgram, x: Floats, z: Floats, status: Status, ite
         solver=solver,
         multiplier=float(z[-1]) if program.pinned else 0.0,
         yielding=program.yielding(x),
+        rates=None if slack is None else program.rates(slack),
     )

@@ -56,21 +56,31 @@ def _solve_for_unknowns(program: ConicProgram) -> Answer:
 
 
 def _solve_for_multipliers(program: ConicProgram) -> Answer:
-    """With a compliance, and neither P nor zeros: min c/2 |z|^2 + b'z, M'z + q = 0, z in the cones."""
+    """With a compliance, and neither P nor zeros: min c/2 |f|^2 + b'z, M'z + q = 0, z in the cones, f the forces of z.
+
+    The variables are the forces. Rows of the cones are as large as those of M'z + q = 0.
+    """
     assert not program.is_quadratic
     assert not program.n_zeros
     clarabel: Any = importlib.import_module("clarabel")
-    n, rows = len(program.cost), len(program.bound)
+    n, rows, triples = len(program.cost), len(program.bound), program.n_triples
     order, cones = _rows(program)
-    inside = -sparse.eye_array(rows).tocsr()[order]
-    constraint = sparse.csc_array(sparse.vstack([program.transposed, inside]))
+    size, slip, compliance = np.ones(rows), np.ones(rows), np.zeros(rows)
+    size[: len(program.scale)] = program.scale
+    slip[: 3 * triples] = np.tile(program.scale[triples : 2 * triples], 3)
+    compliance[: len(program.scale)] = program.compliance
+    balance = (program.transposed @ sparse.diags_array(1.0 / size)).tocsc()[:, order]
+    constraint = sparse.csc_array(sparse.vstack([balance, -sparse.diags_array((slip / size)[order])]))
     bound = np.concatenate([-program.cost, np.zeros(rows)])
-    hessian = sparse.csc_array(program.compliance * sparse.eye_array(rows))
-    answer = _run(hessian, program.bound, constraint, bound, [clarabel.ZeroConeT(n), *cones])
+    hessian = sparse.csc_array(sparse.diags_array(compliance[order]))
+    answer = _run(hessian, (program.bound / size)[order], constraint, bound, [clarabel.ZeroConeT(n), *cones])
+    dual, z, slack = np.array(answer.z), np.empty(rows), np.empty(rows)
+    z[order] = np.array(answer.x) / size[order]
+    slack[order] = slip[order] * dual[n:]
     status = _status(answer)
     status = EXCHANGED.get(status, status)
-    x, z = -np.array(answer.z)[:n], np.array(answer.x)  # the multipliers of M'z + q = 0 are the unknowns
-    return read_answer(program, x, z, status, int(answer.iterations), "clarabel")
+    # The multipliers of M'z + q = 0 are the unknowns.
+    return read_answer(program, -dual[:n], z, status, int(answer.iterations), "clarabel", slack)
 
 
 def _rows(program: ConicProgram) -> tuple[Ints, list]:

@@ -63,20 +63,24 @@ def _solve_for_unknowns(program: ConicProgram) -> Answer:
 
 
 def _solve_for_multipliers(program: ConicProgram) -> Answer:
-    """With a compliance, and neither P nor zeros: min c/2 |z|^2 + b'z, M'z + q = 0, z in the cones."""
+    """With a compliance, and neither P nor zeros: min c/2 |f|^2 + b'z, M'z + q = 0, z in the cones."""
     import cvxpy as cp
 
     assert not program.is_quadratic
     assert not program.n_zeros
     z = cp.Variable(len(program.bound))
-    cost = 0.5 * program.compliance * cp.sum_squares(z) + program.bound @ z
+    own = cp.multiply(program.scale, z[: len(program.scale)])
+    cost = 0.5 * program.compliance * cp.sum_squares(own) + program.bound @ z
     balance = program.transposed @ z + program.cost == 0
     triples, numbers = _inside(program, z)
     status, iterations = _run(cp.Problem(cp.Minimize(cost), [balance, *triples, *numbers]))
     status = EXCHANGED.get(status, status)
     if z.value is None:
         return _read(program, 0 * program.cost, 0 * program.bound, status, iterations)
-    return _read(program, -np.asarray(balance.dual_value), np.asarray(z.value), status, iterations)
+    x, force = -np.asarray(balance.dual_value), np.asarray(z.value)
+    slack = program.bound - program.matrix @ x
+    slack[: len(program.scale)] += program.compliance * program.scale**2 * force[: len(program.scale)]
+    return read_answer(program, x, force, status, iterations, "cvxpy", slack)
 
 
 def _inside(program: ConicProgram, vector: Any) -> tuple[list, list]:

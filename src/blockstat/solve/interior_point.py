@@ -75,7 +75,8 @@ def solve(program: ConicProgram, early: EarlyEnd = AT_THE_OPTIMUM) -> Answer:
 
 
 def _read(program: ConicProgram, x: Floats, z: Floats, status: Status, iterations: int) -> Answer:
-    return read_answer(program, x, z, status, iterations, "interior-point")
+    slack = program.bound - program.matrix @ x + program.compliance * z if program.compliance else None
+    return read_answer(program, x, z, status, iterations, "interior-point", slack)
 
 
 def _iterate(program: ConicProgram, kkt: Kkt, early: EarlyEnd, start: Floats | None) -> Answer:
