@@ -72,7 +72,7 @@ class ConicProgram:
     upper_bounded: Ints  #: the points of the first unknowns after the twists
     plane: Plane | None = None  #: the plane that the program is folded into
     pinned: bool = False  #: whether the last half-line holds with equality at every optimum
-    ridge: float = 0.0  #: P = Q'Q + ridge I
+    ridge: float = 0.0  #: P = Q'Q + ridge I, I the identity on the twists
     bounds: PointBounds | None = None
     #: c of c/2 |f|^2 in the cost of the forces f of the multipliers z. The interior-point method counts shear 1/mu^2
     #: times; then all rows have the same compliance, M x + s - c z = b.

@@ -47,7 +47,8 @@ def _solve_for_unknowns(program: ConicProgram) -> Answer:
     order, cones = _rows(program)
     hessian = sparse.triu(program.penalty.T @ program.penalty)
     if program.ridge:
-        hessian = hessian + program.ridge * sparse.eye_array(len(program.cost))
+        twists = np.arange(len(program.cost)) < program.width * program.n_blocks
+        hessian = hessian + sparse.diags_array(program.ridge * twists)
     matrix, bound = sparse.csc_array(program.matrix[order]), program.bound[order]
     answer = _run(sparse.csc_array(hessian), program.cost, matrix, bound, cones)
     z = np.empty(len(order))

@@ -51,7 +51,8 @@ def _solve_for_unknowns(program: ConicProgram) -> Answer:
 
     x = cp.Variable(len(program.cost))
     slack = program.bound - program.matrix @ x
-    cost = program.cost @ x + 0.5 * cp.sum_squares(program.penalty @ x) + 0.5 * program.ridge * cp.sum_squares(x)
+    twists = x[: program.width * program.n_blocks]
+    cost = program.cost @ x + 0.5 * cp.sum_squares(program.penalty @ x) + 0.5 * program.ridge * cp.sum_squares(twists)
     triples, numbers = _inside(program, slack)
     zeros = [slack[3 * program.n_triples :][: program.n_zeros] == 0] if program.n_zeros else []
     status, iterations = _run(cp.Problem(cp.Minimize(cost), [*triples, *zeros, *numbers]))

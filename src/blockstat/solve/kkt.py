@@ -40,7 +40,9 @@ class Kkt:
 
     def hessian(self, x: Floats) -> Floats:
         """P x."""
-        return self._penalty_t @ (self._p.penalty @ x) + self._p.ridge * x
+        curved = self._penalty_t @ (self._p.penalty @ x)
+        curved[: self._twists] += self._p.ridge * x[: self._twists]
+        return curved
 
     def transposed(self, z: Floats) -> Floats:
         """M' z."""
@@ -101,14 +103,14 @@ class Kkt:
         columns[:, 5, 1] = np.where(has_z, 1.0 / half[np.maximum(bounds.z, 0)], 1.0)
         across = columns.swapaxes(1, 2)
         square = across @ columns
-        square[:, [0, 1], [0, 1]] += self._pull + self._p.ridge
+        square[:, [0, 1], [0, 1]] += self._pull
         self._inverse = np.linalg.inv(square)
         coupling = across @ rows
         self._coupling = self._spread(bounds, coupling)
         # Square root of R'R - C' square^-1 C: the residual of the rows, and what the proximal term leaves of y and z.
         taken = self._inverse @ coupling
         rows = rows - columns @ taken
-        left = np.sqrt(self._pull + self._p.ridge) * taken
+        left = np.sqrt(self._pull) * taken
         turned[bounds.row] = rows[:, :3]
         if len(penalty):
             penalty[bounds.penalty[bent]] = rows[bent, 3]
