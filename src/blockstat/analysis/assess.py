@@ -123,10 +123,10 @@ def _solved(
 
 def _verdict(problem: Problem, answer: Answer | None, checked: Answer | None, timings: dict[str, float]) -> Verdict:
     """Back to SI units and to all blocks and points; blocks that nothing holds fall freely."""
-    outcome, proof, score = Outcome.STABLE, NOTHING_TO_CHECK, 0.0
+    outcome, certificate, score = Outcome.STABLE, NOTHING_TO_CHECK, 0.0
     force, adhesion, twist = np.empty((0, 3)), np.empty(0), np.empty(0)
     if answer is not None and checked is not None and problem.program is not None:
-        proof, outcome = checked.certificate, outcome_of(checked.certificate)
+        certificate, outcome = checked.certificate, outcome_of(checked.certificate)
         if outcome is Outcome.STABLE:
             force, adhesion, twist = checked.force, np.zeros(problem.eq.n_points), np.zeros_like(checked.twist)
         else:
@@ -139,7 +139,7 @@ def _verdict(problem: Problem, answer: Answer | None, checked: Answer | None, ti
         work = float((falling * problem.load).sum() / (np.abs(problem.load).sum() or 1.0))
         if work > 0:
             outcome, score, mechanism = Outcome.UNSTABLE, np.inf, falling
-            proof = Certificate(proof.residual, proof.cone_violation, work, 0.0, np.inf)
+            certificate = Certificate(certificate.residual, certificate.cone_violation, work, 0.0, np.inf)
         elif outcome is Outcome.STABLE:
             outcome = Outcome.UNDECIDED  # loads that happen to balance on nothing
     blocked: list[str] = []
@@ -152,7 +152,7 @@ def _verdict(problem: Problem, answer: Answer | None, checked: Answer | None, ti
         forces=problem.to_points(force),
         adhesion=problem.adhesion_at_points(adhesion),
         mechanism=unit_motion(problem.assembly, mechanism),
-        certificate=proof,
+        certificate=certificate,
         interfaces=problem.interfaces,
         assembly=problem.assembly,
         solver=answer.solver if answer is not None else "none",

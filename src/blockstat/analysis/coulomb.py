@@ -98,7 +98,7 @@ def coulomb_state(
             factors.append(changes[-1] / max(changes[-2], 1e-300))
         slip = new
         sizes.append(float(slip.max(initial=0.0)))
-        settles = _judge(changes, factors, sizes)
+        settles = _trend(changes, factors, sizes)
     return CoulombState(settles, force, slip, tuple(changes), factors[-1] if factors else float("nan"))
 
 
@@ -124,7 +124,7 @@ def _solve_pressure(program: PenaltyProgram, cost: Floats, compliance: float, so
     return solve(conic, solver=solver), unit
 
 
-def _judge(changes: list[float], factors: list[float], sizes: list[float]) -> bool | None:
+def _trend(changes: list[float], factors: list[float], sizes: list[float]) -> bool | None:
     if changes[-1] <= SETTLED:
         return True
     if sizes[-1] > ENDLESS:

@@ -107,11 +107,11 @@ def settle(program: PenaltyProgram, force: Floats, *, trials: int = 4) -> Floats
 
 def pressed(program: PenaltyProgram, force: Floats) -> Floats:
     """Forces pressed into their cones where they lie outside, by a little more than they lack; else as they are."""
-    lacking = np.maximum(-point_slack(program, force), 0.0)
-    if not lacking.any() or not np.isfinite(lacking).all():
+    deficit = np.maximum(-point_slack(program, force), 0.0)
+    if not deficit.any() or not np.isfinite(deficit).all():
         return force
     closer = force.copy()
-    closer[:, 0] += (1.0 + PRESSED) * lacking + PRESSED * (lacking > 0)
+    closer[:, 0] += (1.0 + PRESSED) * deficit + PRESSED * (deficit > 0)
     return closer
 
 

@@ -110,12 +110,34 @@ class ConicProgram:
         return bare
 
     def twist(self, x: Floats) -> Floats:
-        """Return the twists of all blocks, shape (6 n_blocks,)."""
+        """Read twists off the unknowns.
+
+        Parameters
+        ----------
+        x
+            Unknowns, shape (n,).
+
+        Returns
+        -------
+        Floats
+            Twists of all blocks, shape (6 n_blocks,), unfolded where the program is planar.
+        """
         own = x[: self.width * self.n_blocks]
         return own if self.plane is None else self.plane.unfold @ own
 
     def forces(self, z: Floats) -> Floats:
-        """Return the multipliers of the rows as contact forces, shape (m, 3)."""
+        """Read contact forces off the multipliers.
+
+        Parameters
+        ----------
+        z
+            Multipliers of the rows, shape (n_rows,).
+
+        Returns
+        -------
+        Floats
+            Forces on block b in the frame of each joint, shape (m, 3), in units of the program.
+        """
         if self.plane is not None:
             return self.plane.forces_of_half_planes(self.friction, self.scale * z[: len(self.scale)])
         force = np.zeros(3 * len(self.friction))
@@ -123,13 +145,35 @@ class ConicProgram:
         return force.reshape(-1, 3)
 
     def rates(self, slack: Floats) -> Floats:
-        """Return s of a program in space as relative velocities at the points, shape (m, 3)."""
+        """Read relative velocities off the slack of a program in space.
+
+        Parameters
+        ----------
+        slack
+            s of the rows, shape (n_rows,).
+
+        Returns
+        -------
+        Floats
+            Velocities of block b against block a at each point, shape (m, 3).
+        """
         rate = np.zeros(3 * len(self.friction))
         rate[self.rows] = slack[: len(self.rows)] / self.scale
         return rate.reshape(-1, 3)
 
     def multipliers(self, force: Floats) -> Floats:
-        """Return contact forces, shape (m, 3), as multipliers of the rows; those of bounds and of the border are 0."""
+        """Write contact forces as multipliers.
+
+        Parameters
+        ----------
+        force
+            Shape (m, 3), in units of the program.
+
+        Returns
+        -------
+        Floats
+            Multipliers of the rows, shape (n_rows,); those of the bounds and of the border are 0.
+        """
         if self.plane is not None:
             own = self.plane.half_planes_of_forces(self.friction, force) / self.scale
         else:
@@ -137,7 +181,18 @@ class ConicProgram:
         return np.pad(own, (0, len(self.bound) - len(own)))
 
     def yielding(self, x: Floats) -> Floats:
-        """Return y of each point, the closing that its upper bound allows, shape (m,)."""
+        """Read y off the unknowns, the closing that the upper bounds of forces allow.
+
+        Parameters
+        ----------
+        x
+            Unknowns, shape (n,).
+
+        Returns
+        -------
+        Floats
+            y of each point, 0 where there is no bound, shape (m,).
+        """
         closing = np.zeros(len(self.friction))
         closing[self.upper_bounded] = x[self.width * self.n_blocks :][: len(self.upper_bounded)]
         return closing

@@ -71,10 +71,19 @@ class PenaltyProgram:
         return self.plane.local(self.local)
 
     def in_units(self, block: Floats, point: Floats) -> PenaltyProgram:
-        """The program with the loads on each block and the forces of each point in units of their own.
+        """Return the program with the loads on each block and the forces of each point in units of their own.
 
-        block : shape (n,), point : shape (m,), in the program's units. Forces of the new program times `point` are
-        forces of this one, its twists over `block` are twists.
+        Parameters
+        ----------
+        block
+            Unit of the loads on each block, shape (n,), in the program's units.
+        point
+            Unit of the forces of each point, shape (m,), in the program's units.
+
+        Returns
+        -------
+        PenaltyProgram
+            Its forces times `point` are forces of this program, its twists over `block` are twists of this program.
         """
         own = np.repeat(1.0 / block[self.point_blocks], 6, axis=1)  # what it is for a support meets zeros
         return replace(
@@ -112,10 +121,23 @@ def penalty_program(
     upper: Floats | None = None,
     plane: Plane | None = None,
 ) -> PenaltyProgram:
-    """Scale an equilibrium.
+    """Scale an equilibrium to forces of the mean weight and lengths of the mean block.
 
-    friction : mu of each column of three; shift, lower, upper : of the joint laws [N], shape (n_columns,), None for dry
-    joints. With f' = f + a n, equilibrium reads A f' + (w - A E a) = 0.
+    Parameters
+    ----------
+    eq
+        The equilibrium in SI units.
+    friction
+        mu of each column of three, shape (n_columns,), inf allowed.
+    shift, lower, upper
+        Of the joint laws, shape (n_columns,) [N]; None for dry joints.
+    plane
+        The reduction of a prismatic scene.
+
+    Returns
+    -------
+    PenaltyProgram
+        With joint laws its forces are f' = f + a n, a the shift, and equilibrium reads A f' + (w - A E a) = 0.
     """
     length_unit = float(eq.length.mean())
     force_unit = float(np.linalg.norm(eq.load[:, :3], axis=1).mean()) or 1.0

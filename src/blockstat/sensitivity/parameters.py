@@ -71,7 +71,7 @@ def pinned(limit: LimitLoad, load: Floats) -> tuple[float, Floats]:
     return (limit.lower + limit.upper) / 2, limit.mechanism / float((limit.mechanism * load).sum())
 
 
-def lacking(verdict: Verdict) -> tuple[Floats, Floats]:
+def penalty_optimum(verdict: Verdict) -> tuple[Floats, Floats]:
     """Mechanism and net contact forces f - E s of the penalty program's optimum, shapes (n_blocks, 6), (n_points, 3).
 
     At the optimum |s|^2 = w' u, which gives the mechanism its size; what joints hold in tension counts with the load w.
@@ -113,7 +113,7 @@ def score_gradient(make: Make, values: Mapping[str, float]) -> tuple[Verdict, di
     verdict = assess(assembly)
     if verdict.outcome is Outcome.STABLE:
         return verdict, dict.fromkeys(values, 0.0)
-    twist, net = lacking(verdict)
+    twist, net = penalty_optimum(verdict)
     tension = float(np.linalg.norm(verdict.adhesion))
 
     def score_change(changed: Assembly, interfaces: Interfaces) -> float:

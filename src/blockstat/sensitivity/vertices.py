@@ -33,7 +33,7 @@ from blockstat.errors import InputError
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import next_in_face
 from blockstat.loads import acceleration
-from blockstat.sensitivity.parameters import lacking, pinned
+from blockstat.sensitivity.parameters import penalty_optimum, pinned
 from blockstat.typing import Floats, Ints
 
 #: Corners of different blocks this close, relative to the smallest block, are one point.
@@ -94,7 +94,7 @@ def score_by_point(verdict: Verdict, *, tolerance: float = SHARED) -> PointGradi
     assembly = verdict.assembly
     if verdict.outcome is Outcome.STABLE:
         return _gathered(assembly, 0.0, np.zeros_like(assembly.vertices), tolerance)
-    twist, net = lacking(verdict)
+    twist, net = penalty_optimum(verdict)
     tension = float(np.linalg.norm(verdict.adhesion))
     field = np.broadcast_to(assembly.gravity, (assembly.n_blocks, 3))
     energy, mass = _by_vertex(assembly, verdict.interfaces, twist, net, field)

@@ -14,7 +14,7 @@ import numpy as np
 
 from blockstat.program.conic import ConicProgram
 from blockstat.solve.answer import AT_THE_OPTIMUM, Answer, EarlyEnd, Status, read_answer
-from blockstat.solve.kkt import DUAL_PROXIMAL, PROXIMAL, REFINED, Kkt, Pair, largest
+from blockstat.solve.kkt import DUAL_PROXIMAL, PROXIMAL, REFINED, KktSolver, Pair, largest
 from blockstat.solve.phase_one import NOTHING, find_forces
 from blockstat.typing import Floats
 
@@ -22,7 +22,7 @@ MOST_ITERATIONS = 100
 #: Linear programs are asked for as many digits as there are, for the sake of the bounds that rest on them; the penalty
 #: program gives a score, and its verdict rests on a certificate of its own.
 TOLERANCE, QUADRATIC_TOLERANCE = 1e-11, 1e-10
-#: Where the iteration stalls, an answer this good is still handed on; our own certificates judge it.
+#: Where the iteration stalls, an answer this good is still handed on; the independent check judges it.
 ALMOST = 1e-6
 RAY = 1e-8  #: violation of a ray that proves a program infeasible or unbounded
 ASK = 1.0  #: error of M'z + q = 0, in units of the mean weight, from which an answer may be accepted
@@ -70,7 +70,7 @@ def solve(program: ConicProgram, early: EarlyEnd = AT_THE_OPTIMUM) -> Answer:
             return _read(program, 0 * program.cost, first.found, Status.ACCEPTED, first.factorisations)
     if not early.optimise:
         return _read(program, 0 * program.cost, 0 * program.bound, Status.NO_FORCES, first.factorisations)
-    answer = _iterate(program, Kkt(program), early, first.least)
+    answer = _iterate(program, KktSolver(program), early, first.least)
     return replace(answer, iterations=first.factorisations + answer.iterations)
 
 
@@ -79,7 +79,7 @@ def _read(program: ConicProgram, x: Floats, z: Floats, status: Status, iteration
     return read_answer(program, x, z, status, iterations, "interior-point", slack)
 
 
-def _iterate(program: ConicProgram, kkt: Kkt, early: EarlyEnd, start: Floats | None) -> Answer:
+def _iterate(program: ConicProgram, kkt: KktSolver, early: EarlyEnd, start: Floats | None) -> Answer:
     """Predictor and corrector until the answer is good, or gets no better."""
     try:
         state = _start(program, kkt) if start is None else _start_at(program, kkt, start)
@@ -89,7 +89,7 @@ def _iterate(program: ConicProgram, kkt: Kkt, early: EarlyEnd, start: Floats | N
     iteration = 0
     for iteration in range(MOST_ITERATIONS):
         rest = _residuals(program, kkt, state)
-        status, error = _judge(program, state, rest)
+        status, error = _convergence(program, state, rest)
         if status is not None:
             return _answer(program, state, status, iteration)
         if early.twist is not None and early.twist(program.twist(state.x / state.tau)):
@@ -122,7 +122,7 @@ def _answer(program: ConicProgram, state: _State, status: Status, iterations: in
     return _read(program, state.x / scale, state.z / scale, status, iterations)
 
 
-def _start(program: ConicProgram, kkt: Kkt) -> _State:
+def _start(program: ConicProgram, kkt: KktSolver) -> _State:
     """The minimisers of the two least-squares problems, moved inside the cones (Vandenberghe 2010, section 5.3)."""
     cones = kkt.cones
     kkt.update(cones.identity)
@@ -142,7 +142,7 @@ def _start(program: ConicProgram, kkt: Kkt) -> _State:
     return _State(x, s, inside(z), 1.0, 1.0)
 
 
-def _start_at(program: ConicProgram, kkt: Kkt, z: Floats) -> _State:
+def _start_at(program: ConicProgram, kkt: KktSolver, z: Floats) -> _State:
     """Multipliers, all moved by as little as brings the last of them inside its cone.
 
     No unknown moves, and s is on the central path with the multipliers. What is left is an error of M'z + q = 0 that
@@ -165,7 +165,7 @@ class _Residuals:
     curved: Floats
 
 
-def _residuals(program: ConicProgram, kkt: Kkt, v: _State) -> _Residuals:
+def _residuals(program: ConicProgram, kkt: KktSolver, v: _State) -> _Residuals:
     curved = kkt.hessian(v.x)
     dual = curved + kkt.transposed(v.z) + program.cost * v.tau
     primal = program.matrix @ v.x + v.s - program.compliance * v.z - program.bound * v.tau
@@ -178,12 +178,12 @@ def _residuals(program: ConicProgram, kkt: Kkt, v: _State) -> _Residuals:
     return _Residuals(dual, primal, gap, curved)
 
 
-def _complementarity(kkt: Kkt, v: _State) -> float:
+def _complementarity(kkt: KktSolver, v: _State) -> float:
     """mu, what s'z and tau kappa have on average."""
     return (_dot(v.s, v.z) + v.tau * v.kappa) / (kkt.cones.degree + 1)
 
 
-def _judge(program: ConicProgram, v: _State, rest: _Residuals) -> tuple[Status | None, float]:
+def _convergence(program: ConicProgram, v: _State, rest: _Residuals) -> tuple[Status | None, float]:
     """The status if it is time to stop, and the largest relative error of the candidate answer."""
     linear, bound = _dot(program.cost, v.x), _dot(program.bound, v.z)
     quadratic = (_dot(v.x, rest.curved) + program.compliance * _dot(v.z, v.z)) / v.tau**2
@@ -208,7 +208,7 @@ def _judge(program: ConicProgram, v: _State, rest: _Residuals) -> tuple[Status |
     return None, max(errors)
 
 
-def _step(program: ConicProgram, kkt: Kkt, v: _State, rest: _Residuals, error: float) -> _State:
+def _step(program: ConicProgram, kkt: KktSolver, v: _State, rest: _Residuals, error: float) -> _State:
     """One predictor and corrector from an iterate of some error."""
     cones, curved = kkt.cones, rest.curved
     scaling = cones.scaling(v.s, v.z)

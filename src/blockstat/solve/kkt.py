@@ -23,7 +23,7 @@ MOST_REFINEMENTS, REFINED, STALLED = 6, 1e-10, 0.7
 Pair = tuple[Floats, Floats]
 
 
-class Kkt:
+class KktSolver:
     """Solves the system of one program for one scaling after another."""
 
     def __init__(self, program: ConicProgram) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from blockstat.program.conic import ConicProgram
 from blockstat.solve.cones import Cones
-from blockstat.solve.kkt import Kkt, largest
+from blockstat.solve.kkt import KktSolver, largest
 from blockstat.typing import Floats
 
 #: Least depth of the start inside the cones, in mean weights.
@@ -73,7 +73,7 @@ class _Search:
 
     def __init__(self, program: ConicProgram) -> None:
         self._program = program
-        self._kkt = Kkt(program)
+        self._kkt = KktSolver(program)
         self._factorisations = 0
 
     def run(self, start: Floats, brief: bool) -> PhaseOne:
