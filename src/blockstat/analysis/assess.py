@@ -44,24 +44,66 @@ def assess(
     memory: Memory | None = None,
     score: bool = True,
 ) -> Verdict:
-    """Static verdict on an assembly of rigid blocks with dry Coulomb joints.
+    """Give a static verdict on an assembly of rigid blocks with Coulomb joints.
 
-    Solves the penalty program of Whiting et al. (2009) with the exact friction cone in its dual form, then
-    checks the answer with our own code: stable rests on a force field, unstable on a mechanism.
+    Solves the penalty program of Whiting et al. (2009) with the exact friction cone in its dual form. The independent
+    check then judges the answer: stable rests on a force field, unstable on a mechanism.
 
-    friction : replaces the assembly's coefficient. gravity : replaces its vector [m/s2], shape (3,).
-    loads : further wrench on each block about its centroid, shape (n_blocks, 6) [N, N m].
-    gap : tolerance of the joint search, relative to block size. interfaces : use these instead of searching.
-    solver : "auto", "interior-point" or "clarabel" for the dual (see `blockstat.solve.dispatch`), "cvxpy" for the
-    program as it is on paper, the reference. The verdict says which one answered.
-    memory : evidence of earlier designs with the same joints, which may decide without a solve (see
-    `blockstat.analysis.certificate_cache`); an instability proven so has no score (nan).
-    score : False ends at the first mechanism found, several times sooner; an unstable assembly then has no score (nan),
-    and its mechanism is one of many, not that of least adhesion.
-    flow : "associated" asks whether an admissible force field exists; "coulomb" asks in addition whether one exists
-    without dilatancy and self-stress (see `blockstat.analysis.coulomb`), and answers STABLE_ONLY_BY_SELF_STRESS if not.
+    Parameters
+    ----------
+    assembly
+        The blocks, their supports, friction, gravity and joint laws.
+    friction
+        Replaces the assembly's coefficient of friction.
+    gravity
+        Replaces its vector, shape (3,) [m/s2].
+    loads
+        Further wrench on each block about its centroid, shape (n_blocks, 6) [N, N m].
+    gap
+        Tolerance of the joint search, relative to block size.
+    interfaces
+        Use these joints instead of searching.
+    solver
+        "auto", "interior-point" or "clarabel" for the dual program (see `blockstat.solve.dispatch`), "cvxpy" for the
+        program as it is on paper, the reference. The verdict says which one answered.
+    flow
+        "associated" asks whether an admissible force field exists. "coulomb" asks in addition whether one exists
+        without dilatancy and self-stress (see `blockstat.analysis.coulomb`), and answers STABLE_ONLY_BY_SELF_STRESS if
+        not.
+    memory
+        Evidence of earlier designs with the same joints, which may decide without a solve (see
+        `blockstat.analysis.certificate_cache`). An instability proven so has no score (nan).
+    score
+        False ends at the first mechanism found, several times sooner. An unstable assembly then has no score (nan), and
+        its mechanism is one of many, not that of least adhesion.
 
-    Raises InputError when nothing supports the assembly, when blocks overlap, or for a bad option.
+    Returns
+    -------
+    Verdict
+        The outcome with the forces or the mechanism that prove it.
+
+    Raises
+    ------
+    InputError
+        When nothing supports the assembly, when blocks overlap, or for an option that does not exist.
+
+    References
+    ----------
+    Whiting, Ochsendorf & Durand: Procedural modeling of structurally-sound masonry buildings, 2009.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, assess
+    >>> from blockstat.model.solids import box
+    >>> ground = box((-1, -1, -1), (2, 2, 0), name="ground", group="ground")
+    >>> blocks = [ground, box((0, 0, 0), (1, 1, 1), name="block", group="block")]
+    >>> assembly = Assembly.from_blocks(blocks, supports=["ground"])
+    >>> assess(assembly).outcome.word
+    'stable'
+    >>> assess(assembly, gravity=(9.0, 0.0, -9.81), friction=2.0).outcome.word
+    'stable'
+    >>> assess(assembly, gravity=(9.0, 0.0, -9.81), friction=0.7).outcome.word
+    'unstable'
     """
     if solver not in CHOICES:
         raise InputError(f"no solver {solver!r}; solvers are: {', '.join(CHOICES)}")

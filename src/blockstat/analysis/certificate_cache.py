@@ -37,10 +37,25 @@ class _Evidence:
 
 
 class Memory:
-    """Hand one to several calls of `assess` on designs of one kind.
+    """Evidence of earlier verdicts; hand one to several calls of `assess` on designs of one kind.
 
-    statistics : how many verdicts rested on an earlier force field ("forces"), on an earlier mechanism ("mechanism"),
-    and how many had to be solved for ("solved").
+    Attributes
+    ----------
+    statistics : dict of str to int
+        How many verdicts rested on an earlier force field ("forces"), on an earlier mechanism ("mechanism"), and how
+        many had to be solved for ("solved").
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, Memory, assess
+    >>> from blockstat.model.solids import box
+    >>> memory = Memory()
+    >>> ground = box((-1, -1, -1), (2, 2, 0), name="ground", group="ground")
+    >>> for width in (1.0, 1.01, 1.02):
+    ...     blocks = [ground, box((0, 0, 0), (width, 1, 1), name="block", group="block")]
+    ...     verdict = assess(Assembly.from_blocks(blocks, supports=[0]), memory=memory)
+    >>> memory.statistics
+    {'forces': 2, 'mechanism': 0, 'solved': 1}
     """
 
     def __init__(self) -> None:
@@ -48,7 +63,18 @@ class Memory:
         self._known: OrderedDict[bytes, _Evidence] = OrderedDict()
 
     def recall(self, problem: Problem) -> Answer | None:
-        """Return earlier evidence that proves the outcome of a new problem, None if there is none."""
+        """Return earlier evidence that proves the outcome of a new problem.
+
+        Parameters
+        ----------
+        problem
+            The posed problem.
+
+        Returns
+        -------
+        Answer or None
+            Forces or a mechanism with their certificate on the new problem; None if nothing known proves anything.
+        """
         program = problem.program
         known = self._known.get(_kind(program)) if program is not None else None
         if program is None or known is None:
@@ -68,7 +94,15 @@ class Memory:
         return None
 
     def keep(self, problem: Problem, answer: Answer) -> None:
-        """Remember the evidence of an answer that was solved for and checked."""
+        """Remember the evidence of an answer that was solved for.
+
+        Parameters
+        ----------
+        problem
+            The posed problem.
+        answer
+            Its checked answer.
+        """
         self.statistics["solved"] += 1
         program, outcome = problem.program, outcome_of(answer.certificate)
         if program is None or outcome is Outcome.UNDECIDED:

@@ -63,6 +63,7 @@ class CoulombState:
 
     @property
     def solves(self) -> int:
+        """The number of programs that were solved."""
         return len(self.changes)
 
 
@@ -75,8 +76,27 @@ def coulomb_state(
 ) -> CoulombState:
     """Run the fixed point until the slips have settled, will settle, or will not.
 
-    closing : by how much each loaded point closes, about one, shape (m,). The program must be statically stable.
-    Points without friction or with infinite friction have no slip law and are not allowed here.
+    Parameters
+    ----------
+    program
+        The penalty program of a statically stable assembly. Points without friction or with infinite friction have no
+        slip law and are not allowed here.
+    compliance
+        c, a trifle that makes the forces unique.
+    closing
+        By how much each loaded point closes, about one, shape (m,).
+    solver
+        One of `blockstat.solve.dispatch.CHOICES`.
+
+    Returns
+    -------
+    CoulombState
+        Whether the slips settle, and the last forces.
+
+    References
+    ----------
+    De Saxce & Feng: The bipotential method, 1998. Acary, Cadoux, Lemarechal & Malick: A formulation of the linear
+    discrete Coulomb friction problem via convex optimization, 2011.
     """
     slip = np.zeros(len(program.friction))
     touching = np.arange(len(slip)) < program.n_points  # bonds neither close nor slip
@@ -103,9 +123,23 @@ def coulomb_state(
 
 
 def settling_share(program: PenaltyProgram, *, tries: int = 12, seed: int = 0) -> float:
-    """Share of random tightnesses of the joints at which the slips settle: at 0 or 1 history plays no part.
+    """Return the share of random tightnesses of the joints at which the slips settle.
 
-    In each of the tries every point closes by another random amount, from a tenth of the usual one to ten times it.
+    At 0 or 1 history plays no part.
+
+    Parameters
+    ----------
+    program
+        As in `coulomb_state`.
+    tries
+        In each of them every point closes by another random amount, from a tenth of the usual one to ten times it.
+    seed
+        Of the random numbers.
+
+    Returns
+    -------
+    float
+        From 0 to 1.
     """
     random, m = np.random.default_rng(seed), len(program.friction)
     states = (coulomb_state(program, closing=10.0 ** random.uniform(-1.0, 1.0, m)) for _ in range(tries))

@@ -86,10 +86,20 @@ class LimitLoad:
         return (self.upper - self.lower) / max(abs(self.upper), abs(self.lower), 1e-300)
 
     def joints(self, *, tolerance: float = 1e-4) -> dict[str, list[tuple[str, str]]]:
-        """Joints that move in the mechanism, by kind: "hinges", "sliding" and "opening" pairs of block names.
+        """Return the joints that move in the mechanism, by kind.
 
-        A hinge opens at one side and not at the other; a sliding joint shifts along itself (and opens at the rate
-        friction asks for); an opening one loses contact everywhere. tolerance : relative to the fastest corner.
+        A hinge opens at one side and not at the other. A sliding joint shifts along itself (and opens at the rate
+        friction asks for). An opening one loses contact everywhere.
+
+        Parameters
+        ----------
+        tolerance
+            Of motion, relative to the fastest corner.
+
+        Returns
+        -------
+        dict of str to list of tuple of str
+            "hinges", "sliding" and "opening" pairs of block names.
         """
         found: dict[str, list[tuple[str, str]]] = {"hinges": [], "sliding": [], "opening": []}
         rate = relative_motion(self.assembly, self.interfaces, self.mechanism)
@@ -140,7 +150,22 @@ class LimitLoad:
 
 
 def relative_motion(assembly: Assembly, interfaces: Interfaces, mechanism: Floats) -> Floats:
-    """Velocity of block b against block a at each contact point in the frame (n, t1, t2), shape (n_points, 3)."""
+    """Return the velocity of block b against block a at each contact point.
+
+    Parameters
+    ----------
+    assembly
+        The blocks.
+    interfaces
+        The joints.
+    mechanism
+        Velocity and rotation of each block, shape (n_blocks, 6) [m/s, rad/s].
+
+    Returns
+    -------
+    Floats
+        In the frame (n, t1, t2) of each joint, shape (n_points, 3) [m/s]; positive normal velocities open.
+    """
     k = interfaces.point_interface
     a, b = (point_velocity(assembly, mechanism, side, interfaces.point) for side in interfaces.pair[k].T)
     return np.einsum("nij,nj->ni", interfaces.frame[k], b - a)
@@ -157,13 +182,56 @@ def limit_load(
     flow: str = "associated",
     solver: str = "auto",
 ) -> LimitLoad:
-    """Largest multiplier of a load that the assembly carries on top of its weight.
-
-    load : three numbers, an acceleration direction (the multiplier is then in units of gravity), or a wrench on
-    each block, shape (n_blocks, 6) [N, N m], as `blockstat.loads` makes them. Other options as in `assess`.
+    """Find the largest multiplier of a load that an assembly carries on top of its weight.
 
     The friction is associated: sliding joints dilate, so for real stone the multiplier is an upper bound. With
     flow="coulomb" the zero-dilatancy multiplier is looked for below it, by bisection on `blockstat.analysis.coulomb`.
+
+    Parameters
+    ----------
+    assembly
+        The blocks, their supports, friction, gravity and joint laws.
+    load
+        Three numbers, an acceleration direction (the multiplier is then in units of gravity), or a wrench on each
+        block, shape (n_blocks, 6) [N, N m], as `blockstat.loads` makes them.
+    friction
+        Replaces the assembly's coefficient of friction.
+    gravity
+        Replaces its vector, shape (3,) [m/s2].
+    gap
+        Tolerance of the joint search, relative to block size.
+    interfaces
+        Use these joints instead of searching.
+    flow
+        "associated" or "coulomb".
+    solver
+        One of `blockstat.solve.dispatch.CHOICES`.
+
+    Returns
+    -------
+    LimitLoad
+        A proven bracket, with the forces that carry the lower bound and the mechanism of the upper one.
+
+    Raises
+    ------
+    InputError
+        When nothing supports the assembly or all of it, when blocks overlap, or for an option that does not exist.
+
+    References
+    ----------
+    Livesley: Limit analysis of structures formed from rigid blocks, 1978.
+
+    Examples
+    --------
+    A block twice as high as wide tips when the push reaches half its weight.
+
+    >>> from blockstat import Assembly, limit_load
+    >>> from blockstat.model.solids import box
+    >>> ground = box((-5, -5, -1), (5, 5, 0), name="ground", group="ground")
+    >>> blocks = [ground, box((0, 0, 0), (1, 1, 2), name="block", group="block")]
+    >>> found = limit_load(Assembly.from_blocks(blocks, supports=["ground"]), (1, 0, 0))
+    >>> print(f"{found.lower:.6f} {found.upper:.6f}")
+    0.500000 0.500000
     """
     if solver not in CHOICES:
         raise InputError(f"no solver {solver!r}; solvers are: {', '.join(CHOICES)}")

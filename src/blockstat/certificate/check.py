@@ -45,10 +45,12 @@ class Certificate:
 
     @property
     def proves_stable(self) -> bool:
+        """Whether the forces balance every block inside their cones, to the stated tolerance."""
         return max(self.residual, self.cone_violation) <= FORCE_TOLERANCE
 
     @property
     def proves_unstable(self) -> bool:
+        """Whether the loads drive the mechanism and no forces of a bounded size could resist it."""
         return self.work > WORK_ROUNDING and self.required_force >= FORCE_LIMIT
 
 
@@ -59,8 +61,24 @@ UNCHECKED = Certificate(np.inf, np.inf, 0.0, 0.0, 0.0)
 def balance(program: PenaltyProgram, force: Floats, *, passes: int = 4) -> Floats:
     """Correct forces onto equilibrium with the least change relative to their slack inside the cones.
 
-    Minimises sum |df_i|^2 / d_i subject to A (f + df) + w = 0 with d_i the distance of f_i from its cone's
-    boundary, so that points with nothing to spare are left alone. Refined until rounding.
+    Parameters
+    ----------
+    program
+        The penalty program.
+    force
+        Shape (m, 3), in its units.
+    passes
+        The most corrections; they are repeated until the residual is rounding.
+
+    Returns
+    -------
+    Floats
+        Shape (m, 3); the given forces where the correction cannot be computed.
+
+    Notes
+    -----
+    Minimises sum |df_i|^2 / d_i subject to A (f + df) + w = 0 with d_i the distance of f_i from its cone's boundary, so
+    that points with nothing to spare are left alone.
     """
     slack = np.maximum(point_slack(program, force), 0.0)
     slack += 1e-9 * slack.max(initial=1.0)
@@ -95,7 +113,22 @@ def _solver_in_plane(program: PenaltyProgram, plane: Plane, weights: Floats) -> 
 
 
 def settle(program: PenaltyProgram, force: Floats, *, trials: int = 4) -> Floats:
-    """Forces balanced; where that leaves their cones, pressed back into them and balanced again."""
+    """Balance forces; where that leaves their cones, press them back and balance them again.
+
+    Parameters
+    ----------
+    program
+        The penalty program.
+    force
+        Shape (m, 3), in its units.
+    trials
+        How often they are pressed back at most.
+
+    Returns
+    -------
+    Floats
+        Shape (m, 3); not every one need lie inside its cone.
+    """
     balanced = balance(program, force)
     for _ in range(trials):
         closer = pressed(program, balanced)
@@ -106,7 +139,20 @@ def settle(program: PenaltyProgram, force: Floats, *, trials: int = 4) -> Floats
 
 
 def pressed(program: PenaltyProgram, force: Floats) -> Floats:
-    """Forces pressed into their cones where they lie outside, by a little more than they lack; else as they are."""
+    """Press forces into their cones where they lie outside, by a little more than their deficit.
+
+    Parameters
+    ----------
+    program
+        The penalty program.
+    force
+        Shape (m, 3), in its units.
+
+    Returns
+    -------
+    Floats
+        Shape (m, 3); the given forces themselves where none lies outside.
+    """
     deficit = np.maximum(-point_slack(program, force), 0.0)
     if not deficit.any() or not np.isfinite(deficit).all():
         return force
@@ -135,7 +181,20 @@ def _balanced(
 
 
 def cone_slack(force: Floats, friction: Floats) -> Floats:
-    """Normal force to spare at each point, f_n - |f_t| / mu; negative outside the cone, shape (m,)."""
+    """Return the normal force to spare at each point, f_n - |f_t| / mu.
+
+    Parameters
+    ----------
+    force
+        Shape (m, 3).
+    friction
+        mu of each point, shape (m,), inf allowed.
+
+    Returns
+    -------
+    Floats
+        Shape (m,), negative outside the cone.
+    """
     tangent = np.hypot(force[:, 1], force[:, 2])
     with np.errstate(divide="ignore", invalid="ignore"):
         needed = np.where(np.isinf(friction), 0.0, np.where(tangent > 0, tangent / friction, 0.0))
@@ -145,9 +204,20 @@ def cone_slack(force: Floats, friction: Floats) -> Floats:
 
 
 def opening_slack(gap_rate: Floats, friction: Floats) -> Floats:
-    """Opening to spare at each point, g_n - mu |g_t|; negative where a mechanism closes or drags a joint.
+    """Return the opening to spare at each point, g_n - mu |g_t|.
 
-    A joint that cannot slide has -|g_t| at most: what it drags works against the friction force itself.
+    Parameters
+    ----------
+    gap_rate
+        Relative velocities, shape (m, 3).
+    friction
+        mu of each point, shape (m,), inf allowed.
+
+    Returns
+    -------
+    Floats
+        Shape (m,), negative where a mechanism closes or drags a joint. A joint that cannot slide has -|g_t| at most:
+        what it drags works against the friction force itself.
     """
     slide = np.hypot(gap_rate[:, 1], gap_rate[:, 2])
     sticky = np.isinf(friction)
@@ -156,7 +226,20 @@ def opening_slack(gap_rate: Floats, friction: Floats) -> Floats:
 
 
 def point_slack(program: PenaltyProgram, force: Floats) -> Floats:
-    """Normal force to spare at each point within its cone and its bounds, shape (m,); negative outside."""
+    """Return the normal force to spare at each point within its cone and its bounds.
+
+    Parameters
+    ----------
+    program
+        The penalty program.
+    force
+        Shape (m, 3), in its units.
+
+    Returns
+    -------
+    Floats
+        Shape (m,), negative outside.
+    """
     slack = cone_slack(force, program.friction)
     if len(program.upper_bounded) or len(program.lower_bounded):
         normal = force[:, 0]
@@ -166,11 +249,27 @@ def point_slack(program: PenaltyProgram, force: Floats) -> Floats:
 
 
 def power(program: PenaltyProgram, twist: Floats) -> tuple[float, float]:
-    """Work of the loads on a twist less what crushing, cohesion and bonds take up, and the largest closing.
+    """Return the work of the loads on a twist less what crushing, cohesion and bonds take up, and the largest closing.
 
+    Parameters
+    ----------
+    program
+        The penalty program.
+    twist
+        Shape (6 n,), in its units.
+
+    Returns
+    -------
+    work : float
+        Positive when the loads drive the twist.
+    closing : float
+        The largest violation of A'u in K* at points without an upper bound, to be judged by the caller.
+
+    Notes
+    -----
     At a point with an upper bound any deficit of opening r = g_n - mu |g_t| is bought at upper x deficit. At a point
     with a lower bound any surplus is paid lower x surplus. These are the best multipliers y and z of the dual for this
-    twist. Points without an upper bound that close are the violation, to be judged by the caller.
+    twist.
     """
     gap_rate = (program.matrix.T @ twist).reshape(-1, 3)
     slack = opening_slack(gap_rate, program.friction)
@@ -188,7 +287,22 @@ def power(program: PenaltyProgram, twist: Floats) -> tuple[float, float]:
 
 
 def check(program: PenaltyProgram, force: Floats, twist: Floats) -> Certificate:
-    """Compute the certificate of scaled forces (m, 3) and a scaled twist (6 n,)."""
+    """Compute the certificate of forces and a twist.
+
+    Parameters
+    ----------
+    program
+        The penalty program.
+    force
+        Shape (m, 3), in its units.
+    twist
+        Shape (6 n,), in its units, of any size.
+
+    Returns
+    -------
+    Certificate
+        What they prove, and with which errors.
+    """
     residual, missing = force_errors(program, force)
     size = np.abs(twist).max(initial=0.0)
     unit = twist / size if size > 0 else twist
@@ -207,7 +321,20 @@ def check(program: PenaltyProgram, force: Floats, twist: Floats) -> Certificate:
 
 
 def force_errors(program: PenaltyProgram, force: Floats) -> tuple[float, float]:
-    """Largest residual of a block and largest violation of a cone, each relative to the block's own load."""
+    """Return the largest residual of a block and the largest violation of a cone.
+
+    Parameters
+    ----------
+    program
+        The penalty program.
+    force
+        Shape (m, 3), in its units.
+
+    Returns
+    -------
+    residual, missing : float
+        Each relative to the block's own load; rounding is taken off the residual.
+    """
     n, a_b = len(program.load) // 6, program.point_blocks
     residual = np.linalg.norm((program.matrix @ force.reshape(-1) + program.load).reshape(n, 6), axis=1)
     own = np.linalg.norm(program.load.reshape(n, 6), axis=1)

@@ -34,9 +34,22 @@ FEW = 4
 
 
 def expansions(assembly: Assembly, interfaces: Interfaces, blocks: Ints) -> tuple[Floats, ...]:
-    """The assembly lifted off its supports and growing upwards and more slowly sideways: twists (6 n,).
+    """Return the assembly lifted off its supports and growing upwards and more slowly sideways.
 
-    Blocks only move, without turning, so the twists are the same in every unit of rotation.
+    Parameters
+    ----------
+    assembly
+        The blocks, with gravity.
+    interfaces
+        The joints.
+    blocks
+        The free blocks, shape (n,).
+
+    Returns
+    -------
+    tuple of Floats
+        Twists, shape (6 n,) each; none without gravity or supports. Blocks only move, without turning, so the twists
+        are the same in every unit of rotation.
     """
     strength = float(np.linalg.norm(assembly.gravity))
     touching = np.any(assembly.support[interfaces.pair], axis=1)[interfaces.point_interface]
@@ -58,9 +71,21 @@ def expansions(assembly: Assembly, interfaces: Interfaces, blocks: Ints) -> tupl
 
 
 def with_interior_motion(program: PenaltyProgram, twist: Floats, motions: Sequence[Floats]) -> Floats:
-    """The twist with as little of a motion that opens every joint as leaves none closing; itself if none helps.
+    """Add to a twist as little of a motion that opens every joint as leaves none closing.
 
-    motions : tried in this order, shape (6 n,) each.
+    Parameters
+    ----------
+    program
+        The penalty program.
+    twist
+        Shape (6 n,).
+    motions
+        Tried in this order, shape (6 n,) each.
+
+    Returns
+    -------
+    Floats
+        Shape (6 n,); the twist itself where none closes or no motion helps.
     """
     closing = -_least_slack(program, twist)
     if closing <= 0:
@@ -73,7 +98,20 @@ def with_interior_motion(program: PenaltyProgram, twist: Floats, motions: Sequen
 
 
 def cheapest(program: PenaltyProgram, motions: Iterable[Floats]) -> Floats | None:
-    """Of the first few that open every joint the one that takes least work from the loads for it; None if none does."""
+    """Return the motion that opens every joint and takes least work from the loads for it.
+
+    Parameters
+    ----------
+    program
+        The penalty program.
+    motions
+        Tried in this order, shape (6 n,) each; only the first few that open every joint are compared.
+
+    Returns
+    -------
+    Floats or None
+        Shape (6 n,); None if none opens every joint.
+    """
     best, least_price, found = None, np.inf, 0
     for motion in motions:
         slack = _least_slack(program, motion)

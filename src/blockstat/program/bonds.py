@@ -76,8 +76,8 @@ def bond_columns(interfaces: Interfaces, rows: Ints) -> Columns:
     Returns
     -------
     Columns
-        Tension, shear, bending and torsion of each bond, 4 n in all. All values are forces [N]: moments act on an arm of
-        the square root of the joint's area.
+        Tension, shear, bending and torsion of each bond, 4 n in all. All values are forces [N]: moments act on an arm
+        of the square root of the joint's area.
     """
     n = len(rows)
     frame = interfaces.frame[rows]

@@ -20,7 +20,20 @@ from blockstat.typing import Floats, Ints
 
 
 def parts(program: PenaltyProgram, most: int) -> list[Ints]:
-    """Rows of blocks of at most `most` parts of about one size, none touching another."""
+    """Deal the connected components out to parts of about one size, none touching another.
+
+    Parameters
+    ----------
+    program
+        The penalty program of the whole.
+    most
+        The greatest number of parts.
+
+    Returns
+    -------
+    list of Ints
+        Rows of the blocks of each part.
+    """
     n = len(program.load) // 6
     a, b = program.point_blocks.T
     both = (a >= 0) & (b >= 0)

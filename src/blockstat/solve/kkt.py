@@ -39,17 +39,35 @@ class KktSolver:
         self._shift, self._pull, self._refined = DUAL_PROXIMAL, PROXIMAL, REFINED
 
     def hessian(self, x: Floats) -> Floats:
-        """P x."""
+        """Return P x.
+
+        Parameters
+        ----------
+        x
+            Unknowns, shape (n,).
+        """
         curved = self._penalty_t @ (self._p.penalty @ x)
         curved[: self._twists] += self._p.ridge * x[: self._twists]
         return curved
 
     def transposed(self, z: Floats) -> Floats:
-        """M' z."""
+        """Return M'z.
+
+        Parameters
+        ----------
+        z
+            Multipliers, shape (n_rows,).
+        """
         return self._p.transposed @ z
 
     def inverse_squared(self, z: Floats) -> Floats:
-        """(W'W + (c + delta) I)^-1 z of the last update."""
+        """Return (W'W + (c + delta) I)^-1 z of the last update.
+
+        Parameters
+        ----------
+        z
+            Shape (n_rows,).
+        """
         assert self._scaling is not None
         return self._scaling.inverse_squared(z, self._shift)
 
@@ -58,7 +76,19 @@ class KktSolver:
     ) -> None:
         """Factor for another scaling.
 
-        pull, shift : rho and delta; refined : the residual that is left, relative to the right-hand side.
+        Parameters
+        ----------
+        scaling
+            W of the iterate.
+        pull, shift
+            The proximal terms rho and delta.
+        refined
+            The residual that solves leave, relative to the right-hand side.
+
+        Raises
+        ------
+        ArithmeticError
+            When the factorisation fails.
         """
         self._pull, self._shift, self._refined = pull, self._p.compliance + shift, refined
         program, cones = self._p, self.cones
@@ -174,7 +204,18 @@ class KktSolver:
         return upper, self._scaling.squared(z, self._shift) - rate
 
     def solve(self, *right: Pair) -> list[Pair]:
-        """Solve for right-hand sides (top, bottom), refined on the whole system."""
+        """Solve for right-hand sides (top, bottom), refined on the whole system.
+
+        Parameters
+        ----------
+        *right
+            Pairs of shape (n,) and (n_rows,).
+
+        Returns
+        -------
+        list of Pair
+            x and z of each.
+        """
         found = self._once(list(right))
         size = np.inf
         for _ in range(MOST_REFINEMENTS):
@@ -189,5 +230,11 @@ class KktSolver:
 
 
 def largest(*vectors: Floats) -> float:
-    """Largest magnitude in some vectors."""
+    """Return the largest magnitude in some vectors.
+
+    Parameters
+    ----------
+    *vectors
+        Of any shape; 0 where there is nothing.
+    """
     return max(float(np.abs(vector).max(initial=0.0)) for vector in vectors)

@@ -59,7 +59,18 @@ def solve_penalty(
 def solve_whole(
     program: PenaltyProgram, motions: Sequence[Floats] = (), *, solver: str = "auto", score: bool = True
 ) -> Answer:
-    """Solve a penalty program as one; the parameters are those of `solve_penalty`."""
+    """Solve a penalty program as one.
+
+    Parameters
+    ----------
+    program, motions, solver, score
+        As in `solve_penalty`.
+
+    Returns
+    -------
+    Answer
+        Forces, adhesion and mechanism.
+    """
     proven: list[Floats] = []
 
     def accept(force: Floats) -> bool:
