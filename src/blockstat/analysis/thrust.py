@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.bounds import SHARES
-from blockstat.analysis.decision import decide
+from blockstat.analysis.decision import decide, outcome_of
 from blockstat.analysis.limit_load import LoadOutcome, limit_load
 from blockstat.analysis.problem import Problem, pose
 from blockstat.analysis.verdict import Outcome
@@ -17,9 +17,10 @@ from blockstat.certificate import check as certificate
 from blockstat.contact.interfaces import GAP, find_interfaces
 from blockstat.errors import InputError
 from blockstat.loads import as_load
+from blockstat.program.conic import conic_program
 from blockstat.program.equilibrium import column_rates
-from blockstat.solve import dispatch as dual
-from blockstat.solve.answer import DualProgram
+from blockstat.solve.dispatch import solve
+from blockstat.solve.penalty import solve_penalty
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -66,8 +67,9 @@ def thrust_range(
     """
     problem, inside = _standing(assembly, gap, options)
     thrust = _functional(problem, _support_indices(problem.assembly, supports), direction)
-    least, least_forces = _extreme(problem, -thrust, inside)
-    greatest, greatest_forces = _extreme(problem, thrust, inside)
+    solver = options.get("solver", "auto")
+    least, least_forces = _extreme(problem, -thrust, inside, solver)
+    greatest, greatest_forces = _extreme(problem, thrust, inside, solver)
     return ThrustRange(-least, greatest, least_forces, greatest_forces)
 
 
@@ -91,8 +93,9 @@ def settlement(
     unit = np.asarray(direction, dtype=float)
     imposed[moving, :3] = unit / np.linalg.norm(unit)
     rate = column_rates(problem.assembly, problem.eq, imposed)
-    answer = dual.solve_dual(DualProgram(program, -program.load, offset=rate.reshape(-1)))
-    if "Infeasible" in answer.status:
+    moved = conic_program(program, -program.load, offset=rate.reshape(-1))
+    answer = solve(moved, solver=options.get("solver", "auto"))
+    if answer.status.is_infeasible:
         raise InputError(f'"{assembly.name}": the supports cannot move so; the blocks are jammed between them')
     force = _admissible(problem, certificate.balance(program, answer.force), inside)
     reaction = _value(problem, thrust, force)
@@ -127,11 +130,14 @@ def load_domain(assembly: Assembly, one: Any, two: Any, *, directions: int = 32,
 def _standing(assembly: Assembly, gap: float, options: dict[str, Any]) -> tuple[Problem, Floats]:
     """The problem and a force field with room in its cones."""
     defaults = {"friction": None, "gravity": None, "loads": None, "interfaces": None, "solver": "auto"}
-    problem = pose(assembly, gap=gap, **(defaults | options))
+    given = defaults | options
+    solver = given.pop("solver")
+    problem = pose(assembly, gap=gap, **given)
     if problem.program is not None and not len(problem.floating):
-        proof = decide(problem.program, dual.solve(problem.program))
-        if proof.outcome is Outcome.STABLE:
-            return problem, proof.force
+        posed = {"solver": solver, "motions": problem.motions}
+        found = decide(problem.program, solve_penalty(problem.program, **posed), **posed)
+        if outcome_of(found.certificate) is Outcome.STABLE:
+            return problem, found.force
     raise InputError(f'"{assembly.name}" does not stand; it has no thrust to speak of')
 
 
@@ -164,12 +170,12 @@ def _value(problem: Problem, functional: Floats, force: Floats) -> float:
     return (float(functional @ force.reshape(-1)) - held) * program.force_unit
 
 
-def _extreme(problem: Problem, functional: Floats, inside: Floats) -> tuple[float, Floats]:
+def _extreme(problem: Problem, functional: Floats, inside: Floats, solver: str) -> tuple[float, Floats]:
     """Largest value of a functional over admissible force fields [N], proven by the field returned."""
     program = problem.program
     assert program is not None
-    answer = dual.solve_dual(DualProgram(program, -program.load, offset=-functional))
-    if "Infeasible" in answer.status:
+    answer = solve(conic_program(program, -program.load, offset=-functional), solver=solver)
+    if answer.status.is_infeasible:
         return np.inf, problem.to_points(answer.force)
     field = _admissible(problem, certificate.balance(program, answer.force), inside)
     return _value(problem, functional, field), problem.to_points(field)

@@ -13,7 +13,7 @@ PRELOADED = (
     "__main__",
     "blockstat.app.judge",
     "blockstat.model",
-    "blockstat.solve.structured",
+    "blockstat.solve.interior_point",
     "scipy.sparse.linalg",
     "scipy.spatial",
     "pypardiso",

@@ -1,4 +1,4 @@
-"""Where the search for forces begins: each block hands what it carries down to the blocks that it rests on.
+"""A guess of the load path, where phase one begins: each block hands what it carries down to those it rests on.
 
 Only the direction of the sum of all loads counts. Joints share what a block carries by the squares of the cosines of
 their normals with it, and no joint rubs. Such forces do not balance, but they lie inside all cones and are as large as
@@ -19,8 +19,19 @@ STEEP = 0.1
 COURSES, ARRIVED = 1_000, 1e-3
 
 
-def resting_forces(program: PenaltyProgram) -> Floats:
-    """Normal force at each point, shape (m,)."""
+def load_path_guess(program: PenaltyProgram) -> Floats:
+    """Guess the normal force at each point from the loads above it.
+
+    Parameters
+    ----------
+    program
+        The equilibrium, in its units.
+
+    Returns
+    -------
+    Floats
+        Normal forces, shape (m,), none below zero. They do not balance.
+    """
     load = program.load.reshape(-1, 6)[:, :3]
     total = load.sum(axis=0)
     size = float(np.linalg.norm(total))
