@@ -5,7 +5,7 @@ from blockstat.model.arches.column import column, pier
 from blockstat.model.buttresses.buttress import buttress
 from blockstat.model.buttresses.flying_buttress import flying_buttress
 from blockstat.model.placing import assemble, moved
-from blockstat.model.scene import build
+from blockstat.model.compose import build
 from blockstat.model.vaults.cylindrical import barrel_vault, groin_vault, pavilion_vault
 from blockstat.model.vaults.dome import dome, drum
 from blockstat.model.vaults.freeform import freeform, height_field

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fnmatch import fnmatchcase
 from itertools import product
 from typing import Any
@@ -17,7 +17,7 @@ from blockstat.joint import JointLaw
 from blockstat.model.ground import ground
 from blockstat.model.kinds import blocks_of
 from blockstat.model.placing import moved, rotation
-from blockstat.spec import Composition, Plan, parameters, resolve
+from blockstat.spec import Composition, Plan, Scene, lowered, parameters, resolve
 from blockstat.spec.composition import GROUND
 from blockstat.spec.element import Element, Repeat, repeats_of
 
@@ -28,15 +28,19 @@ OVERLAP = 1e-4
 FOOT = 1e-6
 
 
-def compose(composition: Composition) -> Assembly:
-    """The assembly of a composition.
+def build(scene: Scene) -> Assembly:
+    """The assembly of a scene of either form.
 
     A block of the element "nave" has names and groups that begin with "nave."; where the element is repeated, its
-    copies are "nave.1", "nave.2", ... Raises InputError naming the element or the key at fault, and two elements that
-    overlap.
+    copies are "nave.1", "nave.2", ... The groups of a `Building` are "ground" (the support), "wall.<side>",
+    "wall.<side>.lintel", "buttress.<side>.<k>" and "vault". Raises InputError naming the element or the key at fault,
+    and two elements that overlap.
     """
-    plan = resolve(composition)
-    blocks = [block for name, element in plan.elements.items() for block in _placed(name, element)]
+    plan = resolve(scene) if isinstance(scene, Composition) else lowered(scene)
+    try:
+        blocks = [block for name, element in plan.elements.items() for block in _placed(name, element)]
+    except InputError as error:
+        raise InputError(_said(str(error), plan.keys)) from None
     if not blocks:
         raise InputError(f'"{plan.name}": no element is present; there is nothing to build')
     if GROUND in plan.supports:
@@ -50,12 +54,20 @@ def compose(composition: Composition) -> Assembly:
         friction=plan.material.friction,
         joints=[JointLaw(**msgspec.structs.asdict(joint)) for joint in plan.joints],
         metadata={
-            "parameters": {path: found.value for path, found in parameters(composition).items()},
+            "parameters": {path: found.value for path, found in parameters(scene).items()},
             "material": msgspec.to_builtins(plan.material),
         },
     )
-    _check_elements_apart(assembly)
+    if not plan.apart:
+        _check_elements_apart(assembly)
     return assembly
+
+
+def _said(message: str, keys: Mapping[str, str]) -> str:
+    """A message in the words of the scene."""
+    for part, key in keys.items():
+        message = message.replace(part, key)
+    return message
 
 
 def _placed(name: str, element: Element) -> Iterator[Block]:
@@ -69,7 +81,8 @@ def _placed(name: str, element: Element) -> Iterator[Block]:
     if len(copies) > MOST_COPIES:
         raise InputError(f"elements.{name}.repeat: it makes {len(copies)} copies; at most {MOST_COPIES} are built")
     for number, steps in enumerate(copies, 1):
-        prefix = f"{name}.{number}." if len(copies) > 1 else f"{name}."
+        parts = [name if element.prefix is None else element.prefix, str(number) if len(copies) > 1 else ""]
+        prefix = "".join(f"{part}." for part in parts if part)
         turn, place = _pose(element, repeats, steps)
         for block in moved(own, place, turn=turn, prefix=prefix):
             density = element.density if block.density is None else block.density

@@ -1,4 +1,4 @@
-"""A scene of either form to an assembly, and an assembly from any file."""
+"""An assembly from any file."""
 
 from __future__ import annotations
 
@@ -9,19 +9,7 @@ from blockstat.assembly import Assembly
 from blockstat.errors import InputError
 from blockstat.io.files import blaming, read_parts
 from blockstat.io.scene import load_scene
-from blockstat.model.chapel import build_chapel
-from blockstat.model.compose import compose
-from blockstat.spec import Composition, Scene
-
-
-def build(scene: Scene) -> Assembly:
-    """The assembly of a scene.
-
-    Of a `Building`: groups "ground" (the support), "wall.<side>", "buttress.<side>.<k>", "vault". Of a `Composition`:
-    each element's groups under its name, and "ground". Raises InputError naming the key when the parts do not fit
-    together.
-    """
-    return compose(scene) if isinstance(scene, Composition) else build_chapel(scene)
+from blockstat.model.compose import build
 
 
 def read(path: str | Path, *, supports: Iterable[int | str] | None = None, units: str | None = None) -> Assembly:

@@ -1,6 +1,6 @@
 """What a scene file says, with bounds: the short form of a chapel, and compositions of elements."""
 
-from blockstat.spec.chapel import WALLS, Brick, Building, Buttress, Opening, Vault, Wall
+from blockstat.spec.chapel import WALLS, Brick, Building, Buttress, Opening, Vault, Wall, lowered
 from blockstat.spec.composition import Composition, Plan, resolve
 from blockstat.spec.material import Joint, Material
 from blockstat.spec.ranges import Range, is_present, value_of
@@ -21,6 +21,7 @@ __all__ = [
     "Vault",
     "Wall",
     "is_present",
+    "lowered",
     "parameters",
     "resolve",
     "scene_from",

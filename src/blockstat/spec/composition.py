@@ -38,14 +38,17 @@ class Composition(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
         check_name(self.name)
 
 
-class Plan(msgspec.Struct, frozen=True):
-    """What a composition says now: numbers only."""
+class Plan(msgspec.Struct, frozen=True, kw_only=True):
+    """What a scene says now, in numbers only: the input of the builders."""
 
     name: str
     elements: dict[str, Element]  #: those that are present
     material: Material
     joints: tuple[Joint, ...]
-    supports: tuple[str, ...]
+    supports: tuple[str, ...] = (GROUND,)
+    apart: bool = False  #: whether the elements are known not to overlap, so that this need not be checked
+    #: what errors call a part of the plan, and what the scene calls it
+    keys: dict[str, str] = {}
 
 
 def composition_from(data: dict[str, Any]) -> Composition:

@@ -54,6 +54,7 @@ class Run(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True)
     bond: Literal["running", "stack", "english", "flemish"] = "running"  #: how its bricks are laid
     leaves: Count = 1  #: in the thickness; 2 for English and Flemish bond
     half: float = 0.5  #: length of the half brick of running bond, as a fraction of a whole one
+    closers: bool = False  #: whether a stretch too narrow for a brick is one cut stone; otherwise it is refused
     through: Through | None = None  #: through-stones
     batter: Ends = (0.0, 0.0)  #: inward slope of the left and of the right face [m per m of height]
     gable: Size = 0.0  #: height of the ridge above the height, 0 for none [m]
@@ -74,6 +75,7 @@ class WallButtress(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_o
     segment: int = 0  #: which stretch of a path with several
     side: Literal["left", "right"] = "right"  #: of the path
     bonded: bool = True  #: into the wall, or standing against it
+    courses: Count | None = None  #: of one stone each with beds of its own, where it stands against an upright face
     steps: tuple[Ends, ...] = ()  #: height and projection above it, lowest first [m]
     weathering: Size = 0.0  #: height over which a step slopes back [m]
     rake: Size = 0.0  #: slope of the outer face [m per m of height]

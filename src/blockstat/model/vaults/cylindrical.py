@@ -20,8 +20,9 @@ import numpy as np
 from blockstat.assembly import Block
 from blockstat.errors import InputError
 from blockstat.model.arches.profile import at_least, half_joints, number_of, positive, profile, whole_joints
-from blockstat.model.solids import below, fuse, prism
-from blockstat.model.walling.short_bond import SLIVER, brick_length, lay_row
+from blockstat.model.solids import below, fuse, hexahedron, prism
+from blockstat.model.walling.brickwork import SLIVER
+from blockstat.model.walling.pattern import plain_row
 from blockstat.typing import Floats
 
 SIDES = {(0, 1): "east", (0, -1): "west", (1, 1): "north", (1, -1): "south"}  #: by axis and sign
@@ -49,16 +50,17 @@ def barrel_vault(
     half = profile(shape, span, rise)
     number = number_of(voussoirs, voussoir, 2 * half.length, even=half.crown_joint)
     joints = whole_joints(half_joints(shape, span, rise, thickness, number, "radial"), number)
-    size = brick_length(length, brick)
+    rows = plain_row(length, brick)
 
     def across(outline: Floats, x: float) -> Floats:
         return np.column_stack([np.full(len(outline), x - length / 2), outline])
 
     blocks = []
     for course, (a, b) in enumerate(zip(joints[:-1], joints[1:], strict=True)):
-        outline = np.array([*a, *b[::-1]])
-        for i, (x0, x1) in enumerate(lay_row(length, size, course)):
-            blocks.append(prism(across(outline, x0), across(outline, x1), name=f"vault.{course}.{i}", group="vault"))
+        outline = np.array([a[0], b[0], b[1], a[1]])
+        cuts = [across(outline, x) for x in rows[course % 2].tolist()]
+        for i, ends in enumerate(zip(cuts, cuts[1:], strict=False)):
+            blocks.append(hexahedron(*ends, name=f"vault.{course}.{i}", group="vault"))
     if springers:
         positive(springers=springers)
         for side, bed in (("south", joints[0]), ("north", joints[-1])):

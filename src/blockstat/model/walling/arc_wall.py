@@ -14,11 +14,10 @@ from blockstat.errors import InputError
 from blockstat.model.arches.profile import positive
 from blockstat.model.walling.brickwork import SLIVER, brickwork, head_stones
 from blockstat.model.walling.heads import Head, heads
-from blockstat.model.walling.levels import bed_levels
 from blockstat.model.walling.pattern import HEADER, Pattern, fitted
 from blockstat.model.walling.row import Gap, Row
 from blockstat.model.walling.run import Run
-from blockstat.model.walling.strip import Edge, Ring, Strip, upright
+from blockstat.model.walling.strip import Edge, Ring, Strip, bed_levels, upright
 from blockstat.model.walling.walls import check_sizes
 
 WIDEST = math.radians(60.0)  #: angle of one stone or opening: a straight side of it is then inside the thickness

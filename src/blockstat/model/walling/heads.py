@@ -13,10 +13,9 @@ import numpy as np
 from blockstat.errors import InputError
 from blockstat.geometry import clipping as clip
 from blockstat.model.arches.profile import at_least, half_joints, positive, profile, whole_joints
-from blockstat.model.walling.levels import nearest
 from blockstat.model.walling.row import Gap
 from blockstat.model.walling.run import Opening, spaced
-from blockstat.model.walling.strip import Strip, upright
+from blockstat.model.walling.strip import Strip, nearest, upright
 from blockstat.typing import Floats
 
 FLATTEST = 1.0  #: slope of the top facets of an extrados: the feather edge of a brick over it has at least 45 degrees
@@ -47,11 +46,16 @@ def heads(strip: Strip, brick: float, nominal: float) -> list[Head]:
 
 def centres(opening: Opening, strip: Strip, label: str) -> list[float]:
     """Where the centres of an opening are along its strip [m]."""
+    length = strip.axis.length
     if opening.at is None:
-        return spaced(strip.axis.length, opening.number)
+        if opening.number * opening.width > length * (1 - 1e-9):
+            raise InputError(
+                f"{label}: {opening.number} openings of {opening.width:.3g} m width do not fit {length:.3g} m of wall"
+            )
+        return spaced(length, opening.number)
     places = [float(s) for s in opening.at]
-    if not all(0 < s < strip.axis.length for s in places):
-        raise InputError(f"{label}: at is {opening.at!r}; the wall is {strip.axis.length:g} m long")
+    if not all(0 < s < length for s in places):
+        raise InputError(f"{label}: at is {opening.at!r}; the wall is {length:g} m long")
     return places
 
 

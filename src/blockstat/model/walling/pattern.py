@@ -93,6 +93,16 @@ def fitted(run: Run, nominal: float, start: tuple[float, int | None], end: tuple
     return Pattern(run.bond, best[2], start[0], best[1], half, run.leaves_laid, run.through)
 
 
+def plain_row(length: float, nominal: float) -> tuple[Floats, Floats]:
+    """Ends of the bricks of an even and of an odd course of running bond over a length, both from 0 to that [m].
+
+    Each course is whole bricks and one half brick: last in even courses, first in odd ones.
+    """
+    whole = max(round(length / nominal - 0.5), 1)
+    edges = length / (whole + 0.5) * np.arange(whole + 1)
+    return np.append(edges, length), np.append(0.0, length - edges[::-1])
+
+
 def _phases(phase: int | None) -> tuple[int, ...]:
     return (0, 1) if phase is None else (phase,)
 

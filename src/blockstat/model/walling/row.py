@@ -59,7 +59,8 @@ class Row:
             width = self.corners(after.low) - self.corners(before.high)
             if np.abs(width).max() < 1e-9 * least:
                 continue
-            if width.min() < least * (1 - 1e-9) and not (self.pointed and width.min() > -1e-9 * least):
+            narrow = self.pointed or self.strip.run.closers
+            if width.min() < least * (1 - 1e-9) and not (narrow and width.min() > -1e-9 * least):
                 at = f"at a height of {self.strip.bed(self.course)[0]:.3g} m"
                 left = f"{width.min():.3g} m is left between" if width.min() > 0 else "nothing is left between"
                 raise InputError(

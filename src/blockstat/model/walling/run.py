@@ -87,6 +87,7 @@ class Run:
     bond: str = "running"
     leaves: int = 1
     half: float = 0.5
+    closers: bool = False
     through: Through | None = None
     batter: tuple[float, float] = (0.0, 0.0)
     gable: float = 0.0
@@ -121,6 +122,7 @@ class Buttress:
     segment: int = 0
     side: str = "right"
     bonded: bool = True
+    courses: int | None = None
     steps: Sequence[tuple[float, float]] = ()
     weathering: float = 0.0
     rake: float = 0.0

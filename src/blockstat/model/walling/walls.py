@@ -9,16 +9,15 @@ import numpy as np
 from blockstat.assembly import Block
 from blockstat.errors import InputError
 from blockstat.model.arches.profile import positive
-from blockstat.model.buttresses.buttress import buttress_strips
 from blockstat.model.walling.brickwork import SLIVER, Numbers, brickwork, head_stones
 from blockstat.model.walling.gable import raked_coping, slopes
 from blockstat.model.walling.heads import Head, heads
 from blockstat.model.walling.junction import Join, joins
-from blockstat.model.walling.levels import bed_levels, nearest
 from blockstat.model.walling.pattern import Pattern, fitted
 from blockstat.model.walling.row import Gap, Row
 from blockstat.model.walling.run import Buttress, Run, check_run
-from blockstat.model.walling.strip import Line, Strip, upright
+from blockstat.model.walling.stems import coursed_stem, stem_strip, stems
+from blockstat.model.walling.strip import Line, Strip, bed_levels, nearest, upright
 
 
 def walls(
@@ -57,14 +56,18 @@ def walls(
     levels = bed_levels(marks, brick[1], sliver)
     strips = [strip for run in runs for strip in _strips(run, levels)]
     loose: list[tuple[int, int]] = []
-    for host, strip, tied in buttress_strips(strips, buttresses):
-        loose += [] if tied else [(host, len(strips))]
-        strips.append(strip)
+    beside: list[Block] = []
+    for stem in list(stems(strips, buttresses)):
+        if stem.spec.courses is not None:
+            beside += coursed_stem(strips[stem.host], stem)
+            continue
+        loose += [] if stem.tied else [(stem.host, len(strips))]
+        strips.append(stem_strip(strips[stem.host], stem))
     blocks: list[Block] = []
     numbers: Numbers = {}
     for strip, of_strip in zip(strips, joins(strips, loose, bonded=bonded), strict=True):
         blocks += _build(strip, of_strip, brick, sliver, numbers)
-    return blocks
+    return blocks + beside
 
 
 def check_sizes(runs: Sequence[Run], brick: Sequence[float], sliver: float) -> None:
