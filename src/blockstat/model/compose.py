@@ -84,9 +84,7 @@ def _placed(name: str, element: Element) -> Iterator[Block]:
         parts = [name if element.prefix is None else element.prefix, str(number) if len(copies) > 1 else ""]
         prefix = "".join(f"{part}." for part in parts if part)
         turn, place = _pose(element, repeats, steps)
-        for block in moved(own, place, turn=turn, prefix=prefix):
-            density = element.density if block.density is None else block.density
-            yield Block(block.vertices, block.faces, block.name.rstrip("."), block.group.rstrip("."), density)
+        yield from moved(own, place, turn=turn, prefix=prefix, density=element.density)
 
 
 def _pose(element: Element, repeats: Sequence[Repeat], steps: Sequence[int]) -> tuple[float, list[float]]:
@@ -100,8 +98,9 @@ def _pose(element: Element, repeats: Sequence[Repeat], steps: Sequence[int]) -> 
 
 
 def _check_feet(blocks: Sequence[Block]) -> None:
-    low = np.array([block.vertices[:, 2].min() for block in blocks])
-    high = np.array([block.vertices[:, 2].max() for block in blocks])
+    z = np.concatenate([block.vertices for block in blocks])[:, 2]
+    start = np.cumsum([0, *(len(block.vertices) for block in blocks[:-1])])
+    low, high = np.minimum.reduceat(z, start), np.maximum.reduceat(z, start)
     room = FOOT * (high - low)
     deepest = int((low + room).argmin())
     if low[deepest] < -room[deepest]:

@@ -13,24 +13,29 @@ from blockstat.typing import Floats
 
 
 def moved(
-    blocks: Iterable[Block], by: Sequence[float] = (0.0, 0.0, 0.0), *, turn: float = 0.0, prefix: str = ""
+    blocks: Iterable[Block],
+    by: Sequence[float] = (0.0, 0.0, 0.0),
+    *,
+    turn: float = 0.0,
+    prefix: str = "",
+    density: float | None = None,
 ) -> list[Block]:
     """Blocks turned about the vertical through the origin and then moved.
 
     by : displacement, shape (3,) [m]; turn : counter-clockwise seen from above [degrees]; prefix : put in front of
-    names and groups ("nave." makes "nave.vault.north"), so that an element can be used more than once.
+    names and groups ("nave." makes "nave.vault.north"), so that an element can be used more than once; density : of the
+    blocks that have none of their own [kg/m3].
     """
-    matrix, step = rotation(turn).T, np.asarray(by, dtype=float)
-    return [
-        Block(
-            np.asarray(block.vertices, dtype=float) @ matrix + step,
-            block.faces,
-            prefix + block.name,
-            prefix + block.group,
-            block.density,
-        )
-        for block in blocks
-    ]
+    matrix = rotation(turn).T if turn else None
+    step = np.asarray(by, dtype=float) if any(by) else None
+    placed = []
+    for block in blocks:
+        vertices = np.asarray(block.vertices, dtype=float)
+        vertices = vertices if matrix is None else vertices @ matrix
+        vertices = vertices if step is None else vertices + step
+        name, group = (prefix + block.name).rstrip("."), (prefix + block.group).rstrip(".")
+        placed.append(Block(vertices, block.faces, name, group, density if block.density is None else block.density))
+    return placed
 
 
 def rotation(turn: float) -> Floats:

@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
 
 from blockstat.errors import InputError
 from blockstat.model.walling.run import HEADER_BONDS
-from blockstat.model.walling.strip import Edge, Face, Line, Strip
+from blockstat.model.walling.strip import Edge, Line, Strip
 
 LEAST_ANGLE = 30.0  #: between two runs that meet [degrees]; below it the overlap is longer than two thicknesses
 
@@ -43,8 +44,17 @@ class Join:
         else:
             z = self.other.levels[self.other.top]
             faces = tuple((c + k * z, 0.0) for c, k in (self.other.right, self.other.left))
-        edges = [_across(self.strip, self.other, face) for face in faces]
+        offset, across, slope = self._plan
+        edges = [((c - offset) / slope, across / slope, k / slope) for c, k in faces]
         return (edges[0], edges[1]) if edges[0][0] < edges[1][0] else (edges[1], edges[0])
+
+    @cached_property
+    def _plan(self) -> tuple[float, float, float]:
+        """Of the other's axis in coordinates of the strip: offset, and slopes across and along the strip."""
+        a, b = self.strip.axis, self.other.axis
+        assert isinstance(a, Line)
+        assert isinstance(b, Line)
+        return float((a.origin - b.origin) @ b.across), -float(a.across @ b.across), float(a.along @ b.across)
 
     def joints(self, course: int) -> list[Edge]:
         """Where the other's stones end beside the overlap and in it: its faces, and joints between leaves that headers
@@ -53,16 +63,6 @@ class Join:
         low, high = np.array(self.edges(course))
         leaves = self.other.run.leaves_laid if self.other.run.bond in HEADER_BONDS else 1
         return [tuple(map(float, low + (high - low) * k / leaves)) for k in range(leaves + 1)]  # type: ignore[misc]
-
-
-def _across(strip: Strip, other: Strip, face: Face) -> Edge:
-    """A face of the other strip as a plane across this one."""
-    a, b = strip.axis, other.axis
-    assert isinstance(a, Line)
-    assert isinstance(b, Line)
-    slope = float(a.along @ b.across)
-    offset = float((a.origin - b.origin) @ b.across)
-    return ((face[0] - offset) / slope, -float(a.across @ b.across) / slope, face[1] / slope)
 
 
 def joins(strips: Sequence[Strip], loose: Sequence[tuple[int, int]] = (), *, bonded: bool = True) -> list[list[Join]]:

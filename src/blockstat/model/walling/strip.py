@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from blockstat.assembly import Block
 from blockstat.errors import InputError
-from blockstat.model.solids import FACES, polyhedron, prism
+from blockstat.model.solids import FACES, hexahedron, polyhedron, prism
 from blockstat.model.walling.run import Run
 from blockstat.typing import Floats
 
@@ -36,7 +37,7 @@ class Line:
     along: Floats  #: unit vector, shape (2,)
     length: float
 
-    @property
+    @cached_property
     def across(self) -> Floats:
         return np.array([-self.along[1], self.along[0]])
 
@@ -116,25 +117,30 @@ class Strip:
         """Points x, y, z, shape (..., 3)."""
         return np.concatenate([self.axis.place(s, d), z[..., None]], axis=-1)
 
-    def bricks(self, course: int, ends: Floats, leaves: Floats, names: list[str], group: str) -> list[Block]:
-        """Blocks of one course.
+    def bricks(
+        self, courses: Sequence[int], ends: Floats, leaves: Floats, names: Sequence[str], groups: Sequence[str]
+    ) -> list[Block]:
+        """Blocks between two beds, two edges and two places across the strip.
 
-        ends : the edges that bound each, shape (n, 2, 3); leaves : from right face (0) to left (1), shape (n, 2).
+        courses : of each, length n; ends : the edges that bound each, shape (n, 2, 3); leaves : from right face (0) to
+        left (1), shape (n, 2).
         """
         if not len(ends):
             return []
-        z = np.repeat(self.bed(course), 4)
-        (rc, rk), (lc, lk) = self.faces(course)
+        number = np.array(courses)
+        z = np.repeat(np.array(self.levels)[np.stack([number, number + 1], axis=1)], 4, axis=1)
+        faces = np.array([self.faces(course) for course in range(max(courses) + 1)])[number]
+        (rc, rk), (lc, lk) = faces.transpose(1, 2, 0)[..., None]
         share = np.concatenate([leaves[:, (0, 0, 1, 1)]] * 2, axis=1)
         right = rc + rk * z
         d = right + share * (lc + lk * z - right)
         edge = ends[:, (0, 1, 1, 0, 0, 1, 1, 0)]
         s = edge[..., 0] + edge[..., 1] * d + edge[..., 2] * z
-        corners = self.points(s, d, np.broadcast_to(z, s.shape))
+        corners = self.points(s, d, z)
         pointed = np.abs(s[:, (1, 2, 5, 6)] - s[:, (0, 3, 4, 7)]).min(axis=1) < 1e-9 * np.ptp(s, axis=1)
         return [
             polyhedron(_meeting(v), FACES, name=name, group=group) if sharp else Block(v, FACES, name, group)
-            for v, name, sharp in zip(corners, names, pointed, strict=True)
+            for v, name, group, sharp in zip(corners, names, groups, pointed.tolist(), strict=True)
         ]
 
     def slab(self, section: Floats, name: str, group: str, faces: tuple[Face, Face] | None = None) -> Block:
@@ -142,6 +148,11 @@ class Strip:
         s, z = section.T
         sides = [self.points(s, c + k * z, z) for c, k in faces or (self.right, self.left)]
         return prism(*sides, name=name, group=group)
+
+    def beam(self, section: Floats, name: str, group: str) -> Block:
+        """A `slab` with a rectangle for its outline, counter-clockwise where z is up and s is to the right."""
+        s, z = section[::-1].T
+        return hexahedron(*(self.points(s, c + k * z, z) for c, k in (self.right, self.left)), name=name, group=group)
 
 
 def _meeting(corners: Floats) -> Floats:
