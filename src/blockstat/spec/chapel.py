@@ -11,13 +11,13 @@ from typing import Annotated, Literal
 import msgspec
 
 from blockstat.errors import InputError
+from blockstat.model.walling import run as walling
 from blockstat.spec.composition import Plan
 from blockstat.spec.element import Element
-from blockstat.spec.elements import Barrel
+from blockstat.spec.elements import element
 from blockstat.spec.material import Joint, Material
 from blockstat.spec.ranges import Count, Height, Length, Presence, Range, is_present, value_of
 from blockstat.spec.reading import check_name
-from blockstat.spec.walls import Run, WallButtress, WallOpening, Walls
 
 WALLS = ("south", "north", "west", "east")
 WallName = Literal["south", "north", "west", "east"]
@@ -104,7 +104,8 @@ def lowered(building: Building) -> Plan:
     elements: dict[str, Element] = {"walls": walls}
     if building.vault is not None and is_present(building.vault.present):
         length, span = value_of(building.length), value_of(building.span)
-        elements["vault"] = Barrel(
+        elements["vault"] = element(
+            "barrel",
             span=span,
             length=length,
             thickness=value_of(building.vault.thickness),
@@ -123,7 +124,7 @@ def lowered(building: Building) -> Plan:
     )
 
 
-def _walls(building: Building) -> tuple[Walls, dict[str, str]]:
+def _walls(building: Building) -> tuple[Element, dict[str, str]]:
     """The walls with their openings and buttresses, and what errors call them."""
     height, nominal = value_of(building.wall.height), value_of(building.brick.height)
     course = height / _courses(height, nominal)
@@ -132,7 +133,7 @@ def _walls(building: Building) -> tuple[Walls, dict[str, str]]:
         tables = {f"doors.{side}": building.doors.get(side), f"windows.{side}": building.windows.get(side)}
         there = {key: own for key, own in tables.items() if own is not None and is_present(own.present)}
         keys |= {f'wall "{side}": openings[{k}]': key for k, key in enumerate(there)}
-        runs[side] = Run(
+        runs[side] = walling.Run(
             path=path,
             align=align,
             thickness=value_of(building.wall.thickness),
@@ -146,7 +147,7 @@ def _walls(building: Building) -> tuple[Walls, dict[str, str]]:
             keys[f'buttresses[{len(buttresses)}] of wall "{side}"'] = f"buttresses.{side}"
             buttresses.append(_buttress(side, own, course))
     brick = (value_of(building.brick.length), min(nominal, height))
-    return Walls(runs=runs, brick=brick, buttresses=tuple(buttresses), bonded=False, prefix=""), keys
+    return element("walls", runs=runs, brick=brick, buttresses=buttresses, bonded=False, prefix=""), keys
 
 
 def _paths(building: Building) -> dict[WallName, tuple[tuple[tuple[float, float], ...], Literal["left", "right"]]]:
@@ -160,18 +161,18 @@ def _paths(building: Building) -> dict[WallName, tuple[tuple[tuple[float, float]
     }
 
 
-def _opening(own: Opening, course: float) -> WallOpening:
+def _opening(own: Opening, course: float) -> walling.Opening:
     """An opening whose sill and soffit are on beds; halves go to the even bed."""
     sill = round(value_of(own.sill) / course)
     soffit = max(round((value_of(own.sill) + value_of(own.height)) / course), sill + 1)
     number = round(value_of(own.number))
-    return WallOpening(width=value_of(own.width), height=(soffit - sill) * course, sill=sill * course, number=number)
+    return walling.Opening(width=value_of(own.width), height=(soffit - sill) * course, sill=sill * course, number=number)
 
 
-def _buttress(side: WallName, own: Buttress, course: float) -> WallButtress:
+def _buttress(side: WallName, own: Buttress, course: float) -> walling.Buttress:
     """Buttresses of one stone a course against the outer face; the builder spaces them (Eqs. 3-5 of the paper)."""
     height = value_of(own.height)
-    return WallButtress(
+    return walling.Buttress(
         wall=side,
         width=value_of(own.width),
         projection=value_of(own.thickness),

@@ -12,8 +12,9 @@ from typing import Any
 import msgspec
 
 from blockstat.errors import InputError
-from blockstat.spec.elements import KINDS, Element
-from blockstat.spec.expression import RESERVED, evaluate, is_expression
+from blockstat.model.expression import RESERVED, evaluate, is_expression
+from blockstat.spec.element import Element
+from blockstat.spec.elements import KINDS
 from blockstat.spec.material import Joint, Material
 from blockstat.spec.ranges import Range, is_range
 from blockstat.spec.reading import check_name, entries, joined, read_as

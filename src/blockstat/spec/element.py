@@ -2,15 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
 import msgspec
 
-Length = Annotated[float, msgspec.Meta(gt=0)]
-Size = Annotated[float, msgspec.Meta(ge=0)]
-Count = Annotated[int, msgspec.Meta(ge=1)]
-Ends = tuple[float, float]
-Point = tuple[float, float, float]
+from blockstat.model.quantities import Count, Ends, Length, Point
 
 
 class Repeat(msgspec.Struct, forbid_unknown_fields=True, frozen=True):

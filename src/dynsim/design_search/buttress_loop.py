@@ -15,7 +15,7 @@ import msgspec
 
 from blockstat.assembly import Assembly
 from blockstat.errors import InputError
-from blockstat.model import build
+from blockstat.spec import build
 from blockstat.spec import Building, Range, value_of
 from dynsim.judge.verify import DynamicVerdict
 

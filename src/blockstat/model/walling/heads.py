@@ -36,7 +36,7 @@ def heads(strip: Strip, brick: float, nominal: float) -> list[Head]:
     """All openings of a strip, in the order given. brick, nominal : length and height of a brick [m]."""
     found: list[Head] = []
     for k, opening in enumerate(strip.run.openings):
-        if opening.segment != strip.segment:
+        if opening.segment != strip.segment or not opening.present:
             continue
         label = f'wall "{strip.run.name}": openings[{k}]'
         for centre in centres(opening, strip, label):
@@ -75,7 +75,8 @@ def _head(opening: Opening, strip: Strip, centre: float, brick: float, nominal: 
     else:
         chain, stones = _arch(opening, levels[top:] - levels[top], nominal, label)
     if chain is None or stones is None:
-        raise InputError(f"{label}: a {opening.head} head over it reaches above the wall of {levels[-1]:.3g} m")
+        reach = f"sill and height reach {levels[top]:.3g} m"
+        raise InputError(f"{label}: {reach}; a {opening.head} head over it reaches above the wall of {levels[-1]:.3g} m")
     x, z = chain.T
     for course in range(top, len(levels) - 1):
         low, high = (levels[k] - levels[top] for k in (course, course + 1))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,10 +39,15 @@ class Stem:
         return 1.0 if self.spec.side == "left" else -1.0
 
 
-def stems(strips: Sequence[Strip], buttresses: Sequence[Buttress]) -> Iterator[Stem]:
-    """The buttresses of walls one by one, in groups "buttress.<run>.<k>", k from 1 in the order given along each run."""
+def stems(strips: Sequence[Strip], buttresses: Sequence[Buttress], absent: Collection[str] = ()) -> Iterator[Stem]:
+    """The buttresses of walls one by one, in groups "buttress.<run>.<k>", k from 1 in the order given along each run.
+
+    absent : runs that are not there, and so have no buttresses.
+    """
     count: dict[str, int] = {}
     for number, spec in enumerate(buttresses):
+        if not spec.present or spec.wall in absent:
+            continue
         label = f'buttresses[{number}] of wall "{spec.wall}"'
         host = _host(strips, spec, label)
         check_buttress(spec, label)

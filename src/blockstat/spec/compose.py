@@ -15,11 +15,12 @@ from blockstat.contact.penetration import overlaps
 from blockstat.errors import InputError
 from blockstat.joint import JointLaw
 from blockstat.model.ground import ground
-from blockstat.model.kinds import blocks_of
 from blockstat.model.placing import moved, rotation
-from blockstat.spec import Composition, Plan, Scene, lowered, parameters, resolve
-from blockstat.spec.composition import GROUND
+from blockstat.spec.chapel import lowered
+from blockstat.spec.composition import GROUND, Composition, Plan, resolve
 from blockstat.spec.element import Element, Repeat, repeats_of
+from blockstat.spec.elements import blocks_of
+from blockstat.spec.scene import Scene, parameters
 
 MOST_COPIES = 10_000
 #: Depth of an overlap of elements that is an error, relative to the smaller block; rounding makes less.
