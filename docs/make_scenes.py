@@ -6,11 +6,11 @@ from typing import Any, Literal, get_args, get_origin
 
 import msgspec
 
+from blockstat.model.expression import CONSTANTS, FUNCTIONS
 from blockstat.model.walling import run
 from blockstat.spec import Composition, Joint, Material, Range, chapel, elements
 from blockstat.spec.element import Element, Repeat
 from blockstat.spec.meanings import meanings
-from blockstat.model.expression import CONSTANTS, FUNCTIONS
 
 HERE = Path(__file__).parent
 
@@ -71,7 +71,9 @@ def table(kind: type, without: frozenset[str] = frozenset()) -> str:
             continue
         if not words.get(field.name):
             raise SystemExit(f"{kind.__name__}.{field.name} has no comment")
-        rows.append(f"| `{field.name}` | {default(field)} | {words[field.name]}{allowed(field.type, words[field.name])} |")
+        rows.append(
+            f"| `{field.name}` | {default(field)} | {words[field.name]}{allowed(field.type, words[field.name])} |"
+        )
     return "\n".join(rows)
 
 

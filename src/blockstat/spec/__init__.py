@@ -5,6 +5,7 @@ in numbers (`resolve`, `lowered`), and `build` puts the blocks of its elements t
 
 This room imports `model`, `io`, `contact` and the root.
 """
+
 from blockstat.spec.chapel import WALLS, Brick, Building, Buttress, Opening, Vault, Wall, lowered
 from blockstat.spec.compose import build
 from blockstat.spec.composition import Composition, Plan, resolve

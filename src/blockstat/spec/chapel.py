@@ -93,11 +93,25 @@ MOST_BLOCKS = 300_000
 
 
 def lowered(building: Building) -> Plan:
-    """The plan of the general elements that a building stands for: one element of walls and one of a barrel vault.
+    """The plan of the general elements that a building stands for: walls and a barrel vault.
 
     The end walls butt against the long walls, without a bond. Groups are "ground" (the support), "wall.<side>",
-    "wall.<side>.lintel", "buttress.<side>.<k>" and "vault". Raises InputError before a slip of the pen makes millions
-    of blocks.
+    "wall.<side>.lintel", "buttress.<side>.<k>" and "vault".
+
+    Parameters
+    ----------
+    building : Building
+        Its ranges count with their values.
+
+    Returns
+    -------
+    Plan
+        In numbers only.
+
+    Raises
+    ------
+    InputError
+        Before a slip of the pen makes millions of blocks.
     """
     _check_size(building)
     walls, keys = _walls(building)
@@ -166,7 +180,9 @@ def _opening(own: Opening, course: float) -> walling.Opening:
     sill = round(value_of(own.sill) / course)
     soffit = max(round((value_of(own.sill) + value_of(own.height)) / course), sill + 1)
     number = round(value_of(own.number))
-    return walling.Opening(width=value_of(own.width), height=(soffit - sill) * course, sill=sill * course, number=number)
+    return walling.Opening(
+        width=value_of(own.width), height=(soffit - sill) * course, sill=sill * course, number=number
+    )
 
 
 def _buttress(side: WallName, own: Buttress, course: float) -> walling.Buttress:

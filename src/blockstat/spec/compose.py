@@ -33,9 +33,29 @@ def build(scene: Scene) -> Assembly:
     """The assembly of a scene of either form.
 
     A block of the element "nave" has names and groups that begin with "nave."; where the element is repeated, its
-    copies are "nave.1", "nave.2", ... The groups of a `Building` are "ground" (the support), "wall.<side>",
-    "wall.<side>.lintel", "buttress.<side>.<k>" and "vault". Raises InputError naming the element or the key at fault,
-    and two elements that overlap.
+    copies are "nave.1", "nave.2", ... The groups of a `Building` are those of `lowered`.
+
+    Parameters
+    ----------
+    scene : Building or Composition
+        Its ranges count with their values.
+
+    Returns
+    -------
+    Assembly
+        On its supports.
+
+    Raises
+    ------
+    InputError
+        Naming the element or the key at fault, and two elements that overlap.
+
+    Examples
+    --------
+    >>> from blockstat import build, scene_from
+    >>> post = {"kind": "pier", "size": [0.5, 0.5], "height": 1.0, "courses": 2}
+    >>> build(scene_from({"name": "gate", "elements": {"post": post}})).names
+    ('ground', 'post.pier.0.0', 'post.pier.1.0')
     """
     plan = resolve(scene) if isinstance(scene, Composition) else lowered(scene)
     try:

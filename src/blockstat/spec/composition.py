@@ -53,7 +53,23 @@ class Plan(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def composition_from(data: dict[str, Any]) -> Composition:
-    """A composition from plain data. Raises InputError with the path of a bad key, kind, name or number."""
+    """A composition from plain data.
+
+    Parameters
+    ----------
+    data : dict
+        As a TOML file gives it, with a range in place of each presence to be searched.
+
+    Returns
+    -------
+    Composition
+        As it was written.
+
+    Raises
+    ------
+    InputError
+        With the path of a bad key, kind, name or number.
+    """
     composition = read_as(Composition, data)
     if not composition.elements:
         raise InputError("elements: there are none; write one as [elements.NAME]")
@@ -76,7 +92,23 @@ def composition_from(data: dict[str, Any]) -> Composition:
 
 
 def resolve(composition: Composition) -> Plan:
-    """The composition with every range at its value and every expression computed."""
+    """The plan of a composition: every range at its value and every expression computed.
+
+    Parameters
+    ----------
+    composition : Composition
+        As it was written.
+
+    Returns
+    -------
+    Plan
+        In numbers only.
+
+    Raises
+    ------
+    InputError
+        With the path of a bad key, kind or number.
+    """
     names = _Names(composition.parameters)
     elements = {
         name: _element(_plain(keys, f"elements.{name}", names), f"elements.{name}")

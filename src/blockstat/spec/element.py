@@ -28,5 +28,16 @@ class Element(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=T
 
 
 def repeats_of(element: Element) -> tuple[Repeat, ...]:
-    """The repetitions of an element, none or several."""
+    """The repetitions of an element, none or several.
+
+    Parameters
+    ----------
+    element : Element
+        Any.
+
+    Returns
+    -------
+    tuple of Repeat
+        In the order in which they multiply.
+    """
     return (element.repeat,) if isinstance(element.repeat, Repeat) else element.repeat

@@ -18,18 +18,58 @@ from blockstat.spec.element import Element
 
 
 def element(kind: str, **keys: Any) -> Element:
-    """An element of a kind with some keys, as they are: they are not checked."""
+    """An element of a kind with some keys, as they are: they are not checked.
+
+    Parameters
+    ----------
+    kind : str
+        One of `KINDS`.
+    **keys
+        Those of the kind and those of placing.
+
+    Returns
+    -------
+    Element
+        An instance of `KINDS[kind]`.
+    """
     return KINDS[kind](**keys)
 
 
 def blocks_of(element: Element) -> list[Block]:
-    """The blocks of an element about its own origin. Raises InputError for keys that do not fit together."""
+    """The blocks of an element about its own origin.
+
+    Parameters
+    ----------
+    element : Element
+        Of any kind.
+
+    Returns
+    -------
+    list of Block
+        As its builder gives them, not yet in place.
+
+    Raises
+    ------
+    InputError
+        For keys that do not fit together.
+    """
     keys = {key: getattr(element, key) for key in element.__struct_fields__ if key not in Element.__struct_fields__}
     return kinds.KINDS[kind_of(element)].build(**keys)
 
 
 def kind_of(element: Element | type[Element]) -> str:
-    """The word that a scene file has for the kind of an element."""
+    """The word that a scene file has for the kind of an element.
+
+    Parameters
+    ----------
+    element : Element or type
+        Of any kind.
+
+    Returns
+    -------
+    str
+        A key of `KINDS`.
+    """
     return str(element.__struct_config__.tag)
 
 
@@ -41,7 +81,9 @@ def _options(kind: Kind) -> Iterator[tuple[str, Any, Any]]:
             continue
         hints = get_type_hints(taker, include_extras=True)
         for option in inspect.signature(taker).parameters.values():
-            named = option.kind is option.KEYWORD_ONLY or (taker is kind.build and option.kind is not option.VAR_KEYWORD)
+            named = option.kind is option.KEYWORD_ONLY or (
+                taker is kind.build and option.kind is not option.VAR_KEYWORD
+            )
             if named and option.name not in kind.without:
                 found.setdefault(option.name, (option.name, hints[option.name], option.default))
     yield from found.values()
@@ -54,10 +96,11 @@ def _table(tag: str, kind: Kind) -> type[Element]:
         (name, hint) if default is empty else (name, hint, default) for name, hint, default in _options(kind)
     ]
     summary = (inspect.getdoc(kind.build) or "").partition("\n\n")[0]
-    return msgspec.defstruct(
+    made: Any = msgspec.defstruct(
         tag, fields, bases=(Element,), module=__name__, namespace={"__doc__": summary}, tag=tag, kw_only=True,
         frozen=True, forbid_unknown_fields=True,
     )  # fmt: skip
+    return made
 
 
 KINDS: dict[str, type[Element]] = {tag: _table(tag, kind) for tag, kind in kinds.KINDS.items()}

@@ -19,7 +19,20 @@ BLOCKS = (".json", ".obj", ".glb", ".stl", ".ply")  #: suffixes of files that ar
 def load_scene(path: str | Path) -> Scene:
     """Read a scene; a mesh file named in it is looked for beside it.
 
-    Raises InputError with the line for bad TOML and the key for a bad value.
+    Parameters
+    ----------
+    path : str or Path
+        A file in TOML.
+
+    Returns
+    -------
+    Building or Composition
+        What the file says.
+
+    Raises
+    ------
+    InputError
+        With the line for bad TOML and the key for a bad value.
     """
     path = Path(path)
     if not path.is_file():
@@ -42,12 +55,29 @@ def load_scene(path: str | Path) -> Scene:
 
 
 def read(path: str | Path, *, supports: Iterable[int | str] | None = None, units: str | None = None) -> Assembly:
-    """Read an assembly: native or COMPAS JSON, a scene in TOML (built on the spot), a mesh with one solid a block,
-    or a directory of PLY or STL files with one block a file (named like it, groups are directories).
+    """Read an assembly of any file.
 
-    supports : replaces the supports named in the file; a mesh without them needs this.
-    units : of the coordinates in the file ("mm", "cm", "in", ...); they are converted to metres.
-    Raises InputError naming the file and the block or key at fault.
+    Files are native or COMPAS JSON, a scene in TOML (built on the spot), a mesh with one solid a block, or a directory
+    of PLY or STL files with one block a file (named like it, groups are directories).
+
+    Parameters
+    ----------
+    path : str or Path
+        A file or a directory.
+    supports : iterable of int or str, optional
+        Replaces the supports named in the file; a mesh without them needs this.
+    units : str, optional
+        Of the coordinates in the file ("mm", "cm", "in", ...); they are converted to metres.
+
+    Returns
+    -------
+    Assembly
+        In metres.
+
+    Raises
+    ------
+    InputError
+        Naming the file and the block or key at fault.
     """
     path = Path(path)
     if path.suffix.lower() != ".toml" or path.is_dir():

@@ -17,7 +17,18 @@ _FIELD = re.compile(r"^    (\w+): .*?(?:  #: (.*))?$")
 
 
 def meanings(table: type[msgspec.Struct]) -> dict[str, str]:
-    """What each key of a table means: from the docstring of its builder, or from the comments behind its fields."""
+    """What each key of a table means.
+
+    Parameters
+    ----------
+    table : type
+        A struct of the scene language.
+
+    Returns
+    -------
+    dict of str
+        From the docstring of the builder of an element, or from the comments behind the fields.
+    """
     if issubclass(table, Element) and table in KINDS.values():
         kind = kinds.KINDS[kind_of(table)]
         return meanings(Element) | (_said(kind.more) if kind.more else {}) | _said(kind.build)

@@ -15,8 +15,7 @@ import msgspec
 
 from blockstat.assembly import Assembly
 from blockstat.errors import InputError
-from blockstat.spec import build
-from blockstat.spec import Building, Range, value_of
+from blockstat.spec import Building, Range, build, value_of
 from dynsim.judge.verify import DynamicVerdict
 
 #: Walls from which a barrel vault springs: cracks of the vault alone are theirs.

@@ -185,7 +185,20 @@ def _check_edges(sides: Floats, points: Floats) -> None:
 
 
 def stones(columns: int, course: int) -> list[tuple[int, int]]:
-    """Columns between which the stones of a course lie."""
+    """Columns of a grid between which the stones of a course lie.
+
+    Parameters
+    ----------
+    columns : int
+        Cells of the grid along the course, an even number.
+    course : int
+        An even course begins with a whole stone, an odd one with half a stone.
+
+    Returns
+    -------
+    list of tuple
+        First and last column of each stone.
+    """
     cuts = list(range(0, columns + 1, 2)) if course % 2 == 0 else [0, *range(1, columns, 2), columns]
     return list(zip(cuts[:-1], cuts[1:], strict=True))
 
@@ -197,7 +210,15 @@ class Cells:
         self.corners = corners  #: shape (2, rows, columns, 3): intrados and extrados
 
     def extend(self, axis: int, step: Floats) -> None:
-        """Put the outermost rows or columns a step beyond the edge, shape (rows - 2, columns - 2, 3) [m]."""
+        """Put the outermost rows or columns a step beyond the edge.
+
+        Parameters
+        ----------
+        axis : int
+            0 for rows, 1 for columns.
+        step : ndarray
+            Shape (rows - 2, columns - 2, 3) [m].
+        """
         inner = self.corners[:, 1:-1, 1:-1]
         ends = (0, -1)
         for end, sign in zip(ends, (-1, 1), strict=True):
@@ -205,6 +226,24 @@ class Cells:
             self.corners[place] = inner.take(end, axis=1 + axis) + sign * step.take(end, axis=axis)
 
     def block(self, course: int, columns: range, name: str, group: str) -> Block:
+        """One stone of some cells of a course.
+
+        Parameters
+        ----------
+        course : int
+            Row of the cells.
+        columns : range
+            Columns of the cells.
+        name : str
+            Of the block.
+        group : str
+            Of the block.
+
+        Returns
+        -------
+        Block
+            The cells fused.
+        """
         return fuse([self._cell(course + 1, column + 1) for column in columns], name=name, group=group)
 
     def _cell(self, i: int, j: int) -> Block:
@@ -220,7 +259,21 @@ class Cells:
 def split_face(vertices: Floats, face: Sequence[int], rank: Any) -> list[list[int]]:
     """A plane quadrilateral as it is, another one as two triangles.
 
-    Judged and split by the order of its corners in the grid, so that both blocks that share it do the same.
+    It is judged and split by the order of its corners in the grid, so that both blocks that share it do the same.
+
+    Parameters
+    ----------
+    vertices : ndarray
+        Corners of the block, shape (n, 3) [m].
+    face : sequence of int
+        Its four corners.
+    rank : array_like
+        Place of each corner in the order of the grid, shape (n,).
+
+    Returns
+    -------
+    list of list of int
+        One face or two.
     """
     first = min(range(4), key=lambda k: rank[face[k]])
     a, b, c, d = (face[(first + k) % 4] for k in range(4))

@@ -26,7 +26,23 @@ def brickwork(
 ) -> list[Block]:
     """Bricks of all rows of a strip; the coping in longer stones.
 
-    sliver : least part of a brick, as a fraction. round_the_ring : whether coping stones must come out even.
+    Parameters
+    ----------
+    rows : sequence of Row
+        Of one strip.
+    pattern : Pattern
+        The bond of the strip.
+    sliver : float
+        Least part of a brick, as a fraction.
+    numbers : dict
+        Number of the next block of each group and course; it is moved on.
+    round_the_ring : bool
+        Whether coping stones must come out even.
+
+    Returns
+    -------
+    list of Block
+        Course by course.
     """
     if not rows:
         return []
@@ -60,7 +76,22 @@ def brickwork(
 
 
 def head_stones(strip: Strip, found: Sequence[Head], numbers: Numbers) -> list[Block]:
-    """Lintels and voussoirs, through the whole thickness."""
+    """Lintels and voussoirs, through the whole thickness.
+
+    Parameters
+    ----------
+    strip : Strip
+        Whose openings they span.
+    found : sequence of Head
+        The openings.
+    numbers : dict
+        Number of the next opening of each group; it is moved on.
+
+    Returns
+    -------
+    list of Block
+        Opening by opening.
+    """
     blocks = []
     for head in found:
         group = f"{strip.group}.{head.kind}"

@@ -33,7 +33,22 @@ class Head:
 
 
 def heads(strip: Strip, brick: float, nominal: float) -> list[Head]:
-    """All openings of a strip, in the order given. brick, nominal : length and height of a brick [m]."""
+    """All openings of a strip with what spans them, in the order given.
+
+    Parameters
+    ----------
+    strip : Strip
+        A stretch of a run.
+    brick : float
+        Length of a brick [m].
+    nominal : float
+        Nominal height of a course [m].
+
+    Returns
+    -------
+    list of Head
+        One for each opening; several where an opening is repeated.
+    """
     found: list[Head] = []
     for k, opening in enumerate(strip.run.openings):
         if opening.segment != strip.segment or not opening.present:
@@ -45,7 +60,27 @@ def heads(strip: Strip, brick: float, nominal: float) -> list[Head]:
 
 
 def centres(opening: Opening, strip: Strip, label: str) -> list[float]:
-    """Where the centres of an opening are along its strip [m]."""
+    """Where the centres of an opening are along its strip.
+
+    Parameters
+    ----------
+    opening : Opening
+        One or several equal ones.
+    strip : Strip
+        The stretch of wall that they are in.
+    label : str
+        What messages call the opening.
+
+    Returns
+    -------
+    list of float
+        Distances from the beginning of the strip [m].
+
+    Raises
+    ------
+    InputError
+        For a place beyond the wall, or more openings than fit.
+    """
     length = strip.axis.length
     if opening.at is None:
         if opening.number * opening.width > length * (1 - 1e-9):
@@ -76,7 +111,9 @@ def _head(opening: Opening, strip: Strip, centre: float, brick: float, nominal: 
         chain, stones = _arch(opening, levels[top:] - levels[top], nominal, label)
     if chain is None or stones is None:
         reach = f"sill and height reach {levels[top]:.3g} m"
-        raise InputError(f"{label}: {reach}; a {opening.head} head over it reaches above the wall of {levels[-1]:.3g} m")
+        raise InputError(
+            f"{label}: {reach}; a {opening.head} head over it reaches above the wall of {levels[-1]:.3g} m"
+        )
     x, z = chain.T
     for course in range(top, len(levels) - 1):
         low, high = (levels[k] - levels[top] for k in (course, course + 1))

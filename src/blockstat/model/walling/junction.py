@@ -32,13 +32,35 @@ class Join:
     bonded: bool
 
     def owns(self, course: int) -> bool:
-        """Whether the overlap is the strip's in a course."""
+        """Whether the overlap is the strip's in a course.
+
+        Parameters
+        ----------
+        course : int
+            Counted from the ground.
+
+        Returns
+        -------
+        bool
+            True where stones of the strip fill the overlap.
+        """
         if course >= self.other.top:
             return True
         return self.first if not self.bonded else (course % 2 == 0) == self.first
 
     def edges(self, course: int) -> tuple[Edge, Edge]:
-        """Planes of the other's faces in coordinates of the strip, lower s first; upright above the other's top."""
+        """Planes of the other's faces in coordinates of the strip; upright above the other's top.
+
+        Parameters
+        ----------
+        course : int
+            Counted from the ground.
+
+        Returns
+        -------
+        tuple of Edge
+            Lower s first.
+        """
         if course < self.other.top:
             faces = self.other.faces(course)
         else:
@@ -57,8 +79,19 @@ class Join:
         return float((a.origin - b.origin) @ b.across), -float(a.across @ b.across), float(a.along @ b.across)
 
     def joints(self, course: int) -> list[Edge]:
-        """Where the other's stones end beside the overlap and in it: its faces, and joints between leaves that headers
-        cover in the next course.
+        """Where the other's stones end beside the overlap and in it.
+
+        These are its faces, and joints between leaves that headers cover in the next course.
+
+        Parameters
+        ----------
+        course : int
+            Counted from the ground.
+
+        Returns
+        -------
+        list of Edge
+            In the order of s.
         """
         low, high = np.array(self.edges(course))
         leaves = self.other.run.leaves_laid if self.other.run.bond in HEADER_BONDS else 1
@@ -68,8 +101,26 @@ class Join:
 def joins(strips: Sequence[Strip], loose: Sequence[tuple[int, int]] = (), *, bonded: bool = True) -> list[list[Join]]:
     """The junctions of each strip, in order along it.
 
-    loose : pairs of strips that are not bonded. Of two strips the one that passes has the overlap in even courses, else
-    the one listed first. Raises InputError where strips overlap in a way that is no junction.
+    Of two strips the one that passes has the overlap in even courses, else the one listed first.
+
+    Parameters
+    ----------
+    strips : sequence of Strip
+        All of the work.
+    loose : sequence of tuple of int
+        Pairs of strips that are not bonded.
+    bonded : bool
+        False for straight joints everywhere.
+
+    Returns
+    -------
+    list of list of Join
+        For each strip.
+
+    Raises
+    ------
+    InputError
+        Where strips overlap in a way that is no junction.
     """
     found: list[list[Join]] = [[] for _ in strips]
     for i, j in combinations(range(len(strips)), 2):

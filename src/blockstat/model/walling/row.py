@@ -45,17 +45,50 @@ class Row:
         return self.course % 2, *planes, *self.avoid
 
     def span(self, edge: Edge) -> tuple[float, float]:
-        """Least and largest s of a plane inside the course."""
+        """Least and largest s of a plane inside the course.
+
+        Parameters
+        ----------
+        edge : Edge
+            The plane.
+
+        Returns
+        -------
+        tuple of float
+            Least and largest [m].
+        """
         s = self.corners(edge)
         return min(s), max(s)
 
     def at_faces(self, edge: Edge) -> list[tuple[float, float]]:
-        """Least and largest s of a plane on the right face and on the left face."""
+        """Least and largest s of a plane on the right face and on the left face.
+
+        Parameters
+        ----------
+        edge : Edge
+            The plane.
+
+        Returns
+        -------
+        list of tuple of float
+            Right, then left [m].
+        """
         s = self.corners(edge)
         return [(min(side), max(side)) for side in (s[0::2], s[1::2])]
 
     def corners(self, edge: Edge) -> list[float]:
-        """s of a plane at the four edges of the course: lower right, lower left, upper right, upper left."""
+        """s of a plane at the four edges of the course.
+
+        Parameters
+        ----------
+        edge : Edge
+            The plane.
+
+        Returns
+        -------
+        list of float
+            Lower right, lower left, upper right, upper left [m].
+        """
         return [edge[0] + edge[1] * d + edge[2] * z for d, z in self._edges]
 
     @cached_property
@@ -65,7 +98,23 @@ class Row:
         return [(c + k * z, z) for z in self.strip.bed(self.course) for c, k in faces]
 
     def stretches(self, least: float) -> list[tuple[Edge, Edge]]:
-        """The solid parts between the gaps. Raises InputError for one narrower than `least` [m]."""
+        """The solid parts between the gaps.
+
+        Parameters
+        ----------
+        least : float
+            Width below which a part is refused, unless the run's `closers` allow it [m].
+
+        Returns
+        -------
+        list of tuple of Edge
+            First and last plane of each.
+
+        Raises
+        ------
+        InputError
+            For a part that is too narrow, naming what it lies between.
+        """
         gaps = sorted(self.gaps, key=lambda gap: sum(self.corners(gap.low)))
         found = []
         for before, after in zip([self.start, *gaps], [*gaps, self.end], strict=True):
@@ -85,9 +134,23 @@ class Row:
 
 
 def lay(row: Row, pattern: Pattern, sliver: float) -> tuple[Floats, Floats]:
-    """Bricks of a row: their end planes, shape (n, 2, 3), and the leaves they fill, shape (n, 2), see `Strip.bricks`.
+    """Bricks of a row.
 
-    sliver : a stretch, or the rest of a brick at its end, shorter than this is joined to its neighbour [m].
+    Parameters
+    ----------
+    row : Row
+        One course.
+    pattern : Pattern
+        Its bond.
+    sliver : float
+        A stretch, or the rest of a brick at its end, shorter than this is joined to its neighbour [m].
+
+    Returns
+    -------
+    ends : ndarray
+        The planes that bound each brick, shape (n, 2, 3).
+    leaves : ndarray
+        The leaves that each fills, shape (n, 2), see `Strip.bricks`.
     """
     ends: list[tuple[Edge, Edge]] = []
     leaves: list[tuple[float, float]] = []

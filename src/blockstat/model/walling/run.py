@@ -114,7 +114,18 @@ class Buttress(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=
 
 
 def check_run(run: Run) -> None:
-    """Raise InputError naming the run and what about it cannot be built."""
+    """Check that a run can be built.
+
+    Parameters
+    ----------
+    run : Run
+        As it was written.
+
+    Raises
+    ------
+    InputError
+        Naming the run and what about it cannot be built.
+    """
     label = f'wall "{run.name}"'
     if not run.name or not isinstance(run.name, str):
         raise InputError(f"name of a run is {run.name!r}; it must be a word")
@@ -129,12 +140,7 @@ def check_run(run: Run) -> None:
         raise InputError(f"{label}: batter is {run.batter!r}; it must be two slopes from 0 to 1, left and right face")
     if sum(run.batter) * (run.height + run.gable) >= 0.9 * run.thickness:
         raise InputError(f"{label}: batter {run.batter!r} leaves no thickness at the top")
-    if not 0 <= run.gable < math.inf:
-        raise InputError(f"{label}: gable is {run.gable!r}; it must be the height of the ridge above the wall [m]")
-    if run.gable and (len(run.path) > 2 or run.closed):
-        raise InputError(f"{label}: a gable needs a straight path of two points")
-    if run.coping is not None and not run.coping.overhang >= 0:
-        raise InputError(f"{label}: coping.overhang is {run.coping.overhang!r}; it must be at least 0 [m]")
+    _check_top(run, label)
     if run.through is not None:
         at_least(1, **{f"{label}: through.courses": run.through.courses})
         at_least(2, **{f"{label}: through.bricks": run.through.bricks})
@@ -145,8 +151,30 @@ def check_run(run: Run) -> None:
             check_opening(f"{label}: openings[{k}]", opening)
 
 
+def _check_top(run: Run, label: str) -> None:
+    if not 0 <= run.gable < math.inf:
+        raise InputError(f"{label}: gable is {run.gable!r}; it must be the height of the ridge above the wall [m]")
+    if run.gable and (len(run.path) > 2 or run.closed):
+        raise InputError(f"{label}: a gable needs a straight path of two points")
+    if run.coping is not None and not run.coping.overhang >= 0:
+        raise InputError(f"{label}: coping.overhang is {run.coping.overhang!r}; it must be at least 0 [m]")
+
+
 def check_opening(label: str, opening: Opening) -> None:
-    """Raise InputError naming the opening."""
+    """Check that an opening can be built.
+
+    Parameters
+    ----------
+    label : str
+        What messages call it.
+    opening : Opening
+        As it was written.
+
+    Raises
+    ------
+    InputError
+        Naming the opening.
+    """
     positive(**{f"{label}: width": opening.width, f"{label}: height": opening.height})
     one_of(label, head=(opening.head, HEADS))
     at_least(0, **{f"{label}: number": opening.number})
@@ -165,16 +193,46 @@ def check_opening(label: str, opening: Opening) -> None:
 
 
 def one_of(label: str, **words: tuple[str, Sequence[str]]) -> None:
-    """Raise InputError for a word that is not among those allowed."""
+    """Check words against those allowed.
+
+    Parameters
+    ----------
+    label : str
+        What messages call the whole.
+    **words : tuple
+        By key: the word given, and those allowed.
+
+    Raises
+    ------
+    InputError
+        For a word that is not among them.
+    """
     for key, (given, allowed) in words.items():
         if given not in allowed:
             raise InputError(f"{label}: {key} is {given!r}; it must be one of: {', '.join(allowed)}")
 
 
 def spaced(length: float, number: int) -> list[float]:
-    """Centres of things evenly spaced along a wall [m].
+    """Centres of things evenly spaced along a wall.
 
     DistanceAmongButtresses = LongitudeRow / (number + 1), centred between the wall's ends (the procedural-masonry
     paper, Eqs. 3-5).
+
+    Parameters
+    ----------
+    length : float
+        Of the wall [m].
+    number : int
+        Of the things.
+
+    Returns
+    -------
+    list of float
+        Distances from the beginning of the wall [m].
+
+    Examples
+    --------
+    >>> spaced(6.0, 2)
+    [2.0, 4.0]
     """
     return [length * (k + 1) / (number + 1) for k in range(number)]

@@ -15,7 +15,6 @@ from blockstat.model.walling.pattern import Pattern, fitted
 from blockstat.model.walling.row import Gap, Row
 from blockstat.model.walling.run import Buttress, Run, one_of, spaced
 from blockstat.model.walling.strip import Line, Strip, nearest, upright
-from blockstat.typing import Floats
 
 
 @dataclass(frozen=True)
@@ -40,9 +39,28 @@ class Stem:
 
 
 def stems(strips: Sequence[Strip], buttresses: Sequence[Buttress], absent: Collection[str] = ()) -> Iterator[Stem]:
-    """The buttresses of walls one by one, in groups "buttress.<run>.<k>", k from 1 in the order given along each run.
+    """The buttresses of walls one by one.
 
-    absent : runs that are not there, and so have no buttresses.
+    Groups are "buttress.<run>.<k>", k from 1 in the order given along each run.
+
+    Parameters
+    ----------
+    strips : sequence of Strip
+        Stretches of wall.
+    buttresses : sequence of Buttress
+        As they were written.
+    absent : collection of str
+        Names of runs that are not there, and so have no buttresses.
+
+    Yields
+    ------
+    Stem
+        One buttress and where it stands.
+
+    Raises
+    ------
+    InputError
+        For an unknown wall, or buttresses that do not fit.
     """
     count: dict[str, int] = {}
     for number, spec in enumerate(buttresses):
@@ -77,7 +95,20 @@ def _host(strips: Sequence[Strip], spec: Buttress, label: str) -> int:
 
 
 def check_buttress(spec: Buttress, label: str) -> None:
-    """Raise InputError naming the buttress and what about it cannot be built."""
+    """Check that a buttress can be built.
+
+    Parameters
+    ----------
+    spec : Buttress
+        As it was written.
+    label : str
+        What messages call it.
+
+    Raises
+    ------
+    InputError
+        Naming the buttress and what about it cannot be built.
+    """
     positive(
         **{f"{label}: width": spec.width, f"{label}: projection": spec.projection, f"{label}: height": spec.height}
     )
@@ -92,7 +123,25 @@ def check_buttress(spec: Buttress, label: str) -> None:
 
 
 def stem_strip(host: Strip, stem: Stem) -> Strip:
-    """The strip of a buttress that shares the beds of its wall; its axis begins on the middle of the wall."""
+    """The strip of a buttress that shares the beds of its wall.
+
+    Parameters
+    ----------
+    host : Strip
+        The stretch of wall.
+    stem : Stem
+        The buttress.
+
+    Returns
+    -------
+    Strip
+        Its axis begins on the middle of the wall.
+
+    Raises
+    ------
+    InputError
+        For a buttress that is higher than the walls.
+    """
     assert isinstance(host.axis, Line)
     spec, axis, middle = stem.spec, host.axis, (host.right[0] + host.left[0]) / 2
     face = (host.left[0] - host.right[0]) / 2
@@ -104,7 +153,25 @@ def stem_strip(host: Strip, stem: Stem) -> Strip:
 
 
 def coursed_stem(host: Strip, stem: Stem) -> list[Block]:
-    """A buttress of one stone a course that stands against its wall, in beds of its own."""
+    """A buttress of one stone a course that stands against its wall, in beds of its own.
+
+    Parameters
+    ----------
+    host : Strip
+        The stretch of wall.
+    stem : Stem
+        The buttress; it says the number of courses.
+
+    Returns
+    -------
+    list of Block
+        From the ground up.
+
+    Raises
+    ------
+    InputError
+        For a wall whose face has a batter.
+    """
     assert isinstance(host.axis, Line)
     spec, axis = stem.spec, host.axis
     face, batter = host.left if spec.side == "left" else host.right
@@ -121,8 +188,25 @@ def against_face(
 ) -> list[Block]:
     """Blocks of a buttress that stands against an upright face.
 
-    place : its axis, from the face outwards. levels : of its beds [m]. brick : nominal length of its bricks [m]; None
-    for one stone a course.
+    Parameters
+    ----------
+    spec : Buttress
+        Its sizes.
+    place : Line
+        Its axis, from the face outwards.
+    levels : tuple of float
+        Heights of the beds [m].
+    group : str
+        Of the blocks.
+    brick : float or None
+        Nominal length of its bricks [m]; None for one stone a course.
+    label : str
+        What messages call it.
+
+    Returns
+    -------
+    list of Block
+        From the ground up.
     """
     strip = _strip(group, spec, place, levels, len(levels) - 1, 0.0, label)
     whole = Pattern("stack", spec.projection, 0.0, 0)

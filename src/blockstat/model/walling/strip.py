@@ -25,7 +25,18 @@ Face = tuple[float, float]
 
 
 def upright(s: float) -> Edge:
-    """The plane across a strip at s."""
+    """The upright plane square to a strip.
+
+    Parameters
+    ----------
+    s : float
+        Place along the strip [m].
+
+    Returns
+    -------
+    Edge
+        The plane.
+    """
     return (float(s), 0.0, 0.0)
 
 
@@ -39,10 +50,24 @@ class Line:
 
     @cached_property
     def across(self) -> Floats:
+        """Unit vector to the left, shape (2,)."""
         return np.array([-self.along[1], self.along[0]])
 
     def place(self, s: Floats, d: Floats) -> Floats:
-        """Points x, y, shape (..., 2)."""
+        """Points in plan.
+
+        Parameters
+        ----------
+        s : ndarray
+            Along the axis [m].
+        d : ndarray
+            To the left of it [m].
+
+        Returns
+        -------
+        ndarray
+            x, y, shape (..., 2) [m].
+        """
         return self.origin + s[..., None] * self.along + d[..., None] * self.across
 
 
@@ -58,10 +83,24 @@ class Ring:
 
     @property
     def length(self) -> float:
+        """Length of the arc and its tails [m]."""
         return self.arc + sum(self.tails)
 
     def place(self, s: Floats, d: Floats) -> Floats:
-        """Points x, y, shape (..., 2)."""
+        """Points in plan.
+
+        Parameters
+        ----------
+        s : ndarray
+            Along the axis [m].
+        d : ndarray
+            Towards the centre [m].
+
+        Returns
+        -------
+        ndarray
+            x, y, shape (..., 2) [m].
+        """
         beyond = s - self.tails[0]
         on_arc = np.clip(beyond, 0.0, self.arc) if any(self.tails) else beyond
         angle = self.start + on_arc / self.radius
@@ -91,18 +130,51 @@ class Strip:
         return self.top - 1 if self.run.coping is not None and self.ridge == self.top else -1
 
     def bed(self, course: int) -> tuple[float, float]:
-        """Heights of the lower and upper bed of a course [m]."""
+        """Heights of the beds of a course.
+
+        Parameters
+        ----------
+        course : int
+            Counted from the ground.
+
+        Returns
+        -------
+        tuple of float
+            Lower and upper [m].
+        """
         return self.levels[course], self.levels[course + 1]
 
     def faces(self, course: int) -> tuple[Face, Face]:
-        """Right and left face in a course; a coping's are upright and overhang."""
+        """Right and left face in a course; a coping's are upright and overhang.
+
+        Parameters
+        ----------
+        course : int
+            Counted from the ground.
+
+        Returns
+        -------
+        tuple of Face
+            Right, then left.
+        """
         if course != self.coped or self.run.coping is None:
             return self.right, self.left
         z, over = self.levels[course], self.run.coping.overhang
         return (self.right[0] + self.right[1] * z - over, 0.0), (self.left[0] + self.left[1] * z + over, 0.0)
 
     def far_end(self, course: int) -> Edge:
-        """The plane of the free far end in a course."""
+        """The plane of the free far end in a course.
+
+        Parameters
+        ----------
+        course : int
+            Counted from the ground.
+
+        Returns
+        -------
+        Edge
+            The plane.
+        """
         if not self.ends:
             return upright(self.axis.length)
         z0, z1 = self.bed(course)
@@ -114,7 +186,22 @@ class Strip:
         raise AssertionError("the corners of a far end are on beds")
 
     def points(self, s: Floats, d: Floats, z: Floats) -> Floats:
-        """Points x, y, z, shape (..., 3)."""
+        """Points in space.
+
+        Parameters
+        ----------
+        s : ndarray
+            Along the strip [m].
+        d : ndarray
+            Across it, to the left [m].
+        z : ndarray
+            Up [m].
+
+        Returns
+        -------
+        ndarray
+            x, y, z, shape (..., 3) [m].
+        """
         return np.concatenate([self.axis.place(s, d), z[..., None]], axis=-1)
 
     def bricks(
@@ -122,8 +209,23 @@ class Strip:
     ) -> list[Block]:
         """Blocks between two beds, two edges and two places across the strip.
 
-        courses : of each, length n; ends : the edges that bound each, shape (n, 2, 3); leaves : from right face (0) to
-        left (1), shape (n, 2).
+        Parameters
+        ----------
+        courses : sequence of int
+            The course of each, length n.
+        ends : ndarray
+            The edges that bound each, shape (n, 2, 3).
+        leaves : ndarray
+            From right face (0) to left (1), shape (n, 2).
+        names : sequence of str
+            Length n.
+        groups : sequence of str
+            Length n.
+
+        Returns
+        -------
+        list of Block
+            In the same order.
         """
         if not len(ends):
             return []
@@ -144,13 +246,45 @@ class Strip:
         ]
 
     def slab(self, section: Floats, name: str, group: str, faces: tuple[Face, Face] | None = None) -> Block:
-        """A block through the whole thickness with an outline in s, z, shape (k, 2), at its right face and its left."""
+        """A block through the whole thickness.
+
+        Parameters
+        ----------
+        section : ndarray
+            Its outline in s, z at the right face and at the left, shape (k, 2) [m].
+        name : str
+            Of the block.
+        group : str
+            Of the block.
+        faces : tuple of Face, optional
+            Right and left, by default those of the strip.
+
+        Returns
+        -------
+        Block
+            A prism.
+        """
         s, z = section.T
         sides = [self.points(s, c + k * z, z) for c, k in faces or (self.right, self.left)]
         return prism(*sides, name=name, group=group)
 
     def beam(self, section: Floats, name: str, group: str) -> Block:
-        """A `slab` with a rectangle for its outline, counter-clockwise where z is up and s is to the right."""
+        """A `slab` with a rectangle for its outline.
+
+        Parameters
+        ----------
+        section : ndarray
+            Its outline in s, z, shape (4, 2), counter-clockwise where z is up and s is to the right [m].
+        name : str
+            Of the block.
+        group : str
+            Of the block.
+
+        Returns
+        -------
+        Block
+            A hexahedron.
+        """
         s, z = section[::-1].T
         return hexahedron(*(self.points(s, c + k * z, z) for c, k in (self.right, self.left)), name=name, group=group)
 
@@ -166,9 +300,26 @@ def _meeting(corners: Floats) -> Floats:
 
 
 def bed_levels(heights: Iterable[float], nominal: float, sliver: float) -> tuple[float, ...]:
-    """Levels of the beds from 0 up through all heights, in courses as near the nominal height as fit between two [m].
+    """Levels of the beds from 0 up through all heights, in courses as near the nominal height as fit between two.
 
-    Raises InputError where two heights are nearer to each other than a fraction `sliver` of a course.
+    Parameters
+    ----------
+    heights : iterable of float
+        Where there must be a bed [m].
+    nominal : float
+        Height of a course [m].
+    sliver : float
+        Least course, as a fraction of the nominal one.
+
+    Returns
+    -------
+    tuple of float
+        Ascending, the first 0 [m].
+
+    Raises
+    ------
+    InputError
+        Where two heights are nearer to each other than the least course.
     """
     marks = [0.0, *sorted(set(heights))]
     levels = [0.0]
@@ -184,5 +335,18 @@ def bed_levels(heights: Iterable[float], nominal: float, sliver: float) -> tuple
 
 
 def nearest(levels: Sequence[float] | Floats, height: float) -> int:
-    """Index of the level nearest to a height."""
+    """Index of the level nearest to a height.
+
+    Parameters
+    ----------
+    levels : sequence of float
+        Ascending [m].
+    height : float
+        Any [m].
+
+    Returns
+    -------
+    int
+        The lower of two that are as near.
+    """
     return int(np.abs(np.asarray(levels) - height).argmin())

@@ -93,6 +93,22 @@ def walls(
 
 
 def check_sizes(runs: Sequence[Run], brick: Sequence[float], sliver: float) -> None:
+    """Check what concerns all runs together, and each run.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        As they were written.
+    brick : sequence of float
+        Nominal length and height [m].
+    sliver : float
+        Fraction of a brick.
+
+    Raises
+    ------
+    InputError
+        Naming what cannot be built.
+    """
     if len(brick) != 2:
         raise InputError(f"brick is {brick!r}; it must be its nominal length and height [m]")
     positive(**{"brick[0]": brick[0], "brick[1]": brick[1]})
