@@ -41,6 +41,8 @@ def moved(
     list of Block
         In the same order.
     """
+    if not (turn or any(by) or prefix or density):
+        return list(blocks)
     matrix = rotation(turn).T if turn else None
     step = np.asarray(by, dtype=float) if any(by) else None
     placed = []
