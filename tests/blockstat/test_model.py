@@ -1,3 +1,4 @@
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -7,7 +8,7 @@ from blockstat import InputError, build, find_interfaces, load_scene
 from blockstat.contact.penetration import overlaps
 from blockstat.model import Buttress, Opening, Run, walls
 from blockstat.model.walling.pattern import plain_row
-from blockstat.spec import scene_from
+from blockstat.spec import lowered, scene_from
 
 
 @pytest.fixture(scope="module")
@@ -102,6 +103,14 @@ def test_chapel_groups(chapel):
     assert len(chapel.in_group("wall")) + len(chapel.in_group("vault")) + len(chapel.in_group("buttress")) + 1 == (
         chapel.n_blocks
     )
+
+
+def test_the_short_form_can_be_written_as_a_composition(root, chapel):
+    plan = lowered(load_scene(root / "examples" / "chapel.toml"))
+    whole = build(scene_from({"name": "chapel", "elements": msgspec.to_builtins(plan.elements)}))
+    assert whole.names == chapel.names
+    assert whole.groups == chapel.groups
+    np.testing.assert_array_equal(whole.vertices, chapel.vertices)
 
 
 def test_chapel_volumes_by_hand(chapel):
