@@ -1,18 +1,17 @@
 """Write docs/scenes.md, the reference of the scene language, from the structs that read it."""
 
 import inspect
-import re
 from typing import Any, Literal, get_args, get_origin
 
 import msgspec
 
-from blockstat.spec import Composition, Joint, Material, Range, chapel, elements, walls
+from blockstat.model.expression import CONSTANTS, FUNCTIONS
+from blockstat.model.walling import run
+from blockstat.spec import Composition, Joint, Material, Range, chapel, elements
 from blockstat.spec.element import Element, Repeat
-from blockstat.spec.expression import CONSTANTS, FUNCTIONS
+from blockstat.spec.meanings import meanings
 from evidence.paths import DOCS
 from evidence.tables import table
-
-FIELD = re.compile(r"^    (\w+): .*?(?:  #: (.*))?$")
 
 HEAD = f"""# Scene files
 
@@ -62,38 +61,23 @@ call the builders of `blockstat.model` and put their blocks together with `moved
 """
 
 
-def comments(kind: type) -> dict[str, str]:
-    """What the source says after `#:` about each field of a struct, behind it or on the line before."""
-    found: dict[str, str] = {}
-    before = ""
-    for line in inspect.getsource(kind).splitlines():
-        if line.strip().startswith("#: "):
-            before = line.strip()[3:]
-        elif match := FIELD.match(line):
-            found[match[1]] = match[2] or before
-            before = ""
-    return found
-
-
 def keys(kind: type, without: frozenset[str] = frozenset()) -> str:
     """Keys of a struct, their defaults and what they mean."""
-    words: dict[str, str] = {}
-    for base in reversed(kind.__mro__):
-        if issubclass(base, msgspec.Struct) and base is not msgspec.Struct:
-            words |= comments(base)
+    words = meanings(kind)
     rows = []
     for field in msgspec.structs.fields(kind):
         if field.name in without:
             continue
         if not words.get(field.name):
             raise SystemExit(f"{kind.__name__}.{field.name} has no comment")
-        rows.append([f"`{field.name}`", default(field), words[field.name] + allowed(field.type)])
+        rows.append([f"`{field.name}`", default(field), words[field.name] + allowed(field.type, words[field.name])])
     return table(["key", "default", ""], rows)
 
 
-def allowed(kind: Any) -> str:
-    """The words that a key may have, if they are few."""
-    return f": {', '.join(get_args(kind))}" if get_origin(kind) is Literal else ""
+def allowed(kind: Any, said: str) -> str:
+    """The words that a key may have, if they are few and not yet said."""
+    words = get_args(kind) if get_origin(kind) is Literal else ()
+    return "" if all(word in said for word in words) else f": {', '.join(words)}"
 
 
 def default(field: msgspec.structs.FieldInfo) -> str:
@@ -127,10 +111,10 @@ def page() -> str:
     parts.append(section("`repeat`", Repeat, 4))
     for tag, kind in elements.KINDS.items():
         parts.append(section(f'kind = "{tag}"', kind, without=placing))
-        if kind is walls.Walls:
-            inner = (("runs.NAME", walls.Run), ("buttresses", walls.WallButtress))
-            shared = (("openings", walls.WallOpening), ("coping", walls.Coping), ("through", walls.Through))
-            parts += [section(f"`{name}`", struct, 4) for name, struct in (*inner, *shared)]
+        if tag == "walls":
+            parts.append(section("`runs.NAME`", run.Run, 4, without=frozenset({"name"})))
+            shared = (("buttresses", run.Buttress), ("openings", run.Opening), ("coping", run.Coping))
+            parts += [section(f"`{name}`", own, 4) for name, own in (*shared, ("through", run.Through))]
     parts.append("## Both forms\n")
     parts += [section("`material`", Material), section("`joints`", Joint), section("A range", Range)]
     parts.append(section("The short form", chapel.Building, 2))

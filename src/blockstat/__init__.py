@@ -15,12 +15,9 @@ from blockstat.design_search.search import search
 from blockstat.errors import InputError, InputWarning
 from blockstat.geometry_repair.repair import heal
 from blockstat.io.files import write
-from blockstat.io.scene import load_scene
 from blockstat.joint import JointLaw
 from blockstat.loads import acceleration, point_load
-from blockstat.model import build
-from blockstat.model.scene import read
-from blockstat.spec import Building, Composition, parameters, scene_from, with_values
+from blockstat.spec import Building, Composition, build, load_scene, parameters, read, scene_from, with_values
 from blockstat.view.attributes import write_verdict
 from blockstat.view.three_d.page import show
 

@@ -14,12 +14,46 @@ FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (
 
 
 def hexahedron(bottom: Floats, top: Floats, *, name: str, group: str) -> Block:
-    """A block between two quadrilaterals, shape (4, 3) each, counter-clockwise seen from the top."""
+    """A block between two quadrilaterals.
+
+    Parameters
+    ----------
+    bottom : ndarray
+        Shape (4, 3), counter-clockwise seen from the top [m].
+    top : ndarray
+        Shape (4, 3), its corners in the same order [m].
+    name : str
+        Of the block.
+    group : str
+        Of the block.
+
+    Returns
+    -------
+    Block
+        With eight corners and six faces.
+    """
     return Block(np.vstack([bottom, top]), FACES, name=name, group=group)
 
 
 def box(lower: tuple[float, float, float], upper: tuple[float, float, float], *, name: str, group: str) -> Block:
-    """An axis-aligned block."""
+    """An axis-aligned block.
+
+    Parameters
+    ----------
+    lower : tuple of float
+        Least x, y, z [m].
+    upper : tuple of float
+        Greatest x, y, z [m].
+    name : str
+        Of the block.
+    group : str
+        Of the block.
+
+    Returns
+    -------
+    Block
+        With eight corners and six faces.
+    """
     (x0, y0, z0), (x1, y1, z1) = lower, upper
     corners = [
         (x0, y0, z0), (x1, y0, z0), (x1, y1, z0), (x0, y1, z0),
@@ -29,9 +63,25 @@ def box(lower: tuple[float, float, float], upper: tuple[float, float, float], *,
 
 
 def prism(bottom: Floats, top: Floats, *, name: str = "", group: str = "") -> Block:
-    """A block between two polygons with as many corners each, shape (n, 3), whichever way round they are listed.
+    """A block between two polygons with as many corners each, whichever way round they are listed.
 
     Corners may coincide: a prism with an edge or a corner for an end is a wedge or a pyramid.
+
+    Parameters
+    ----------
+    bottom : ndarray
+        Shape (n, 3) [m].
+    top : ndarray
+        Shape (n, 3), its corners in the same order [m].
+    name : str
+        Of the block.
+    group : str
+        Of the block.
+
+    Returns
+    -------
+    Block
+        Its surface turned outwards.
     """
     n = len(bottom)
     sides = [(i, (i + 1) % n, n + (i + 1) % n, n + i) for i in range(n)]
@@ -39,15 +89,48 @@ def prism(bottom: Floats, top: Floats, *, name: str = "", group: str = "") -> Bl
 
 
 def fuse(parts: Sequence[Block], *, name: str = "", group: str = "") -> Block:
-    """One block of solids that share whole faces, corner for corner; the shared faces go."""
+    """One block of solids that share whole faces, corner for corner; the shared faces go.
+
+    Parameters
+    ----------
+    parts : sequence of Block
+        Solids side by side.
+    name : str
+        Of the block.
+    group : str
+        Of the block.
+
+    Returns
+    -------
+    Block
+        Its surface turned outwards.
+    """
     start = np.cumsum([0, *(len(part.vertices) for part in parts)])
     faces = [[int(first + k) for k in face] for first, part in zip(start, parts, strict=False) for face in part.faces]
     return polyhedron(np.vstack([part.vertices for part in parts]), faces, name=name, group=group)
 
 
 def polyhedron(vertices: Floats, faces: Sequence[Sequence[int]], *, name: str = "", group: str = "") -> Block:
-    """A block from corners that may coincide: equal ones become one, faces with less than three of them go, and so do
-    two faces with the same corners. The surface is turned outwards.
+    """A block from corners that may coincide.
+
+    Equal corners become one. Faces with less than three of them go, and so do two faces with the same corners. The
+    surface is turned outwards.
+
+    Parameters
+    ----------
+    vertices : array_like
+        Corners, shape (n, 3) [m].
+    faces : sequence of sequences of int
+        Indices of the corners of each face, all turned the same way.
+    name : str
+        Of the block.
+    group : str
+        Of the block.
+
+    Returns
+    -------
+    Block
+        Its surface turned outwards.
     """
     # Adding zero makes -0.0 the same as 0.0.
     corners, index = np.unique(np.asarray(vertices, dtype=float) + 0.0, axis=0, return_inverse=True)
@@ -72,7 +155,24 @@ def _cone(face: Floats) -> float:
 
 
 def below(face: Floats, depth: float, *, name: str = "", group: str = "") -> Block:
-    """What stands under a face, shape (n, 3): a prism of vertical sides down to `depth` [m] below its lowest corner."""
+    """What stands under a face: a prism of vertical sides.
+
+    Parameters
+    ----------
+    face : ndarray
+        Shape (n, 3) [m].
+    depth : float
+        Of the foot below the lowest corner of the face [m].
+    name : str
+        Of the block.
+    group : str
+        Of the block.
+
+    Returns
+    -------
+    Block
+        Its surface turned outwards.
+    """
     foot = face.copy()
     foot[:, 2] = face[:, 2].min() - depth
     return prism(foot, face, name=name, group=group)

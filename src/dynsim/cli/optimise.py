@@ -43,7 +43,7 @@ def optimise(
 ) -> None:
     """Make a building lighter: statics prune, Bullet verifies, a report tells."""
     from blockstat.design_search.search import space_of
-    from blockstat.io.scene import load_scene
+    from blockstat.spec import load_scene
     from dynsim.design_search.optimise import optimise as run
     from dynsim.settings import Settings
 

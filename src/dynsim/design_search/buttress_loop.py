@@ -2,7 +2,7 @@
 
 Procedural masonry, section 4, as read here: all buttresses are cleared; if the building cracks, each wall gets one;
 cracks are then looked for wall by wall, and a wall that cracks gets one more, spaced anew by Eqs. 3-5
-(`blockstat.model.buttresses.short_buttress`). Where no more fit side by side, the buttresses of that wall grow by a
+(`blockstat.model.walling.run.spaced`). Where no more fit side by side, the buttresses of that wall grow by a
 step of their thickness and their number starts again at one. Each wall ends with a number and a thickness of its own.
 """
 
@@ -15,8 +15,7 @@ import msgspec
 
 from blockstat.assembly import Assembly
 from blockstat.errors import InputError
-from blockstat.model import build
-from blockstat.spec import Building, Range, value_of
+from blockstat.spec import Building, Range, build, value_of
 from dynsim.judge.verify import DynamicVerdict
 
 #: Walls from which a barrel vault springs: cracks of the vault alone are theirs.

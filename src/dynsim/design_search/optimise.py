@@ -11,8 +11,7 @@ from blockstat.analysis.assess import assess
 from blockstat.analysis.certificate_cache import Memory
 from blockstat.assembly import Assembly
 from blockstat.design_search.search import Candidate, SearchResult, search
-from blockstat.model import build
-from blockstat.spec import Scene, with_values
+from blockstat.spec import Scene, build, with_values
 from blockstat.view.plot import Place, picture
 from blockstat.view.report import Figure, write_designs, write_report
 from dynsim.comparison.causes import likely_reason

@@ -12,7 +12,7 @@ import numpy as np
 from blockstat.assembly import Assembly
 from blockstat.errors import InputError
 from blockstat.io.files import write
-from blockstat.model.scene import read
+from blockstat.spec import read
 from blockstat.typing import Floats
 from dynsim.judge.run import Contacts, Run
 from dynsim.view.film import film_strip
