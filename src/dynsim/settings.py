@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 from blockstat.errors import InputError
@@ -50,6 +50,10 @@ class Settings:
         """
         if preset not in PRESETS:
             raise InputError(f"no preset {preset!r}; presets are: {', '.join(PRESETS)}")
+        known = [field.name for field in fields(cls)]
+        unknown = [name for name in changes if name not in known]
+        if unknown:
+            raise InputError(f"no setting {unknown[0]!r}; settings are: {', '.join(known)}")
         return cls(**{**PRESETS[preset], **changes})
 
     def __post_init__(self) -> None:

@@ -16,7 +16,6 @@ Either breaks for good when its blocks have moved apart or slid by more than the
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,21 +28,19 @@ from blockstat.program.bonds import bonded
 from blockstat.typing import Floats
 from dynsim.bonds.joint_motion import Poses, apply_on_pairs, at_points, reach, removed
 from dynsim.bonds.springs import Springs, spring_set
-from dynsim.engine.action import Action
-
-if TYPE_CHECKING:
-    from dynsim.engine.world import World
+from dynsim.engine.world import Action, World
 
 
-def bonds_of(assembly: Assembly) -> tuple[Action, ...]:
+def bonds_of(assembly: Assembly, *, interfaces: Interfaces | None = None) -> tuple[Action, ...]:
     """The actions that stand for the joint laws of an assembly; none for dry joints.
 
+    interfaces : of the assembly; searched for when None.
     Raises InputError naming the law for what cannot be simulated exactly: a compressive strength, and a cohesion of
     more than friction times tension.
     """
     if not assembly.joints:
         return ()
-    interfaces = find_interfaces(assembly)
+    interfaces = find_interfaces(assembly) if interfaces is None else interfaces
     law = point_law(assembly, interfaces)
     _check(assembly, interfaces, law)
     actions: list[Action] = []
@@ -54,14 +51,16 @@ def bonds_of(assembly: Assembly) -> tuple[Action, ...]:
     return tuple(actions)
 
 
-def weakened(assembly: Assembly) -> Assembly | None:
+def weakened(assembly: Assembly, interfaces: Interfaces) -> Assembly | None:
     """The assembly with no joint glued by more than all its free blocks weigh; None where that changes nothing.
 
     What stands with weaker glue stands with stronger glue, but the contact solver has to carry every preload too, and
     far above what is needed it makes blocks creep.
     """
+    if not assembly.joints:
+        return None
     weight = float(assembly.mass[assembly.free].sum() * np.linalg.norm(assembly.gravity))
-    area = float(find_interfaces(assembly).area.max(initial=0.0)) or 1.0
+    area = float(interfaces.area.max(initial=0.0)) or 1.0
     laws = [_weaker(law, weight, area) for law in assembly.joints]
     return None if laws == list(assembly.joints) else assembly.with_(joints=laws)
 

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import GAP
 from blockstat.typing import Floats, Ints
-
-if TYPE_CHECKING:
-    from dynsim.engine.world import World
+from dynsim.engine.world import World
 
 
 class Poses:

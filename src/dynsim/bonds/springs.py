@@ -8,7 +8,6 @@ largest eigenvalue 1, and as viscous as k dt: together that is 3. Stiffer ones a
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,9 +18,7 @@ from blockstat.program.bonds import bond_columns
 from blockstat.program.equilibrium import equilibrium
 from blockstat.typing import Floats, Ints
 from dynsim.bonds.joint_motion import Poses, apply_on_pairs, at_points, reach, removed
-
-if TYPE_CHECKING:
-    from dynsim.engine.world import World
+from dynsim.engine.world import World
 
 #: Bullet's damping while settling. Springs give, and with all velocity taken away they would hardly begin to: this
 #: leaves exp(-16) of it after a second at simulation scale, the critical damping of a mode of 8 rad/s. Once a joint has

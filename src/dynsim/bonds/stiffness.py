@@ -15,17 +15,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from blockstat.contact.interfaces import find_interfaces
 from blockstat.errors import InputError
 from dynsim.bonds.springs import Springs, spring_set
-from dynsim.engine.action import Action
-
-if TYPE_CHECKING:
-    from dynsim.engine.world import World
+from dynsim.engine.world import Action, World
 
 
 @dataclass(frozen=True)
@@ -84,7 +79,7 @@ class AngularSprings:
         return text + (f"; some only {used:.3g} N m/rad, the most at this time step" if used < self.stiffness else "")
 
     def begin(self, world: World) -> None:
-        interfaces = find_interfaces(world.assembly)
+        interfaces = world.interfaces
         n = interfaces.n_interfaces
         self._springs[:] = [
             spring_set(

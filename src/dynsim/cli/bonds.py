@@ -8,7 +8,7 @@ import typer
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
-    from dynsim.engine.action import Action
+    from dynsim.engine.world import Action
 
 Glue = Annotated[
     float | None, typer.Option(metavar="N", help="Glue every joint: tension in newtons that it holds; dry by default.")

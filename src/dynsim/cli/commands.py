@@ -50,7 +50,7 @@ from dynsim.cli.rows import end_of, print_comparisons, side_by_side, verify_summ
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
     from dynsim.comparison.table import Comparison
-    from dynsim.judge.verify import DynamicVerdict
+    from dynsim.judge.verdict import DynamicVerdict
     from dynsim.parallel.pool import Row
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)

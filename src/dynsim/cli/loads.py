@@ -11,8 +11,8 @@ from blockstat.cli.options import AXES, numbers
 from blockstat.errors import InputError
 
 if TYPE_CHECKING:
-    from dynsim.engine.action import Load
     from dynsim.loads.ground import Pulse, Ramp
+    from dynsim.loads.load import Load
     from dynsim.loads.record import Record
 
 Remove = Annotated[

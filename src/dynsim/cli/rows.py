@@ -12,7 +12,7 @@ from blockstat.errors import InputError, InputWarning
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
     from dynsim.comparison.table import Comparisons
-    from dynsim.judge.verify import DynamicVerdict
+    from dynsim.judge.verdict import DynamicVerdict
     from dynsim.parallel.pool import Row
 
 T = TypeVar("T")

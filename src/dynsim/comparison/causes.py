@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from enum import Enum
 
 import numpy as np
 
 from blockstat.analysis.assess import assess
 from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.assembly import Assembly
+from blockstat.contact.interfaces import Interfaces, find_interfaces
+from blockstat.result import Sentence
 from dynsim.judge.stages import stages
-from dynsim.judge.verify import DynamicOutcome, DynamicVerdict, verify
+from dynsim.judge.verdict import DynamicOutcome, DynamicVerdict
+from dynsim.judge.verify import verify
 from dynsim.settings import PRESETS, Settings
 
 #: A verdict of statics that a sideways push of this part of gravity changes is marginal: Bullet's own limits are off by
@@ -24,7 +26,7 @@ SETTLED = 0.1
 LONGER = 10.0
 
 
-class Cause(Enum):
+class Cause(Sentence):
     """Why verdicts differ, or are none; each value is the sentence a user reads."""
 
     SELF_STRESS = "it stands only by self-stress or dilatancy: Coulomb friction without them finds no equilibrium"
@@ -41,10 +43,6 @@ class Cause(Enum):
     UNDECIDED = "statics do not decide"
     OPEN_FALL = "statics allow rest, with Coulomb friction too: marginal, or a motion that rest would have stopped"
     OPEN_STAND = "statics find no rest: a motion slower than the threshold in the simulated time, or too coarse a run"
-
-    @property
-    def word(self) -> str:
-        return self.name.lower()
 
 
 def agrees(static: Verdict, dynamic: DynamicVerdict) -> bool | None:
@@ -101,10 +99,10 @@ def _why_it_fell(coulomb: Verdict, settings: Settings, closely: bool) -> Cause:
     """A force field exists."""
     if coulomb.outcome is Outcome.STABLE_ONLY_BY_SELF_STRESS:
         return Cause.SELF_STRESS
-    if coulomb.outcome is Outcome.UNDECIDED or (closely and _tips(coulomb.assembly)):
+    if coulomb.outcome is Outcome.UNDECIDED or (closely and _tips(coulomb)):
         return Cause.MARGINAL
     if closely:
-        again = verify(coulomb.assembly, settings=finer(coulomb.assembly, settings))
+        again = _in_finer_steps(coulomb, settings)
         if again.outcome is not DynamicOutcome.FALLS:
             return Cause.COARSE_FALL
     return Cause.OPEN_FALL
@@ -113,35 +111,49 @@ def _why_it_fell(coulomb: Verdict, settings: Settings, closely: bool) -> Cause:
 def _why_it_stood(static: Verdict, dynamic: DynamicVerdict, settings: Settings, closely: bool) -> Cause:
     """No force field exists, or none without self-stress."""
     assembly = static.assembly
-    if closely and verify(assembly, settings=finer(assembly, settings)).outcome is DynamicOutcome.FALLS:
+    if closely and _in_finer_steps(static, settings).outcome is DynamicOutcome.FALLS:
         return Cause.COARSE_STAND
     if closely and static.outcome is Outcome.STABLE:
         return Cause.HELD
     longer = replace(settings, rest=1e-6, end=LONGER * settings.end)
-    if closely and verify(assembly, settings=longer).outcome is DynamicOutcome.FALLS:
-        return Cause.TIME_TOO_SHORT
+    if closely:
+        slow = verify(assembly, settings=longer, interfaces=joints_as_found(static))
+        if slow.outcome is DynamicOutcome.FALLS:
+            return Cause.TIME_TOO_SHORT
     if dynamic.settling + dynamic.max_displacement > SETTLED * dynamic.brick_threshold:
         return Cause.SETTLED
     marginal = static.outcome is Outcome.UNSTABLE and static.score < SCORE
     return Cause.MARGINAL if marginal else Cause.OPEN_STAND
 
 
-def _tips(assembly: Assembly) -> bool:
+def _tips(static: Verdict) -> bool:
     """Whether a small push in some horizontal direction leaves no equilibrium without self-stress."""
+    assembly = static.assembly
     down = assembly.gravity / np.linalg.norm(assembly.gravity)
     across = np.cross(down, np.eye(3)[np.argmin(np.abs(down))])
     across /= np.linalg.norm(across)
     for angle in 2 * np.pi * np.arange(PUSHES) / PUSHES:
         push = np.cos(angle) * across + np.sin(angle) * np.cross(down, across)
         gravity = assembly.gravity + PUSH * np.linalg.norm(assembly.gravity) * push
-        if assess(assembly, gravity=gravity, flow="coulomb").outcome is not Outcome.STABLE:
+        found = assess(assembly, gravity=gravity, flow="coulomb", interfaces=static.interfaces)
+        if found.outcome is not Outcome.STABLE:
             return True
     return False
 
 
-def finer(assembly: Assembly, settings: Settings) -> Settings:
+def joints_as_found(static: Verdict) -> Interfaces:
+    """The interfaces of a static verdict as a contact search finds them: not divided into cells for joint laws."""
+    return static.interfaces if static.interfaces.share is None else find_interfaces(static.assembly)
+
+
+def _in_finer_steps(static: Verdict, settings: Settings) -> DynamicVerdict:
+    assembly, interfaces = static.assembly, joints_as_found(static)
+    return verify(assembly, settings=finer(assembly, settings, interfaces), interfaces=interfaces)
+
+
+def finer(assembly: Assembly, settings: Settings, interfaces: Interfaces) -> Settings:
     """One run at half the finest time step behind a verdict, or at the finest of the careful preset if that is less."""
-    runs = stages(assembly, settings)
+    runs = stages(assembly, settings, interfaces)
     finest = runs.fine or runs.first
     step = min(finest.time_step / 2, PRESETS["careful"]["fine_step"])
     return replace(finest, time_step=step, quick_step=step, fine_step=step)

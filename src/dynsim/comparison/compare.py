@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 
 from blockstat.analysis.assess import assess
 from blockstat.analysis.verdict import Outcome
 from blockstat.assembly import Assembly
-from dynsim.comparison.causes import agrees, find_cause, likely_reason, with_coulomb
-from dynsim.comparison.first_motion import cosine
+from blockstat.contact.interfaces import Interfaces
+from dynsim.comparison.causes import agrees, find_cause, joints_as_found, likely_reason, with_coulomb
+from dynsim.comparison.first_motion import first_motion_cosine
 from dynsim.comparison.table import Comparison, Comparisons
-from dynsim.judge.verify import DynamicOutcome, verify
-from dynsim.parallel.pool import Row, run_many
+from dynsim.judge.verdict import DynamicOutcome
+from dynsim.judge.verify import verify
+from dynsim.parallel.pool import Row, paired, run_many, with_interfaces
 from dynsim.settings import Settings
 
 
@@ -21,6 +23,7 @@ def compare(
     *,
     settings: Settings | None = None,
     closely: bool = False,
+    interfaces: Interfaces | Sequence[Interfaces] | None = None,
     jobs: int | None = None,
     timeout: float | None = None,
     progress: Callable[[int, Row[Comparison]], None] | None = None,
@@ -33,16 +36,23 @@ def compare(
     """
     designs = [assemblies] if isinstance(assemblies, Assembly) else list(assemblies)
     names = [design.name for design in designs]
-    judge = partial(compare_one, settings=settings, closely=closely)
-    rows = run_many(judge, designs, names=names, jobs=jobs, timeout=timeout, progress=progress)
+    one = [interfaces] if isinstance(interfaces, Interfaces) else interfaces
+    function = partial(with_interfaces, partial(compare_one, settings=settings, closely=closely))
+    rows = run_many(function, paired(designs, one), names=names, jobs=jobs, timeout=timeout, progress=progress)
     return Comparisons(tuple(row.result or Comparison(name=row.name, note=row.error) for row in rows))
 
 
-def compare_one(assembly: Assembly, *, settings: Settings | None = None, closely: bool = False) -> Comparison:
+def compare_one(
+    assembly: Assembly,
+    *,
+    settings: Settings | None = None,
+    closely: bool = False,
+    interfaces: Interfaces | None = None,
+) -> Comparison:
     """The row of one assembly, in this process. Raises InputError where there is no verdict."""
-    static = assess(assembly)
+    static = assess(assembly, interfaces=interfaces)
     coulomb = with_coulomb(static)
-    dynamic = verify(assembly, settings=settings)
+    dynamic = verify(assembly, settings=settings, interfaces=interfaces or joints_as_found(static))
     cause = find_cause(static, coulomb, dynamic, settings=settings, closely=closely)
     both_fall = static.outcome is Outcome.UNSTABLE and dynamic.outcome is DynamicOutcome.FALLS
     note = likely_reason(static, dynamic) if dynamic.outcome is DynamicOutcome.CREEPS else cause.value if cause else ""
@@ -63,7 +73,7 @@ def compare_one(assembly: Assembly, *, settings: Settings | None = None, closely
         dynamic_seconds=dynamic.run.process_seconds,
         agree=agrees(static, dynamic),
         agree_coulomb=agrees(coulomb, dynamic),
-        cosine=cosine(static, dynamic) if both_fall else None,
+        cosine=first_motion_cosine(static, dynamic) if both_fall else None,
         cause=cause.word if cause is not None else "",
         note=note,
     )

@@ -16,7 +16,7 @@ from dynsim.judge.verdict import DynamicVerdict
 EARLY = 0.1
 
 
-def cosine(static: Verdict, dynamic: DynamicVerdict) -> float | None:
+def first_motion_cosine(static: Verdict, dynamic: DynamicVerdict) -> float | None:
     """Cosine between the static mechanism and Bullet's first motion: 1 for the same motion, 0 for unrelated ones.
 
     The scalar product of two fields of twists is that of kinetic energy, the sum over free blocks of m v.v' + w.I w',

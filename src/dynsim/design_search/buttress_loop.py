@@ -9,15 +9,17 @@ step of their thickness and their number starts again at one. Each wall ends wit
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import msgspec
 
 from blockstat.assembly import Assembly
 from blockstat.errors import InputError
 from blockstat.model import build
+from blockstat.result import Result, Sentence
 from blockstat.spec import Building, Range, value_of
-from dynsim.judge.verify import DynamicVerdict
+from dynsim.judge.verdict import DynamicVerdict
 
 #: Walls from which a barrel vault springs: cracks of the vault alone are theirs.
 SPRINGING: tuple[str, ...] = ("south", "north")
@@ -35,13 +37,42 @@ class ButtressStep:
     process_seconds: float
 
 
+class ButtressOutcome(Sentence):
+    """How the loop ended; each value is the sentence a user reads."""
+
+    SOUND = "Sound: the last building stands and no joint of it cracks."
+    CRACKED = "Cracked: walls crack, and none of them takes more or thicker buttresses."
+
+
 @dataclass(frozen=True)
-class ButtressResult:
+class ButtressResult(Result):
     """The steps of the loop, and whether the last one has no crack."""
 
     steps: tuple[ButtressStep, ...]
     building: Building  #: the last one
     sound: bool  #: False where walls crack that have no room for more
+
+    @property
+    def outcome(self) -> ButtressOutcome:
+        """How the loop ended."""
+        return ButtressOutcome.SOUND if self.sound else ButtressOutcome.CRACKED
+
+    def explain(self) -> str:
+        """Return the answer and the buttresses of each building, one building a line."""
+        lines = [self.outcome.value]
+        for step in self.steps:
+            sizes = (f"{wall} {n} of {step.thickness[wall]:g} m" for wall, n in step.number.items() if n)
+            cracks = ", ".join(f"{wall} {n}" for wall, n in step.cracks.items()) or "none"
+            lines.append(f"Buttresses: {', '.join(sizes) or 'none'}. Bullet: {step.outcome}. Cracks: {cracks}.")
+        return "\n".join(lines)
+
+    def summary(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {
+            "outcome": self.outcome.word,
+            "sentence": self.outcome.value,
+            "steps": [asdict(step) for step in self.steps],
+        }
 
 
 def buttress_loop(

@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from blockstat.analysis.assess import assess
 from blockstat.analysis.certificate_cache import Memory
 from blockstat.assembly import Assembly
-from blockstat.design_search.search import Candidate, SearchResult, search
+from blockstat.design_search.search import Candidate, Margin, SearchResult, search
 from blockstat.model import build
 from blockstat.spec import Scene, with_values
 from blockstat.view.plot import Place, picture
 from blockstat.view.report import Figure, write_designs, write_report
 from dynsim.comparison.causes import likely_reason
-from dynsim.judge.verify import DynamicVerdict, verify
+from dynsim.judge.verdict import DynamicVerdict
+from dynsim.judge.verify import verify
 from dynsim.parallel.pool import jobs_checked
-from dynsim.parallel.speculative import Ahead
+from dynsim.parallel.speculative import SpeculativeRuns
 from dynsim.settings import Settings
 
 NOTE = (
@@ -36,14 +36,18 @@ def optimise(
     jobs: int | None = None,
     under: Callable[[Assembly], Assembly] = lambda assembly: assembly,
     conditions: str = "",
-    **options: Any,
+    strategy: str = "pruned",
+    over: str = "line",
+    margin: Margin | None = None,
+    snap: bool = False,
+    points: int = 6,
 ) -> tuple[SearchResult, Path]:
     """Search, confirm, and write history.csv, best.json, best.glb, pictures and report.html into a directory.
 
     An interrupted search goes on from its history.csv when called again. jobs : simulations side by side, as many as
     cores by default, whatever the number with the same history; under : puts each design under another
-    friction or gravity, and conditions says which. options : those of `blockstat.search` (strategy, over, margin, snap,
-    points). Returns the result and the report's path.
+    friction or gravity, and conditions says which. strategy, over, margin, snap,
+    points : as in `blockstat.search`. Returns the result and the report's path.
     """
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
@@ -58,7 +62,7 @@ def optimise(
             bar.update(task, completed=done, total=expected, description=f"{values}: {word}")
 
         memory, jobs = Memory(), jobs_checked(jobs)
-        with Ahead(partial(verify, settings=settings), jobs) as dynamic:
+        with SpeculativeRuns(partial(verify, settings=settings), jobs) as dynamic:
             result = search(
                 building,
                 static=lambda assembly: assess(assembly, memory=memory, score=False),
@@ -72,7 +76,11 @@ def optimise(
                 progress=progress,
                 remark=likely_reason,
                 conditions=f"{settings} {conditions}" if settings or conditions else "",
-                **options,
+                strategy=strategy,
+                over=over,
+                margin=margin,
+                snap=snap,
+                points=points,
             )
     figures = write_designs(result, directory, under=under)
     figures += _moved(result, directory, settings, under)

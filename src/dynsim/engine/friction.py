@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from blockstat.assembly import Assembly
-from blockstat.contact.interfaces import find_interfaces
+from blockstat.contact.interfaces import Interfaces
 from blockstat.contact.point_law import joint_friction
 from blockstat.errors import InputError
 from blockstat.typing import Floats
@@ -19,30 +19,36 @@ STICKY = 100.0  #: Bullet's stand-in for infinite friction
 EXACT = 1e-9  #: largest relative error of a product
 
 
-def block_friction(assembly: Assembly) -> Floats:
-    """Coefficient of each block, shape (n_blocks,).
+def has_own_friction(assembly: Assembly) -> bool:
+    """Whether a joint law has a friction other than the assembly's."""
+    return any(law.friction not in (None, assembly.friction) for law in assembly.joints)
+
+
+def common_friction(assembly: Assembly) -> Floats:
+    """Coefficient of each block where all joints have the friction of the assembly, shape (n_blocks,)."""
+    return np.full(assembly.n_blocks, np.sqrt(min(assembly.friction, STICKY)))
+
+
+def block_friction(assembly: Assembly, interfaces: Interfaces) -> Floats:
+    """Coefficient of each block where joints differ in friction, shape (n_blocks,).
 
     Raises InputError naming two groups when no such numbers exist.
     """
-    usual = np.sqrt(min(assembly.friction, STICKY))
-    if all(law.friction in (None, assembly.friction) for law in assembly.joints):
-        return np.full(assembly.n_blocks, usual)
-    faces = find_interfaces(assembly)
-    wanted = np.minimum(joint_friction(assembly, faces), STICKY)
-    found = np.full(assembly.n_blocks, usual)
+    wanted = np.minimum(joint_friction(assembly, interfaces), STICKY)
+    found = common_friction(assembly)
     rough = np.zeros(assembly.n_blocks, dtype=bool)
-    rough[faces.pair[wanted > 0]] = True
+    rough[interfaces.pair[wanted > 0]] = True
     smooth = np.zeros(assembly.n_blocks, dtype=bool)
-    smooth[faces.pair[wanted == 0]] = True
+    smooth[interfaces.pair[wanted == 0]] = True
     found[smooth & ~rough] = 0.0
     rows = np.flatnonzero(wanted > 0)
     if len(rows):
-        logarithms = _logarithms(assembly.n_blocks, faces.pair[rows], np.log(wanted[rows]))
+        logarithms = _logarithms(assembly.n_blocks, interfaces.pair[rows], np.log(wanted[rows]))
         found[rough] = np.exp(logarithms[rough])
-    error = np.abs(np.prod(found[faces.pair], axis=1) - wanted) > EXACT * np.maximum(wanted, EXACT)
+    error = np.abs(np.prod(found[interfaces.pair], axis=1) - wanted) > EXACT * np.maximum(wanted, EXACT)
     if error.any():
         worst = int(np.argmax(error))
-        a, b = (assembly.groups[block] or assembly.names[block] for block in faces.pair[worst])
+        a, b = (assembly.groups[block] or assembly.names[block] for block in interfaces.pair[worst])
         raise InputError(
             f"friction {wanted[worst]:g} between {a} and {b}: Bullet multiplies one number a block, and none fit all "
             "joint laws at once"

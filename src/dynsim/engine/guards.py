@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from blockstat.assembly import Assembly
-from blockstat.contact.interfaces import find_interfaces
+from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError
 from blockstat.typing import Floats
 
@@ -59,10 +59,18 @@ def _check_ratios(assembly: Assembly) -> None:
         free & (thickness(assembly) < THINNEST * size),
         f"is thinner than {THINNEST:g} of the size of most blocks; in Bullet it would not come to rest",
     )
-    mass = assembly.mass
-    if mass[free].max() <= MASSES * mass[free].min():
-        return
-    for a, b in find_interfaces(assembly).pair:
+
+
+def has_uneven_masses(assembly: Assembly) -> bool:
+    """Whether some free block is so much heavier than another that no two of them may touch."""
+    mass = assembly.mass[~assembly.support]
+    return bool(mass.max() > MASSES * mass.min())
+
+
+def check_masses(assembly: Assembly, interfaces: Interfaces) -> None:
+    """Raise InputError naming two blocks that touch if one is too heavy for the other."""
+    free, mass = ~assembly.support, assembly.mass
+    for a, b in interfaces.pair:
         light, heavy = sorted((a, b), key=lambda block: mass[block])
         if free[a] and free[b] and mass[heavy] > MASSES * mass[light]:
             raise InputError(

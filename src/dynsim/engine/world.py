@@ -1,4 +1,4 @@
-"""One Bullet client with the blocks of an assembly in it.
+"""One Bullet client with the blocks of an assembly in it, and what may act on them.
 
 The scene is simulated at a fixed scale: lengths so that the median block measures 0.3 m, gravity 9.81 m/s2,
 masses so that the median block weighs 100 kg. Rigid-block dynamics under Coulomb friction is scale-free with
@@ -10,20 +10,28 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from types import TracebackType
+from typing import Protocol
 
 import numpy as np
 
 from blockstat.assembly import Assembly
+from blockstat.contact.interfaces import Interfaces, find_interfaces
 from blockstat.errors import InputError
 from blockstat.typing import Floats, Ints
-from dynsim.bonds.glue import bonds_of
-from dynsim.engine.action import Action
 from dynsim.engine.bodies import Shape, hull_obj, shapes
 from dynsim.engine.bullet import ENGINE, import_bullet, matrices, quaternion
-from dynsim.engine.friction import block_friction
-from dynsim.engine.guards import check_assembly, check_blocks, check_overlap, check_rotations
+from dynsim.engine.friction import block_friction, common_friction, has_own_friction
+from dynsim.engine.guards import (
+    check_assembly,
+    check_blocks,
+    check_masses,
+    check_overlap,
+    check_rotations,
+    has_uneven_masses,
+)
 from dynsim.engine.step_loads import StepLoads
 from dynsim.settings import Settings
 
@@ -34,33 +42,74 @@ GRAVITY = 9.81  #: [m/s2] in the simulation
 ANCHOR = 1  #: a contact point that does not slide is held where it was
 
 
-class World:
-    """A context manager around one client; poses go in and out in the scene's own units."""
+class Action(Protocol):
+    """Something that acts on the blocks while they are simulated: a load, a bond, a spring.
 
-    def __init__(self, assembly: Assembly, settings: Settings, actions: Sequence[Action] = ()) -> None:
+    Everything it does goes through the methods of `World`, in the scene's own units. An action that must act at every
+    time step makes the run step from Python, a little more slowly.
+    """
+
+    @property
+    def each_step(self) -> bool:
+        """True: `act` comes before every time step; False: before every look."""
+        ...
+
+    def begin(self, world: World) -> None:
+        """Called once, before settling."""
+        ...
+
+    def act(self, world: World, time: float) -> None:
+        """Called through settling and the free run; time : since release [s], negative while settling."""
+        ...
+
+
+class World:
+    """A context manager around one client; poses go in and out in the scene's own units.
+
+    The engine knows no bonds: whoever runs it hands in those of the joint laws (`dynsim.bonds_of`) among the actions.
+    """
+
+    def __init__(
+        self,
+        assembly: Assembly,
+        settings: Settings,
+        actions: Sequence[Action] = (),
+        *,
+        interfaces: Interfaces | None = None,
+    ) -> None:
         check_assembly(assembly)
         free = ~assembly.support
         self.assembly = assembly
         self.settings = settings
+        if interfaces is not None:
+            self.interfaces = interfaces
+        if has_uneven_masses(assembly):
+            check_masses(assembly, self.interfaces)
         self.length = BLOCK_SIZE / float(np.median(assembly.size[free]))  #: simulation metres a scene metre
         strength = float(np.linalg.norm(assembly.gravity))
         self.time = float(np.sqrt(self.length * strength / GRAVITY))  #: simulation seconds a scene second
         self._mass = BLOCK_MASS / float(np.median(assembly.mass[free]))
         self._acceleration = GRAVITY / strength
         self.time_step = settings.time_step / self.time  #: [s]; `set_time_step` changes it
-        self.actions: tuple[Action, ...] = (*bonds_of(assembly), *actions)
+        self.actions = tuple(actions)
         self._stepwise = any(action.each_step for action in self.actions)
         self._shapes = shapes(assembly)
         check_rotations(assembly, np.stack([shape.rotation for shape in self._shapes]))
-        self._friction = block_friction(assembly)
+        own = has_own_friction(assembly)
+        self._friction = block_friction(assembly, self.interfaces) if own else common_friction(assembly)
         self._directory: tempfile.TemporaryDirectory[str] | None = None
         self._client = -1
-        self._loads = StepLoads(self) if self._stepwise else None
+        self._loads = StepLoads(assembly) if self._stepwise else None
         self._bodies: list[int] = []
         self._driven: dict[Action, Floats] = {}
         self._gravity = np.asarray(assembly.gravity, dtype=float)
         self._carried: set[int] = set()
         self.removed: set[int] = set()  #: blocks taken out by `remove`
+
+    @cached_property
+    def interfaces(self) -> Interfaces:
+        """The joints of the assembly as built; searched for when they are first asked for."""
+        return find_interfaces(self.assembly)
 
     def __enter__(self) -> World:
         self._directory = tempfile.TemporaryDirectory(prefix="dynsim-")
@@ -162,9 +211,18 @@ class World:
             for action in self.actions:
                 if step == 0 or action.each_step:
                     action.act(self, time + step * self.time_step)
-            if self._loads is not None:
-                self._loads.apply()
+            self._apply_step_loads()
             self._bullet.stepSimulation(physicsClientId=self._client)
+
+    def _apply_step_loads(self) -> None:
+        """Give the blocks what acts on them for one time step, as velocities."""
+        if self._loads is None or self._loads.idle:
+            return
+        linear, angular = self._loads.take(self.poses()[1], *self.velocities(), self.time_step)
+        blocks = self.assembly.free
+        if self.removed:
+            blocks = np.setdiff1d(blocks, list(self.removed))
+        self.set_velocities(blocks, linear[blocks], angular[blocks])
 
     def set_gravity(self, gravity: Sequence[float] | Floats) -> None:
         """Gravity from now on, shape (3,) [m/s2]."""

@@ -5,19 +5,28 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces, find_interfaces
+from blockstat.result import Result, Sentence
 from blockstat.typing import Floats, Ints
 
 #: A joint is cracked when it has opened or slid by more than this share of the smaller of its two blocks.
 CRACK = 1e-2
 
 
+class CrackOutcome(Sentence):
+    """Whether joints cracked; each value is the sentence a user reads."""
+
+    SOUND = "Sound: no joint opened or slid by more than its threshold."
+    CRACKED = "Cracked: joints opened or slid by more than their threshold."
+
+
 @dataclass(frozen=True, eq=False)
-class Cracks:
+class Cracks(Result):
     """Every joint and how far it has opened and slid since release."""
 
     assembly: Assembly
@@ -30,6 +39,11 @@ class Cracks:
     def cracked(self) -> np.ndarray:
         """Whether each joint is cracked, shape (n_interfaces,) bool."""
         return (self.opening > self.threshold) | (self.slip > self.threshold)
+
+    @property
+    def outcome(self) -> CrackOutcome:
+        """Whether a joint is cracked."""
+        return CrackOutcome.CRACKED if self.n_cracks else CrackOutcome.SOUND
 
     @property
     def n_cracks(self) -> int:
@@ -46,7 +60,18 @@ class Cracks:
         rows = list(self.per_group().items())
         text = ", ".join(f"{name or 'no group'} {count}" for name, count in rows[:limit])
         more = f" and {len(rows) - limit} more groups" if len(rows) > limit else ""
-        return f"Cracks: {self.n_cracks} of {len(self.pair)} joints ({text}{more})."
+        count = f"Cracks: {self.n_cracks} of {len(self.pair)} joints"
+        return f"{count} ({text}{more})." if rows else f"{count}."
+
+    def summary(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        return {
+            "outcome": self.outcome.word,
+            "sentence": self.outcome.value,
+            "cracks": self.per_group(),
+            "n_cracks": self.n_cracks,
+            "n_interfaces": len(self.pair),
+        }
 
 
 def find_cracks(

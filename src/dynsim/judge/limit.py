@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import Enum
 from time import process_time
 from typing import Any
 
 import numpy as np
 
 from blockstat.analysis.limit_load import LoadOutcome, limit_load
-from blockstat.analysis.verdict import as_html
 from blockstat.assembly import Assembly
+from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError
 from blockstat.loads import as_load
+from blockstat.result import Result, Sentence, finite
 from blockstat.typing import Floats
-from dynsim.judge.verify import DynamicOutcome, verify
+from dynsim.judge.verdict import DynamicOutcome
+from dynsim.judge.verify import verify
 from dynsim.loads.loading import Constant
 from dynsim.settings import Settings
 
@@ -30,16 +31,12 @@ UNBOUNDED = 64.0
 BESIDE = 0.05
 
 
-class LimitOutcome(Enum):
+class LimitOutcome(Sentence):
     """The answers; each value is the sentence a user reads."""
 
     LIMIT = "Limit: in Bullet the assembly carries the load up to the lower multiplier, and moves at the upper one."
     UNBOUNDED = "Unbounded: no multiple of the load that was tried moves the assembly in Bullet."
     DEAD_LOAD_FALLS = "Falls under dead load: in Bullet the assembly does not stand without the load."
-
-    @property
-    def word(self) -> str:
-        return self.name.lower()
 
 
 @dataclass(frozen=True)
@@ -54,7 +51,7 @@ class Trial:
 
 
 @dataclass(frozen=True, eq=False)
-class DynamicLimit:
+class DynamicLimit(Result):
     """Bracket on the multiplier of a load at which an assembly ceases to stand in Bullet."""
 
     outcome: LimitOutcome
@@ -71,7 +68,7 @@ class DynamicLimit:
         middle = (self.lower + self.upper) / 2
         return middle / self.static[1] if np.isfinite(middle) and np.isfinite(self.static[1]) else None
 
-    def explain(self) -> str:
+    def exfinite(self) -> str:
         """The answer in a few lines of plain text."""
         lines = [self.outcome.value]
         if self.outcome is LimitOutcome.LIMIT:
@@ -83,25 +80,15 @@ class DynamicLimit:
         lines += [f"Warning: {text}" for text in self.warnings]
         return "\n".join(lines)
 
-    def __str__(self) -> str:
-        return self.explain()
-
-    def _repr_html_(self) -> str:
-        return as_html(self.explain())
-
     def summary(self) -> dict[str, Any]:
         """Plain values for JSON; None for what is not finite."""
-
-        def plain(value: float) -> float | None:
-            return float(value) if np.isfinite(value) else None
-
         return {
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,
-            "lower": plain(self.lower),
-            "upper": plain(self.upper),
-            "static_lower": plain(self.static[0]),
-            "static_upper": plain(self.static[1]),
+            "lower": finite(self.lower),
+            "upper": finite(self.upper),
+            "static_lower": finite(self.static[0]),
+            "static_upper": finite(self.static[1]),
             "ratio": self.ratio,
             "runs": len(self.trials),
             "trials": [vars(trial) for trial in self.trials],
@@ -117,6 +104,7 @@ def limit(
     settings: Settings | None = None,
     width: float = 0.01,
     check: bool = True,
+    interfaces: Interfaces | None = None,
     progress: Callable[[Trial], None] | None = None,
 ) -> DynamicLimit:
     """Bracket the multiplier of a load at which an assembly ceases to stand in Bullet.
@@ -131,8 +119,10 @@ def limit(
         raise InputError(f"limit: width is {width!r}; it must be from 0.0001 to below 1")
     start = process_time()
     force = _as_force(assembly, load)
-    static = limit_load(assembly, load)
-    search = _Search(assembly, force, settings, width, progress)
+    static = limit_load(assembly, load, interfaces=interfaces)
+    if interfaces is None and static.interfaces.share is None:
+        interfaces = static.interfaces  # as they were found, not divided into cells for a joint law
+    search = _Search(assembly, force, settings, interfaces, width, progress)
     if static.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE and not search.stands(0.0):
         outcome, lower, upper = LimitOutcome.DEAD_LOAD_FALLS, -np.inf, -np.inf
     else:
@@ -164,17 +154,18 @@ class _Search:
         assembly: Assembly,
         force: Floats,
         settings: Settings | None,
+        interfaces: Interfaces | None,
         width: float,
         progress: Callable[[Trial], None] | None,
     ) -> None:
         self._assembly, self._force, self._settings = assembly, force, settings
-        self._width, self._progress = width, progress
+        self._interfaces, self._width, self._progress = interfaces, width, progress
         self.trials: list[Trial] = []
 
     def stands(self, multiplier: float) -> bool:
         """Run the protocol at a multiplier."""
         loads = [Constant(multiplier * self._force)] if multiplier else []
-        verdict = verify(self._assembly, settings=self._settings, loads=loads)
+        verdict = verify(self._assembly, settings=self._settings, loads=loads, interfaces=self._interfaces)
         run = verdict.run
         trial = Trial(
             float(multiplier), verdict.outcome.word, verdict.max_displacement, float(run.times[-1]), run.process_seconds

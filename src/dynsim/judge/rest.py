@@ -1,4 +1,4 @@
-"""How a run under loads that change is judged: which blocks count, from when on, and against what threshold."""
+"""Rest detection, and how a run under loads is judged: which blocks count, from when on, against what threshold."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 
 from blockstat.assembly import Assembly
 from blockstat.typing import Floats, Ints
-from dynsim.engine.action import Load
 from dynsim.judge.criteria import default_threshold
+from dynsim.loads.load import Load
 from dynsim.loads.loading import Removal
 
 #: Blocks rock for long: after the last change of a load a run may take this many times `Settings.end`.
@@ -42,7 +42,7 @@ def threshold_under(assembly: Assembly, loads: Sequence[Load]) -> float:
     return float(np.median(assembly.size[assembly.free])) + sum(load.travel for load in loads)
 
 
-class Calm:
+class RestDetection:
     """Whether blocks are at rest, as seen look by look.
 
     They are still: within a distance of one place for a time; or near where they were let go, within three such
@@ -57,8 +57,8 @@ class Calm:
         self._past: deque[tuple[float, Floats]] = deque()
         self.reached = False
 
-    def since(self, time: float, moved: Floats) -> bool:
-        """Look at displacements, shape (n, 3) [m], at a time; before 0 nothing is calm."""
+    def look(self, time: float, moved: Floats) -> bool:
+        """Look at displacements, shape (n, 3) [m], at a time; return whether the blocks are at rest, never before 0."""
         if time <= 0 or _furthest(moved - self._place) >= self._distance:
             self._start, self._place = max(time, 0.0), moved
         if time > 0:

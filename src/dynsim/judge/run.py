@@ -10,9 +10,12 @@ from time import process_time
 import numpy as np
 
 from blockstat.assembly import Assembly
+from blockstat.contact.interfaces import Interfaces, find_interfaces
 from blockstat.typing import Floats, Ints
-from dynsim.engine.action import Action
-from dynsim.engine.world import World
+from dynsim.bonds.glue import bonds_of
+from dynsim.engine.guards import check_assembly
+from dynsim.engine.world import Action, World
+from dynsim.loads.load import Loads, as_loads
 from dynsim.settings import Settings
 
 #: Taller scenes need longer to show a fall: times grow as sqrt(height) above this height at simulation scale.
@@ -77,20 +80,28 @@ def simulate(
     *,
     settings: Settings | None = None,
     stop: Callable[[float, Floats], bool] | None = None,
+    loads: Loads = (),
     actions: Sequence[Action] = (),
     hold: float = 0.0,
+    interfaces: Interfaces | None = None,
 ) -> Run:
     """Settle an assembly and let it go.
 
     stop : called at every look with the simulated share of `Settings.end` that has gone since release and `hold`
     (below 0 until then) and the displacement since release, shape (n_blocks, 3) [m]; True ends the run.
-    actions : what acts on the blocks meanwhile. hold : the free run is longer by this [s].
+    loads, actions : what acts on the blocks meanwhile, as in `verify`; the bonds of the joint laws come by themselves.
+    hold : the free run is longer by this [s]. interfaces : of the assembly; searched for where they are needed when
+    None.
     """
     settings = settings or Settings()
+    check_assembly(assembly)
     start = process_time()
     times, displacement, rotation, kinetic = [], [], [], []
     removed = np.full(assembly.n_blocks, np.inf)
-    with World(assembly, settings, actions) as world:
+    if interfaces is None and assembly.joints:
+        interfaces = find_interfaces(assembly)
+    acting = (*bonds_of(assembly, interfaces=interfaces), *as_loads(assembly, loads), *actions)
+    with World(assembly, settings, acting, interfaces=interfaces) as world:
         overlap = world.deepest_overlap()
         stretch = np.sqrt(max(_height(assembly) * world.length / TALL, 1.0))
         look = settings.substeps * settings.time_step

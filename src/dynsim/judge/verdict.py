@@ -3,29 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum
 from typing import Any
 
-from blockstat.analysis.verdict import as_html
+from blockstat.result import Result, Sentence
 from blockstat.typing import Floats, Ints
 from dynsim.judge.cracks import Cracks
 from dynsim.judge.run import Run
 
 
-class DynamicOutcome(Enum):
+class DynamicOutcome(Sentence):
     """The three dynamic answers; each value is the sentence a user reads."""
 
     STANDS = "Stands: the blocks came to rest within the threshold."
     FALLS = "Falls: blocks moved further than the threshold."
     CREEPS = "Creeps: blocks stayed within the threshold and were still moving, slowly, at the end of the run."
 
-    @property
-    def word(self) -> str:
-        return self.name.lower()
-
 
 @dataclass(frozen=True, eq=False)
-class DynamicVerdict:
+class DynamicVerdict(Result):
     """What Bullet saw. Drops and displacements are since release, after settling [m]."""
 
     outcome: DynamicOutcome
@@ -83,12 +78,6 @@ class DynamicVerdict:
             lines.append(self.cracks.explain())
         lines += [f"Warning: {text}" for text in self.warnings]
         return "\n".join(lines)
-
-    def __str__(self) -> str:
-        return self.explain()
-
-    def _repr_html_(self) -> str:
-        return as_html(self.explain())
 
     def summary(self) -> dict[str, Any]:
         """Plain values for JSON."""

@@ -1,4 +1,4 @@
-"""Simulate an assembly and judge what it did."""
+"""The dynamic verdict on an assembly: simulate it, and judge it by how far its blocks moved."""
 
 from __future__ import annotations
 
@@ -9,28 +9,29 @@ from math import degrees
 import numpy as np
 
 from blockstat.assembly import Assembly
+from blockstat.contact.interfaces import Interfaces, find_interfaces
 from blockstat.typing import Floats, Ints
 from dynsim.bonds.glue import weakened
 from dynsim.bonds.stiffness import caveats
-from dynsim.engine.action import Action, Load
 from dynsim.engine.guards import check_assembly
+from dynsim.engine.world import Action
 from dynsim.judge.cracks import find_cracks
 from dynsim.judge.criteria import ARM, angles, default_threshold, drops, group_box_centre, rate
-from dynsim.judge.rest import AFTERWARDS, Calm, last_change, stays, threshold_under
+from dynsim.judge.rest import AFTERWARDS, RestDetection, last_change, stays, threshold_under
 from dynsim.judge.run import Run, simulate
 from dynsim.judge.stages import SAME_FALL, Stages, stages
 from dynsim.judge.verdict import DynamicOutcome, DynamicVerdict
+from dynsim.loads.load import Load, Loads, as_loads
 from dynsim.settings import Settings
-
-__all__ = ["DynamicOutcome", "DynamicVerdict", "verify"]
 
 
 def verify(
     assembly: Assembly,
     *,
     settings: Settings | None = None,
-    loads: Sequence[Load] = (),
+    loads: Loads = (),
     actions: Sequence[Action] = (),
+    interfaces: Interfaces | None = None,
 ) -> DynamicVerdict:
     """Simulate an assembly in Bullet and judge it by displacement.
 
@@ -51,24 +52,26 @@ def verify(
     """
     settings = settings or Settings()
     check_assembly(assembly)
-    if np.isfinite(last_change(loads)):
+    acting = as_loads(assembly, loads)
+    if np.isfinite(last_change(acting)):
         settings = replace(settings, end=AFTERWARDS * settings.end)
     glued = any(law.strong for law in assembly.joints)
     if glued:
         settings = replace(settings, settle=settings.settle + GLUE_SETTLES)
-    judge = _Judge(assembly, settings, loads, actions)
-    if not (loads or actions) and (weak := weakened(assembly)) is not None:
-        verdict = _Judge(weak, settings, loads, actions)(settings, ())
+    interfaces = find_interfaces(assembly) if interfaces is None else interfaces
+    evaluate = _Evaluator(assembly, settings, acting, actions, interfaces)
+    if not (acting or actions) and (weak := weakened(assembly, interfaces)) is not None:
+        verdict = _Evaluator(weak, settings, acting, actions, interfaces)(settings)
         if verdict.outcome is DynamicOutcome.STANDS:
             return replace(verdict, run=replace(verdict.run, assembly=assembly), warnings=(*verdict.warnings, WEAKER))
-    if loads or actions or glued:
-        return judge(settings, [*loads, *actions])
-    return _staged(judge, stages(assembly, settings))
+    if acting or actions or glued:
+        return evaluate(settings)
+    return _staged(evaluate, stages(assembly, settings, interfaces))
 
 
-def _staged(judge: _Judge, runs: Stages) -> DynamicVerdict:
+def _staged(evaluate: _Evaluator, runs: Stages) -> DynamicVerdict:
     """The verdict of the first run that is believed, with the process time of all."""
-    verdict = judge(runs.first, ())
+    verdict = evaluate(runs.first)
     if runs.fine is None or verdict.outcome is DynamicOutcome.STANDS:
         return verdict
     fell = _fall_time(verdict)
@@ -77,11 +80,11 @@ def _staged(judge: _Judge, runs: Stages) -> DynamicVerdict:
     spent = verdict.run.process_seconds
     if runs.check is not None and verdict.outcome is DynamicOutcome.FALLS:
         longest = min(max(SAME_FALL * fell, runs.check.rest_after), runs.check.end)
-        check = judge(replace(runs.check, end=longest), ())
+        check = evaluate(replace(runs.check, end=longest))
         spent += check.run.process_seconds
         if fell / SAME_FALL <= _fall_time(check) <= fell * SAME_FALL:
             return replace(verdict, run=replace(verdict.run, process_seconds=spent))
-    return judge(runs.fine, (), spent)
+    return evaluate(runs.fine, spent)
 
 
 def _fall_time(verdict: DynamicVerdict) -> float:
@@ -98,13 +101,18 @@ WEAKER = (
 SMALL = 0.1
 
 
-class _Judge:
+class _Evaluator:
     """What counts in one assembly, and the verdict on a run of it."""
 
     def __init__(
-        self, assembly: Assembly, settings: Settings, loads: Sequence[Load], actions: Sequence[Action]
+        self,
+        assembly: Assembly,
+        settings: Settings,
+        loads: Sequence[Load],
+        actions: Sequence[Action],
+        interfaces: Interfaces,
     ) -> None:
-        self._assembly = assembly
+        self._assembly, self._interfaces = assembly, interfaces
         self._group, blocks = _roof(assembly, settings.group)
         self._judged = stays(assembly, loads)
         self._blocks = np.intersect1d(blocks, self._judged)
@@ -113,20 +121,23 @@ class _Judge:
         self._brick = settings.brick_threshold or limit
         self._hold = max(last_change(loads), 0.0)
         self._rest, self._small = (share * default_threshold(assembly) for share in (settings.rest, SMALL))
-        self._actions = actions
+        self._loads, self._actions = loads, actions
         self._crack = settings.crack_threshold
 
-    def __call__(self, settings: Settings, actions: Sequence[Action], spent: float = 0.0) -> DynamicVerdict:
-        calm = Calm(self._rest, settings.rest_after, self._small)
+    def __call__(self, settings: Settings, spent: float = 0.0) -> DynamicVerdict:
+        rest = RestDetection(self._rest, settings.rest_after, self._small)
         furthest = max(self._brick, self._roof)
 
         def decided(elapsed: float, moved: Floats) -> bool:
             here = moved[self._judged]
-            return bool(np.linalg.norm(here, axis=1).max() >= furthest) or calm.since(elapsed, here)
+            return bool(np.linalg.norm(here, axis=1).max() >= furthest) or rest.look(elapsed, here)
 
-        run = simulate(self._assembly, settings=settings, stop=decided, actions=actions, hold=self._hold)
+        run = simulate(
+            self._assembly, settings=settings, stop=decided, loads=self._loads, actions=self._actions, hold=self._hold,
+            interfaces=self._interfaces,
+        )  # fmt: skip
         run = replace(run, process_seconds=run.process_seconds + spent)
-        return self._verdict(run, settings.rest_after / run.pace, calm.reached)
+        return self._verdict(run, settings.rest_after / run.pace, rest.reached)
 
     def _verdict(self, run: Run, window: float, resting: bool) -> DynamicVerdict:
         """window [s] : in which blocks at rest move by less than the rest distance; resting : the run ended on that."""
@@ -155,7 +166,7 @@ class _Judge:
             first_time=float(run.times[frame]) if len(ever) else None,
             cracks=find_cracks(
                 assembly, (run.displacement[0], run.rotation[0]), (run.displacement[-1], run.rotation[-1]),
-                threshold=self._crack,
+                threshold=self._crack, interfaces=self._interfaces,
             ),
             run=run, warnings=(*caveats(self._actions), *_warnings(run, settling, self._brick)),
         )  # fmt: skip

@@ -7,16 +7,14 @@ acceleration, on top of gravity, and displacements are relative to the ground. N
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from blockstat.errors import InputError
 from blockstat.typing import Floats
 from dynsim.checks import not_negative, positive, vector_of
-
-if TYPE_CHECKING:
-    from dynsim.engine.world import World
+from dynsim.engine.world import World
 
 #: Shapes of a pulse over its duration, x from 0 to 1.
 SHAPES = {

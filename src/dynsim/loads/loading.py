@@ -8,16 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from blockstat.errors import InputError
 from blockstat.typing import Floats
 from dynsim.checks import not_negative, positive, vector_of
-
-if TYPE_CHECKING:
-    from dynsim.engine.world import World
+from dynsim.engine.world import World
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,7 @@ from dynsim.panel.work import Fallen, Film, Refused, let_fall
 if TYPE_CHECKING:
     from blockstat.app.page import Page
     from blockstat.app.words import Known
-    from dynsim.judge.verify import DynamicVerdict
+    from dynsim.judge.verdict import DynamicVerdict
 
 SMALL = "margin:0 10px;font-size:.85em;line-height:1.45"
 TONES = {"stands": "#0072B2", "falls": "#D55E00", "creeps": "#CC79A7"}

@@ -17,7 +17,8 @@ from blockstat.errors import InputError
 from blockstat.typing import Floats
 from dynsim.comparison.causes import likely_reason
 from dynsim.judge.run import Run, simulate
-from dynsim.judge.verify import DynamicVerdict, verify
+from dynsim.judge.verdict import DynamicVerdict
+from dynsim.judge.verify import verify
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly

@@ -17,9 +17,12 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from blockstat.assembly import Assembly
+from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError
-from dynsim.engine.action import Action, Load
-from dynsim.judge.verify import DynamicVerdict, verify
+from dynsim.engine.world import Action
+from dynsim.judge.verdict import DynamicVerdict
+from dynsim.judge.verify import verify
+from dynsim.loads.load import Loads
 from dynsim.settings import Settings
 
 T = TypeVar("T")
@@ -62,8 +65,9 @@ def verify_many(
     designs: Iterable[Assembly],
     *,
     settings: Settings | None = None,
-    loads: Sequence[Load] = (),
+    loads: Loads = (),
     actions: Sequence[Action] = (),
+    interfaces: Sequence[Interfaces] | None = None,
     jobs: int | None = None,
     timeout: float | None = None,
     progress: Callable[[int, Row[DynamicVerdict]], None] | None = None,
@@ -73,9 +77,27 @@ def verify_many(
     settings, loads, actions : as in `verify`; jobs, timeout, progress : as in `run_many`.
     """
     designs = list(designs)
-    judge = partial(verify, settings=settings, loads=tuple(loads), actions=tuple(actions))
     names = [design.name for design in designs]
-    return run_many(judge, designs, names=names, jobs=jobs, timeout=timeout, progress=progress)
+    function = partial(with_interfaces, partial(verify, settings=settings, loads=loads, actions=tuple(actions)))
+    tasks = paired(designs, interfaces)
+    return run_many(function, tasks, names=names, jobs=jobs, timeout=timeout, progress=progress)
+
+
+def paired(
+    designs: Sequence[Assembly], interfaces: Sequence[Interfaces] | None
+) -> list[tuple[Assembly, Interfaces | None]]:
+    """Each design with its interfaces, None where they have to be searched for."""
+    if interfaces is None:
+        return [(design, None) for design in designs]
+    if len(interfaces) != len(designs):
+        raise InputError(f"interfaces of {len(interfaces)} assemblies are given; there are {len(designs)} assemblies")
+    return list(zip(designs, interfaces, strict=True))
+
+
+def with_interfaces(function: Callable[..., T], task: tuple[Assembly, Interfaces | None]) -> T:
+    """What a process of the pool calls for one design: a function with the option `interfaces`."""
+    assembly, interfaces = task
+    return function(assembly, interfaces=interfaces)
 
 
 def run_many(
@@ -160,7 +182,7 @@ class Line(threading.Thread):
         self._early = early
         self._function, self._arguments = function, arguments
         self._waiting, self._done, self._timeout = waiting, done, timeout
-        path = os.pathsep.join([str(Path(__file__).parents[1]), *filter(None, sys.path)])
+        path = os.pathsep.join([str(Path(__file__).parents[2]), *filter(None, sys.path)])
         self._environment = os.environ | ONE_THREAD | {"PYTHONPATH": path, "TMPDIR": scratch}
         self._lock = threading.Lock()
         self._stopped = False

@@ -1,4 +1,4 @@
-"""Answers begun before they are asked for."""
+"""Speculative runs: answers begun before they are asked for."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from dynsim.parallel.pool import Answer, Line, Waiting, jobs_checked
 T = TypeVar("T")
 
 
-class Ahead(Generic[T]):
+class SpeculativeRuns(Generic[T]):
     """A function whose answers may be begun before they are asked for, in processes of their own.
 
     A context manager; what is still running at its end is given up.
@@ -32,7 +32,7 @@ class Ahead(Generic[T]):
             for _ in range(jobs_checked(jobs))
         ]
 
-    def __enter__(self) -> Ahead[T]:
+    def __enter__(self) -> SpeculativeRuns[T]:
         for line in self._lines:
             line.start()
         return self
