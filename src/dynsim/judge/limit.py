@@ -68,7 +68,7 @@ class DynamicLimit(Result):
         middle = (self.lower + self.upper) / 2
         return middle / self.static[1] if np.isfinite(middle) and np.isfinite(self.static[1]) else None
 
-    def exfinite(self) -> str:
+    def explain(self) -> str:
         """The answer in a few lines of plain text."""
         lines = [self.outcome.value]
         if self.outcome is LimitOutcome.LIMIT:
