@@ -44,9 +44,30 @@ class Settings:
 
     @classmethod
     def named(cls, preset: str, **changes: Any) -> Settings:
-        """Settings of a preset, "fast", "default" or "careful", with some changed.
+        """Return the settings of a preset with some of them changed.
 
-        Raises InputError for a name that does not exist.
+        Parameters
+        ----------
+        preset : str
+            "fast", "default" or "careful"; see `PRESETS`.
+        **changes
+            Fields of `Settings` and their values.
+
+        Returns
+        -------
+        Settings
+            The settings.
+
+        Raises
+        ------
+        InputError
+            For a preset or a setting that does not exist, and for a value that is out of range.
+
+        Examples
+        --------
+        >>> from dynsim import Settings
+        >>> Settings.named("fast", end=1.0).time_step
+        0.002
         """
         if preset not in PRESETS:
             raise InputError(f"no preset {preset!r}; presets are: {', '.join(PRESETS)}")
@@ -86,5 +107,5 @@ class Settings:
 
     @property
     def substeps(self) -> int:
-        """Time steps between two looks."""
+        """Number of time steps between two looks."""
         return max(round(self.look_every / self.time_step), 1)

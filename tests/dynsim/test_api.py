@@ -1,6 +1,9 @@
 """What a user is handed: every result has one face, options say what they may be, the package runs as a program."""
 
 import dataclasses
+import doctest
+import importlib
+import pkgutil
 import subprocess
 import sys
 from types import SimpleNamespace
@@ -118,3 +121,10 @@ def test_the_package_runs_as_a_program():
     assert answer.stdout.strip()
     wrong = subprocess.run([sys.executable, "-m", "dynsim", "verify", "none.json"], capture_output=True, text=True)
     assert (wrong.returncode, wrong.stdout) == (2, "")
+
+
+def test_the_examples_of_docstrings_run():
+    names = [module.name for module in pkgutil.walk_packages(dynsim.__path__, "dynsim.")]
+    tried = [doctest.testmod(importlib.import_module(name)) for name in names if not name.endswith("__main__")]
+    assert sum(found.attempted for found in tried) > 10
+    assert not any(found.failed for found in tried)

@@ -32,11 +32,25 @@ from dynsim.engine.world import Action, World
 
 
 def bonds_of(assembly: Assembly, *, interfaces: Interfaces | None = None) -> tuple[Action, ...]:
-    """The actions that stand for the joint laws of an assembly; none for dry joints.
+    """Return the actions that stand for the joint laws of an assembly.
 
-    interfaces : of the assembly; searched for when None.
-    Raises InputError naming the law for what cannot be simulated exactly: a compressive strength, and a cohesion of
-    more than friction times tension.
+    Parameters
+    ----------
+    assembly : Assembly
+        Blocks and joint laws.
+    interfaces : Interfaces, optional
+        Joints of the assembly; searched for when None.
+
+    Returns
+    -------
+    tuple of Action
+        Bonds and cohesive preloads; none for dry joints.
+
+    Raises
+    ------
+    InputError
+        Naming the law: for a compressive strength, and for a cohesion above friction times tension. Neither can be
+        simulated exactly.
     """
     if not assembly.joints:
         return ()
@@ -52,9 +66,23 @@ def bonds_of(assembly: Assembly, *, interfaces: Interfaces | None = None) -> tup
 
 
 def weakened(assembly: Assembly, interfaces: Interfaces) -> Assembly | None:
-    """The assembly with no joint glued by more than all its free blocks weigh; None where that changes nothing.
+    """Return the assembly with no joint glued by more than the weight of all free blocks.
 
-    What stands with weaker glue stands with stronger glue, but the contact solver has to carry every preload too, and
+    Parameters
+    ----------
+    assembly : Assembly
+        Blocks and joint laws.
+    interfaces : Interfaces
+        Joints of the assembly.
+
+    Returns
+    -------
+    Assembly or None
+        None where no joint law is stronger than that.
+
+    Notes
+    -----
+    What stands with weaker glue stands with stronger glue. But the contact solver has to carry every preload too, and
     far above what is needed it makes blocks creep.
     """
     if not assembly.joints:
@@ -66,7 +94,7 @@ def weakened(assembly: Assembly, interfaces: Interfaces) -> Assembly | None:
 
 
 def _weaker(law: JointLaw, most: float, area: float) -> JointLaw:
-    """A law with its strengths in tension cut down to `most` [N] on a joint of that area [m2], the others in ratio."""
+    """Return a law whose tension is at most `most` [N] on a joint of that area [m2], its other strengths in ratio."""
     share = min(1.0, most / max(law.bond, law.tension * area, 1e-300))
     if share == 1.0:
         return law
@@ -103,7 +131,15 @@ class CohesivePreload:
     each_step = True
 
     def __init__(self, interfaces: Interfaces, tension: Floats) -> None:
-        """tension : of each contact point, shape (n_points,) [N]."""
+        """Set the preload of each joint.
+
+        Parameters
+        ----------
+        interfaces : Interfaces
+            Joints of the assembly.
+        tension : array of float, shape (n_points,)
+            Preload of each contact point [N]; 0 for none.
+        """
         rows = np.flatnonzero(tension > 0)
         self._interface = interfaces.point_interface[rows]
         self._pair = interfaces.pair[self._interface]
@@ -113,10 +149,26 @@ class CohesivePreload:
         self.broken = np.zeros(interfaces.n_interfaces, dtype=bool)  #: shape (n_interfaces,)
 
     def begin(self, world: World) -> None:
+        """Mend all joints, and set how far each may open or slip.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        """
         self.broken = np.zeros_like(self.broken)
         self._reach = reach(world.assembly, self._pair)
 
     def act(self, world: World, time: float) -> None:
+        """Press the blocks of each joint together for the next time step, and break joints that have opened or slid.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        time : float
+            Time since release [s], negative while settling.
+        """
         poses = Poses(world)
         at, apart, turn = at_points(poses, self._pair, self._point)
         normal = np.einsum("nij,nj->ni", turn, self._normal)
@@ -134,10 +186,24 @@ class CentreBonds:
     each_step = True
 
     def __init__(self, interfaces: Interfaces) -> None:
+        """Set the joints that the bonds are in.
+
+        Parameters
+        ----------
+        interfaces : Interfaces
+            Joints of the assembly.
+        """
         self._interfaces = interfaces
         self.broken = np.zeros(interfaces.n_interfaces, dtype=bool)  #: shape (n_interfaces,)
 
     def begin(self, world: World) -> None:
+        """Make the springs of the bonds, as stiff as the time step allows.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        """
         assembly, interfaces = world.assembly, self._interfaces
         rows, _ = bonded(assembly, interfaces)
         laws = [law for law in (last_law(assembly, interfaces)[k] for k in rows) if law is not None]
@@ -150,5 +216,14 @@ class CentreBonds:
         self.broken = np.zeros_like(self.broken)
 
     def act(self, world: World, time: float) -> None:
+        """Apply what the bonds carry for the next time step, and note which have broken.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        time : float
+            Time since release [s], negative while settling.
+        """
         self._springs.act(world, time)
         self.broken[self._rows] = self._springs.broken

@@ -36,15 +36,32 @@ class InertiaScale:
 
     @property
     def caveat(self) -> str:
+        """What a verdict that was reached with the scale must say."""
         return (
             f"the inertia of every block is scaled by {self.scale:g}: rotations take up to {np.sqrt(self.scale):.3g} "
             "times as long, so a fall may not show in the simulated time; statics know nothing of it"
         )
 
     def begin(self, world: World) -> None:
+        """Scale the inertia of all blocks.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        """
         world.scale_inertia(self.scale)
 
     def act(self, world: World, time: float) -> None:
+        """Do nothing: the scale stays.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        time : float
+            Time since release [s], negative while settling.
+        """
         pass
 
 
@@ -79,6 +96,13 @@ class AngularSprings:
         return text + (f"; some only {used:.3g} N m/rad, the most at this time step" if used < self.stiffness else "")
 
     def begin(self, world: World) -> None:
+        """Put a spring into every joint.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        """
         interfaces = world.interfaces
         n = interfaces.n_interfaces
         self._springs[:] = [
@@ -89,11 +113,31 @@ class AngularSprings:
         ]  # fmt: skip
 
     def act(self, world: World, time: float) -> None:
+        """Apply the moments of the springs for the next time step.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        time : float
+            Time since release [s], negative while settling.
+        """
         self._springs[0].act(world, time)
 
 
 def caveats(actions: Iterable[Action]) -> list[str]:
-    """What a verdict must say of the rotational stiffness it was reached with."""
+    """Return what a verdict must say of the rotational stiffness with which it was reached.
+
+    Parameters
+    ----------
+    actions : iterable of Action
+        Actions of the run.
+
+    Returns
+    -------
+    list of str
+        One sentence an action.
+    """
     return [action.caveat for action in actions if isinstance(action, (InertiaScale, AngularSprings))]
 
 

@@ -59,7 +59,7 @@ app.command("app")(open_page)
 
 @app.callback()
 def about(version: Version = False) -> None:
-    """Dynamics of masonry in Bullet: does it stay where it is put?"""
+    """Dynamics of masonry in Bullet: verdicts, limits, comparisons, design search."""
 
 
 @app.command()
@@ -217,7 +217,7 @@ def compare(
     timeout: Timeout = None,
     as_json: AsJson = False,
 ) -> None:
-    """Static and dynamic verdicts side by side, one row a file, several files at a time."""
+    """Compare static and dynamic verdicts, one row a file, several files at a time."""
     from dynsim.comparison.compare import compare_one
     from dynsim.comparison.table import Comparison, Comparisons
 

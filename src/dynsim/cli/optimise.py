@@ -73,7 +73,7 @@ def optimise(
 
 
 def _print_result(result: SearchResult, report: Path, as_json: bool) -> None:
-    """The best design and where its report is, or all of the history as JSON."""
+    """Print the best design and where its report is, or all of the history as JSON."""
     if as_json:
         print_json(
             {

@@ -46,14 +46,40 @@ class Cause(Sentence):
 
 
 def agrees(static: Verdict, dynamic: DynamicVerdict) -> bool | None:
-    """Whether a static verdict, of either flow, says what Bullet says; None when one of them says neither."""
+    """Return whether a static verdict says what Bullet says.
+
+    Parameters
+    ----------
+    static : Verdict
+        Of either flow.
+    dynamic : DynamicVerdict
+        Of the same assembly.
+
+    Returns
+    -------
+    bool or None
+        None when one of them says neither.
+    """
     if static.outcome is Outcome.UNDECIDED or dynamic.outcome is DynamicOutcome.CREEPS:
         return None
     return (static.outcome is Outcome.STABLE) == (dynamic.outcome is DynamicOutcome.STANDS)
 
 
 def likely_reason(static: Verdict, dynamic: DynamicVerdict) -> str:
-    """Why statics (force fields alone) and Bullet differ, in one sentence; empty when they agree."""
+    """Return why statics and Bullet differ, in one sentence.
+
+    Parameters
+    ----------
+    static : Verdict
+        With associated flow: it asks for a force field alone.
+    dynamic : DynamicVerdict
+        Of the same assembly.
+
+    Returns
+    -------
+    str
+        Empty when they agree.
+    """
     if dynamic.outcome is DynamicOutcome.CREEPS:
         return f"it creeps at {1e3 * dynamic.rate:.2g} mm/s in Bullet: neither a stand nor a fall"
     if agrees(static, dynamic):
@@ -63,7 +89,18 @@ def likely_reason(static: Verdict, dynamic: DynamicVerdict) -> str:
 
 
 def with_coulomb(static: Verdict) -> Verdict:
-    """The verdict without dilatancy and self-stress on the same joints; the same one where no force field exists."""
+    """Return the verdict without dilatancy and self-stress on the same joints.
+
+    Parameters
+    ----------
+    static : Verdict
+        With associated flow.
+
+    Returns
+    -------
+    Verdict
+        The same one where no force field exists.
+    """
     if static.outcome is not Outcome.STABLE:
         return static
     return assess(static.assembly, interfaces=static.interfaces, flow="coulomb")
@@ -77,10 +114,24 @@ def find_cause(
     settings: Settings | None = None,
     closely: bool = False,
 ) -> Cause | None:
-    """Why verdicts on one assembly differ, or say neither; None when all three agree.
+    """Return why the verdicts on one assembly differ, or say neither.
 
-    static, coulomb : of the two flows. settings : behind the dynamic verdict. closely : push it a little, and run it
-    again with finer time steps and for longer, where that may tell; costs several times the verdicts.
+    Parameters
+    ----------
+    static, coulomb : Verdict
+        With associated flow, and without dilatancy and self-stress.
+    dynamic : DynamicVerdict
+        Of the same assembly.
+    settings : Settings, optional
+        With which the dynamic verdict was reached.
+    closely : bool
+        Push the assembly a little, and simulate it again with finer time steps and for longer, where that may tell. It
+        costs several times what the verdicts cost.
+
+    Returns
+    -------
+    Cause or None
+        None when all three agree.
     """
     if dynamic.outcome is DynamicOutcome.CREEPS:
         return Cause.CREEPS
@@ -96,7 +147,7 @@ def find_cause(
 
 
 def _why_it_fell(coulomb: Verdict, settings: Settings, closely: bool) -> Cause:
-    """A force field exists."""
+    """Return why an assembly fell for which a force field exists."""
     if coulomb.outcome is Outcome.STABLE_ONLY_BY_SELF_STRESS:
         return Cause.SELF_STRESS
     if coulomb.outcome is Outcome.UNDECIDED or (closely and _tips(coulomb)):
@@ -109,7 +160,7 @@ def _why_it_fell(coulomb: Verdict, settings: Settings, closely: bool) -> Cause:
 
 
 def _why_it_stood(static: Verdict, dynamic: DynamicVerdict, settings: Settings, closely: bool) -> Cause:
-    """No force field exists, or none without self-stress."""
+    """Return why an assembly stood for which no force field exists, or none without self-stress."""
     assembly = static.assembly
     if closely and _in_finer_steps(static, settings).outcome is DynamicOutcome.FALLS:
         return Cause.COARSE_STAND
@@ -142,7 +193,18 @@ def _tips(static: Verdict) -> bool:
 
 
 def joints_as_found(static: Verdict) -> Interfaces:
-    """The interfaces of a static verdict as a contact search finds them: not divided into cells for joint laws."""
+    """Return the interfaces of a static verdict as a contact search finds them, not divided into cells for joint laws.
+
+    Parameters
+    ----------
+    static : Verdict
+        Its interfaces are used where they are not divided, else its assembly is searched.
+
+    Returns
+    -------
+    Interfaces
+        Joints of the assembly.
+    """
     return static.interfaces if static.interfaces.share is None else find_interfaces(static.assembly)
 
 
@@ -152,7 +214,22 @@ def _in_finer_steps(static: Verdict, settings: Settings) -> DynamicVerdict:
 
 
 def finer(assembly: Assembly, settings: Settings, interfaces: Interfaces) -> Settings:
-    """One run at half the finest time step behind a verdict, or at the finest of the careful preset if that is less."""
+    """Return the settings of one run at half the finest time step behind a verdict.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        What the verdict is on.
+    settings : Settings
+        With which it was reached.
+    interfaces : Interfaces
+        Joints of the assembly.
+
+    Returns
+    -------
+    Settings
+        Half the finest time step, or the finest of the careful preset if that is less.
+    """
     runs = stages(assembly, settings, interfaces)
     finest = runs.fine or runs.first
     step = min(finest.time_step / 2, PRESETS["careful"]["fine_step"])

@@ -28,11 +28,42 @@ def compare(
     timeout: float | None = None,
     progress: Callable[[int, Row[Comparison]], None] | None = None,
 ) -> Comparisons:
-    """Static and dynamic verdicts on one assembly or several, as a table: a row each, in the order given.
+    """Return static and dynamic verdicts on one assembly or several, as a table.
 
-    settings : of the dynamic ones, as in `verify`. closely : look for the cause of a difference with further, finer and
-    longer runs. jobs, timeout, progress : as in `run_many`; one process for each core by default. An assembly without
-    a verdict has a row with a note that says why.
+    Parameters
+    ----------
+    assemblies : Assembly or iterable of Assembly
+        What is compared, one row each.
+    settings : Settings, optional
+        Of the dynamic verdicts, as in `verify`.
+    closely : bool
+        Look for the cause of a difference with further, finer and longer runs.
+    interfaces : Interfaces or sequence of Interfaces, optional
+        Joints, of each assembly its own; searched for when None.
+    jobs : int, optional
+        Processes at a time; all cores when None.
+    timeout : float, optional
+        Time that one assembly may take [s].
+    progress : callable, optional
+        Called with the number and the row of each assembly as it ends.
+
+    Returns
+    -------
+    Comparisons
+        Rows in the order of the assemblies. One without a verdict has a note that says why.
+
+    Raises
+    ------
+    InputError
+        For a bad number of processes, or interfaces of another number of assemblies.
+
+    Examples
+    --------
+    >>> from blockstat.model import arch, assemble
+    >>> from dynsim import compare
+    >>> ring = assemble(arch(span=2.0, thickness=0.4, depth=0.5, voussoirs=9, springers=0.3), friction=0.7)
+    >>> [(row.static, row.dynamic) for row in compare(ring, jobs=1)]
+    [('stable', 'stands')]
     """
     designs = [assemblies] if isinstance(assemblies, Assembly) else list(assemblies)
     names = [design.name for design in designs]
@@ -49,7 +80,27 @@ def compare_one(
     closely: bool = False,
     interfaces: Interfaces | None = None,
 ) -> Comparison:
-    """The row of one assembly, in this process. Raises InputError where there is no verdict."""
+    """Return the row of one assembly, in this process.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        What is compared.
+    settings, closely : optional
+        As in `compare`.
+    interfaces : Interfaces, optional
+        Joints of the assembly; searched for when None.
+
+    Returns
+    -------
+    Comparison
+        The row.
+
+    Raises
+    ------
+    InputError
+        Where there is no verdict.
+    """
     static = assess(assembly, interfaces=interfaces)
     coulomb = with_coulomb(static)
     dynamic = verify(assembly, settings=settings, interfaces=interfaces or joints_as_found(static))

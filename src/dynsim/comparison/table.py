@@ -122,16 +122,40 @@ class Comparisons(Result):
         return Comparisons(tuple(row for row in self if row.outcome is Agreement.DIFFER))
 
     def confusion(self, statics: str = "static") -> dict[tuple[str, str], int]:
-        """How many rows have each pair of a static and a dynamic verdict; statics : "static" or "coulomb".
+        """Return how many rows have each pair of a static and a dynamic verdict.
 
-        Rows without verdicts do not count. Raises InputError for another word.
+        Parameters
+        ----------
+        statics : str
+            Which static verdict: "static" or "coulomb".
+
+        Returns
+        -------
+        dict of (str, str) to int
+            Rows without verdicts do not count.
+
+        Raises
+        ------
+        InputError
+            For another word.
         """
         if statics not in STATICS:
             raise InputError(f"no static verdict {statics!r}; there are: {', '.join(STATICS)}")
         return dict(Counter((getattr(row, statics), row.dynamic or "") for row in self if row.static is not None))
 
     def write_csv(self, path: str | Path) -> Path:
-        """One line a row; what was not reached stays empty."""
+        """Write one line a row; what was not reached stays empty.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file.
+
+        Returns
+        -------
+        Path
+            The file.
+        """
         path = Path(path)
         with path.open("w", newline="") as file:
             writer = csv.DictWriter(file, list(Comparison.__dataclass_fields__))
@@ -140,7 +164,18 @@ class Comparisons(Result):
         return path
 
     def write_json(self, path: str | Path) -> Path:
-        """An object with a list of rows; what was not reached is null."""
+        """Write an object with a list of rows; what was not reached is null.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file.
+
+        Returns
+        -------
+        Path
+            The file.
+        """
         path = Path(path)
         path.write_text(json.dumps(self.summary(), indent=1) + "\n")
         return path
@@ -163,7 +198,7 @@ COLOUR = {True: "#d9ead3", False: "#f4cccc", None: "#eeeeee"}
 
 
 def _line(row: Comparison) -> str:
-    """A row of the HTML table."""
+    """Return a row of the HTML table."""
 
     def number(value: float | None, form: str) -> str:
         return "" if value is None else format(value, form)

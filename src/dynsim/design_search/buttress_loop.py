@@ -83,10 +83,26 @@ def buttress_loop(
 ) -> ButtressResult:
     """Give each wall of a building the buttresses it needs to stand without a crack.
 
-    building : its `buttresses` say which walls may have some, their width and height, and their thickness: a range to
-    go through from its smallest value up, or a number. verify : simulates a building; its `cracks` are what counts, and
-    a fall without any counts as one of the springing walls.
-    Raises InputError when no wall may have buttresses, or one is too narrow for any.
+    Parameters
+    ----------
+    building : Building
+        Its `buttresses` say which walls may have some, their width and height, and their thickness: a number, or a
+        range to go through from its smallest value up.
+    verify : callable
+        Gives the dynamic verdict on an assembly. Its cracks count; a fall without any counts as one of the walls from
+        which the vault springs.
+    progress : callable, optional
+        Called with each `ButtressStep`.
+
+    Returns
+    -------
+    ButtressResult
+        All buildings of the loop, and whether the last one has no crack.
+
+    Raises
+    ------
+    InputError
+        When no wall may have buttresses, or one is too narrow for any.
     """
     sizes = {wall: sorted(_sizes(spec.thickness)) for wall, spec in building.buttresses.items()}
     if not sizes:
@@ -126,7 +142,7 @@ def _strengthened(
 
 
 def _with(building: Building, number: dict[str, int], thickness: dict[str, float]) -> Building:
-    """The building with so many buttresses, so thick, at the walls named, and none at the others."""
+    """Return the building with so many buttresses, so thick, at the walls named, and none at the others."""
     buttresses = {
         wall: msgspec.structs.replace(spec, number=number[wall], thickness=thickness[wall])
         for wall, spec in building.buttresses.items()
@@ -152,9 +168,17 @@ def _judged(building: Building, verify: Callable[[Assembly], DynamicVerdict]) ->
 
 
 def cracks_by_wall(per_group: dict[str, int]) -> dict[str, int]:
-    """Cracks of each wall, its buttresses and what rests on it; those of the vault alone are the springing walls'.
+    """Return the cracks of each wall, its buttresses and what rests on it.
 
-    per_group : as `Cracks.per_group` gives them.
+    Parameters
+    ----------
+    per_group : dict of str to int
+        Cracks by group, as `Cracks.per_group` gives them.
+
+    Returns
+    -------
+    dict of str to int
+        Cracks by wall; those of the vault alone are those of the walls from which it springs.
     """
     found: dict[str, int] = {}
     for groups, count in per_group.items():

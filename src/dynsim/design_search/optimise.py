@@ -42,12 +42,41 @@ def optimise(
     snap: bool = False,
     points: int = 6,
 ) -> tuple[SearchResult, Path]:
-    """Search, confirm, and write history.csv, best.json, best.glb, pictures and report.html into a directory.
+    """Search for the lightest design that stands, confirm it in Bullet, and write a report.
 
-    An interrupted search goes on from its history.csv when called again. jobs : simulations side by side, as many as
-    cores by default, whatever the number with the same history; under : puts each design under another
-    friction or gravity, and conditions says which. strategy, over, margin, snap,
-    points : as in `blockstat.search`. Returns the result and the report's path.
+    The directory gets history.csv, best.json, best.glb, pictures and report.html. An interrupted search goes on from
+    its history.csv when called again.
+
+    Parameters
+    ----------
+    building : Scene
+        A scene with ranges or values to search.
+    directory : Path
+        An existing directory.
+    names : sequence of str, optional
+        Parameters to move, in order; all ranges of the scene when None.
+    settings : Settings, optional
+        Of the dynamic verdicts, as in `verify`.
+    jobs : int, optional
+        Simulations side by side; all cores when None. The history is the same whatever the number.
+    under : callable
+        Puts each design under another friction or gravity.
+    conditions : str
+        Says which; a history under other conditions is not taken up.
+    strategy, over, margin, snap, points : optional
+        As in `blockstat.search`.
+
+    Returns
+    -------
+    result : SearchResult
+        The best design and the history.
+    report : Path
+        The file report.html.
+
+    Raises
+    ------
+    InputError
+        As `blockstat.search` does.
     """
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
@@ -91,7 +120,7 @@ def optimise(
 def _moved(
     result: SearchResult, directory: Path, settings: Settings | None, under: Callable[[Assembly], Assembly]
 ) -> list[Figure]:
-    """The blocks that Bullet saw move: of the thinnest design that fell, else of the best one."""
+    """Draw the blocks that Bullet saw move: of the thinnest design that fell, else of the best one."""
     fallen = [c for c in result.history if c.dynamic in ("falls", "creeps")]
     chosen = min(fallen, key=lambda c: c.volume or 0.0).parameters if fallen else result.best_parameters
     if chosen is None:
@@ -103,7 +132,20 @@ def _moved(
 
 
 def picture_of_run(verdict: DynamicVerdict, place: Place) -> Place:
-    """The last frame of a run, displacements magnified to be seen, coloured by displacement."""
+    """Draw the last frame of a run, coloured by displacement, with displacements magnified to be seen.
+
+    Parameters
+    ----------
+    verdict : DynamicVerdict
+        Its run is drawn.
+    place : path or axes
+        Where to.
+
+    Returns
+    -------
+    path or axes
+        The place.
+    """
     run = verdict.run
     moved = verdict.displacement
     length = (moved**2).sum(axis=1) ** 0.5

@@ -20,19 +20,56 @@ EXACT = 1e-9  #: largest relative error of a product
 
 
 def has_own_friction(assembly: Assembly) -> bool:
-    """Whether a joint law has a friction other than the assembly's."""
+    """Return whether a joint law has a friction other than the assembly's.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Its joint laws are looked at.
+
+    Returns
+    -------
+    bool
+        True where blocks may need coefficients of their own.
+    """
     return any(law.friction not in (None, assembly.friction) for law in assembly.joints)
 
 
 def common_friction(assembly: Assembly) -> Floats:
-    """Coefficient of each block where all joints have the friction of the assembly, shape (n_blocks,)."""
+    """Return the coefficient of each block where all joints have the friction of the assembly.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Its friction counts.
+
+    Returns
+    -------
+    array of float, shape (n_blocks,)
+        The square root of the friction, the same for all blocks.
+    """
     return np.full(assembly.n_blocks, np.sqrt(min(assembly.friction, STICKY)))
 
 
 def block_friction(assembly: Assembly, interfaces: Interfaces) -> Floats:
-    """Coefficient of each block where joints differ in friction, shape (n_blocks,).
+    """Return the coefficient of each block where joints differ in friction.
 
-    Raises InputError naming two groups when no such numbers exist.
+    Parameters
+    ----------
+    assembly : Assembly
+        Blocks and joint laws.
+    interfaces : Interfaces
+        Joints of the assembly.
+
+    Returns
+    -------
+    array of float, shape (n_blocks,)
+        Coefficients whose product over two blocks that touch is the friction of their joint.
+
+    Raises
+    ------
+    InputError
+        Naming two groups, when no such coefficients exist.
     """
     wanted = np.minimum(joint_friction(assembly, interfaces), STICKY)
     found = common_friction(assembly)

@@ -16,6 +16,13 @@ class StepLoads:
     """Collects what the actions add in a time step, and turns it into velocities."""
 
     def __init__(self, assembly: Assembly) -> None:
+        """Start with no loads.
+
+        Parameters
+        ----------
+        assembly : Assembly
+            The blocks that loads are added to.
+        """
         self._mass = assembly.mass
         self._inverse = np.linalg.inv(assembly.inertia)
         self._sum = np.zeros((2, assembly.n_blocks, 3))  #: forces [N] and couples [N m]
@@ -29,15 +36,32 @@ class StepLoads:
         return not self._used and self.keep == 1.0
 
     def add(self, forces: Floats, couples: Floats) -> None:
-        """Forces at the centroids and couples, shape (n_blocks, 3) [N], [N m]."""
+        """Add forces at the centroids and couples to those of the next time step.
+
+        Parameters
+        ----------
+        forces, couples : array of float, shape (n_blocks, 3)
+            Forces [N] and couples [N m].
+        """
         self._sum += forces, couples
         self._used = True
 
     def take(self, rotation: Floats, linear: Floats, angular: Floats, time_step: float) -> tuple[Floats, Floats]:
-        """Velocities with what was added since the last time, which is forgotten.
+        """Return the velocities after what was added since the last call, and forget it.
 
-        rotation : since built, shape (n_blocks, 3, 3); linear, angular : shape (n_blocks, 3) [m/s], [1/s];
-        time_step : [s].
+        Parameters
+        ----------
+        rotation : array of float, shape (n_blocks, 3, 3)
+            Rotation of the blocks since built.
+        linear, angular : array of float, shape (n_blocks, 3)
+            Velocities before [m/s], [1/s].
+        time_step : float
+            Time step [s].
+
+        Returns
+        -------
+        linear, angular : array of float, shape (n_blocks, 3)
+            Velocities after [m/s], [1/s].
         """
         inverse = rotation @ self._inverse @ rotation.swapaxes(1, 2) / self.inertia_scale
         linear = self.keep * linear + self._sum[0] * (time_step / self._mass[:, None])

@@ -47,16 +47,34 @@ class Cracks(Result):
 
     @property
     def n_cracks(self) -> int:
+        """Number of cracked joints."""
         return int(self.cracked.sum())
 
     def per_group(self) -> dict[str, int]:
-        """Cracked joints by group: within a wall under its name, between two under "a | b"; most first."""
+        """Return the number of cracked joints by group.
+
+        Returns
+        -------
+        dict of str to int
+            Joints within a group under its name, joints between two groups under "a | b"; most cracks first.
+        """
         groups = self.assembly.groups
         counts = Counter(" | ".join(sorted({groups[a], groups[b]})) for a, b in self.pair[self.cracked])
         return dict(sorted(counts.items(), key=lambda item: (-item[1], item[0])))
 
     def explain(self, limit: int = 5) -> str:
-        """The count in words, with the groups that cracked most."""
+        """Return the number of cracks in words, with the groups that cracked most.
+
+        Parameters
+        ----------
+        limit : int
+            How many groups are named at most.
+
+        Returns
+        -------
+        str
+            One line of plain text.
+        """
         rows = list(self.per_group().items())
         text = ", ".join(f"{name or 'no group'} {count}" for name, count in rows[:limit])
         more = f" and {len(rows) - limit} more groups" if len(rows) > limit else ""
@@ -64,7 +82,7 @@ class Cracks(Result):
         return f"{count} ({text}{more})." if rows else f"{count}."
 
     def summary(self) -> dict[str, Any]:
-        """Plain values for JSON."""
+        """Return plain values for JSON."""
         return {
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,
@@ -82,10 +100,24 @@ def find_cracks(
     threshold: float | None = None,
     interfaces: Interfaces | None = None,
 ) -> Cracks:
-    """Opening and slip of each joint between two poses.
+    """Return the opening and the slip of each joint between two poses.
 
-    before, after : displacement of the centroids from where they were built, shape (n_blocks, 3) [m], and rotation,
-    shape (n_blocks, 3, 3). threshold [m] : from which a joint is cracked; None: a hundredth of its smaller block.
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks as built.
+    before, after : tuple of two arrays
+        Displacement of the centroids from where they were built, shape (n_blocks, 3) [m], and rotation since built,
+        shape (n_blocks, 3, 3).
+    threshold : float, optional
+        Opening or slip from which a joint is cracked [m]; None: a hundredth of the size of its smaller block.
+    interfaces : Interfaces, optional
+        Joints of the assembly; searched for when None.
+
+    Returns
+    -------
+    Cracks
+        All joints, and which of them are cracked.
     """
     faces = find_interfaces(assembly) if interfaces is None else interfaces
     relative = _jump(assembly, faces, *after) - _jump(assembly, faces, *before)

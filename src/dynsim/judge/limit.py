@@ -64,12 +64,12 @@ class DynamicLimit(Result):
 
     @property
     def ratio(self) -> float | None:
-        """Middle of the bracket over the static upper bound; None where one of them is not finite."""
+        """Return the middle of the bracket over the static upper bound; None where one of them is not finite."""
         middle = (self.lower + self.upper) / 2
         return middle / self.static[1] if np.isfinite(middle) and np.isfinite(self.static[1]) else None
 
     def explain(self) -> str:
-        """The answer in a few lines of plain text."""
+        """Return the bracket, its ratio to the static limit and all runs in words, one fact a line."""
         lines = [self.outcome.value]
         if self.outcome is LimitOutcome.LIMIT:
             lines.append(f"Multiplier between {self.lower:.5g} and {self.upper:.5g}.")
@@ -81,7 +81,7 @@ class DynamicLimit(Result):
         return "\n".join(lines)
 
     def summary(self) -> dict[str, Any]:
-        """Plain values for JSON; None for what is not finite."""
+        """Return plain values for JSON; what is not finite is None."""
         return {
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,
@@ -109,11 +109,35 @@ def limit(
 ) -> DynamicLimit:
     """Bracket the multiplier of a load at which an assembly ceases to stand in Bullet.
 
-    load : three numbers, a direction of acceleration in units of the scene's gravity, or a wrench on each block,
-    shape (n_blocks, 6) [N, N m], as in `blockstat.limit_load`. The load is there from the start of settling on. The
-    search starts from the static limit. width : of the bracket, relative to its upper end. check : two more runs,
-    beside the bracket, which notice when verdicts do not change once only. progress : called after every run.
-    Whatever is not "stands" counts as beyond the limit. Raises InputError as `verify` does, or for a bad load.
+    The search starts from the static limit load. Whatever is not "stands" counts as beyond the limit.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Blocks, supports and joint laws.
+    load : sequence of three floats, or array of shape (n_blocks, 6)
+        A direction of acceleration, in units of the scene's gravity, or a wrench on each block about its centroid
+        [N, N m], as in `blockstat.limit_load`. The load acts from the start of settling on.
+    settings : Settings, optional
+        Of each run, as in `verify`.
+    width : float
+        Width of the bracket relative to its upper end, from 1e-4 to below 1.
+    check : bool
+        Two more runs beside the bracket, which notice when verdicts change more than once.
+    interfaces : Interfaces, optional
+        Joints of the assembly; searched for once when None.
+    progress : callable, optional
+        Called with the `Trial` of every run.
+
+    Returns
+    -------
+    DynamicLimit
+        The bracket, the static bracket and all runs.
+
+    Raises
+    ------
+    InputError
+        As `verify` does, or for a bad load or width.
     """
     if not 1e-4 <= width < 1:
         raise InputError(f"limit: width is {width!r}; it must be from 0.0001 to below 1")
@@ -138,7 +162,7 @@ def limit(
 
 
 def _as_force(assembly: Assembly, load: Any) -> Floats:
-    """What `Constant` takes: an acceleration where the load is one, which Bullet applies without stepping from here."""
+    """Return what `Constant` takes: of a direction an acceleration, which Bullet applies without stepping from here."""
     wrench = as_load(assembly, load)
     direction = np.asarray(load, dtype=float)
     if direction.shape != (3,):
@@ -229,7 +253,7 @@ class _Search:
 
 
 def _warnings(trials: list[Trial], lower: float, upper: float) -> tuple[str, ...]:
-    """What the runs say that does not fit one limit."""
+    """Return what the runs say that does not fit one limit."""
     stood = [t.multiplier for t in trials if t.verdict == DynamicOutcome.STANDS.word]
     moved = [t.multiplier for t in trials if t.verdict != DynamicOutcome.STANDS.word]
     warnings = []

@@ -30,7 +30,22 @@ class Stages:
 
 
 def stages(assembly: Assembly, settings: Settings, interfaces: Interfaces) -> Stages:
-    """The runs of a verdict where nothing acts but weight."""
+    """Return the runs of a verdict where nothing acts but weight.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    settings : Settings
+        What was asked for.
+    interfaces : Interfaces
+        Joints of the assembly.
+
+    Returns
+    -------
+    Stages
+        Settings of each run.
+    """
     if settings.fine_step >= settings.time_step:
         return Stages(settings)
     depth = chain(assembly, interfaces)
@@ -45,7 +60,20 @@ def stages(assembly: Assembly, settings: Settings, interfaces: Interfaces) -> St
 
 
 def chain(assembly: Assembly, interfaces: Interfaces) -> int:
-    """Joints between a support and the block furthest from any."""
+    """Return the number of joints between a support and the block furthest from any.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    interfaces : Interfaces
+        Joints of the assembly.
+
+    Returns
+    -------
+    int
+        Number of joints on the shortest way.
+    """
     pair = interfaces.pair
     n = assembly.n_blocks
     graph = sparse.coo_array((np.ones(len(pair)), (pair[:, 0], pair[:, 1])), shape=(n, n)).tocsr()

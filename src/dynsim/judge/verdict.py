@@ -42,15 +42,17 @@ class DynamicVerdict(Result):
 
     @property
     def passes_eq1(self) -> bool:
+        """Whether the group of Eq. 1 dropped by less than its threshold."""
         return self.group_drop < self.roof_threshold
 
     @property
     def passes_eq2(self) -> bool:
+        """Whether every block dropped by less than its threshold."""
         return self.max_drop < self.brick_threshold
 
     @property
     def process_seconds(self) -> float:
-        """Process time of the runs behind it, wherever they took place."""
+        """Process time of all runs behind the verdict [s], wherever they took place."""
         return self.run.process_seconds
 
     @property
@@ -59,7 +61,18 @@ class DynamicVerdict(Result):
         return self.run.since_release[-1]
 
     def explain(self, limit: int = 5) -> str:
-        """The verdict in words."""
+        """Return the outcome and the displacements behind it in words, one fact a line.
+
+        Parameters
+        ----------
+        limit : int
+            How many moved blocks are named at most.
+
+        Returns
+        -------
+        str
+            Lines of plain text.
+        """
         lines = [
             self.outcome.value,
             f"Eq. 1: {self.group or 'whole assembly'} dropped {1e3 * self.group_drop:.2g} mm "
@@ -80,7 +93,7 @@ class DynamicVerdict(Result):
         return "\n".join(lines)
 
     def summary(self) -> dict[str, Any]:
-        """Plain values for JSON."""
+        """Return plain values for JSON."""
         return {
             "verdict": self.outcome.word,
             "sentence": self.outcome.value,

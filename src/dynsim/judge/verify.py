@@ -35,20 +35,51 @@ def verify(
 ) -> DynamicVerdict:
     """Simulate an assembly in Bullet and judge it by displacement.
 
-    Falls: a block went beyond its threshold, by Eq. 1, Eq. 2, the length of its displacement or its rotation.
-    Stands: it did not, and at the end all blocks moved by less than `Settings.rest` thresholds in
-    `Settings.rest_after`. Creeps: neither. A run ends early on a fall and on a rest. Where nothing acts but weight,
-    a fall that is not clear is believed only if a run with another time step sees the same one (see
-    `dynsim.judge.stages`). Glue of more than the weight of all blocks a joint is tried at that first.
+    It falls when a block goes beyond its threshold: by Eq. 1, by Eq. 2, by the length of its displacement or by its
+    rotation. It stands when none does and, at the end, all blocks move by less than `Settings.rest` thresholds in
+    `Settings.rest_after`. It creeps when neither holds.
 
-    loads : what acts on it besides its weight (`dynsim.loads.loading`, `dynsim.loads.ground`). Under loads that last
-    or change,
-    blocks rock and slide and come to rest elsewhere, so the default threshold is then the size of a block, and what
-    the loads themselves move is not counted. actions : what else acts on the blocks, such as `AngularSprings` or
-    `InertiaScale`; the bonds of the joint laws come by themselves.
+    Parameters
+    ----------
+    assembly : Assembly
+        Blocks, supports and joint laws. The bonds of the joint laws are simulated too.
+    settings : Settings, optional
+        Time steps, durations and thresholds; the default settings when None.
+    loads : Load, array of shape (n_blocks, 6), or a sequence of them
+        What acts besides the weight. An array holds wrenches about the centroids [N, N m], as in `blockstat.assess`.
+        Under loads that last or change, blocks rock and slide and come to rest elsewhere. The default threshold is then
+        the size of a block, and what the loads themselves move is not counted.
+    actions : sequence of Action
+        What else acts on the blocks, such as `AngularSprings` or `InertiaScale`.
+    interfaces : Interfaces, optional
+        Joints of the assembly as `blockstat.find_interfaces` finds them; searched for once when None.
 
-    Raises InputError when nothing is supported or nothing is free, the group of Eq. 1 does not exist, a load names a
-    block that does not, a joint law cannot be simulated (see `dynsim.bonds.glue`), or for what Bullet cannot simulate.
+    Returns
+    -------
+    DynamicVerdict
+        The outcome, the displacements behind it, the cracks and the run.
+
+    Raises
+    ------
+    InputError
+        When nothing is supported or nothing is free, when the group of Eq. 1 or a block of a load does not exist, when
+        a joint law cannot be simulated (see `dynsim.bonds.glue`), or for a scene that Bullet cannot simulate.
+
+    Notes
+    -----
+    A run ends early on a fall and on a rest. Where nothing acts but weight, a fall that is not clear is believed only
+    if a run with another time step sees the same one (see `dynsim.judge.stages`). Glue stronger than the weight of all
+    blocks is tried at that weight first: what stands with weaker glue stands with stronger glue.
+
+    Examples
+    --------
+    >>> from blockstat.model import arch, assemble
+    >>> from dynsim import Removal, verify
+    >>> ring = assemble(arch(span=2.0, thickness=0.4, depth=0.5, voussoirs=9, springers=0.3), friction=0.7)
+    >>> verify(ring).outcome.word
+    'stands'
+    >>> verify(ring, loads=[Removal("arch.5")]).outcome.word
+    'falls'
     """
     settings = settings or Settings()
     check_assembly(assembly)
@@ -70,7 +101,7 @@ def verify(
 
 
 def _staged(evaluate: _Evaluator, runs: Stages) -> DynamicVerdict:
-    """The verdict of the first run that is believed, with the process time of all."""
+    """Return the verdict of the first run that is believed, with the process time of all."""
     verdict = evaluate(runs.first)
     if runs.fine is None or verdict.outcome is DynamicOutcome.STANDS:
         return verdict
@@ -140,7 +171,17 @@ class _Evaluator:
         return self._verdict(run, settings.rest_after / run.pace, rest.reached)
 
     def _verdict(self, run: Run, window: float, resting: bool) -> DynamicVerdict:
-        """window [s] : in which blocks at rest move by less than the rest distance; resting : the run ended on that."""
+        """Return the verdict on a run.
+
+        Parameters
+        ----------
+        run : Run
+            What is judged.
+        window : float
+            Time in which blocks at rest move by less than the rest distance [s].
+        resting : bool
+            Whether the run ended on a rest.
+        """
         assembly, judged = self._assembly, self._judged
         since = np.zeros_like(run.displacement)
         since[:, judged] = run.since_release[:, judged]

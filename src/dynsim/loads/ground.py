@@ -32,13 +32,40 @@ class Ground:
     travel = 0.0
 
     def at(self, time: float) -> Floats:
-        """Acceleration of the ground, shape (3,) [m/s2]."""
+        """Return the acceleration of the ground.
+
+        Parameters
+        ----------
+        time : float
+            Time since release [s].
+
+        Returns
+        -------
+        array of float, shape (3,)
+            Acceleration [m/s2].
+        """
         raise NotImplementedError
 
     def begin(self, world: World) -> None:
+        """Do nothing: the ground is at rest until release.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        """
         pass
 
     def act(self, world: World, time: float) -> None:
+        """Accelerate all blocks against the ground's acceleration in the middle of the next time step.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        time : float
+            Time since release [s], negative while settling.
+        """
         if time >= 0:
             # The middle of the step, so that a jump at its start counts once.
             world.drive(self, -self.at(time + 0.5 * world.settings.time_step / world.time))
@@ -57,9 +84,22 @@ class Ramp(Ground):
 
     @property
     def end(self) -> float:
+        """Time at which the acceleration has its last value [s]."""
         return self.duration
 
     def at(self, time: float) -> Floats:
+        """Return the acceleration of the ground.
+
+        Parameters
+        ----------
+        time : float
+            Time since release [s].
+
+        Returns
+        -------
+        array of float, shape (3,)
+            Acceleration [m/s2].
+        """
         return min(time / self.duration, 1.0) * np.asarray(self.to, dtype=float)
 
 
@@ -81,9 +121,22 @@ class Pulse(Ground):
 
     @property
     def end(self) -> float:
+        """Time at which the pulse is over [s]."""
         return self.start + self.duration
 
     def at(self, time: float) -> Floats:
+        """Return the acceleration of the ground.
+
+        Parameters
+        ----------
+        time : float
+            Time since release [s].
+
+        Returns
+        -------
+        array of float, shape (3,)
+            Acceleration [m/s2].
+        """
         share = (time - self.start) / self.duration
         inside = 0 <= share < 1
         return (SHAPES[self.shape](share) if inside else 0.0) * np.asarray(self.peak, dtype=float)
@@ -112,9 +165,22 @@ class Record(Ground):
 
     @property
     def end(self) -> float:
+        """Time of the last point of the record [s]."""
         return float(self.times[-1])
 
     def at(self, time: float) -> Floats:
+        """Return the acceleration of the ground.
+
+        Parameters
+        ----------
+        time : float
+            Time since release [s].
+
+        Returns
+        -------
+        array of float, shape (3,)
+            Acceleration [m/s2].
+        """
         if not self.times[0] <= time <= self.times[-1]:
             return np.zeros(3)
         return np.array([np.interp(time, self.times, self.acceleration[:, k]) for k in range(3)])

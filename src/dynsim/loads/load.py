@@ -25,7 +25,7 @@ class Load(Action, Protocol):
 
     @property
     def travel(self) -> float:
-        """How far the load itself carries blocks about [m]: not counted as falling."""
+        """How far the load itself carries blocks [m]; that is not counted as falling."""
         ...
 
 

@@ -68,7 +68,15 @@ class Found:
 
 
 def let_fall(channel: Channel, static: Verdict) -> None:
-    """Verify an assembly in Bullet; of one that falls, go on until the fall can be seen."""
+    """Verify an assembly in Bullet; of one that falls, go on until the fall can be seen.
+
+    Parameters
+    ----------
+    channel : Channel
+        What is known is sent through it: `Fallen`, then `Film`, or `Refused`.
+    static : Verdict
+        On the design on show.
+    """
     assembly = static.assembly
     try:
         verdict = verify(assembly)
@@ -88,7 +96,19 @@ def _film(run: Run) -> Film:
 
 
 def optimise(channel: Channel, model: Model, values: dict[str, float], names: list[str]) -> None:
-    """Search some parameters of a scene, the others at their present values; statics prune, Bullet confirms."""
+    """Search some parameters of a scene; statics prune, Bullet confirms.
+
+    Parameters
+    ----------
+    channel : Channel
+        What is known is sent through it: a `Step` a design, then `Found`, or `Refused`.
+    model : Model
+        The scene on show.
+    values : dict of str to float
+        Present values of its parameters.
+    names : list of str
+        Parameters to move; the others stay.
+    """
     memory = Memory()
 
     def under(assembly: Assembly) -> Assembly:

@@ -72,9 +72,37 @@ def verify_many(
     timeout: float | None = None,
     progress: Callable[[int, Row[DynamicVerdict]], None] | None = None,
 ) -> Rows[DynamicVerdict]:
-    """`dynsim.verify` of many assemblies, the same bit by bit whatever the number of processes.
+    """Return `dynsim.verify` of many assemblies, the same bit by bit whatever the number of processes.
 
-    settings, loads, actions : as in `verify`; jobs, timeout, progress : as in `run_many`.
+    Parameters
+    ----------
+    designs : iterable of Assembly
+        What is verified.
+    settings, loads, actions : optional
+        As in `verify`, the same for all.
+    interfaces : sequence of Interfaces, optional
+        Joints, of each assembly its own; searched for when None.
+    jobs, timeout, progress : optional
+        As in `run_many`.
+
+    Returns
+    -------
+    Rows of DynamicVerdict
+        In the order of the designs.
+
+    Raises
+    ------
+    InputError
+        For a bad number of processes or timeout, or interfaces of another number of assemblies.
+
+    Examples
+    --------
+    >>> from blockstat.model import arch, assemble
+    >>> from dynsim import verify_many
+    >>> ring = assemble(arch(span=2.0, thickness=0.4, depth=0.5, voussoirs=9, springers=0.3), friction=0.7)
+    >>> rows = verify_many([ring, ring.with_(friction=0.1)], jobs=1)
+    >>> [row.result.outcome.word for row in rows]
+    ['stands', 'falls']
     """
     designs = list(designs)
     names = [design.name for design in designs]
@@ -86,7 +114,25 @@ def verify_many(
 def paired(
     designs: Sequence[Assembly], interfaces: Sequence[Interfaces] | None
 ) -> list[tuple[Assembly, Interfaces | None]]:
-    """Each design with its interfaces, None where they have to be searched for."""
+    """Return each design with its interfaces.
+
+    Parameters
+    ----------
+    designs : sequence of Assembly
+        The designs.
+    interfaces : sequence of Interfaces or None
+        Their joints.
+
+    Returns
+    -------
+    list of (Assembly, Interfaces or None)
+        None where the joints have to be searched for.
+
+    Raises
+    ------
+    InputError
+        For interfaces of another number of designs.
+    """
     if interfaces is None:
         return [(design, None) for design in designs]
     if len(interfaces) != len(designs):
@@ -95,7 +141,20 @@ def paired(
 
 
 def with_interfaces(function: Callable[..., T], task: tuple[Assembly, Interfaces | None]) -> T:
-    """What a process of the pool calls for one design: a function with the option `interfaces`."""
+    """Call a function that has the option `interfaces` for one design; what a process of the pool does.
+
+    Parameters
+    ----------
+    function : callable
+        Called with the assembly.
+    task : tuple of Assembly and Interfaces or None
+        One of `paired`.
+
+    Returns
+    -------
+    object
+        What the function returns.
+    """
     assembly, interfaces = task
     return function(assembly, interfaces=interfaces)
 
@@ -114,9 +173,30 @@ def run_many(
     A call that fails, dies or takes too long loses its own row only, which says why. An interrupt (Ctrl-C) ends what
     runs, and rows done by then are kept.
 
-    function : one that can be imported, from a module. names : of the rows. jobs : processes at a time; all cores by
-    default. timeout : of one call by the clock, with the start of its process (about a second) where it needs one [s].
-    progress : called with the number and row of each task as it ends.
+    Parameters
+    ----------
+    function : callable
+        One that can be imported from a module.
+    arguments : sequence
+        What it is called with, one argument a call.
+    names : sequence of str, optional
+        Names of the rows; numbers when None.
+    jobs : int, optional
+        Processes at a time; all cores when None.
+    timeout : float, optional
+        Time by the clock that one call may take, with the start of its process (about a second) where it needs one [s].
+    progress : callable, optional
+        Called with the number and the row of each task as it ends.
+
+    Returns
+    -------
+    Rows
+        In the order of the arguments.
+
+    Raises
+    ------
+    InputError
+        For a bad number of processes or timeout.
     """
     names = [str(i) for i in range(len(arguments))] if names is None else list(names)
     jobs = min(jobs_checked(jobs), max(len(arguments), 1))
@@ -150,7 +230,23 @@ def run_many(
 
 
 def jobs_checked(jobs: int | None) -> int:
-    """The number of processes: as asked, or one a core that this process may use."""
+    """Return the number of processes: as asked, or one a core that this process may use.
+
+    Parameters
+    ----------
+    jobs : int or None
+        What was asked for.
+
+    Returns
+    -------
+    int
+        At least 1.
+
+    Raises
+    ------
+    InputError
+        For a number below 1.
+    """
     if jobs is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     if jobs < 1:
@@ -159,7 +255,18 @@ def jobs_checked(jobs: int | None) -> int:
 
 
 def ready(function: Callable[[Any], Any]) -> bool:
-    """What a process does that starts early: to have been told of the function it has imported it."""
+    """Import a function ahead of the first task: a process that is told of it has imported it.
+
+    Parameters
+    ----------
+    function : callable
+        What the process will be asked to call.
+
+    Returns
+    -------
+    bool
+        True.
+    """
     return callable(function)
 
 
@@ -177,7 +284,25 @@ class Line(threading.Thread):
         *,
         early: bool = False,
     ) -> None:
-        """early : whether the process starts before there is a task."""
+        """Prepare a process; it starts with the first task.
+
+        Parameters
+        ----------
+        function : callable
+            What is called.
+        arguments : sequence
+            What it is called with.
+        waiting : queue of int or None
+            Numbers of tasks; None ends the line.
+        done : queue of (int, Answer)
+            Gets what came of each task.
+        timeout : float or None
+            Time that one task may take [s].
+        scratch : str
+            Directory of temporary files.
+        early : bool
+            Whether the process starts before there is a task.
+        """
         super().__init__(daemon=True)
         self._early = early
         self._function, self._arguments = function, arguments
@@ -189,6 +314,7 @@ class Line(threading.Thread):
         self._process: subprocess.Popen[bytes] | None = None
 
     def run(self) -> None:
+        """Take tasks until there are no more."""
         if self._early:
             self._ask(ready, self._function)
         while not self._stopped and (index := self._waiting.get()) is not None:
@@ -237,7 +363,7 @@ class Line(threading.Thread):
                 timer.cancel()
 
     def _living(self) -> subprocess.Popen[bytes] | None:
-        """The process, a new one if the last has died; None when told to stop."""
+        """Return the process, a new one if the last has died; None when told to stop."""
         with self._lock:
             if self._stopped:
                 return None

@@ -19,7 +19,15 @@ class SpeculativeRuns(Generic[T]):
     """
 
     def __init__(self, function: Callable[[Any], T], jobs: int | None = None) -> None:
-        """function : one that can be imported; jobs : processes, all cores by default."""
+        """Prepare the processes; they start when the context is entered.
+
+        Parameters
+        ----------
+        function : callable
+            One that can be imported from a module.
+        jobs : int, optional
+            Number of processes; all cores when None.
+        """
         self._function = function
         self._arguments: list[Any] = []
         self._begun: dict[int, int] = {}  #: identities of arguments, which are kept, and their numbers
@@ -44,13 +52,30 @@ class SpeculativeRuns(Generic[T]):
         self._scratch.cleanup()
 
     def begin(self, argument: Any) -> None:
-        """Begin an answer that will probably be asked for."""
+        """Begin an answer that will probably be asked for.
+
+        Parameters
+        ----------
+        argument : object
+            What the function is called with; the same object is asked for later.
+        """
         self._begun[id(argument)] = len(self._arguments)
         self._arguments.append(argument)
         self._waiting.put(len(self._arguments) - 1)
 
     def __call__(self, argument: Any) -> T:
-        """The answer for an argument; where nothing was begun, or that failed, it is found here."""
+        """Return the answer for an argument; where nothing was begun, or that failed, it is found here.
+
+        Parameters
+        ----------
+        argument : object
+            What the function is called with.
+
+        Returns
+        -------
+        object
+            What the function returns.
+        """
         number = self._begun.get(id(argument))
         if number is None:
             return self._function(argument)
