@@ -1,4 +1,4 @@
-"""Checks of what a load is given: vectors and times."""
+"""Checks of vectors and times that loads are made with."""
 
 from __future__ import annotations
 

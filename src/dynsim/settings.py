@@ -1,4 +1,4 @@
-"""How a dynamic check is run. The defaults are a measured set: see docs/dynamics.md."""
+"""Settings of a simulation. The defaults were chosen by measurement: see docs/dynamics.md."""
 
 from __future__ import annotations
 

@@ -1,16 +1,18 @@
-"""Glue: what joint laws do to the joints of a simulated assembly.
+"""The joint laws of an assembly as bonds in Bullet.
 
-Two kinds of bond, each with the static one of `blockstat.joint` as its exact twin.
+There are two kinds of bond. Each is the exact twin of a static one of `blockstat.joint`.
 
-A joint in tension without a moment capacity is a **cohesive preload**: equal and opposite forces along the normal at
-the corners of the joint, T in total, as if a spring of no stiffness pressed the blocks together. The contact then
-carries f' = f + T with f'_n >= 0 and |f'_t| <= mu f'_n: Coulomb's law with a tension cut-off T and a cohesion mu T.
+A joint with tension and without a moment capacity is a **cohesive preload**: equal and opposite forces along the normal
+at the corners of the joint, T in total, as if a spring of no stiffness pressed the blocks together. The contact then
+carries f' = f + T with f'_n >= 0 and |f'_t| <= mu f'_n. That is Coulomb's law with a tension cut-off T and a cohesion
+mu T.
 
 A bond with a moment capacity is a **perfectly plastic spring** at the centre of the joint, as stiff as the time step
-allows (see `dynsim.bonds.springs`): it holds so much tension, shear, bending and torsion, each by itself.
+allows (see `dynsim.bonds.springs`). It has capacities in tension, shear, bending and torsion, each by itself.
 
 Either breaks for good when its blocks have moved apart or slid by more than the gap up to which a joint is one
-(`blockstat.contact.interfaces.GAP`); a moment also when the blocks have turned by that much over the size of the joint.
+(`blockstat.contact.interfaces.GAP`). A bond with a moment capacity also breaks when its blocks have turned by that
+much over the size of the joint.
 """
 
 from __future__ import annotations

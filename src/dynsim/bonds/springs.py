@@ -1,8 +1,9 @@
 """Springs across joints, elastic up to a capacity and perfectly plastic beyond it.
 
 Each joint has four: tension, shear, bending and torsion. Bullet steps with symplectic Euler, which is stable while no
-eigenvalue of M^-1 (dt^2 K + 2 dt C) passes 4. A spring may be as stiff as k, its share of a K whose dt^2 M^-1 K has the
-largest eigenvalue 1, and as viscous as k dt: together that is 3. Stiffer ones are made so.
+eigenvalue of M^-1 (dt^2 K + 2 dt C) exceeds 4. The stiffness of a spring is at most k, its share of a K whose
+dt^2 M^-1 K has the largest eigenvalue 1, and its viscosity at most k dt: together that is 3. Springs that are asked to
+be stiffer get that stiffness.
 """
 
 from __future__ import annotations

@@ -1,13 +1,13 @@
-"""Rotational stiffness in its two readings: a scale of the inertia, and angular springs at the joints.
+"""Rotational stiffness in two readings: a scale of the inertia, and angular springs at the joints.
 
 The **inertia scale** is what animation packages make of it: rotations are slower, in the end by the square root of the
-scale, and nothing else changes. Statics do not see inertia, so it has no static counterpart: what falls with true
+scale, and nothing else changes. Statics do not see inertia, so it has no static counterpart. What falls with true
 inertia falls with any, later.
 
 An **angular spring** turns two neighbours back by k times their relative rotation. In the shape that was built its
-moment is nothing, so limit analysis does not see it either: it cannot keep a mechanism from starting, only stop it at
-a finite rotation if k exceeds what the weight gains (W h / 2 for a block on a hinge). With a capacity M the moment is
-bounded and the twin is a bond of no force and of moment M (`blockstat.glued(assembly, 0.0, moment=M)`): statics with
+moment is zero, so limit analysis does not see it either. It cannot keep a mechanism from starting. It stops one at a
+finite rotation if k exceeds what the weight gains (W h / 2 for a block on a hinge). With a capacity M the moment is
+bounded and the twin is a bond of no force and of moment M (`blockstat.glued(assembly, 0.0, moment=M)`). Statics with
 that bond are an upper bound for any k, and what they call unstable does not rest near the shape that was built.
 """
 
@@ -25,7 +25,18 @@ from dynsim.engine.world import Action, World
 
 @dataclass(frozen=True)
 class InertiaScale:
-    """Multiplies the inertia tensor of every block (dimensionless)."""
+    """Scale the inertia tensor of every block.
+
+    Parameters
+    ----------
+    scale : float
+        Factor on the moments of inertia; the masses stay.
+
+    Raises
+    ------
+    InputError
+        For anything but a positive number.
+    """
 
     scale: float
 
@@ -67,10 +78,21 @@ class InertiaScale:
 
 @dataclass(frozen=True)
 class AngularSprings:
-    """A spring against relative rotation at every joint, about its centre.
+    """Put a spring against relative rotation into the centre of every joint.
 
-    stiffness [N m/rad]; moment : capacity in bending and in torsion [N m], None for no bound; damping : as a share of
-    the critical one of two neighbours.
+    Parameters
+    ----------
+    stiffness : float
+        Moment over relative rotation [N m/rad].
+    moment : float, optional
+        Capacity in bending and in torsion [N m]; None for no bound.
+    damping : float
+        Share of the critical damping of two neighbours.
+
+    Raises
+    ------
+    InputError
+        For a stiffness or a moment that is not positive, and a damping outside 0 to 1.
     """
 
     stiffness: float

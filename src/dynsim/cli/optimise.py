@@ -10,7 +10,7 @@ import typer
 
 from blockstat.cli.options import AsJson, Friction, Gravity, Tilt, modified, print_json
 from blockstat.errors import InputError
-from dynsim.cli.judging import Group, Preset, Threshold
+from dynsim.cli.criteria import Group, Preset, Threshold
 
 if TYPE_CHECKING:
     from blockstat.design_search.search import Margin, SearchResult

@@ -27,7 +27,7 @@ LONGER = 10.0
 
 
 class Cause(Sentence):
-    """Why verdicts differ, or are none; each value is the sentence a user reads."""
+    """Why verdicts differ, or why there is none; the value of each is the sentence that a user reads."""
 
     SELF_STRESS = "it stands only by self-stress or dilatancy: Coulomb friction without them finds no equilibrium"
     GEOMETRY = "the shapes Bullet sees overlap, so it does not simulate quite this geometry"

@@ -18,7 +18,7 @@ STATICS = ("static", "coulomb")
 
 
 class Agreement(Sentence):
-    """Whether statics and Bullet say the same; each value is the sentence a user reads."""
+    """Whether statics and Bullet say the same; the value of each is the sentence that a user reads."""
 
     AGREE = "Statics and Bullet agree, with and without dilatancy and self-stress."
     DIFFER = "Statics and Bullet differ."
@@ -28,7 +28,10 @@ class Agreement(Sentence):
 
 @dataclass(frozen=True)
 class Comparison(Result):
-    """One row: what statics and Bullet say of one assembly. Lengths in m, process seconds; None was not reached."""
+    """What statics and Bullet say of one assembly: a row of a table.
+
+    Lengths are in metres, times are process seconds. What was not reached is None.
+    """
 
     name: str
     blocks: int | None = None
@@ -80,7 +83,7 @@ class Comparison(Result):
 
 @dataclass(frozen=True)
 class Comparisons(Result):
-    """Rows in the order the assemblies were given; the last value of a notebook's cell shows them."""
+    """A table of comparisons, in the order in which the assemblies were handed in."""
 
     rows: tuple[Comparison, ...]
 

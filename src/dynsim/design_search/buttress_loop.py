@@ -1,7 +1,7 @@
 """The paper's buttress loop: buttresses are added to the walls that crack, until none does.
 
-Procedural masonry, section 4, as read here: all buttresses are cleared; if the building cracks, each wall gets one;
-cracks are then looked for wall by wall, and a wall that cracks gets one more, spaced anew by Eqs. 3-5
+This is procedural masonry, section 4, as read here. All buttresses are cleared. If the building cracks, each wall gets
+one. Cracks are then counted wall by wall, and a wall that cracks gets one more, spaced anew by Eqs. 3-5
 (`blockstat.model.buttresses.short_buttress`). Where no more fit side by side, the buttresses of that wall grow by a
 step of their thickness and their number starts again at one. Each wall ends with a number and a thickness of its own.
 """
@@ -38,7 +38,7 @@ class ButtressStep:
 
 
 class ButtressOutcome(Sentence):
-    """How the loop ended; each value is the sentence a user reads."""
+    """How the loop ended; the value of each is the sentence that a user reads."""
 
     SOUND = "Sound: the last building stands and no joint of it cracks."
     CRACKED = "Cracked: walls crack, and none of them takes more or thicker buttresses."
@@ -46,7 +46,7 @@ class ButtressOutcome(Sentence):
 
 @dataclass(frozen=True)
 class ButtressResult(Result):
-    """The steps of the loop, and whether the last one has no crack."""
+    """The buildings of the loop, and whether the last one has no crack."""
 
     steps: tuple[ButtressStep, ...]
     building: Building  #: the last one

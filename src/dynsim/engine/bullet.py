@@ -1,4 +1,4 @@
-"""What is asked of Bullet itself: its import, its engine settings, its turns."""
+"""Bullet's import, its engine parameters and its rotations."""
 
 from __future__ import annotations
 

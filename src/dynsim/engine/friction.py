@@ -1,8 +1,8 @@
-"""Friction of each joint from one number a block.
+"""The friction of each joint from one coefficient a block.
 
-Bullet multiplies the coefficients of two bodies that touch. With one friction mu everywhere each block has sqrt(mu);
-where joint laws give pairs of groups their own, numbers m with m_a m_b = mu_ab are looked for, for all pairs that
-touch as built. Pairs that meet later have the product.
+Bullet multiplies the coefficients of two bodies that touch. With one friction mu everywhere, each block has sqrt(mu).
+Where joint laws give pairs of groups their own friction, coefficients m with m_a m_b = mu_ab are found for all pairs
+that touch as built. Pairs that meet later have the product of their coefficients.
 """
 
 from __future__ import annotations

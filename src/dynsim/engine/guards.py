@@ -1,7 +1,7 @@
-"""What Bullet would swallow without a word, and we do not give it.
+"""Checks of what Bullet would simulate wrongly and without an error.
 
-Bullet takes not-a-number positions, flat hulls, negative masses and unknown bodies as they come, and answers with
-nonsense. Files are checked where they are read; an assembly can be changed afterwards, so all is checked once more.
+Bullet accepts positions that are not numbers, flat hulls, negative masses and unknown bodies, and its answer is then
+wrong. Files are checked where they are read. An assembly can be changed afterwards, so all is checked again here.
 """
 
 from __future__ import annotations

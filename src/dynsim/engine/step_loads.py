@@ -1,7 +1,7 @@
-"""Forces and couples that act on the blocks for one time step, given to them as velocities.
+"""Forces and couples of one time step, applied as changes of velocity.
 
-Bullet's rows of friction leave the external torque of the step out (those of the normal force have it), so what leans
-on friction under an external torque creeps. A velocity they see.
+Bullet's friction rows do not include the external torque of the step (the rows of the normal force do), so a block that
+leans on friction under an external torque creeps. They do include velocities.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from blockstat.typing import Floats
 
 
 class StepLoads:
-    """Collects what the actions add in a time step, and turns it into velocities."""
+    """The forces and couples that actions add in a time step, and the velocities they lead to."""
 
     def __init__(self, assembly: Assembly) -> None:
         """Start with no loads.

@@ -78,9 +78,10 @@ class Action(Protocol):
 
 
 class World:
-    """A context manager around one client; poses go in and out in the scene's own units.
+    """Blocks of an assembly in one Bullet client; a context manager.
 
-    The engine knows no bonds: whoever runs it hands in those of the joint laws (`dynsim.bonds_of`) among the actions.
+    Poses, forces and velocities go in and out in the scene's own units. The engine knows no bonds: whoever runs it
+    hands in those of the joint laws (`dynsim.bonds_of`) among the actions.
     """
 
     def __init__(

@@ -19,7 +19,7 @@ CRACK = 1e-2
 
 
 class CrackOutcome(Sentence):
-    """Whether joints cracked; each value is the sentence a user reads."""
+    """Whether joints cracked; the value of each is the sentence that a user reads."""
 
     SOUND = "Sound: no joint opened or slid by more than its threshold."
     CRACKED = "Cracked: joints opened or slid by more than their threshold."
@@ -27,7 +27,7 @@ class CrackOutcome(Sentence):
 
 @dataclass(frozen=True, eq=False)
 class Cracks(Result):
-    """Every joint and how far it has opened and slid since release."""
+    """All joints of an assembly, and how far each has opened and slid since release."""
 
     assembly: Assembly
     pair: Ints  #: shape (n_interfaces, 2), blocks a < b

@@ -1,7 +1,7 @@
-"""The displacement criteria of the procedural-masonry paper, and the full displacement beside them.
+"""The displacement criteria of the procedural-masonry paper, and the length of the displacement beside them.
 
-Both equations look down (along gravity) only: a wall that slides sideways passes them. So the length of the
-displacement and the rotation are judged too.
+Both equations measure displacement along gravity only: a wall that slides sideways passes them. So the length of the
+displacement and the rotation count too.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Bullet's own limit load multiplier, by bracketing."""
+"""The limit load multiplier in Bullet, by bracketing."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ BESIDE = 0.05
 
 
 class LimitOutcome(Sentence):
-    """The answers; each value is the sentence a user reads."""
+    """How a bracketing ended; the value of each is the sentence that a user reads."""
 
     LIMIT = "Limit: in Bullet the assembly carries the load up to the lower multiplier, and moves at the upper one."
     UNBOUNDED = "Unbounded: no multiple of the load that was tried moves the assembly in Bullet."

@@ -1,4 +1,4 @@
-"""Rest detection, and how a run under loads is judged: which blocks count, from when on, against what threshold."""
+"""Rest detection, and the criteria under loads: which blocks count, from when on, against what threshold."""
 
 from __future__ import annotations
 
@@ -82,9 +82,10 @@ def threshold_under(assembly: Assembly, loads: Sequence[Load]) -> float:
 class RestDetection:
     """Whether blocks are at rest, as seen look by look.
 
-    They are still: within a distance of one place for a time; or near where they were let go, within three such
-    distances for that time, and less far than in the time before. And they are quiet, or have been within the
-    distance of one place for longer.
+    Blocks rest when they are still and quiet. They are still when they stayed within a distance of one place for a
+    time. They are also still when they are near where they were released, moved by less than three such distances in
+    that time, and by less than in the time before. They are quiet when the root mean square of their motion is small.
+    Blocks that have been within the distance of one place for longer need not be quiet.
     """
 
     def __init__(self, distance: float, duration: float, small: float) -> None:

@@ -1,4 +1,4 @@
-"""Run the protocol: settle under full damping, then let go and watch."""
+"""The protocol of a run: settle under full damping, then release and record."""
 
 from __future__ import annotations
 

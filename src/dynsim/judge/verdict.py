@@ -1,4 +1,4 @@
-"""What a dynamic check answers."""
+"""The dynamic verdict and the displacements behind it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from dynsim.judge.run import Run
 
 
 class DynamicOutcome(Sentence):
-    """The three dynamic answers; each value is the sentence a user reads."""
+    """The three dynamic answers; the value of each is the sentence that a user reads."""
 
     STANDS = "Stands: the blocks came to rest within the threshold."
     FALLS = "Falls: blocks moved further than the threshold."
@@ -21,7 +21,7 @@ class DynamicOutcome(Sentence):
 
 @dataclass(frozen=True, eq=False)
 class DynamicVerdict(Result):
-    """What Bullet saw. Drops and displacements are since release, after settling [m]."""
+    """The dynamic verdict. Drops and displacements are since release, after settling [m]."""
 
     outcome: DynamicOutcome
     group: str  #: group of Eq. 1, "" for the whole assembly

@@ -26,7 +26,7 @@ SHAPES = {
 
 
 class Ground:
-    """What all motions of the ground share."""
+    """The common part of all motions of the ground."""
 
     each_step = True
     travel = 0.0
@@ -73,7 +73,7 @@ class Ground:
 
 @dataclass(frozen=True, eq=False)
 class Ramp(Ground):
-    """Acceleration of the ground grows at a constant rate to a value, and stays there."""
+    """The acceleration of the ground grows at a constant rate to a value, and stays there."""
 
     to: Any  #: shape (3,) [m/s2]
     duration: float  #: [s]
@@ -144,7 +144,7 @@ class Pulse(Ground):
 
 @dataclass(frozen=True, eq=False)
 class Record(Ground):
-    """Acceleration given at points in time, with straight lines between them and nothing before and after."""
+    """Accelerations of the ground at points in time, with straight lines between them and zero before and after."""
 
     times: Floats  #: shape (k,) [s], ascending
     acceleration: Floats  #: shape (k, 3) [m/s2]

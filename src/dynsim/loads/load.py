@@ -1,4 +1,4 @@
-"""What a load is, and the loads of one simulation."""
+"""The protocol of loads, and the loads that a call is handed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from dynsim.loads.loading import Constant
 
 @runtime_checkable
 class Load(Action, Protocol):
-    """An action that comes to an end, so that what is left can be judged."""
+    """An action that comes to an end, so that what is left has a verdict."""
 
     @property
     def end(self) -> float:

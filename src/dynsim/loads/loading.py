@@ -1,7 +1,6 @@
-"""What may act on an assembly: tilting ground, shaking ground, supports that settle, blocks that go, pushes.
+"""Tilting ground, supports that settle, blocks that are removed, pushes and constant loads.
 
-The ground's motion is simulated in the frame that moves with it: every block gets a body force, minus its mass times
-the acceleration of the ground. Displacements are therefore relative to the ground. Times are since release [s].
+Times are since release [s].
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from dynsim.engine.world import World
 
 @dataclass(frozen=True, eq=False)
 class Tilt:
-    """The ground tilts about a horizontal axis at a constant rate, as slowly as the rate says."""
+    """The ground tilts about a horizontal axis at a constant rate."""
 
     axis: Any  #: shape (3,), of the right-handed rotation of gravity
     to: float  #: [degrees]
@@ -171,7 +170,7 @@ class Settlement:
 
 @dataclass(frozen=True, eq=False)
 class Removal:
-    """Blocks are taken out at a time: a centring struck, a voussoir lost. It happens at the next look."""
+    """Blocks are taken out at a time: a centring is struck, a voussoir is lost. It happens at the next look."""
 
     blocks: Sequence[int | str] | int | str
     time: float = 0.0  #: [s]
@@ -222,7 +221,7 @@ class Removal:
 
 @dataclass(frozen=True, eq=False)
 class Push:
-    """A sudden change of a block's velocity, given as it is or as an impulse, at the next look."""
+    """A sudden change of a block's velocity, as a velocity or an impulse, at the look nearest to its time."""
 
     block: int | str
     velocity: Any = None  #: shape (3,) [m/s]
@@ -295,10 +294,13 @@ class Push:
 
 @dataclass(frozen=True, eq=False)
 class Constant:
-    """A load that is there from the first step of settling on: what a static limit load is about.
+    """A load that acts from the first step of settling on, as that of a static limit load.
 
-    load : body acceleration, shape (3,) [m/s2], or a wrench on each block about its centroid, shape (n_blocks, 6)
-    [N, N m]. Wrenches keep their direction and go with the block's centroid.
+    Parameters
+    ----------
+    load : array of shape (3,) or (n_blocks, 6)
+        A body acceleration [m/s2], or a wrench on each block about its centroid [N, N m]. Wrenches keep their direction
+        and go with the block's centroid.
     """
 
     load: Any

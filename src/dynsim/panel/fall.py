@@ -24,7 +24,7 @@ SHORT = 2.5
 
 
 class FallPanel:
-    """Runs Bullet in another process; a change of the design ends the run, a closed browser does not."""
+    """Run Bullet in another process; a change of the design ends the run, a closed browser does not."""
 
     def attach(self, page: Page) -> None:
         """Add the tab to a page.

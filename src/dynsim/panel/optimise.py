@@ -26,7 +26,7 @@ OFF = -1e9  #: a dot that is not seen: the plot takes no value for missing
 
 
 class OptimisePanel:
-    """Searches in another process; cancelling ends it at once and keeps the history."""
+    """Search in another process; cancelling ends it at once and keeps the history."""
 
     def attach(self, page: Page) -> None:
         """Add the tab to a page.

@@ -1,4 +1,4 @@
-"""What workers of the page do with Bullet; each message is sent as soon as it is known."""
+"""What processes of the page do with Bullet; each message is sent as soon as it is known."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Refused:
 
 @dataclass(frozen=True)
 class Step:
-    """One more design of a search was judged."""
+    """One more design of a search was evaluated."""
 
     done: int
     expected: int

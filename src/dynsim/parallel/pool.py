@@ -1,4 +1,4 @@
-"""Many designs side by side, each in a process that may die without harm to the others."""
+"""A pool of processes for many designs, each in a process that may die without harm to the others."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPEN
 
 @dataclass(frozen=True)
 class Row(Generic[T]):
-    """What came of one task."""
+    """The result of one task, or why there is none."""
 
     name: str
     result: T | None  #: None when there is none
@@ -46,7 +46,7 @@ class Row(Generic[T]):
 
 @dataclass(frozen=True)
 class Rows(Generic[T]):
-    """What came of all tasks, in the order they were given."""
+    """The results of all tasks, in the order of the tasks."""
 
     rows: tuple[Row[T], ...]
     finished: bool  #: False after an interrupt; what was done by then is kept
@@ -271,7 +271,7 @@ def ready(function: Callable[[Any], Any]) -> bool:
 
 
 class Line(threading.Thread):
-    """One process at a time that takes waiting tasks; a new one after a death."""
+    """A thread with one process at a time that takes waiting tasks; a process that dies is replaced."""
 
     def __init__(
         self,

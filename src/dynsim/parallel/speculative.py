@@ -13,9 +13,19 @@ T = TypeVar("T")
 
 
 class SpeculativeRuns(Generic[T]):
-    """A function whose answers may be begun before they are asked for, in processes of their own.
+    """A function whose answers may be begun before they are asked for, in processes of their own; a context manager.
 
-    A context manager; what is still running at its end is given up.
+    What still runs at its end is abandoned.
+
+    Examples
+    --------
+    >>> from blockstat.model import arch, assemble
+    >>> from dynsim import SpeculativeRuns, verify
+    >>> ring = assemble(arch(span=2.0, thickness=0.4, depth=0.5, voussoirs=9, springers=0.3), friction=0.7)
+    >>> with SpeculativeRuns(verify, jobs=1) as runs:
+    ...     runs.begin(ring)
+    ...     runs(ring).outcome.word
+    'stands'
     """
 
     def __init__(self, function: Callable[[Any], T], jobs: int | None = None) -> None:
