@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from blockstat.analysis.verdict import Verdict
 from blockstat.typing import Floats
@@ -47,6 +46,8 @@ def first_motion_cosine(static: Verdict, dynamic: DynamicVerdict) -> float | Non
 
 def _moved(run: Run, frame: int) -> Floats:
     """Displacement [m] and rotation vector [rad] of each block since release, shape (n_blocks, 6)."""
+    from scipy.spatial.transform import Rotation
+
     turned = run.rotation[frame] @ run.rotation[0].swapaxes(1, 2)
     return np.hstack([run.since_release[frame], Rotation.from_matrix(turned).as_rotvec()])
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.csgraph import dijkstra
 
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces
@@ -74,6 +72,9 @@ def chain(assembly: Assembly, interfaces: Interfaces) -> int:
     int
         Number of joints on the shortest way.
     """
+    from scipy import sparse
+    from scipy.sparse.csgraph import dijkstra
+
     pair = interfaces.pair
     n = assembly.n_blocks
     graph = sparse.coo_array((np.ones(len(pair)), (pair[:, 0], pair[:, 1])), shape=(n, n)).tocsr()
