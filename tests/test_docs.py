@@ -37,7 +37,9 @@ def test_code_prints_what_the_page_shows(page, root, tmp_path, monkeypatch):
 def test_the_reference_has_every_public_name_once():
     pages = "".join(page.read_text() for page in (DOCS / "api").glob("*.md"))
     named, module = [], ""
-    for kind, name in re.findall(r"^\.\. (currentmodule|autoclass|autofunction):: ([\w.]+)$", pages, re.MULTILINE):
+    for kind, name in re.findall(
+        r"^\.\. (currentmodule|autoclass|autofunction|autodata):: ([\w.]+)$", pages, re.MULTILINE
+    ):
         if kind == "currentmodule":
             module = name
         else:

@@ -21,10 +21,9 @@ import numpy as np
 from blockstat import Memory, assess, build, search
 from blockstat.design_search.search import Margin, SearchResult, space_of
 from blockstat.spec import Scene, scene_from
-from dynsim import verify
+from dynsim import SpeculativeRuns, verify
 from dynsim.comparison.causes import likely_reason
 from dynsim.parallel.pool import jobs_checked
-from dynsim.parallel.speculative import Ahead
 from evidence import results
 from evidence.scenes.sized import chapel_scene
 from evidence.tables import table
@@ -69,7 +68,7 @@ def pruned(chapel: Scene, way: str = "pruned", **ahead: Any) -> tuple[dict, Sear
 def side_by_side(chapel: Scene, alone: SearchResult) -> dict:
     """The same with a simulation on each core, timed by the clock, as `dynsim optimise` does it."""
     jobs, begin = jobs_checked(None), perf_counter()
-    with Ahead(verify, jobs) as dynamic:
+    with SpeculativeRuns(verify, jobs) as dynamic:
         _, result = pruned(chapel, verify=dynamic, begin=dynamic.begin, ahead=jobs)
     seconds = perf_counter() - begin
     words = [[(c.parameters, c.static, c.dynamic) for c in found.history] for found in (alone, result)]

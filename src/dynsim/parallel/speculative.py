@@ -1,4 +1,4 @@
-"""Answers begun before they are asked for."""
+"""Speculative runs: answers begun before they are asked for."""
 
 from __future__ import annotations
 
@@ -12,14 +12,32 @@ from dynsim.parallel.pool import Answer, Line, Waiting, jobs_checked
 T = TypeVar("T")
 
 
-class Ahead(Generic[T]):
-    """A function whose answers may be begun before they are asked for, in processes of their own.
+class SpeculativeRuns(Generic[T]):
+    """A function whose answers may be begun before they are asked for, in processes of their own; a context manager.
 
-    A context manager; what is still running at its end is given up.
+    What still runs at its end is abandoned.
+
+    Examples
+    --------
+    >>> from blockstat.model import arch, assemble
+    >>> from dynsim import SpeculativeRuns, verify
+    >>> ring = assemble(arch(span=2.0, thickness=0.4, depth=0.5, voussoirs=9, springers=0.3), friction=0.7)
+    >>> with SpeculativeRuns(verify, jobs=1) as runs:
+    ...     runs.begin(ring)
+    ...     runs(ring).outcome.word
+    'stands'
     """
 
     def __init__(self, function: Callable[[Any], T], jobs: int | None = None) -> None:
-        """function : one that can be imported; jobs : processes, all cores by default."""
+        """Prepare the processes; they start when the context is entered.
+
+        Parameters
+        ----------
+        function : callable
+            One that can be imported from a module.
+        jobs : int, optional
+            Number of processes; all cores when None.
+        """
         self._function = function
         self._arguments: list[Any] = []
         self._begun: dict[int, int] = {}  #: identities of arguments, which are kept, and their numbers
@@ -32,7 +50,7 @@ class Ahead(Generic[T]):
             for _ in range(jobs_checked(jobs))
         ]
 
-    def __enter__(self) -> Ahead[T]:
+    def __enter__(self) -> SpeculativeRuns[T]:
         for line in self._lines:
             line.start()
         return self
@@ -44,13 +62,30 @@ class Ahead(Generic[T]):
         self._scratch.cleanup()
 
     def begin(self, argument: Any) -> None:
-        """Begin an answer that will probably be asked for."""
+        """Begin an answer that will probably be asked for.
+
+        Parameters
+        ----------
+        argument : object
+            What the function is called with; the same object is asked for later.
+        """
         self._begun[id(argument)] = len(self._arguments)
         self._arguments.append(argument)
         self._waiting.put(len(self._arguments) - 1)
 
     def __call__(self, argument: Any) -> T:
-        """The answer for an argument; where nothing was begun, or that failed, it is found here."""
+        """Return the answer for an argument; where nothing was begun, or that failed, it is found here.
+
+        Parameters
+        ----------
+        argument : object
+            What the function is called with.
+
+        Returns
+        -------
+        object
+            What the function returns.
+        """
         number = self._begun.get(id(argument))
         if number is None:
             return self._function(argument)
