@@ -81,10 +81,10 @@ def solve_whole(
         return max(force_errors(program, proven[0])) <= FORCE_TOLERANCE
 
     normal = load_path_guess(program)
-    way = _Way(program, motions)
+    iterates = _Iterates(program, motions)
     early = EarlyEnd(
         accept,
-        way.noted if score else way.falls,
+        iterates.noted if score else iterates.falls,
         guess=np.column_stack([normal, 0 * normal, 0 * normal]),
         # Who asks for no score expects most designs to fall, and then it is mostly in vain to look for forces for long.
         brief=not score,
@@ -94,7 +94,7 @@ def solve_whole(
         stands = answer.status is Status.ACCEPTED
         return Answer(
             force=proven[0] if stands else 0 * answer.force,
-            twist=0 * answer.twist if stands else way.mechanism,
+            twist=0 * answer.twist if stands else iterates.mechanism,
             status=answer.status,
             iterations=answer.iterations,
             solver=answer.solver,
@@ -103,10 +103,10 @@ def solve_whole(
     normal_gaps = program.normal_columns.T @ answer.twist
     adhesion = np.maximum(normal_gaps + answer.yielding[: program.n_points], 0.0)
     bounded = _balances(program, answer.force, adhesion)
-    return replace(answer, adhesion=adhesion, bounded=bounded, interior=way.interior())
+    return replace(answer, adhesion=adhesion, bounded=bounded, interior=iterates.interior())
 
 
-class _Way:
+class _Iterates:
     """The twists on the way to the optimum. They lie inside the cones until near its end.
 
     So mechanisms are among them long before it, and those that are none yet open the joints that later ones close.
