@@ -166,7 +166,7 @@ def judge(problem: Problem, raw: Answer) -> dict:
     balanced = raw.force if raw.status is Status.ACCEPTED else certificate.balance(program, raw.force)
     verdict = outcome_of(certificate.check(program, balanced, raw.twist))
     if verdict is Outcome.UNDECIDED:
-        opened = with_interior_motion(program, raw.twist, problem.motions)
+        opened = with_interior_motion(program, raw.twist, problem.motions())
         verdict = outcome_of(certificate.check(program, balanced, opened))
     return {
         "residual": residual(raw.force, raw.adhesion),

@@ -15,8 +15,8 @@ from blockstat.program.equilibrium import equilibrium, weight
 from blockstat.program.penalty import penalty_program
 from blockstat.solve import interior_point
 from blockstat.solve.answer import EarlyEnd, Status
-from blockstat.solve.load_path import load_path_guess
 from blockstat.solve.penalty import open_joints, solve_penalty
+from blockstat.solve.phase_one import load_path_guess
 from evidence.scenes.small import arch, running_bond, stack
 
 WALL_PULLS = [(0, 0, -1), (0.1, 0, -1), (0, 0.02, -1)]

@@ -6,13 +6,12 @@ little of a field that has room, it is strictly inside and balances a slightly s
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from blockstat.certificate import check as certificate
-from blockstat.certificate.interior_motions import with_interior_motion
+from blockstat.certificate.interior_motions import Motions, no_motions, with_interior_motion
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.solve.penalty import open_joints
 from blockstat.typing import Floats
@@ -78,7 +77,7 @@ def upper_bound(
     force: Floats,
     *,
     solver: str = "auto",
-    motions: Sequence[Floats] = (),
+    motions: Motions = no_motions,
 ) -> Bound | None:
     """Find what a mechanism proves: no equilibrium at a larger multiplier.
 
@@ -95,7 +94,7 @@ def upper_bound(
     solver
         One of `blockstat.solve.dispatch.CHOICES`, for the mending of the mechanism.
     motions
-        Twists that may open every joint, shape (6 n,) each.
+        Gives twists that may open every joint, shape (6 n,) each.
 
     Returns
     -------
@@ -107,7 +106,7 @@ def upper_bound(
     For twists u with A'u in K* and l'u > 0, equilibrium at lambda asks for w'u + lambda l'u <= 0.
     """
     total = float(np.linalg.norm(force, axis=1).sum())
-    best = _proven(program, load, with_interior_motion(program, twist, motions), total)
+    best = _proven(program, load, with_interior_motion(program, twist, motions()), total)
     kinematic = -certificate.power(program, twist)[0] / float(load @ twist) if load @ twist > 0 else -np.inf
     if best is not None and best.value - kinematic <= CLOSE * abs(kinematic):
         return best

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -11,7 +11,7 @@ import numpy as np
 from blockstat.analysis.verdict import Outcome
 from blockstat.certificate import check as certificate
 from blockstat.certificate.check import Certificate
-from blockstat.certificate.interior_motions import with_interior_motion
+from blockstat.certificate.interior_motions import Motions, no_motions, with_interior_motion
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.solve.answer import Answer
 from blockstat.solve.penalty import open_joints, solve_margin
@@ -34,7 +34,7 @@ def outcome_of(checked: Certificate) -> Outcome:
     return Outcome.STABLE if checked.proves_stable else Outcome.UNSTABLE
 
 
-def decide(program: PenaltyProgram, answer: Answer, *, solver: str = "auto", motions: Sequence[Floats] = ()) -> Answer:
+def decide(program: PenaltyProgram, answer: Answer, *, solver: str = "auto", motions: Motions = no_motions) -> Answer:
     """Check an answer to the penalty program, and ask a second program near the limit.
 
     Parameters
@@ -46,7 +46,7 @@ def decide(program: PenaltyProgram, answer: Answer, *, solver: str = "auto", mot
     solver
         Who solves the second program, one of `blockstat.solve.dispatch.CHOICES`.
     motions
-        Twists that may open every joint, shape (6 n,) each (see `blockstat.certificate.interior_motions`).
+        Gives twists that may open every joint, shape (6 n,) each (see `blockstat.certificate.interior_motions`).
 
     Returns
     -------
@@ -85,7 +85,7 @@ def _solve_locally(program: PenaltyProgram, *, solver: str) -> Answer:
 def _checked(
     program: PenaltyProgram,
     answer: Answer,
-    motions: Sequence[Floats],
+    motions: Motions,
     mend: Callable[[Floats], Floats] | None = None,
 ) -> Answer:
     """The answer with its certificate, its forces balanced and its mechanism opened.
@@ -97,7 +97,7 @@ def _checked(
     found = certificate.check(program, force, twist)
     if found.required_force > 0 and not _proves(found):
         first = () if answer.interior is None else (answer.interior,)
-        wider = with_interior_motion(program, twist, (*first, *motions))
+        wider = with_interior_motion(program, twist, (*first, *motions()))
         second = certificate.check(program, force, wider)
         if second.required_force > found.required_force:
             twist, found = wider, second

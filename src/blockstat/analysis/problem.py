@@ -120,9 +120,12 @@ class Problem:
             values[self.eq.points] = adhesion * self.program.force_unit
         return values
 
-    @cached_property
     def motions(self) -> tuple[Floats, ...]:
-        """Twists of the program that may open every joint, shape (6 n,) each."""
+        """Return twists of the program that may open every joint, shape (6 n,) each; made when first asked for."""
+        return self._expansions
+
+    @cached_property
+    def _expansions(self) -> tuple[Floats, ...]:
         return expansions(self.assembly, self.interfaces, self.eq.blocks)
 
     @property

@@ -10,7 +10,7 @@ method are such motions until the joints close, and the last of them cost least.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from blockstat.assembly import Assembly
     from blockstat.contact.interfaces import Interfaces
 
+#: Gives twists that may open every joint, shape (6 n,) each, where they are needed.
+Motions = Callable[[], Sequence[Floats]]
+
 #: How much slower than upwards the blocks move apart sideways, in the motions that are tried.
 SPREADS = (1.0, 0.5, 0.25, 0.1, 0.03, 0.01)
 #: How much faster than sideways all blocks leave the supports.
@@ -31,6 +34,11 @@ LIFT = 2.0
 SLACK = 1e-6
 #: Motions compared before one is taken.
 FEW = 4
+
+
+def no_motions() -> tuple[Floats, ...]:
+    """Return no twists."""
+    return ()
 
 
 def expansions(assembly: Assembly, interfaces: Interfaces, blocks: Ints) -> tuple[Floats, ...]:

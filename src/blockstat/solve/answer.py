@@ -79,7 +79,8 @@ class Answer:
     multiplier: float = 0.0  #: lambda of A f + w + lambda l = 0 when a load l was pinned
     #: y, the closing that the upper bounds of forces allow, shape (m,)
     yielding: Floats = field(default_factory=lambda: np.empty(0))
-    rates: Floats | None = None  #: s of a program with a compliance as velocities at the points, shape (m, 3)
+    #: s of a program with a compliance as velocities at the points, shape (m, 3)
+    rates: Floats = field(default_factory=lambda: np.empty((0, 3)))
     #: s of the penalty program, shape (n_points,); nan where the solve ended with a mechanism before its optimum
     adhesion: Floats = field(default_factory=lambda: np.empty(0))
     bounded: bool = True  #: False when no adhesion is enough; then `twist` is a ray along which the work grows
@@ -128,5 +129,5 @@ def read_answer(
         solver=solver,
         multiplier=float(z[-1]) if program.pinned else 0.0,
         yielding=program.yielding(x),
-        rates=None if slack is None else program.rates(slack),
+        rates=np.empty((0, 3)) if slack is None else program.rates(slack),
     )

@@ -70,7 +70,7 @@ def _solve_for_multipliers(program: ConicProgram) -> Answer:
     size[: len(program.scale)] = program.scale
     slip[: 3 * triples] = np.tile(program.scale[triples : 2 * triples], 3)
     compliance[: len(program.scale)] = program.compliance
-    balance = (program.transposed @ sparse.diags_array(1.0 / size)).tocsc()[:, order]
+    balance = sparse.csc_array(program.transposed @ sparse.diags_array(1.0 / size))[:, order]
     constraint = sparse.csc_array(sparse.vstack([balance, -sparse.diags_array((slip / size)[order])]))
     bound = np.concatenate([-program.cost, np.zeros(rows)])
     hessian = sparse.csc_array(sparse.diags_array(compliance[order]))

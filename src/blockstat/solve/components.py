@@ -7,12 +7,14 @@ many parts as there are processors, so that a field of a thousand small stacks d
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
+from blockstat.certificate.interior_motions import Motions, no_motions
 from blockstat.geometry.components import connected_components
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.solve.answer import Answer, Status
@@ -48,8 +50,8 @@ def parts(program: PenaltyProgram, most: int) -> list[Ints]:
 
 def solve_by_components(
     program: PenaltyProgram,
-    solve: Callable[[PenaltyProgram, Sequence[Floats]], Answer],
-    motions: Sequence[Floats] = (),
+    solve: Callable[[PenaltyProgram, Motions], Answer],
+    motions: Motions = no_motions,
     most: int | None = None,
 ) -> Answer:
     """Solve a penalty program part by part, side by side.
@@ -61,7 +63,7 @@ def solve_by_components(
     solve
         Solves the program of a part, given the motions of its blocks.
     motions
-        Twists of the whole, shape (6 n,) each, handed to the parts.
+        Gives twists of the whole that may open every joint, shape (6 n,) each; a part is handed its blocks'.
     most
         The greatest number of parts; as many as there are processors by default.
 
@@ -81,7 +83,7 @@ def solve_by_components(
     of_point = np.where(first >= 0, owner[first], 0)
     points = [np.flatnonzero(of_point == k) for k in range(len(found))]
     pieces = [_piece(program, *chosen) for chosen in zip(found, points, strict=True)]
-    own_motions = [[motion.reshape(-1, 6)[blocks].reshape(-1) for motion in motions] for blocks in found]
+    own_motions = [partial(_of_blocks, motions, blocks) for blocks in found]
     with ThreadPoolExecutor(len(pieces)) as pool:
         answers = list(pool.map(solve, pieces, own_motions))
     status = {answer.status for answer in answers}
@@ -99,6 +101,11 @@ def solve_by_components(
         whole.adhesion[own[own < program.n_points]] = answer.adhesion
         whole.twist.reshape(-1, 6)[blocks] = answer.twist.reshape(-1, 6)
     return whole
+
+
+def _of_blocks(motions: Motions, blocks: Ints) -> list[Floats]:
+    """Motions of some blocks."""
+    return [motion.reshape(-1, 6)[blocks].reshape(-1) for motion in motions()]
 
 
 def _piece(program: PenaltyProgram, blocks: Ints, points: Ints) -> PenaltyProgram:

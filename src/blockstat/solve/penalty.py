@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
 from blockstat.certificate.check import FORCE_TOLERANCE, balance, check, force_errors, opening_slack
-from blockstat.certificate.interior_motions import cheapest, with_interior_motion
+from blockstat.certificate.interior_motions import Motions, cheapest, no_motions, with_interior_motion
 from blockstat.program.conic import conic_program
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.solve.answer import Answer, EarlyEnd, Status
 from blockstat.solve.components import solve_by_components
 from blockstat.solve.dispatch import solve
-from blockstat.solve.load_path import load_path_guess
+from blockstat.solve.phase_one import load_path_guess
 from blockstat.typing import Floats
 
 #: Joints open by more than this many violations need no watching when a mechanism is mended.
@@ -31,7 +30,7 @@ ALREADY = 0.01
 
 
 def solve_penalty(
-    program: PenaltyProgram, *, solver: str = "auto", motions: Sequence[Floats] = (), score: bool = True
+    program: PenaltyProgram, *, solver: str = "auto", motions: Motions = no_motions, score: bool = True
 ) -> Answer:
     """Minimise 1/2 ||E'A'u||^2 - w'u over twists with A'u in K*; at points with an upper bound, 1/2 |g_n + y|^2.
 
@@ -42,7 +41,7 @@ def solve_penalty(
     solver
         One of `blockstat.solve.dispatch.CHOICES`.
     motions
-        Twists that may open every joint, shape (6 n,) each (see `blockstat.certificate.interior_motions`).
+        Gives twists that may open every joint, shape (6 n,) each (see `blockstat.certificate.interior_motions`).
     score
         False allows to end with the first mechanism that is found, whose adhesion is not known.
 
@@ -57,7 +56,7 @@ def solve_penalty(
 
 
 def solve_whole(
-    program: PenaltyProgram, motions: Sequence[Floats] = (), *, solver: str = "auto", score: bool = True
+    program: PenaltyProgram, motions: Motions = no_motions, *, solver: str = "auto", score: bool = True
 ) -> Answer:
     """Solve a penalty program as one.
 
@@ -82,10 +81,10 @@ def solve_whole(
         return max(force_errors(program, proven[0])) <= FORCE_TOLERANCE
 
     normal = load_path_guess(program)
-    way = _Way(program, motions)
+    iterates = _Iterates(program, motions)
     early = EarlyEnd(
         accept,
-        way.noted if score else way.falls,
+        iterates.noted if score else iterates.falls,
         guess=np.column_stack([normal, 0 * normal, 0 * normal]),
         # Who asks for no score expects most designs to fall, and then it is mostly in vain to look for forces for long.
         brief=not score,
@@ -95,7 +94,7 @@ def solve_whole(
         stands = answer.status is Status.ACCEPTED
         return Answer(
             force=proven[0] if stands else 0 * answer.force,
-            twist=0 * answer.twist if stands else way.mechanism,
+            twist=0 * answer.twist if stands else iterates.mechanism,
             status=answer.status,
             iterations=answer.iterations,
             solver=answer.solver,
@@ -104,16 +103,16 @@ def solve_whole(
     normal_gaps = program.normal_columns.T @ answer.twist
     adhesion = np.maximum(normal_gaps + answer.yielding[: program.n_points], 0.0)
     bounded = _balances(program, answer.force, adhesion)
-    return replace(answer, adhesion=adhesion, bounded=bounded, interior=way.interior())
+    return replace(answer, adhesion=adhesion, bounded=bounded, interior=iterates.interior())
 
 
-class _Way:
+class _Iterates:
     """The twists on the way to the optimum. They lie inside the cones until near its end.
 
     So mechanisms are among them long before it, and those that are none yet open the joints that later ones close.
     """
 
-    def __init__(self, program: PenaltyProgram, motions: Sequence[Floats]) -> None:
+    def __init__(self, program: PenaltyProgram, motions: Motions) -> None:
         self._program, self._motions = program, motions
         self._seen: list[Floats] = []
         self.mechanism = np.zeros_like(program.load)  #: the one that `falls` has found
@@ -132,7 +131,7 @@ class _Way:
 
     def _opened(self, twist: Floats) -> Floats:
         first = self.interior()
-        motions = self._motions if first is None else (first, *self._motions)
+        motions = self._motions() if first is None else (first, *self._motions())
         return with_interior_motion(self._program, twist, motions)
 
     def _proves(self, mechanism: Floats) -> bool:

@@ -3,6 +3,9 @@
 Each step is the least change that satisfies the equations, measured in the metric of the barrier at z: points next to
 the boundary of their cones hardly move (affine scaling, Dikin 1967). The first
 step that may be taken whole ends it. Where no forces balance the steps soon shrink to nothing, and it is given up.
+
+The first start is a guess of the load path: each block hands what it carries down to those it rests on. Such forces do
+not balance, but they lie inside all cones and are as large as they will be.
 """
 
 from __future__ import annotations
@@ -10,8 +13,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import sparse
 
 from blockstat.program.conic import ConicProgram
+from blockstat.program.penalty import PenaltyProgram
 from blockstat.solve.cones import Cones
 from blockstat.solve.kkt import KktSolver, largest
 from blockstat.typing import Floats
@@ -27,6 +32,10 @@ STEP, LEAST = 0.95, 0.2
 SATURATED = 10.0
 MOST = 25  #: factorisations
 BALANCED = 1e-13  #: of the largest load, what may be left unbalanced
+#: Joints whose normal makes less than this cosine with the loads carry nothing down.
+STEEP = 0.1
+#: Courses that a burden is handed down at most, and the change of the burdens at which it has arrived.
+COURSES, ARRIVED = 1_000, 1e-3
 
 
 @dataclass(frozen=True)
@@ -135,3 +144,45 @@ def _inside(cones: Cones, least: Floats) -> Floats:
     if np.maximum(-depths, 0.0).sum() < LITTLE * np.abs(least * cones.unit).sum():
         return cones.lifted(least, np.maximum(INSIDE - depths, 0.0))
     return least + (INSIDE - min(depths.min(), 0.0)) * cones.unit
+
+
+def load_path_guess(program: PenaltyProgram) -> Floats:
+    """Guess the normal force at each point from the loads above it.
+
+    Parameters
+    ----------
+    program
+        The equilibrium, in its units.
+
+    Returns
+    -------
+    Floats
+        Normal forces, shape (m,), none below zero. They do not balance.
+
+    Notes
+    -----
+    Only the direction of the sum of all loads counts. Joints share what a block carries by the squares of the cosines
+    of their normals with it, and no joint rubs.
+    """
+    load = program.load.reshape(-1, 6)[:, :3]
+    total = load.sum(axis=0)
+    size = float(np.linalg.norm(total))
+    if not size:
+        return np.zeros(len(program.friction))
+    a, b = program.point_blocks.T
+    head = program.local[::3]
+    normal = np.where((b >= 0)[:, None], head[:, 6:9], -head[:, :3])  # of the force on b
+    rise = -normal @ (total / size)
+    upper, lower = np.where(rise > 0, b, a), np.where(rise > 0, a, b)
+    slope = np.where((upper >= 0) & (np.abs(rise) > STEEP), np.abs(rise), 0.0)
+    held = np.bincount(np.maximum(upper, 0), slope**2, len(load))[upper]
+    share = slope**2 / np.where(slope > 0, held, 1.0)
+    on = np.flatnonzero((slope > 0) & (lower >= 0))
+    hand = sparse.csr_array((share[on], (lower[on], upper[on])), shape=(len(load), len(load)))
+    own = np.maximum(load @ (total / size), 0.0)
+    burden = own
+    for _ in range(COURSES):
+        before, burden = burden, own + hand @ burden
+        if np.abs(burden - before).max() <= ARRIVED * burden.max():
+            break
+    return burden[upper] * share / np.where(slope > 0, slope, 1.0)
