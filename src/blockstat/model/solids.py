@@ -132,26 +132,37 @@ def polyhedron(vertices: Floats, faces: Sequence[Sequence[int]], *, name: str = 
     Block
         Its surface turned outwards.
     """
-    # Adding zero makes -0.0 the same as 0.0.
-    corners, index = np.unique(np.asarray(vertices, dtype=float) + 0.0, axis=0, return_inverse=True)
-    index = index.ravel()
-    merged = [list(dict.fromkeys(int(index[k]) for k in face)) for face in faces]
+    corners, index = _distinct(np.asarray(vertices, dtype=float) + 0.0)  # adding zero makes -0.0 the same as 0.0
+    merged = [list(dict.fromkeys(index[k] for k in face)) for face in faces]
     number = Counter(frozenset(face) for face in merged)
     kept = [face for face in merged if len(face) > 2 and number[frozenset(face)] == 1]
     used = sorted({k for face in kept for k in face})
     place = {k: i for i, k in enumerate(used)}
     corners = corners[used]
     kept = [[place[k] for k in face] for face in kept]
-    centre = corners.mean(axis=0)
-    if sum(_cone(corners[face] - centre) for face in kept) < 0:
+    centred = (corners - corners.mean(axis=0)).tolist()
+    if sum(_cone([centred[k] for k in face]) for face in kept) < 0:
         kept = [face[::-1] for face in kept]
     return Block(corners, kept, name=name, group=group)
 
 
-def _cone(face: Floats) -> float:
-    """Six times the volume of the pyramid over a face from the origin."""
-    middle = face.mean(axis=0)
-    return float(np.cross(face, np.roll(face, -1, axis=0)).sum(axis=0) @ middle)
+def _distinct(points: Floats) -> tuple[Floats, list[int]]:
+    """Distinct points in the order of x, y, z, and the place of each point among them."""
+    order = np.lexsort(points.T[::-1])
+    ranked = points[order]
+    first = np.append(True, (ranked[1:] != ranked[:-1]).any(axis=1))
+    index = np.empty(len(points), dtype=int)
+    index[order] = np.cumsum(first) - 1
+    return ranked[first], index.tolist()
+
+
+def _cone(face: Sequence[Sequence[float]]) -> float:
+    """The volume of the pyramid over a face from the origin, times a positive number."""
+    middle = [sum(c) for c in zip(*face, strict=True)]
+    total = 0.0
+    for (ax, ay, az), (bx, by, bz) in zip(face, [*face[1:], face[0]], strict=True):
+        total += middle[0] * (ay * bz - az * by) + middle[1] * (az * bx - ax * bz) + middle[2] * (ax * by - ay * bx)
+    return total / len(face)
 
 
 def below(face: Floats, depth: float, *, name: str = "", group: str = "") -> Block:

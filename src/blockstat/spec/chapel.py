@@ -111,7 +111,7 @@ def lowered(building: Building) -> Plan:
     Raises
     ------
     InputError
-        Before a slip of the pen makes millions of blocks.
+        Where the end walls overlap, and before a slip of the pen makes millions of blocks.
     """
     _check_size(building)
     walls, keys = _walls(building)
@@ -213,3 +213,6 @@ def _check_size(building: Building) -> None:
         about += value_of(building.vault.voussoirs) * length / value_of(building.brick.length)
     if about > MOST_BLOCKS:
         raise InputError(f"brick, wall and vault make about {about:.2g} blocks; at most {MOST_BLOCKS} are built")
+    thickness = value_of(building.wall.thickness)
+    if 2 * thickness > length * (1 + 1e-9):
+        raise InputError(f"wall.thickness: end walls of {thickness:g} m overlap in a building of {length:g} m length")

@@ -97,6 +97,5 @@ def head_stones(strip: Strip, found: Sequence[Head], numbers: Numbers) -> list[B
         group = f"{strip.group}.{head.kind}"
         k = numbers.get((group, HEADS), 0)
         numbers[group, HEADS] = k + 1
-        solid = strip.beam if head.kind == "lintel" else strip.slab
-        blocks += [solid(stone, f"{group}.{k}.{i}", group) for i, stone in enumerate(head.stones)]
+        blocks += [strip.slab(stone, f"{group}.{k}.{i}", group) for i, stone in enumerate(head.stones)]
     return blocks

@@ -14,7 +14,7 @@ import numpy as np
 
 from blockstat.assembly import Block
 from blockstat.errors import InputError
-from blockstat.model.solids import FACES, hexahedron, polyhedron, prism
+from blockstat.model.solids import FACES, polyhedron, prism
 from blockstat.model.walling.run import Run
 from blockstat.typing import Floats
 
@@ -267,26 +267,6 @@ class Strip:
         s, z = section.T
         sides = [self.points(s, c + k * z, z) for c, k in faces or (self.right, self.left)]
         return prism(*sides, name=name, group=group)
-
-    def beam(self, section: Floats, name: str, group: str) -> Block:
-        """A `slab` with a rectangle for its outline.
-
-        Parameters
-        ----------
-        section : ndarray
-            Its outline in s, z, shape (4, 2), counter-clockwise where z is up and s is to the right [m].
-        name : str
-            Of the block.
-        group : str
-            Of the block.
-
-        Returns
-        -------
-        Block
-            A hexahedron.
-        """
-        s, z = section[::-1].T
-        return hexahedron(*(self.points(s, c + k * z, z) for c, k in (self.right, self.left)), name=name, group=group)
 
 
 def _meeting(corners: Floats) -> Floats:
