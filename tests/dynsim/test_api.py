@@ -10,13 +10,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from problems import stack
 
 import dynsim
 from blockstat import Assembly, InputError, acceleration, assess
 from blockstat.result import Result, Sentence
 from blockstat.spec import scene_from
 from dynsim import Agreement, AngularSprings, Comparison, Comparisons, Constant, Removal, Settings, verify
+from evidence.scenes.small import stack
 
 FAST = Settings.named("fast")
 

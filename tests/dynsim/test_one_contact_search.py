@@ -5,12 +5,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from problems import arch, assembly, box, stack
 
-from blockstat import InputError, find_interfaces, glued
+from blockstat import InputError, find_interfaces, glued, search
 from blockstat.contact import interfaces as contact
+from blockstat.spec import scene_from
 from dynsim import AngularSprings, Constant, Settings, compare, limit, simulate, verify, verify_many
 from dynsim.comparison.compare import compare_one
+from evidence.scenes.small import arch, assembly, box, stack
 
 FAST = Settings.named("fast")
 
@@ -22,13 +23,13 @@ def searches(monkeypatch):
 
     def counted(asm, **options):
         found.append(asm)
-        return search(asm, **options)
+        return original(asm, **options)
 
-    search = contact.find_interfaces
+    original = contact.find_interfaces
     holders = [
         module
         for name, module in sys.modules.items()
-        if name.startswith(("blockstat", "dynsim")) and getattr(module, "find_interfaces", None) is search
+        if name.startswith(("blockstat", "dynsim")) and getattr(module, "find_interfaces", None) is original
     ]
     assert len(holders) > 4
     for module in holders:
@@ -90,6 +91,24 @@ def test_a_limit_takes_one_search(searches):
     given = limit(asm, (1, 0, 0), settings=FAST, width=0.1, check=False, interfaces=joints)
     assert len(searches) == 1
     assert (given.lower, given.upper) == (found.lower, found.upper)
+
+
+ARCHES = {
+    "name": "arches",
+    "parameters": {"t": {"value": 0.18, "min": 0.16, "max": 0.18, "step": 0.01}},
+    "elements": {"arch": {"kind": "arch", "span": 2.0, "thickness": "= t", "depth": 0.6, "voussoirs": 7}},
+}
+
+
+def test_statics_of_a_search_share_their_joints_with_the_verifier(searches):
+    found = search(scene_from(ARCHES), verify=verify, strategy="paper")
+    assert found.dynamic_runs > 1
+    assert len(searches) == len(found.history)
+
+
+def test_a_verifier_without_the_option_is_asked_about_the_assembly_alone(searches):
+    found = search(scene_from(ARCHES), verify=lambda asm: verify(asm))
+    assert len(searches) == len(found.history) + found.dynamic_runs
 
 
 def test_joints_of_many_assemblies_are_given_one_a_design():

@@ -25,6 +25,7 @@ from blockstat.design_search.descent import front, lightest
 from blockstat.design_search.evaluator import Dynamic, Judge, Judges
 from blockstat.design_search.history import History, digest
 from blockstat.design_search.margin import Margin
+from blockstat.design_search.shared_joints import SharedJoints
 from blockstat.design_search.space import Space, Values, space_of
 from blockstat.design_search.walk import WALKS, expected
 from blockstat.errors import InputError
@@ -62,8 +63,9 @@ def search(
 ) -> SearchResult:
     """Find the design that needs least and stands.
 
-    verify : judges by motion; called only for designs that statics allow (strategy "paper": for all). None: statics
-    alone decide, for studies of statics. static : judges by forces; a design it calls unstable is pruned.
+    verify : judges by motion; called only for designs that statics allow (strategy "paper": for all). One with an
+    option `interfaces`, such as `dynsim.verify`, is handed those that statics found. None: statics alone decide, for
+    studies of statics. static : judges by forces; a design it calls unstable is pruned.
     strategy : see above. over : "line", each parameter in its turn down to its smallest value that stands, or "grid",
     every combination, of which the lightest that stands is the answer; for "paper" and "pruned".
     names : the parameters to move, in order; by default all ranges of the scene.
@@ -87,6 +89,9 @@ def search(
     if strategy in ("gradient", "pareto"):
         conditions = f"{conditions} {margin}"
     log = History(Path(history), space.names, digest(space, conditions)) if history is not None else None
+    joints = SharedJoints()
+    static, verify = joints.kept(static), verify and joints.handed(verify)
+    begin = begin and joints.handed(begin)
     judges = Judges(static, verify, begin, ahead, under or _as_it_is, memory, remark, progress, cancel)
     judge = Judge(space, judges, log)
     best: Values | None = None

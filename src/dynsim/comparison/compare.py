@@ -14,7 +14,7 @@ from dynsim.comparison.first_motion import first_motion_cosine
 from dynsim.comparison.table import Comparison, Comparisons
 from dynsim.judge.verdict import DynamicOutcome
 from dynsim.judge.verify import verify
-from dynsim.parallel.pool import Row, paired, run_many, with_interfaces
+from dynsim.parallel.pool import Row, paired, run_many, with_options
 from dynsim.settings import Settings
 
 
@@ -68,7 +68,7 @@ def compare(
     designs = [assemblies] if isinstance(assemblies, Assembly) else list(assemblies)
     names = [design.name for design in designs]
     one = [interfaces] if isinstance(interfaces, Interfaces) else interfaces
-    function = partial(with_interfaces, partial(compare_one, settings=settings, closely=closely))
+    function = partial(with_options, partial(compare_one, settings=settings, closely=closely))
     rows = run_many(function, paired(designs, one), names=names, jobs=jobs, timeout=timeout, progress=progress)
     return Comparisons(tuple(row.result or Comparison(name=row.name, note=row.error) for row in rows))
 

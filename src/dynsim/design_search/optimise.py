@@ -9,6 +9,7 @@ from pathlib import Path
 from blockstat.analysis.assess import assess
 from blockstat.analysis.certificate_cache import Memory
 from blockstat.assembly import Assembly
+from blockstat.contact.interfaces import Interfaces
 from blockstat.design_search.search import Candidate, Margin, SearchResult, search
 from blockstat.spec import Scene, build, with_values
 from blockstat.view.plot import Place, picture
@@ -91,11 +92,15 @@ def optimise(
 
         memory, jobs = Memory(), jobs_checked(jobs)
         with SpeculativeRuns(partial(verify, settings=settings), jobs) as dynamic:
+
+            def begin(assembly: Assembly, interfaces: Interfaces | None = None) -> None:
+                dynamic.begin(assembly, interfaces=interfaces)
+
             result = search(
                 building,
                 static=lambda assembly: assess(assembly, memory=memory, score=False),
-                verify=dynamic,
-                begin=dynamic.begin if jobs > 1 else None,
+                verify=lambda assembly, interfaces=None: dynamic(assembly, interfaces=interfaces),
+                begin=begin if jobs > 1 else None,
                 ahead=jobs,
                 under=under,
                 memory=memory,

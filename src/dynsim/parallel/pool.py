@@ -106,27 +106,27 @@ def verify_many(
     """
     designs = list(designs)
     names = [design.name for design in designs]
-    function = partial(with_interfaces, partial(verify, settings=settings, loads=loads, actions=tuple(actions)))
+    function = partial(with_options, partial(verify, settings=settings, loads=loads, actions=tuple(actions)))
     tasks = paired(designs, interfaces)
     return run_many(function, tasks, names=names, jobs=jobs, timeout=timeout, progress=progress)
 
 
 def paired(
     designs: Sequence[Assembly], interfaces: Sequence[Interfaces] | None
-) -> list[tuple[Assembly, Interfaces | None]]:
-    """Return each design with its interfaces.
+) -> list[tuple[Assembly, dict[str, Any]]]:
+    """Return each design with the options for it alone.
 
     Parameters
     ----------
     designs : sequence of Assembly
         The designs.
     interfaces : sequence of Interfaces or None
-        Their joints.
+        Their joints; None where they have to be searched for.
 
     Returns
     -------
-    list of (Assembly, Interfaces or None)
-        None where the joints have to be searched for.
+    list of (Assembly, dict)
+        What `with_options` takes.
 
     Raises
     ------
@@ -134,29 +134,29 @@ def paired(
         For interfaces of another number of designs.
     """
     if interfaces is None:
-        return [(design, None) for design in designs]
+        return [(design, {}) for design in designs]
     if len(interfaces) != len(designs):
         raise InputError(f"interfaces of {len(interfaces)} assemblies are given; there are {len(designs)} assemblies")
-    return list(zip(designs, interfaces, strict=True))
+    return [(design, {"interfaces": joints}) for design, joints in zip(designs, interfaces, strict=True)]
 
 
-def with_interfaces(function: Callable[..., T], task: tuple[Assembly, Interfaces | None]) -> T:
-    """Call a function that has the option `interfaces` for one design; what a process of the pool does.
+def with_options(function: Callable[..., T], task: tuple[Any, dict[str, Any]]) -> T:
+    """Call a function; what a process of the pool does where each argument has options of its own.
 
     Parameters
     ----------
     function : callable
-        Called with the assembly.
-    task : tuple of Assembly and Interfaces or None
-        One of `paired`.
+        Called with the argument.
+    task : tuple of object and dict
+        The argument and its options.
 
     Returns
     -------
     object
         What the function returns.
     """
-    assembly, interfaces = task
-    return function(assembly, interfaces=interfaces)
+    argument, options = task
+    return function(argument, **options)
 
 
 def run_many(

@@ -5,9 +5,10 @@ from __future__ import annotations
 import queue
 import tempfile
 from collections.abc import Callable
+from functools import partial
 from typing import Any, Generic, TypeVar
 
-from dynsim.parallel.pool import Answer, Line, Waiting, jobs_checked
+from dynsim.parallel.pool import Answer, Line, Waiting, jobs_checked, with_options
 
 T = TypeVar("T")
 
@@ -46,7 +47,15 @@ class SpeculativeRuns(Generic[T]):
         self._done: queue.SimpleQueue[tuple[int, Answer]] = queue.SimpleQueue()
         self._scratch = tempfile.TemporaryDirectory(prefix="dynsim-pool-")
         self._lines = [
-            Line(function, self._arguments, self._waiting, self._done, None, self._scratch.name, early=True)
+            Line(
+                partial(with_options, function),
+                self._arguments,
+                self._waiting,
+                self._done,
+                None,
+                self._scratch.name,
+                early=True,
+            )
             for _ in range(jobs_checked(jobs))
         ]
 
@@ -61,25 +70,29 @@ class SpeculativeRuns(Generic[T]):
             self._waiting.put(None)
         self._scratch.cleanup()
 
-    def begin(self, argument: Any) -> None:
+    def begin(self, argument: Any, **options: Any) -> None:
         """Begin an answer that will probably be asked for.
 
         Parameters
         ----------
         argument : object
             What the function is called with; the same object is asked for later.
+        **options
+            Options of the function.
         """
         self._begun[id(argument)] = len(self._arguments)
-        self._arguments.append(argument)
+        self._arguments.append((argument, options))
         self._waiting.put(len(self._arguments) - 1)
 
-    def __call__(self, argument: Any) -> T:
+    def __call__(self, argument: Any, **options: Any) -> T:
         """Return the answer for an argument; where nothing was begun, or that failed, it is found here.
 
         Parameters
         ----------
         argument : object
             What the function is called with.
+        **options
+            Options of the function, the same as those it was begun with.
 
         Returns
         -------
@@ -88,11 +101,11 @@ class SpeculativeRuns(Generic[T]):
         """
         number = self._begun.get(id(argument))
         if number is None:
-            return self._function(argument)
+            return self._function(argument, **options)
         while number not in self._found:
             index, answer = self._done.get()
             self._found[index] = answer
         result, error, _ = self._found.pop(number)
         self._arguments[number] = None
         del self._begun[id(argument)]
-        return self._function(argument) if error or result is None else result
+        return self._function(argument, **options) if error or result is None else result
