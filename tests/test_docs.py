@@ -1,4 +1,4 @@
-"""The pages of docs/: their code runs and prints what they show, and the reference leaves nothing public out."""
+"""The README and docs/: their code runs and prints what they show, and the reference leaves nothing public out."""
 
 import contextlib
 import io
@@ -11,7 +11,7 @@ import blockstat
 import dynsim
 
 DOCS = Path(__file__).parents[1] / "docs"
-PAGES = [DOCS / "quick_start.md", *sorted((DOCS / "howto").glob("*.md"))]
+PAGES = [DOCS.parent / "README.md", DOCS / "quick_start.md", *sorted((DOCS / "howto").glob("*.md"))]
 #: Code, and what it prints.
 BLOCK = re.compile(r"```(python|text)\n(.*?)```", re.DOTALL)
 
