@@ -12,6 +12,9 @@ import dynsim
 
 DOCS = Path(__file__).parents[1] / "docs"
 PAGES = [DOCS.parent / "README.md", DOCS / "quick_start.md", *sorted((DOCS / "howto").glob("*.md"))]
+#: Pages that say where things are.
+GUIDES = [DOCS.parent / "CONTRIBUTING.md", DOCS / "architecture.md", DOCS / "evidence.md"]
+FILE = re.compile(r"`((?:src|evidence|tests|docs|examples|blockstat|dynsim)/[\w./]*)`")
 #: Code, and what it prints.
 BLOCK = re.compile(r"```(python|text)\n(.*?)```", re.DOTALL)
 
@@ -47,3 +50,10 @@ def test_the_reference_has_every_public_name_once():
     public = [f"{package.__name__}.{name}" for package in (blockstat, dynsim) for name in package.__all__]
     assert set(public) <= set(named)
     assert len(named) == len(set(named))
+
+
+@pytest.mark.parametrize("page", GUIDES, ids=lambda page: page.stem)
+def test_files_that_a_guide_names_exist(page, root):
+    named = FILE.findall(page.read_text())
+    assert named
+    assert [name for name in named if not any((folder / name).exists() for folder in (root, root / "src"))] == []
