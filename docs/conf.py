@@ -7,6 +7,7 @@ from pathlib import Path
 
 from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
+from sphinx.ext import napoleon
 from sphinx.util.inspect import TypeAliasForwardRef
 
 import blockstat
@@ -45,10 +46,11 @@ nb_execution_raise_on_error = True
 nb_execution_timeout = 600
 nb_merge_streams = True
 
-# Docstrings have numpy sections.
+# Docstrings have numpy sections. Types there are prose ("shape (n_blocks, 6) [N, N m]"), so no word of them is a link.
 napoleon_google_docstring = False
-napoleon_use_rtype = False  # the type stands beside what is returned
-napoleon_use_ivar = True  # attributes in a section are also members: one entry, not two
+napoleon_use_param = False
+napoleon_use_rtype = False
+napoleon_use_ivar = True  # attributes in a section are members too, which need no second entry
 
 autodoc_default_options = {"members": True}
 autodoc_member_order = "bysource"
@@ -65,6 +67,16 @@ LINKS = {
     "](search.md": "](design_search.md",
     "](../search.md": "](../design_search.md",
 }
+
+
+class _Docstring(napoleon.NumpyDocstring):
+    """Read the docstrings of attributes like all others: napoleon would take words before a colon for a type."""
+
+    def __init__(self, docstring, config=None, app=None, what="", *rest):
+        super().__init__(docstring, config, app, "method" if what in ("attribute", "data", "property") else what, *rest)
+
+
+napoleon.NumpyDocstring = _Docstring
 
 
 def _links(app, docname, source):
