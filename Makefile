@@ -13,7 +13,7 @@ export BLOCKSTAT_COMPAS_PYTHON := $(COMPAS)
 ONLY ?=
 MISSING ?=
 
-.PHONY: help demo test test-all notebooks lint benchmark evidence pages validation $(JOBS) docs clean
+.PHONY: help demo test test-all notebooks lint benchmark evidence validation pages docs clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*  ## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 20
@@ -36,21 +36,18 @@ lint: $(STAMP)  ## check the style and the types
 	$(BIN)/pyright
 
 benchmark: $(STAMP)  ## time a verdict and a building
-	$(BIN)/python benchmarks/assess.py
-	$(BIN)/python benchmarks/building.py
+	$(BIN)/python -m evidence.benchmarks.assess
+	$(BIN)/python -m evidence.benchmarks.building
 
 # Every table and picture of the README and the docs, within an hour on two cores.
 evidence: $(STAMP)  ## make all tables and pictures again, or some: ONLY="glue hard", MISSING=1
-	$(BIN)/python docs/make_evidence.py $(if $(ONLY),--only $(ONLY)) $(if $(MISSING),--missing)
+	$(BIN)/python -m evidence $(if $(ONLY),--only $(ONLY)) $(if $(MISSING),--missing)
 
-$(JOBS): $(STAMP)
-	$(BIN)/python docs/make_evidence.py --only $@
-
-validation: $(STAMP)  ## compute the reference values again
-	$(BIN)/python docs/make_evidence.py --only validation dynamics-validation
+validation: ONLY := validation dynamics-validation
+validation: evidence  ## compute the reference values again
 
 pages: $(STAMP)  ## fill the pages from docs/results
-	$(BIN)/python docs/make_pages.py
+	$(BIN)/python -m evidence.pages.fill
 
 # A warning is an error. Notebooks run, and are run again when they or the code have changed.
 docs: $(DOCS)  ## build the pages into build/docs
