@@ -81,9 +81,10 @@ def largest(scene: str, rows: list[dict]) -> str:
         return f"- No {scene} was decided by every solver."
     best = {row["solver"]: row for row in decided[max(sizes)]}
     own = best["blockstat"]
-    others = ", ".join(f"{name} {row['ratio']:.1f}" for name, row in best.items() if name != "blockstat")
-    solved = f"blockstat solves a {scene} of {own['blocks']:,} blocks in {own['seconds']:.2f} s"
-    return f"- {solved}. The others take a multiple of that time: {others}."
+    others = [(name, f"{row['ratio']:.1f} times") for name, row in best.items() if name != "blockstat"]
+    (first, ratio), *rest = others
+    times = ", ".join([f"{first} takes {ratio} as long", *map(" ".join, rest)])
+    return f"- A {scene} of {own['blocks']:,} blocks: blockstat takes {own['seconds']:.2f} s; {times}."
 
 
 def alone_cells(cell: dict) -> list:
