@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import pkgutil
 import re
 from pathlib import Path
 
@@ -15,6 +16,7 @@ PAGES = [DOCS.parent / "README.md", DOCS / "quick_start.md", *sorted((DOCS / "ho
 #: Pages that say where things are.
 GUIDES = [DOCS.parent / "CONTRIBUTING.md", DOCS / "architecture.md", DOCS / "evidence.md"]
 FILE = re.compile(r"`((?:src|evidence|tests|docs|examples|blockstat|dynsim)/[\w./]*)`")
+NAME = re.compile(r"`((?:blockstat|dynsim)(?:\.\w+)+)[`(]")
 #: Code, and what it prints.
 BLOCK = re.compile(r"```(python|text)\n(.*?)```", re.DOTALL)
 
@@ -57,3 +59,9 @@ def test_files_that_a_guide_names_exist(page, root):
     named = FILE.findall(page.read_text())
     assert named
     assert [name for name in named if not any((folder / name).exists() for folder in (root, root / "src"))] == []
+
+
+@pytest.mark.parametrize("page", [DOCS.parent / "README.md", *sorted(DOCS.glob("*.md"))], ids=lambda page: page.stem)
+def test_names_that_a_page_uses_exist(page):
+    for name in NAME.findall(page.read_text()):
+        pkgutil.resolve_name(name)
