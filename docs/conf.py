@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import inspect
 from pathlib import Path
 
 from docutils import nodes
@@ -84,6 +85,12 @@ def _links(app, docname, source):
         source[0] = source[0].replace(written, built)
 
 
+def _plain_data(app, what, name, obj, options, lines):
+    """Drop the docstring of the type of a constant: that of `dict` says nothing about the constant."""
+    if what == "data" and lines == inspect.cleandoc(type(obj).__doc__ or "").splitlines():
+        lines.clear()
+
+
 def _signature(app, what, name, obj, options, signature, returns):
     """Write `...` for a default that a factory makes: `<factory>` is not Python, and Sphinx cannot break the line."""
     return signature and signature.replace("<factory>", "..."), returns
@@ -97,4 +104,5 @@ def _mathml(writer, node):
 def setup(app):
     app.add_html_math_renderer("mathml", inline_renderers=(_mathml, None), block_renderers=(_mathml, None))
     app.connect("source-read", _links)
+    app.connect("autodoc-process-docstring", _plain_data, priority=1)  # before napoleon reads it
     app.connect("autodoc-process-signature", _signature)
