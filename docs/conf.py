@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import inspect
 from pathlib import Path
 
 from docutils import nodes
@@ -87,7 +86,7 @@ def _links(app, docname, source):
 
 def _plain_data(app, what, name, obj, options, lines):
     """Drop the docstring of the type of a constant: that of `dict` says nothing about the constant."""
-    if what == "data" and lines == inspect.cleandoc(type(obj).__doc__ or "").splitlines():
+    if what == "data" and "\n".join(lines).split() == (type(obj).__doc__ or "").split():
         lines.clear()
 
 
