@@ -107,7 +107,7 @@ def forget() -> None:
     normal.known.graphs.clear()
 
 
-def blockstat(problem: Problem) -> RawSolution:
+def blockstat(problem: Problem) -> Answer:
     """What `assess` does."""
     assert problem.program is not None
     forget()
