@@ -2,7 +2,7 @@
 
     python -m evidence.benchmarks.cell SCENE SIZE SOLVER
 
-The program is solved in space, except that `ours` takes the plane where there is one, as `assess` does. Seconds are
+The program is solved in space, except that `blockstat` takes the plane if there is one, as `assess` does. Seconds are
 process time of the solver's call alone, best of three where it is short, without imports and without a pattern kept
 from an earlier call. Every answer is judged by the same certificate, from its own numbers.
 """
@@ -107,7 +107,7 @@ def forget() -> None:
     normal.known.graphs.clear()
 
 
-def ours(problem: Problem) -> Answer:
+def blockstat(problem: Problem) -> Answer:
     """What `assess` does."""
     assert problem.program is not None
     forget()
@@ -130,7 +130,7 @@ SOLVERS: dict[str, Callable[[Problem], Answer | Solved]] = {
     "clarabel-primal": clarabel_primal,
     "clarabel-dual": through("clarabel"),
     "structured": through("interior-point"),
-    "ours": ours,
+    "blockstat": blockstat,
     "compas-rbe": compas_rbe,
 }
 

@@ -159,10 +159,10 @@ def agreement_table(rows: list[dict]) -> str:
         )
         return [row["family"], row["scenes"], row["with_moment"], words or "none", history or "none"]
 
-    differ, history = "statics and Bullet differ", "hang on history: strength, share, Bullet"
+    differ, history = "statics and Bullet differ", "depend on history: strength, share, Bullet"
     stood = sum(d["static"] == "unstable" and d["dynamic"] == "stands" for r in rows for d in r["differ"])
     lines = table(["family", "scenes", "with a moment", differ, history], map(cells, rows))
-    return f"{lines}\n\nBullet lets {stood or 'none'} stand that statics exclude."
+    return f"{lines}\n\nOf the scenes that statics exclude, {stood or 'none'} stood in Bullet."
 
 
 def main() -> None:

@@ -15,16 +15,16 @@ from evidence.tables import table
 
 HEAD = f"""# Scene files
 
-Written by `make evidence ONLY=scenes` from the structs in `blockstat.spec`. Lengths are in metres, densities in kg/m3,
-z is up and the ground is z = 0. Unknown keys are refused with the keys that are allowed.
+Written by `make evidence ONLY=scenes` from the tables in `blockstat.spec`. Lengths are in metres and densities in
+kg/m3. The z axis points up, and the ground is at z = 0. An unknown key is an error that lists the allowed keys.
 
-A scene has one of two forms: a **composition** of elements, or the **short form**, a rectangular building with a barrel
-vault. `parameters`, `with_values`, `build`, the search and the command lines take both.
+A scene has one of two forms: a **composition** of elements, or the **short form** for a rectangular building with a
+barrel vault. `parameters`, `with_values`, `build`, the search and the command lines accept both.
 
 ```toml
 description = "A gate."
 
-[parameters]                                 # the search moves ranges
+[parameters]                                 # the search changes ranges
 t = {{ value = 0.5, min = 0.3, max = 0.5, step = 0.1 }}
 span = 2.0
 
@@ -46,18 +46,18 @@ at = [0, 0, 1.5]
 ```
 
 - A string that begins with `=` is arithmetic over the parameters: `+ - * / // % **`, parentheses, comparisons (1 or 0),
-  {", ".join(f"`{name}`" for name in [*FUNCTIONS, *CONSTANTS])}; angles are in radians. It may
-  stand for any number of a composition, in a parameter too.
-- A range `{{value, min, max, step}}` may stand for any number; the search moves it. Its path is that of the file:
-  `parameters.t`, `elements.ring.thickness`.
-- `present` of an element, a run, an opening or a buttress is `true`, `false` or `"search"`: a range of 1 (there, as
-  it is built by default) and 0. The search keeps such an element only where the building does not stand without it.
-- Groups of an element's blocks begin with its name: `ring.arch`; where it is repeated with the number of the copy:
-  `piers.1.pier`, `piers.2.pier`.
-- Elements that overlap are refused with their names.
+  {", ".join(f"`{name}`" for name in [*FUNCTIONS, *CONSTANTS])}. Angles are in radians. Arithmetic
+  may replace any number of a composition, also in a parameter.
+- A range `{{value, min, max, step}}` may replace any number. The search changes it. Its name is its path in the file,
+  such as `parameters.t` or `elements.ring.thickness`.
+- `present` of an element, a run, an opening or a buttress is `true`, `false` or `"search"`. The last is a range of 1
+  (present, the default) and 0. The search keeps such an element only if the building does not stand without it.
+- The groups of the blocks of an element begin with its name, as in `ring.arch`. If the element is repeated, the number
+  of the copy follows, as in `piers.1.pier` and `piers.2.pier`.
+- Elements that overlap are an error that names them.
 
-In Python the same tables are dicts: `blockstat.build(blockstat.scene_from({{"name": ..., "elements": {{...}}}}))`; or
-call the builders of `blockstat.model` and put their blocks together with `moved` and `assemble`.
+In Python the same tables are dicts: `blockstat.build(blockstat.scene_from({{"name": ..., "elements": {{...}}}}))`. You
+may also call the builders of `blockstat.model`, and compose their blocks with `moved` and `assemble`.
 """
 
 

@@ -1,4 +1,4 @@
-"""The first user function: does it stand?"""
+"""The static verdict on an assembly: whether it stands."""
 
 from __future__ import annotations
 

@@ -1,21 +1,21 @@
-"""Does a force field exist that real friction finds: without dilatancy, and without self-stress?
+"""Force fields that real friction reaches: without dilatancy and without self-stress.
 
-Limit analysis lets sliding joints open at the rate mu; stone slides without opening. And a block squeezed between
-fixed ones can be held by any thrust on paper, though nothing pushes it. Both errors go when every loaded joint has
-to close by the same small amount: a thrust then exists only where the motion of the blocks makes it.
+In limit analysis a sliding joint opens at the rate mu, but stone slides without opening. And any thrust can hold a
+block between fixed ones, although no load causes it. Both errors vanish if every loaded joint has to close by the same
+small amount: a thrust then exists only where the motion of the blocks causes it.
 
 De Saxce's bipotential turns Coulomb's law into a fixed point (De Saxce & Feng 1998; Acary, Cadoux, Lemarechal
-& Malick 2011). Given slips s at the points, solve the conic program
+& Malick 2011). Given slips s at the points, solve the conic program::
 
     minimise (1 + s)' f_n + c/2 |f|^2   subject to   A f + w = 0,   f in K.
 
 Its cone multipliers are z = g + (1 + s) n + c f with g the relative motion, so a loaded point has
-g_n = mu |z_t| - s - 1. At s = mu |z_t| every loaded point closes by one unit whatever it slides: no dilatancy, and
-no thrust between blocks that do not approach each other. Where such a state exists the slips settle; where the
-assembly stands on self-stress alone they grow without bound. c is a trifle that makes the forces unique.
+`g_n = mu |z_t| - s - 1`. At `s = mu |z_t|` every loaded point closes by one unit, however far it slides: there is no
+dilatancy, and no thrust between blocks that do not approach each other. Where such a state exists the slips converge.
+Where the assembly stands only by self-stress they grow without bound. The small compliance c makes the forces unique.
 
-Friction has a memory: which of many equilibria the blocks come to hangs on how tight each joint was. Other closings
-than the same small amount stand for other joints, and where the answer changes with them it hangs on history.
+Friction depends on history: which of many equilibria the blocks reach depends on how tight each joint was. Unequal
+closings describe joints of unequal tightness. Where the answer changes with them, it depends on history.
 """
 
 from __future__ import annotations

@@ -77,8 +77,8 @@ class Verdict:
     def demand(self) -> Floats:
         """How hard friction and strength are used at each block, shape (n_blocks,), 0 to 1 (1: at the limit).
 
-        The largest |f_t| / (mu f_n + c), or pressure over strength, over points that carry at least 1 % of the block's
-        largest force.
+        The largest `|f_t| / (mu f_n + c)`, or pressure over strength, over points that carry at least 1 % of the
+        block's largest force.
         """
         points = self.interfaces.point_interface
         law = point_law(self.assembly, self.interfaces)

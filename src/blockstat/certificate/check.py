@@ -27,7 +27,7 @@ PRESSED = 0.02
 #: A mechanism proves instability when any equilibrium would need normal forces of this many total weights.
 #: Sound assemblies stand with about as many weights as they have courses or voussoirs.
 FORCE_LIMIT = 1e6
-#: Work of the loads below this fraction of |w| |u| is rounding.
+#: Work of the loads below this fraction of `|w| |u|` is rounding.
 WORK_ROUNDING = 1e-13
 
 
@@ -37,8 +37,8 @@ class Certificate:
 
     residual: float  #: largest unbalanced force or moment / size of a block, relative to that block's load
     cone_violation: float  #: largest missing normal force of a point, relative to the lighter block's load
-    work: float  #: work of the loads on the mechanism, relative to |w| |u|; 0 without a mechanism
-    mechanism_violation: float  #: largest amount by which a joint closes or slides without opening, relative to |u|
+    work: float  #: work of the loads on the mechanism, relative to `|w| |u|`; 0 without a mechanism
+    mechanism_violation: float  #: largest amount by which a joint closes or slides without opening, relative to `|u|`
     #: least total normal force of any equilibrium, in total weights; inf: none exists. With infinite friction
     #: the total of whole contact forces.
     required_force: float
@@ -77,8 +77,8 @@ def balance(program: PenaltyProgram, force: Floats, *, passes: int = 4) -> Float
 
     Notes
     -----
-    Minimises sum |df_i|^2 / d_i subject to A (f + df) + w = 0 with d_i the distance of f_i from its cone's boundary, so
-    that points with nothing to spare are left alone.
+    Minimises `sum |df_i|^2 / d_i` subject to `A (f + df) + w = 0` with d_i the distance of f_i from its cone's
+    boundary, so that points with nothing to spare are left alone.
     """
     slack = np.maximum(point_slack(program, force), 0.0)
     slack += 1e-9 * slack.max(initial=1.0)
@@ -181,7 +181,7 @@ def _balanced(
 
 
 def cone_slack(force: Floats, friction: Floats) -> Floats:
-    """Return the normal force to spare at each point, f_n - |f_t| / mu.
+    """Return the normal force to spare at each point, `f_n - |f_t| / mu`.
 
     Parameters
     ----------
@@ -204,7 +204,7 @@ def cone_slack(force: Floats, friction: Floats) -> Floats:
 
 
 def opening_slack(gap_rate: Floats, friction: Floats) -> Floats:
-    """Return the opening to spare at each point, g_n - mu |g_t|.
+    """Return the opening to spare at each point, `g_n - mu |g_t|`.
 
     Parameters
     ----------
@@ -216,7 +216,7 @@ def opening_slack(gap_rate: Floats, friction: Floats) -> Floats:
     Returns
     -------
     Floats
-        Shape (m,), negative where a mechanism closes or drags a joint. A joint that cannot slide has -|g_t| at most:
+        Shape (m,), negative where a mechanism closes or drags a joint. A joint that cannot slide has `-|g_t|` at most:
         what it drags works against the friction force itself.
     """
     slide = np.hypot(gap_rate[:, 1], gap_rate[:, 2])
@@ -267,7 +267,7 @@ def power(program: PenaltyProgram, twist: Floats) -> tuple[float, float]:
 
     Notes
     -----
-    At a point with an upper bound any deficit of opening r = g_n - mu |g_t| is bought at upper x deficit. At a point
+    At a point with an upper bound any deficit of opening `r = g_n - mu |g_t|` is bought at upper x deficit. At a point
     with a lower bound any surplus is paid lower x surplus. These are the best multipliers y and z of the dual for this
     twist.
     """

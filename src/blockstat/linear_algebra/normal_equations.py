@@ -83,7 +83,7 @@ class BlockNormal:
     """
 
     def __init__(self, pair: Ints, n_blocks: int, width: int) -> None:
-        """pair : blocks a and b of each row, -1 for a support, shape (n_rows, 2)."""
+        """Take the blocks a and b of each row, shape (n_rows, 2), -1 for a support."""
         low, high = np.minimum(pair[:, 0], pair[:, 1]), np.maximum(pair[:, 0], pair[:, 1])
         key = (low + 1) * (n_blocks + 1) + high + 1
         _, first, member, count = np.unique(key, return_index=True, return_inverse=True, return_counts=True)
@@ -154,7 +154,7 @@ class _Graph:
     """The pattern of S: one block a pair of touching blocks and one on the diagonal for each, and its factor."""
 
     def __init__(self, pairs: Ints, n_blocks: int, width: int) -> None:
-        """pairs : blocks a and b, -1 for a support, shape (n_pairs, 2), no two the same."""
+        """Take the pairs of blocks a and b, shape (n_pairs, 2), -1 for a support, no two the same."""
         self._pairs, self.width, self._n = pairs, width, n_blocks
         self._upper, self._place = self._pattern()
         self._sum = self._diagonal_sum()

@@ -74,7 +74,7 @@ class ConicProgram:
     pinned: bool = False  #: whether the last half-line holds with equality at every optimum
     ridge: float = 0.0  #: P = Q'Q + ridge I, I the identity on the twists
     bounds: PointBounds | None = None
-    #: c of c/2 |f|^2 in the cost of the forces f of the multipliers z. The interior-point method counts shear 1/mu^2
+    #: c of `c/2 |f|^2` in the cost of the forces f of the multipliers z. The interior-point method counts shear 1/mu^2
     #: times; then all rows have the same compliance, M x + s - c z = b.
     compliance: float = 0.0
 
@@ -230,7 +230,7 @@ def conic_program(
         Closing at the upper bounds of contact points that counts in `at_most_one` and earns as much in the cost, each
         so many times.
     compliance
-        c, with c/2 |f|^2 added to the cost of forces; for positive finite friction, and without P.
+        c, with `c/2 |f|^2` added to the cost of forces; for positive finite friction, and without P.
 
     Returns
     -------

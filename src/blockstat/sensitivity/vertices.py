@@ -245,8 +245,11 @@ def _add_joint(
 def _outline(
     assembly: Assembly, interfaces: Interfaces, number: int, block: int, sign: float
 ) -> tuple[Ints, Ints, Floats]:
-    """Edges round a block's faces on a joint: vertices at their tails and heads, and for each tail the vector from
-    the corner before it to the one after."""
+    """Edges round a block's faces on a joint.
+
+    The result has the vertices at the tails and heads of the edges, and for each tail the vector from the corner before
+    it to the corner after it.
+    """
     normal = sign * interfaces.frame[number, 0]
     middle = interfaces.point[interfaces.start[number] : interfaces.start[number + 1]].mean(axis=0)
     first, last = np.searchsorted(assembly.face_block, [block, block + 1])

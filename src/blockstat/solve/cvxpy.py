@@ -46,7 +46,7 @@ def solve(program: ConicProgram) -> Answer:
 
 
 def _solve_for_unknowns(program: ConicProgram) -> Answer:
-    """min 1/2 x'P x + q'x, M x + s = b, s in the cones."""
+    """Minimise 1/2 x'P x + q'x subject to M x + s = b, s in the cones."""
     import cvxpy as cp
 
     x = cp.Variable(len(program.cost))

@@ -77,7 +77,7 @@ class Row:
         return [(min(side), max(side)) for side in (s[0::2], s[1::2])]
 
     def corners(self, edge: Edge) -> list[float]:
-        """s of a plane at the four edges of the course.
+        """Return s of a plane at the four edges of the course.
 
         Parameters
         ----------
