@@ -14,12 +14,12 @@ SOURCE = Path(__file__).parents[1] / "src"
 #: The rooms of both packages from the ground up. A room imports itself and what stands before it. A module of a package
 #: root is a room of its own; a package without a module name is its `__init__`, which hands names to users.
 ORDER = """
-    blockstat.typing blockstat.errors blockstat.geometry blockstat.joint blockstat.assembly blockstat.loads
-    blockstat.contact blockstat.spec blockstat.io blockstat.model.solids blockstat.model.placing
+    blockstat.typing blockstat.errors blockstat.result blockstat.geometry blockstat.joint blockstat.assembly
+    blockstat.loads blockstat.contact blockstat.spec blockstat.io blockstat.model.solids blockstat.model.placing
     blockstat.model.arches blockstat.model.walling blockstat.model.vaults blockstat.model.buttresses blockstat.model
     blockstat.geometry_repair blockstat.program blockstat.certificate blockstat.solve
     blockstat.analysis blockstat.sensitivity blockstat.design_search blockstat.view blockstat.view.three_d
-    blockstat.app blockstat.cli blockstat
+    blockstat.view.report blockstat blockstat.app blockstat.cli
     dynsim.settings dynsim.checks dynsim.engine dynsim.loads dynsim.bonds dynsim.judge dynsim.parallel
     dynsim.comparison dynsim.design_search dynsim.view dynsim.panel dynsim.cli dynsim
 """.split()

@@ -141,7 +141,9 @@ def _verdict(problem: Problem, raw: RawSolution | None, proof: Proof | None, tim
             outcome = Outcome.UNDECIDED  # loads that happen to balance on nothing
     blocked: list[str] = []
     if outcome is Outcome.UNSTABLE:
-        blocked = edge_warnings(problem, unit_motion(problem.assembly, mechanism))
+        blocked = edge_warnings(
+            problem.assembly, problem.interfaces, problem.gap, unit_motion(problem.assembly, mechanism)
+        )
         outcome = Outcome.UNDECIDED if blocked else outcome
     return Verdict(
         outcome=outcome,
