@@ -134,6 +134,21 @@ def test_no_function_handed_to_users_has_the_name_of_a_module():
             assert f"{package.__name__}.{name}" not in MODULES
 
 
+def test_every_public_name_of_blockstat_has_one_home():
+    import blockstat
+
+    declared = {}
+    for node in ast.walk(ast.parse(MODULES["blockstat"].read_text())):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("blockstat."):
+            declared |= {alias.name: node.module.removeprefix("blockstat.") for alias in node.names}
+    assert declared == blockstat._HOMES
+    assert sorted(declared) == blockstat.__all__
+    for name in blockstat.__all__:
+        assert getattr(blockstat, name) is not None
+    with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
+        blockstat.nothing  # noqa: B018
+
+
 def test_the_order_names_rooms_that_exist():
     for earlier, later in pairwise(ORDER):
         assert earlier != later

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from blockstat.errors import HUGE, InputError, InputWarning, check_density, check_friction, check_gravity
+from blockstat.errors import HUGE, InputError, InputWarning, check_density, check_friction, check_gravity, no_such
 from blockstat.geometry.polyhedron import Polyhedra
 from blockstat.geometry.validity import check_geometry
 from blockstat.joint import JointLaw, check_laws
@@ -151,8 +151,7 @@ class Assembly(Polyhedra):
         """
         found = [i for i, g in enumerate(self.groups) if g == group or g.startswith(group + ".")]
         if not found:
-            known = ", ".join(sorted({g for g in self.groups if g})) or "none"
-            raise InputError(f'no group "{group}"; groups are: {known}')
+            raise no_such("group", group, sorted({g for g in self.groups if g}))
         return np.array(found, dtype=np.int64)
 
     def with_(self, **changes: Any) -> Assembly:

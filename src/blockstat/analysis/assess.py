@@ -15,7 +15,7 @@ from blockstat.analysis.verdict import Outcome, Verdict, unit_motion
 from blockstat.certificate.check import Certificate
 from blockstat.contact.edges import edge_warnings
 from blockstat.contact.interfaces import GAP, Interfaces
-from blockstat.errors import InputError
+from blockstat.errors import check_choice, known_options
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.solve import cvxpy as cvxpy_primal
 from blockstat.solve import dispatch as dual
@@ -31,6 +31,7 @@ SOLVERS = (*dual.CHOICES, "cvxpy")
 RECALLED = "Recalled"
 
 
+@known_options
 def assess(
     assembly: Assembly,
     *,
@@ -63,10 +64,8 @@ def assess(
 
     Raises InputError when nothing supports the assembly, when blocks overlap, or for a bad option.
     """
-    if solver not in SOLVERS:
-        raise InputError(f"no solver {solver!r}; solvers are: {', '.join(SOLVERS)}")
-    if flow not in FLOWS:
-        raise InputError(f"no flow {flow!r}; flows are: {', '.join(FLOWS)}")
+    check_choice("solver", solver, SOLVERS)
+    check_choice("flow", flow, FLOWS)
     problem = pose(
         assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces, solver=solver
     )

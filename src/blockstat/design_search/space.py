@@ -8,7 +8,7 @@ from itertools import product
 
 import msgspec
 
-from blockstat.errors import InputError
+from blockstat.errors import InputError, no_such
 from blockstat.spec import Range, Scene, parameters, scene_from, with_values
 from blockstat.spec.reading import at_path
 
@@ -72,7 +72,7 @@ def space_of(scene: Scene, names: Sequence[str] | str | None = None) -> Space:
     chosen = list(ranges) if names is None else [names] if isinstance(names, str) else list(names)
     for name in chosen:
         if name not in ranges:
-            raise InputError(f'no parameter "{name}" to search; ranges are: {", ".join(ranges) or "none"}')
+            raise no_such("parameter", name, ranges)
     if not chosen:
         raise InputError(f'"{scene.name}" has no parameter to search; write one as {{value, min, max, step}}')
     if len(set(chosen)) < len(chosen):

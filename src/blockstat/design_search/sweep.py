@@ -21,24 +21,51 @@ import msgspec
 
 from blockstat.analysis.assess import assess
 from blockstat.analysis.certificate_cache import Memory
-from blockstat.errors import InputError
+from blockstat.errors import InputError, known_options, no_such
 from blockstat.model import build
+from blockstat.result import Result, Sentence
 from blockstat.spec import Scene, parameters, scene_from, with_values
 
 Values = Mapping[str, float]
-#: A judgement of a design: plain values, of which a line of the file is made.
+#: Evaluates a design: plain values, of which a line of the file is made.
 Measure = Callable[[Scene, Memory], dict[str, Any]]
 
 BATCH = 16  #: designs that a process is given at a time; within a batch evidence of one design may decide the next
 
 
+class SweepOutcome(Sentence):
+    """The answers of `sweep`; each value is the sentence a user reads."""
+
+    COMPLETE = "Complete: every design has a row in the file."
+    RESUMED = "Resumed: every design has a row in the file, some of them from an earlier run."
+
+
 @dataclass(frozen=True)
-class SweepResult:
+class SweepResult(Result):
     """The file of a sweep."""
 
     path: Path
     designs: int  #: that were asked for
     computed: int  #: in this run; the others were there
+
+    @property
+    def outcome(self) -> SweepOutcome:
+        """Whether rows of an earlier run were kept."""
+        return SweepOutcome.COMPLETE if self.computed == self.designs else SweepOutcome.RESUMED
+
+    def explain(self) -> str:
+        """Return what the file holds, one fact a line."""
+        return f"{self.outcome.value}\n{self.path}: {self.designs} designs, {self.computed} computed in this run."
+
+    def summary(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {
+            "outcome": self.outcome.word,
+            "sentence": self.outcome.value,
+            "path": str(self.path),
+            "designs": self.designs,
+            "computed": self.computed,
+        }
 
     def rows(self) -> list[dict[str, Any]]:
         """All rows in the order of the designs."""
@@ -92,6 +119,7 @@ def verdict_row(scene: Scene, memory: Memory) -> dict[str, Any]:
     }
 
 
+@known_options
 def sweep(
     scene: Scene,
     designs: Iterable[Values],
@@ -132,7 +160,7 @@ def sweep(
                 raise InputError(f"{path}: row {number} is of another design; move the file away or choose another")
 
     computed = 0
-    tasks = (delayed(_judged)(data, part, measure) for part in _batched(missing(), batch))
+    tasks = (delayed(_evaluated)(data, part, measure) for part in _batched(missing(), batch))
     options: Any = {"return_as": "generator_unordered", "batch_size": 1}  # rows as they come
     finished: Any = Parallel(n_jobs=-1 if jobs is None else jobs, **options)(tasks)
     with path.open("a") as file:
@@ -146,7 +174,9 @@ def sweep(
     return SweepResult(path, counted, computed)
 
 
-def _judged(data: dict[str, Any], part: list[tuple[int, dict[str, float]]], measure: Measure) -> list[dict[str, Any]]:
+def _evaluated(
+    data: dict[str, Any], part: list[tuple[int, dict[str, float]]], measure: Measure
+) -> list[dict[str, Any]]:
     """Rows of a batch, in a process of its own."""
     scene, memory, rows = scene_from(data), Memory(), []
     for number, values in part:
@@ -165,7 +195,7 @@ def _ranges(scene: Scene, names: Sequence[str] | None) -> dict[str, Any]:
     ranges = parameters(scene)
     for name in names or ():
         if name not in ranges:
-            raise InputError(f'no parameter "{name}" to sweep; ranges are: {", ".join(ranges) or "none"}')
+            raise no_such("parameter", name, ranges)
     chosen = {name: ranges[name] for name in (names if names is not None else ranges)}
     if not chosen:
         raise InputError(f'"{scene.name}" has no parameter to sweep; write one as {{value, min, max, step}}')
@@ -204,4 +234,4 @@ def _read(path: Path) -> tuple[Any, list[dict[str, Any]]]:
             head, *rows = map(json.loads, file)
             return head, rows
         except ValueError:
-            raise InputError(f"{path}: a line is damaged; mend it or move the file away") from None
+            raise InputError(f"{path}: a line is damaged; correct it or move the file away") from None

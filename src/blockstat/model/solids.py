@@ -18,7 +18,9 @@ def hexahedron(bottom: Floats, top: Floats, *, name: str, group: str) -> Block:
     return Block(np.vstack([bottom, top]), FACES, name=name, group=group)
 
 
-def box(lower: tuple[float, float, float], upper: tuple[float, float, float], *, name: str, group: str) -> Block:
+def box(
+    lower: tuple[float, float, float], upper: tuple[float, float, float], *, name: str = "", group: str = ""
+) -> Block:
     """An axis-aligned block."""
     (x0, y0, z0), (x1, y1, z1) = lower, upper
     corners = [

@@ -1,6 +1,6 @@
 """Pictures of assemblies and of what the statics say about them, with matplotlib, no OpenGL.
 
-Each goes to a file, or into axes of one's own: `figure, axes = plt.subplots()`, then `picture(assembly, axes)`.
+Each goes to a file, or into axes of one's own: `figure, axes = plt.subplots()`, then `plot(assembly, axes)`.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ GHOST = (0.95, 0.95, 0.95, 0.55)
 STILL = 1e-3  #: blocks slower than this, relative to the fastest, leave no ghost
 
 
-def picture(
+def plot(
     assembly: Assembly,
     place: Place,
     *,
@@ -130,18 +130,18 @@ def _haunted(
     return visible(both, vertices, view, colour, layer)
 
 
-def picture_of_verdict(verdict: Verdict, place: Place, **options: Any) -> Place:
+def plot_verdict(verdict: Verdict, place: Place, **options: Any) -> Place:
     """The mechanism of an assembly that moves, else the demand on the joints of one that stands."""
     assembly = verdict.assembly
     if not len(verdict.moving):
-        return picture(
+        return plot(
             assembly, place, values=verdict.demand(), colours=DEMAND, top=1.0,
             label="friction used at the block's joints (1 = sliding)", title=f"{assembly.name}: stable", **options,
         )  # fmt: skip
-    return picture_of_mechanism(verdict, place, **options)
+    return plot_mechanism(verdict, place, **options)
 
 
-def picture_of_mechanism(
+def plot_mechanism(
     result: Verdict | LimitLoad, place: Place, *, amplitude: float | None = None, **options: Any
 ) -> Place:
     """The mechanism of an assembly that moves, or of a limit load, in front of a pale ghost of the assembly at rest.
@@ -160,10 +160,10 @@ def picture_of_mechanism(
         "values": speed, "label": "speed of the fastest corner, relative", "title": title, "displacement": shown,
         "rotation": turned, "ghosts": np.flatnonzero(speed > STILL),
     }  # fmt: skip
-    return picture(assembly, place, **drawn | options)
+    return plot(assembly, place, **drawn | options)
 
 
-def picture_of_help(limit: LimitLoad, direction: Sequence[float], place: Place, **options: Any) -> Place:
+def plot_stone_sensitivity(limit: LimitLoad, direction: Sequence[float], place: Place, **options: Any) -> Place:
     """Where a stone more helps most: blocks coloured by what added mass there does to the limit load.
 
     Blue raises the limit, red lowers it; the numbers are for a hundredth of the masonry's mass at the block's
@@ -179,7 +179,7 @@ def picture_of_help(limit: LimitLoad, direction: Sequence[float], place: Place, 
         "label": "change of the limit by 1 % more mass, put here",
         "title": f"{assembly.name}: where a stone more helps (limit {limit.lower:.4g})",
     }  # fmt: skip
-    return picture(assembly, place, **drawn | options)
+    return plot(assembly, place, **drawn | options)
 
 
 def mechanism_pose(result: Verdict | LimitLoad, *, amplitude: float | None = None) -> tuple[Floats, Floats]:
@@ -216,7 +216,7 @@ def _extent(assembly: Assembly) -> float:
     return float((upper[free].max(axis=0) - lower[free].min(axis=0)).max())
 
 
-def picture_of_forces(verdict: Verdict, place: Place, **options: Any) -> Place:
+def plot_forces(verdict: Verdict, place: Place, **options: Any) -> Place:
     """The resultant of each joint as a line through its centre of pressure, over pale blocks; returns the place.
 
     The lines' lengths go with the forces; in an arch they join up to its thrust line. Joints in tension, in an
@@ -237,7 +237,7 @@ def picture_of_forces(verdict: Verdict, place: Place, **options: Any) -> Place:
     name = verdict.assembly.name
     drawn = {"title": f"{name}: joint forces, longest {size.max():.3g} N", "opacity": 0.35}
     look = {"azimuth": azimuth, "elevation": elevation, "overlay": draw}
-    return picture(verdict.assembly, place, **drawn | options, **look)
+    return plot(verdict.assembly, place, **drawn | options, **look)
 
 
 def resultants(verdict: Verdict) -> tuple[Floats, Floats, np.ndarray]:

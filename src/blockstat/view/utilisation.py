@@ -9,7 +9,7 @@ import numpy as np
 from blockstat.contact.point_law import joint_friction, point_law
 from blockstat.typing import Floats
 from blockstat.view.painter import view_of
-from blockstat.view.plot import DEMAND, Place, picture
+from blockstat.view.plot import DEMAND, Place, plot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -73,7 +73,7 @@ def eccentricity(interfaces: Interfaces, point: Floats) -> Floats:
     return result
 
 
-def picture_of_utilisation(verdict: Verdict, place: Place, **options: Any) -> Place:
+def plot_utilisation(verdict: Verdict, place: Place, **options: Any) -> Place:
     """The joints coloured by `utilisation`, over blocks that one sees through; options are those of `picture`."""
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
@@ -98,4 +98,4 @@ def picture_of_utilisation(verdict: Verdict, place: Place, **options: Any) -> Pl
 
     title = f"{verdict.assembly.name}: {verdict.outcome.word}, use of the joints"
     drawn = {"title": title, "opacity": 0.12, "overlay": draw}
-    return picture(verdict.assembly, place, **drawn | look)
+    return plot(verdict.assembly, place, **drawn | look)
