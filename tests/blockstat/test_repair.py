@@ -210,7 +210,8 @@ def test_the_command_repairs_a_file_that_is_refused(tmp_path, command):
     target = tmp_path / "clean.json"
     answer = run(command, path, "-o", target, "--gap", "0.005")
     assert answer.returncode == 0, answer.stderr
-    assert answer.stdout.splitlines() == ['block "stone0": 1 faces turned', "2 of 3 blocks unchanged"]
+    told = [RepairOutcome.REPAIRED.value, 'block "stone0": 1 faces turned', "2 of 3 blocks unchanged"]
+    assert answer.stdout.splitlines() == told
     assert assess(read(target)).outcome.word == "stable"
     wrong = run(command, path, "-o", target, "--gap", "7")
     assert (wrong.returncode, "gap is 7.0; it must be" in wrong.stderr) == (2, True)
