@@ -1,7 +1,7 @@
 """The pictures of the README and the docs."""
 
 from blockstat import assess, build, limit_load, load_scene, with_values
-from blockstat.view.plot import plot_stone_sensitivity, plot_mechanism, plot_verdict
+from blockstat.view.plot import plot_mechanism, plot_stone_sensitivity, plot_verdict
 from blockstat.view.utilisation import plot_utilisation
 from evidence.paths import DOCS, EXAMPLES
 

@@ -250,7 +250,7 @@ def test_the_newest_question_wins(hut):
     assert [m.number for m in answers] == sorted(m.number for m in answers)
 
 
-def test_a_judge_that_is_killed_is_replaced(hut):
+def test_an_evaluator_that_is_killed_is_replaced(hut):
     import queue
 
     calls, told = queue.Queue(), []
@@ -260,8 +260,8 @@ def test_a_judge_that_is_killed_is_replaced(hut):
     try:
         follower.ask(model, model.start, "+y")
         wait(lambda: answered(calls, follower))
-        follower._judge._process.kill()
-        wait(lambda: not follower._judge.running)
+        follower._evaluator._process.kill()
+        wait(lambda: not follower._evaluator.running)
         follower.ask(model, {**model.start, "wall.thickness": 0.5}, "+y")
         wait(lambda: answered(calls, follower))
     finally:

@@ -11,8 +11,8 @@ from blockstat.view.plot import (
     mechanism_pose,
     plot,
     plot_forces,
-    plot_stone_sensitivity,
     plot_mechanism,
+    plot_stone_sensitivity,
     plot_verdict,
     resultants,
 )
