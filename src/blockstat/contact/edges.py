@@ -29,7 +29,24 @@ SLOW = 1e-6
 
 
 def edge_warnings(assembly: Assembly, interfaces: Interfaces, gap: float, mechanism: Floats) -> list[str]:
-    """Warnings about pairs of blocks that a mechanism drives into each other where only an edge or corner touches."""
+    """Warn of pairs of blocks that a mechanism drives into each other where only an edge or a corner touches.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    interfaces : Interfaces
+        The contacts that the model has.
+    gap : float
+        Tolerance of the contact search, relative to block size.
+    mechanism : array, shape (n_blocks, 6)
+        Velocity [m] and rotation [rad] of each block; the fastest corner moves by 1 m.
+
+    Returns
+    -------
+    list of str
+        One warning that names a pair, or none.
+    """
     lower, upper = assembly.bounds
     pairs = near_pairs(lower, upper, gap * assembly.size)
     joined = {tuple(pair) for pair in interfaces.pair.tolist()}
