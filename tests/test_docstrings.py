@@ -4,6 +4,7 @@ import doctest
 from importlib import import_module
 
 import pytest
+
 from test_architecture import MODULES
 
 WITH_EXAMPLES = sorted(name for name, path in MODULES.items() if ">>> " in path.read_text())

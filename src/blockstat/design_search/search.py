@@ -63,24 +63,57 @@ def search(
 ) -> SearchResult:
     """Find the design that needs least and stands.
 
-    verify : judges by motion; called only for designs that statics allow (strategy "paper": for all). None: statics
-    alone decide, for studies of statics. static : judges by forces; a design it calls unstable is pruned.
-    strategy : see above. over : "line", each parameter in its turn down to its smallest value that stands, or "grid",
-    every combination, of which the lightest that stands is the answer; for "paper" and "pruned".
-    names : the parameters to move, in order; by default all ranges of the scene.
-    margin : reserve that "gradient" and "pareto" ask for; by default that it stands. snap : "gradient" offers only
-    designs on the steps of the ranges. points : number of reserves of "pareto".
-    under : puts each design under another friction or gravity before it is judged.
-    memory : the one that `static` hands to `assess`, if it has one; after an interruption it is filled as it was.
-    begin : told of designs that `verify` will probably be asked about, `speculative` of them at a time, so that it can
-    run them side by side ("pruned" only); the history is the same.
-    history : CSV file that gets each row as soon as it is known; rows found there are not computed again, so an
-    interrupted search goes on where it stopped. conditions : what else the verdicts depend on (friction, thresholds); a
-    history under others is not taken up. remark : gives the note of a candidate from its two verdicts.
-    progress : called with the number of candidates judged, the number expected at most, and the last one.
-    cancel : asked before each verdict; True ends the search as a KeyboardInterrupt does: what is known is returned.
+    Parameters
+    ----------
+    building : Scene
+        The scene with its ranges.
+    verify : callable or None
+        Evaluates an assembly by dynamics; called only for designs that statics allow (strategy "paper": for all). None:
+        statics alone decide.
+    static : callable, optional
+        Evaluates an assembly by forces; a design that it calls unstable is pruned.
+    strategy : {"pruned", "paper", "gradient", "pareto"}, optional
+        See the module.
+    over : {"line", "grid"}, optional
+        "line": each parameter in its turn down to its smallest value that stands. "grid": every combination, of which
+        the lightest that stands is the answer. For "paper" and "pruned".
+    names : sequence of str, optional
+        The parameters to move, in order; by default all ranges of the scene.
+    margin : Margin, optional
+        Reserve that "gradient" and "pareto" ask for; by default that the design stands.
+    snap : bool, optional
+        "gradient" offers only designs on the steps of the ranges.
+    points : int, optional
+        Number of reserves of "pareto".
+    under : callable, optional
+        Puts each design under another friction or gravity before it is evaluated.
+    memory : Memory, optional
+        The one that `static` hands to `assess`; after an interruption it is filled as it was.
+    begin : callable, optional
+        Told of designs that `verify` will probably be asked about, so that it can run them side by side ("pruned"
+        only); the history is the same.
+    speculative : int, optional
+        `begin` is told of so many designs at a time.
+    history : str or Path, optional
+        CSV file that gets each row as soon as it is known. Rows found there are not computed again, so an interrupted
+        search goes on where it stopped.
+    progress : callable, optional
+        Called with the number of designs evaluated, the number expected at most, and the last candidate.
+    cancel : callable, optional
+        Asked before each verdict. True ends the search as a KeyboardInterrupt does: what is known is returned.
+    remark : callable, optional
+        Gives the note of a candidate from its two verdicts.
+    conditions : str, optional
+        What else the verdicts depend on (friction, thresholds); a history under others is not taken up.
 
-    Raises InputError for an unknown parameter or option, a scene without ranges, or a history file of another search.
+    Returns
+    -------
+    SearchResult
+
+    Raises
+    ------
+    InputError
+        For an unknown parameter or option, a scene without ranges, or a history file of another search.
     """
     _check(strategy, over, margin, snap)
     space = space_of(building, names)

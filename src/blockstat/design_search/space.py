@@ -67,7 +67,25 @@ class Space:
 
 
 def space_of(scene: Scene, names: Sequence[str] | str | None = None) -> Space:
-    """The space of a scene's ranges, or of some of them. Raises InputError for an unknown name, or without ranges."""
+    """Return the space of a scene's ranges, or of some of them.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene with its ranges.
+    names : str or sequence of str, optional
+        The parameters to move, in order; by default all.
+
+    Returns
+    -------
+    Space
+        Its scene has every parameter at its largest.
+
+    Raises
+    ------
+    InputError
+        For an unknown name, one named twice, or a scene without ranges.
+    """
     ranges = parameters(scene)
     chosen = list(ranges) if names is None else [names] if isinstance(names, str) else list(names)
     for name in chosen:

@@ -73,7 +73,25 @@ class SweepResult(Result):
 
 
 def grid(scene: Scene, names: Sequence[str] | None = None) -> Iterator[dict[str, float]]:
-    """Every combination of the steps of a scene's ranges, or of some of them."""
+    """Go through every combination of the steps of a scene's ranges, or of some of them.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene with its ranges.
+    names : sequence of str, optional
+        The parameters to move; by default all.
+
+    Yields
+    ------
+    dict of str to float
+        Parameter values of one design.
+
+    Raises
+    ------
+    InputError
+        For an unknown parameter, or a scene without any.
+    """
     ranges = _ranges(scene, names)
     for values in product(*(found.steps() for found in ranges.values())):
         yield dict(zip(ranges, values, strict=True))
@@ -82,9 +100,33 @@ def grid(scene: Scene, names: Sequence[str] | None = None) -> Iterator[dict[str,
 def latin_hypercube(
     scene: Scene, number: int, *, seed: int = 0, names: Sequence[str] | None = None
 ) -> list[dict[str, float]]:
-    """A number of designs spread evenly over each range; ranges that count (whole ends and step) get whole values.
+    """Spread a number of designs evenly over each range of a scene.
 
-    The same seed gives the same designs.
+    Parameters
+    ----------
+    scene : Scene
+        The scene with its ranges. Ranges that count (whole ends and step) get whole values.
+    number : int
+        How many designs, at least 1.
+    seed : int, optional
+        The same seed gives the same designs.
+    names : sequence of str, optional
+        The parameters to move; by default all.
+
+    Returns
+    -------
+    list of dict of str to float
+        Parameter values of each design.
+
+    Raises
+    ------
+    InputError
+        For an unknown parameter, or a scene without any.
+
+    References
+    ----------
+    McKay, M. D., Beckman, R. J. & Conover, W. J. (1979). A comparison of three methods for selecting values of input
+    variables. Technometrics 21(2), 239-245.
     """
     from scipy.stats import qmc
 
@@ -105,7 +147,21 @@ def latin_hypercube(
 
 
 def verdict_row(scene: Scene, memory: Memory) -> dict[str, Any]:
-    """What statics say of a design: verdict, score, volume, blocks."""
+    """Return what statics say of a design, as a row of a sweep.
+
+    Parameters
+    ----------
+    scene : Scene
+        The design.
+    memory : Memory
+        Evidence of earlier designs.
+
+    Returns
+    -------
+    dict
+        Verdict, score, volume of the free blocks [m3] and number of blocks; "error" and a note where it cannot be
+        built.
+    """
     try:
         assembly = build(scene)
         verdict = assess(assembly, memory=memory)
@@ -130,17 +186,41 @@ def sweep(
     batch: int = BATCH,
     progress: Callable[[int], None] | None = None,
 ) -> SweepResult:
-    """Judge designs side by side and append a row of each to a file of JSON lines.
+    """Evaluate designs side by side and append a row of each to a file of JSON lines.
 
-    designs : parameter values of each, such as `grid` and `latin_hypercube` give; read as they are needed, so a million
-    take no memory. measure : judges one design; it gets the scene and a memory of evidence (see
-    `blockstat.analysis.certificate_cache`) that lives for one batch. It must be importable by the processes.
-    jobs : processes, by default as many as cores. Under `joblib.parallel_config(backend="dask")`, or another backend,
-    batches go there instead, so a cluster needs nothing but that line. progress : called with the number of rows.
+    Parameters
+    ----------
+    scene : Scene
+        The scene with its ranges.
+    designs : iterable of dict
+        Parameter values of each, such as `grid` and `latin_hypercube` give. They are read as they are needed, so a
+        million take no memory.
+    path : str or Path
+        The file. Its first line says what the file is of; rows follow as they come.
+    measure : callable, optional
+        Evaluates one design. It gets the scene and a memory of evidence that lives for one batch; the processes must be
+        able to import it.
+    jobs : int, optional
+        Processes, by default as many as cores. Under `joblib.parallel_config(backend="dask")`, or another backend,
+        batches go there instead.
+    batch : int, optional
+        Designs that a process is given at a time.
+    progress : callable, optional
+        Called with the number of rows.
 
-    The first line says what the file is of; rows follow as they come, each with the number of its `design`, its
-    parameters and what `measure` says. A sweep that was killed goes on where it stopped when called again, and a line
-    cut short is dropped. Raises InputError for a file of another sweep, or of other designs.
+    Returns
+    -------
+    SweepResult
+
+    Raises
+    ------
+    InputError
+        For a file of another sweep, or of other designs.
+
+    Notes
+    -----
+    Each row has the number of its `design`, its parameters and what `measure` says. A sweep that was killed goes on
+    where it stopped when called again; a line cut short is dropped.
     """
     from joblib import Parallel, delayed
 

@@ -19,9 +19,22 @@ PLAIN = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def load_scene(path: str | Path) -> Scene:
-    """Read a scene; a mesh file named in it is looked for beside it.
+    """Read a scene file; a mesh file named in it is looked for beside it.
 
-    Raises InputError with the line for bad TOML and the key for a bad value.
+    Parameters
+    ----------
+    path : str or Path
+        A .toml file.
+
+    Returns
+    -------
+    Scene
+        A `Building` or a `Composition`.
+
+    Raises
+    ------
+    InputError
+        With the line for bad TOML, and the key for a bad value.
     """
     path = Path(path)
     if not path.is_file():
@@ -44,7 +57,18 @@ def load_scene(path: str | Path) -> Scene:
 
 
 def scene_text(scene: Any) -> str:
-    """The text of a scene file; every key is written, those with their defaults too, comments are lost."""
+    """Return the text of a scene file: what `load_scene` reads back to the same scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+
+    Returns
+    -------
+    str
+        TOML. Every key is written, those with their defaults too; comments are lost.
+    """
     return _table(msgspec.to_builtins(scene), "")
 
 

@@ -54,15 +54,52 @@ def plot(
     opacity: float = 1.0,
     overlay: Callable[[Axes], None] | None = None,
 ) -> Place:
-    """Draw the blocks in parallel projection; returns the place.
+    """Draw the blocks in parallel projection.
 
-    place : a file, in PNG or any format matplotlib writes, or the axes to draw in.
-    values : one number a block to colour by, shape (n_blocks,), with `label` and its unit on the colour bar;
-    bottom, top : the ends of the bar, the top by default the largest value.
-    displacement, rotation : poses to draw the blocks in, shapes (n_blocks, 3) [m] and (n_blocks, 3, 3).
-    ghosts : indices of blocks, ascending, that are drawn a second time where they were, pale and behind the others.
-    azimuth, elevation : from where one looks, in degrees. opacity : of the blocks. overlay : draws on the axes
-    at last. Raises InputError for a file that cannot be written.
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    place : str, Path or matplotlib Axes
+        A file, in PNG or any format that matplotlib writes, or the axes to draw in.
+    values : array, shape (n_blocks,), optional
+        One number a block to colour by.
+    label : str, optional
+        Of the colour bar, with the unit of the values.
+    colours : str, optional
+        Name of a colour map of matplotlib.
+    top, bottom : float, optional
+        Ends of the colour bar; the top by default the largest value.
+    displacement : array, shape (n_blocks, 3), optional
+        How far the blocks are drawn from their places [m].
+    rotation : array, shape (n_blocks, 3, 3), optional
+        How they are turned about their centroids.
+    ghosts : array of int, optional
+        Blocks, ascending, that are drawn a second time where they were, pale and behind the others.
+    title : str, optional
+        Above the picture.
+    azimuth, elevation : float, optional
+        Where one looks from [deg].
+    opacity : float, optional
+        Of the blocks, 0 to 1.
+    overlay : callable, optional
+        Draws on the axes at last.
+
+    Returns
+    -------
+    str, Path or matplotlib Axes
+        The place.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be written.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box, plot
+    >>> plot(Assembly.from_blocks([box((0, 0, 0), (1, 1, 1))]), "cube.png")
+    'cube.png'
     """
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
