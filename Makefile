@@ -1,4 +1,4 @@
-# Everything a user needs: `make demo` and `make test`. Both set up .venv by themselves with Python 3.11.
+# `make` lists the targets. All of them set up .venv by themselves with Python 3.11.
 PYTHON ?= python3.11
 VENV ?= .venv
 BIN := $(VENV)/bin
@@ -13,45 +13,48 @@ export BLOCKSTAT_COMPAS_PYTHON := $(COMPAS)
 ONLY ?=
 MISSING ?=
 
-.PHONY: demo test test-all notebooks lint benchmark evidence validation pages docs clean
+.PHONY: help demo test test-all notebooks lint benchmark evidence validation pages docs clean
 
-demo: $(STAMP)
+help:  ## list the targets
+	@sed -n 's/^\([a-z-]*\):.*  ## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 20
+
+demo: $(STAMP)  ## search the thinnest walls of examples/chapel.toml
 	$(BIN)/dynsim optimise examples/chapel.toml -o out/chapel
 
-test: $(STAMP)
+test: $(STAMP)  ## run the tests except the slow ones
 	$(BIN)/python -m pytest -n 2 -m "not slow"
 
-test-all: notebooks
+test-all: notebooks  ## run all tests and the notebooks
 	$(BIN)/python -m pytest -n 2
 
-notebooks: $(STAMP)
+notebooks: $(STAMP)  ## run the notebooks
 	$(BIN)/python -m pytest -n 2 --nbmake notebooks
 
-lint: $(STAMP)
+lint: $(STAMP)  ## check the style and the types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
 
-benchmark: $(STAMP)
+benchmark: $(STAMP)  ## time a verdict and a building
 	$(BIN)/python -m evidence.benchmarks.assess
 	$(BIN)/python -m evidence.benchmarks.building
 
 # Every table and picture of the README and the docs, within an hour on two cores.
-evidence: $(STAMP)
+evidence: $(STAMP)  ## make all tables and pictures again, or some: ONLY="glue hard", MISSING=1
 	$(BIN)/python -m evidence $(if $(ONLY),--only $(ONLY)) $(if $(MISSING),--missing)
 
 validation: ONLY := validation dynamics-validation
-validation: evidence
+validation: evidence  ## compute the reference values again
 
-pages: $(STAMP)
+pages: $(STAMP)  ## fill the pages from docs/results
 	$(BIN)/python -m evidence.pages.fill
 
 # A warning is an error. Notebooks run, and are run again when they or the code have changed.
-docs: $(DOCS)
+docs: $(DOCS)  ## build the pages into build/docs
 	$(BIN)/python -m sphinx -W --keep-going -q docs build/docs
 	@echo build/docs/index.html
 
-clean:
+clean:  ## remove what was built or installed
 	rm -rf $(VENV) out build dist src/*.egg-info
 
 # requirements.lock holds the versions that the tests ran with.

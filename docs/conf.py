@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-import inspect
-import re
-from itertools import groupby
 from pathlib import Path
 
 from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
+from sphinx.ext import napoleon
 from sphinx.util.inspect import TypeAliasForwardRef
 
 import blockstat
@@ -21,8 +19,8 @@ project = "blockstat"
 author = copyright = "The blockstat authors"
 version = release = blockstat.__version__
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]
-# The page of the design search would be search.html, which is Sphinx's own: design_search.md includes it.
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode"]
+# Sphinx has a page search.html of its own, so design_search.md includes search.md.
 exclude_patterns = ["results", "search.md", "**.ipynb_checkpoints"]
 html_theme = "furo"
 html_title = "blockstat"
@@ -30,13 +28,13 @@ html_static_path = ["_static"]
 html_css_files = ["pages.css"]
 html_theme_options = {"navigation_with_keys": True}
 html_copy_source = False
-html_math_renderer = "mathml"  # browsers show it by themselves, without a script from elsewhere
+html_math_renderer = "mathml"  # browsers show it without a script from another server
 
 myst_enable_extensions = ["dollarmath", "html_image"]
 myst_heading_anchors = 3
 
-# docs/notebooks is a link to notebooks/, so the notebooks run where they lie. Their outputs are kept until the notebook
-# or the code that it runs has changed.
+# docs/notebooks is a link to notebooks/, so the notebooks run in their own directory. Their outputs are kept until the
+# notebook or the source code changes.
 nb_execution_mode = "cache"
 nb_execution_cache_path = str(
     HERE.parent
@@ -48,16 +46,22 @@ nb_execution_raise_on_error = True
 nb_execution_timeout = 600
 nb_merge_streams = True
 
+# Docstrings have numpy sections. Types there are prose ("shape (n_blocks, 6) [N, N m]"), so no word of them is a link.
+napoleon_google_docstring = False
+napoleon_use_param = False
+napoleon_use_rtype = False
+napoleon_use_ivar = True  # attributes in a section are members too, which need no second entry
+
 autodoc_default_options = {"members": True}
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_type_aliases = {name: name for name in ("Floats", "Ints", "Scene", "Values")}
-TypeAliasForwardRef.__repr__ = lambda self: self.name  # else tuples of Floats are told in full
+TypeAliasForwardRef.__repr__ = lambda self: self.name  # otherwise tuples of Floats are written out in full
 python_use_unqualified_type_names = True
 python_maximum_signature_line_length = 100
 default_role = "code"
 
-#: Links as a Git host needs them, and as the built pages do.
+#: Links as a Git host needs them, and as the built pages need them.
 LINKS = {
     "](../notebooks/": "](notebooks/",
     "](search.md": "](design_search.md",
@@ -65,56 +69,29 @@ LINKS = {
 }
 
 
+class _Docstring(napoleon.NumpyDocstring):
+    """Read the docstrings of attributes like all others: napoleon would take words before a colon for a type."""
+
+    def __init__(self, docstring, config=None, app=None, what="", *rest):
+        super().__init__(docstring, config, app, "method" if what in ("attribute", "data", "property") else what, *rest)
+
+
+napoleon.NumpyDocstring = _Docstring
+
+
 def _links(app, docname, source):
     for written, built in LINKS.items():
         source[0] = source[0].replace(written, built)
 
 
-def _as_text(text: str) -> str:
-    """Docstrings are plain text with `code`: |x|, a*b and f_ mean themselves."""
-    parts = re.split(r"(`[^`]*`)", text)
-    parts[::2] = [re.sub(r"([*|\\]|_\b)", r"\\\1", part) for part in parts[::2]]
-    parts[1::2] = [f"`{part}`" for part in parts[1::2]]
-    return "".join(parts)
-
-
-def _parameters(obj) -> list[str]:
-    """Names that a docstring may explain."""
-    try:
-        return list(inspect.signature(obj).parameters)
-    except (TypeError, ValueError):
-        return []
-
-
-def _listed(text: str, names: str) -> list[str]:
-    """Where parameters need words docstrings say `name, other : meaning`: a list of these.
-
-    A sentence that begins a line is about the whole again.
-    """
-    mark = re.compile(rf"(?:^|(?<=[.;)]\s))((?:{names})(?:, (?:{names}))*)(?: \[[^]]*\])? : ", re.MULTILINE)
-    lines = []
-    for part in re.split(r"(?<=\.)\n(?=[A-Z])", text):
-        before, *pairs = mark.split(part)
-        lines += [*_as_text(before).split("\n"), ""]
-        for key, meaning in zip(pairs[::2], pairs[1::2], strict=True):
-            lines.append(f"- **{_as_text(key)}**: {' '.join(_as_text(meaning).split()).rstrip(';')}")
-        lines.append("")
-    return lines
-
-
-def _docstring(app, what, name, obj, options, lines):
-    """Docstrings are plain text; what is indented is code."""
-    names = "|".join(map(re.escape, _parameters(obj))) or "(?!)"
-    result = []
-    for paragraph in re.split(r"\n\s*\n", "\n".join(lines)):
-        for indented, group in groupby(paragraph.split("\n"), key=lambda line: line.startswith("    ")):
-            text = list(group)
-            result += ["::", "", *text, ""] if indented else _listed("\n".join(text), names)
-    lines[:] = result
+def _plain_data(app, what, name, obj, options, lines):
+    """Drop the docstring of the type of a constant: that of `dict` says nothing about the constant."""
+    if what == "data" and "\n".join(lines).split() == (type(obj).__doc__ or "").split():
+        lines.clear()
 
 
 def _signature(app, what, name, obj, options, signature, returns):
-    """A default that a factory makes is no Python, and Sphinx would not break the line."""
+    """Write `...` for a default that a factory makes: `<factory>` is not Python, and Sphinx cannot break the line."""
     return signature and signature.replace("<factory>", "..."), returns
 
 
@@ -126,5 +103,5 @@ def _mathml(writer, node):
 def setup(app):
     app.add_html_math_renderer("mathml", inline_renderers=(_mathml, None), block_renderers=(_mathml, None))
     app.connect("source-read", _links)
-    app.connect("autodoc-process-docstring", _docstring)
+    app.connect("autodoc-process-docstring", _plain_data, priority=1)  # before napoleon reads it
     app.connect("autodoc-process-signature", _signature)

@@ -56,6 +56,7 @@ JOBS: Sequence[Job] = (
         "comparison", 15, "comparisons.verdicts --jobs 1 --write docs/comparison.md", "docs/comparison/*.png",
         "docs/results/comparison.md",
     ),
+    result("architecture", 0.1, "pages.architecture", "docs/architecture.png"),
     pictures("pictures", 1, "pages.pictures", "docs/chapel*.png"),
     pictures("screenshots", 5, "pages.screenshots", "docs/app-*.png"),
     result("compare_verdicts", 2.5, "comparisons.huts"),

@@ -1,7 +1,8 @@
-"""The pages of docs/: their code runs and prints what they show, and the reference leaves nothing public out."""
+"""The README and docs/: their code runs and prints what they show, and the reference leaves nothing public out."""
 
 import contextlib
 import io
+import pkgutil
 import re
 from pathlib import Path
 
@@ -11,7 +12,11 @@ import blockstat
 import dynsim
 
 DOCS = Path(__file__).parents[1] / "docs"
-PAGES = [DOCS / "quick_start.md", *sorted((DOCS / "howto").glob("*.md"))]
+PAGES = [DOCS.parent / "README.md", DOCS / "quick_start.md", *sorted((DOCS / "howto").glob("*.md"))]
+#: Pages that say where things are.
+GUIDES = [DOCS.parent / "CONTRIBUTING.md", DOCS / "architecture.md", DOCS / "evidence.md"]
+FILE = re.compile(r"`((?:src|evidence|tests|docs|examples|blockstat|dynsim)/[\w./]*)`")
+NAME = re.compile(r"`((?:blockstat|dynsim)(?:\.\w+)+)[`(]")
 #: Code, and what it prints.
 BLOCK = re.compile(r"```(python|text)\n(.*?)```", re.DOTALL)
 
@@ -37,7 +42,9 @@ def test_code_prints_what_the_page_shows(page, root, tmp_path, monkeypatch):
 def test_the_reference_has_every_public_name_once():
     pages = "".join(page.read_text() for page in (DOCS / "api").glob("*.md"))
     named, module = [], ""
-    for kind, name in re.findall(r"^\.\. (currentmodule|autoclass|autofunction):: ([\w.]+)$", pages, re.MULTILINE):
+    for kind, name in re.findall(
+        r"^\.\. (currentmodule|autoclass|autofunction|autodata):: ([\w.]+)$", pages, re.MULTILINE
+    ):
         if kind == "currentmodule":
             module = name
         else:
@@ -45,3 +52,16 @@ def test_the_reference_has_every_public_name_once():
     public = [f"{package.__name__}.{name}" for package in (blockstat, dynsim) for name in package.__all__]
     assert set(public) <= set(named)
     assert len(named) == len(set(named))
+
+
+@pytest.mark.parametrize("page", GUIDES, ids=lambda page: page.stem)
+def test_files_that_a_guide_names_exist(page, root):
+    named = FILE.findall(page.read_text())
+    assert named
+    assert [name for name in named if not any((folder / name).exists() for folder in (root, root / "src"))] == []
+
+
+@pytest.mark.parametrize("page", [DOCS.parent / "README.md", *sorted(DOCS.glob("*.md"))], ids=lambda page: page.stem)
+def test_names_that_a_page_uses_exist(page):
+    for name in NAME.findall(page.read_text()):
+        pkgutil.resolve_name(name)

@@ -10,14 +10,13 @@ import sys
 from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from time import process_time
 from typing import Any
 
 from blockstat.analysis.decision import decide
-from blockstat.solve import cones, factor, interior_point, kkt, structured
-from blockstat.solve import dispatch as dual
-from blockstat.solve import normal_equations as normal
+from blockstat.linear_algebra import factor
+from blockstat.linear_algebra import normal_equations as normal
+from blockstat.solve import cones, interior_point, kkt, penalty
 from evidence.benchmarks.cell import posed, solvable
 
 #: Assessments of which the shortest counts, as in the table of solvers.
@@ -27,20 +26,20 @@ BACKEND = factor.Pardiso if factor.backend() == "pardiso" else factor.SuperLU
 
 #: Owner, method, part of the solve it counts for.
 PARTS: tuple[tuple[Any, str, str], ...] = (
-    (structured, "solve_dual", "set-up of the program"),
+    (penalty, "conic_program", "set-up of the program"),
     (normal.BlockNormal, "__init__", "pattern"),
     (normal.BlockNormal, "update", "assembly"),
-    (kkt.Kkt, "update", "scaled rows"),
+    (kkt.KktSolver, "update", "scaled rows"),
     (BACKEND, "update", "factorisation"),
     (BACKEND, "solve", "triangular solves"),
-    (kkt.Kkt, "solve", "products and refinement"),
-    (kkt.Kkt, "__init__", "set-up of the program"),
+    (kkt.KktSolver, "solve", "products and refinement"),
+    (kkt.KktSolver, "__init__", "set-up of the program"),
     (interior_point, "_residuals", "residuals"),
-    (interior_point, "_judge", "residuals"),
+    (interior_point, "_convergence", "residuals"),
     (interior_point, "_step", "steps"),
     (interior_point, "_start", "steps"),
-    (interior_point, "approach", "steps"),
-    (structured, "resting_forces", "first forces"),
+    (interior_point, "find_forces", "steps"),
+    (penalty, "load_path_guess", "first forces"),
     (cones.Cones, "scaling", "cones"),
     (cones.Cones, "longest_step", "cones"),
     (cones.Cones, "product", "cones"),
@@ -97,20 +96,21 @@ def once(clock: Clock, scene: str, size: int) -> dict:
     normal.known.normals.clear()
     normal.known.graphs.clear()
     problem = posed(scene, size)
-    program = replace(solvable(problem), solver="interior-point")
+    program, options = solvable(problem), {"solver": "interior-point", "motions": problem.motions}
     begin = process_time()
     with clock.part("rest"):
-        raw = dual.solve(program)
+        raw = penalty.solve_penalty(program, **options)
     solve = process_time() - begin
     parts = dict(clock.seconds)
     first, *others = clock.calls["factorisation"]
-    dual.solve(program)  # once more, with the ordering of the first: a wall may have needed a single factorisation
+    # Once more, with the ordering of the first: a wall may have needed a single factorisation.
+    penalty.solve_penalty(program, **options)
     again = clock.calls["factorisation"][1 + len(others) :]
     numeric = sorted(others + again)[(len(others) + len(again)) // 2]
     parts["factorisation"] -= first - numeric
     parts["ordering and symbolic factorisation"] = first - numeric
     begin = process_time()
-    decide(program, raw)
+    decide(program, raw, **options)
     steps = {**problem.timings, "solve": solve, "certificate": process_time() - begin}
     return {
         "scene": scene, "size": size, "blocks": problem.eq.n_blocks, "backend": factor.backend(),

@@ -2,7 +2,7 @@
 
     python -m evidence.benchmarks.cell SCENE SIZE SOLVER
 
-The program is solved in space, except that `ours` takes the plane where there is one, as `assess` does. Seconds are
+The program is solved in space, except that `blockstat` takes the plane if there is one, as `assess` does. Seconds are
 process time of the solver's call alone, best of three where it is short, without imports and without a pattern kept
 from an earlier call. Every answer is judged by the same certificate, from its own numbers.
 """
@@ -24,28 +24,28 @@ import clarabel
 import numpy as np
 from scipy import sparse
 
-from blockstat.analysis.decision import prove
+from blockstat.analysis.decision import outcome_of
 from blockstat.analysis.problem import Problem, pose
 from blockstat.analysis.verdict import Outcome
 from blockstat.certificate import check as certificate
-from blockstat.certificate.interior_motions import opened
+from blockstat.certificate.interior_motions import with_interior_motion
 from blockstat.contact.interfaces import GAP
+from blockstat.linear_algebra import normal_equations as normal
 from blockstat.program.penalty import PenaltyProgram
-from blockstat.solve import cvxpy as cvxpy_primal
-from blockstat.solve import dispatch as dual
-from blockstat.solve import normal_equations as normal
-from blockstat.solve.answer import RawSolution
-from blockstat.solve.clarabel_dual import MAX_ITERATIONS, TOLERANCE
+from blockstat.solve.answer import Answer, Status
+from blockstat.solve.clarabel import MAX_ITERATIONS, STATUS, TOLERANCE
+from blockstat.solve.cvxpy import solve_on_paper
+from blockstat.solve.penalty import solve_penalty
 from evidence.scenes.sized import SCENES
 
 #: The interpreter of an environment with compas_cra.
 COMPAS = "BLOCKSTAT_COMPAS_PYTHON"
 SHORT = 2.0  #: a call that takes fewer seconds than this is repeated
 
-Solved = tuple[RawSolution, float]
+Solved = tuple[Answer, float]
 
 
-def clarabel_primal(problem: Problem) -> RawSolution:
+def clarabel_primal(problem: Problem) -> Answer:
     """The penalty program over forces and adhesion, min 1/2 |s|^2 with A (f - E s) + w = 0, f in K, s >= 0."""
     program = solvable(problem)
     m, n = len(program.friction), program.n_points
@@ -54,7 +54,11 @@ def clarabel_primal(problem: Problem) -> RawSolution:
     into = sparse.diags_array(np.column_stack([slip, head, head]).reshape(-1))  # |f_t| / mu <= f_n, scaled
     nothing = sparse.csr_array((3 * m, n))
     rows = sparse.block_array(
-        [[program.matrix, -program.opening], [-into, nothing], [sparse.csr_array((n, 3 * m)), -sparse.eye_array(n)]]
+        [
+            [program.matrix, -program.normal_columns],
+            [-into, nothing],
+            [sparse.csr_array((n, 3 * m)), -sparse.eye_array(n)],
+        ]
     )
     cones = [clarabel.ZeroConeT(len(program.load)), *[clarabel.SecondOrderConeT(3)] * m, clarabel.NonnegativeConeT(n)]
     settings = clarabel.DefaultSettings()
@@ -67,8 +71,9 @@ def clarabel_primal(problem: Problem) -> RawSolution:
     answer = clarabel.DefaultSolver(hessian, np.zeros(3 * m + n), rows.tocsc(), bound, cones, settings).solve()
     x, twist = np.array(answer.x), np.array(answer.z)[: len(program.load)]
     twist = -twist if twist @ program.load < 0 else twist
-    status, iterations = str(answer.status), int(answer.iterations)
-    return RawSolution(x[: 3 * m].reshape(-1, 3), x[3 * m :], twist, True, status, iterations, "clarabel-primal")
+    status = STATUS.get(str(answer.status), Status.STALLED)
+    force, adhesion = x[: 3 * m].reshape(-1, 3), x[3 * m :]
+    return Answer(force, twist, status, int(answer.iterations), "clarabel-primal", adhesion=adhesion)
 
 
 def compas_rbe(problem: Problem) -> Solved:
@@ -85,12 +90,11 @@ def compas_rbe(problem: Problem) -> Solved:
         answer = dict(np.load(found))
     force = answer["force"][problem.eq.points]
     adhesion = answer["adhesion"][problem.eq.points]
-    raw = RawSolution(
+    raw = Answer(
         force=force + adhesion[:, None] * np.array([1.0, 0.0, 0.0]),
         adhesion=adhesion,
         twist=np.zeros_like(program.load),
-        bounded=True,
-        status=str(answer["status"]),
+        status=Status.SOLVED,  # what Ipopt says of it is not asked
         iterations=int(answer["iterations"]),
         solver="compas_cra",
     )
@@ -103,30 +107,30 @@ def forget() -> None:
     normal.known.graphs.clear()
 
 
-def ours(problem: Problem) -> RawSolution:
+def blockstat(problem: Problem) -> Answer:
     """What `assess` does."""
     assert problem.program is not None
     forget()
-    return dual.solve(problem.program)
+    return solve_penalty(problem.program, motions=problem.motions)
 
 
-def through(solver: str) -> Callable[[Problem], RawSolution]:
+def through(solver: str) -> Callable[[Problem], Answer]:
     """A dual program in space through one of blockstat's own solvers."""
 
-    def solve(problem: Problem) -> RawSolution:
+    def solve(problem: Problem) -> Answer:
         forget()
-        return dual.solve(replace(solvable(problem), solver=solver))
+        return solve_penalty(solvable(problem), solver=solver, motions=problem.motions)
 
     return solve
 
 
 #: Each gives an answer, or an answer and the seconds it took elsewhere.
-SOLVERS: dict[str, Callable[[Problem], RawSolution | Solved]] = {
-    "cvxpy": lambda problem: cvxpy_primal.solve(solvable(problem)),
+SOLVERS: dict[str, Callable[[Problem], Answer | Solved]] = {
+    "cvxpy": lambda problem: solve_on_paper(solvable(problem)),
     "clarabel-primal": clarabel_primal,
     "clarabel-dual": through("clarabel"),
     "structured": through("interior-point"),
-    "ours": ours,
+    "blockstat": blockstat,
     "compas-rbe": compas_rbe,
 }
 
@@ -151,23 +155,24 @@ def timed(problem: Problem, solver: str) -> Solved:
     return raw, best
 
 
-def judge(problem: Problem, raw: RawSolution) -> dict:
+def judge(problem: Problem, raw: Answer) -> dict:
     """Residuals relative to the weight before and after the correction, the score, and what the certificate says."""
     program = solvable(problem)
 
     def residual(force: np.ndarray, adhesion: np.ndarray) -> float:
-        rest = program.matrix @ force.reshape(-1) - program.opening @ adhesion + program.load
+        rest = program.matrix @ force.reshape(-1) - program.normal_columns @ adhesion + program.load
         return float(np.linalg.norm(rest)) / program.total_load
 
-    balanced = raw.force if raw.status == "Accepted" else certificate.balance(program, raw.force)
-    proof = prove(program, balanced, raw.twist)
-    if proof.outcome is Outcome.UNDECIDED:
-        proof = prove(program, balanced, opened(program, raw.twist))
+    balanced = raw.force if raw.status is Status.ACCEPTED else certificate.balance(program, raw.force)
+    verdict = outcome_of(certificate.check(program, balanced, raw.twist))
+    if verdict is Outcome.UNDECIDED:
+        opened = with_interior_motion(program, raw.twist, problem.motions())
+        verdict = outcome_of(certificate.check(program, balanced, opened))
     return {
         "residual": residual(raw.force, raw.adhesion),
         "balanced": residual(balanced, 0 * raw.adhesion),
         "score": float(np.linalg.norm(raw.adhesion)) / program.total_load,
-        "verdict": proof.outcome.word,
+        "verdict": verdict.word,
     }
 
 
@@ -186,7 +191,7 @@ def measure(scene: str, size: int, solver: str) -> dict:
     judged = judge(problem, raw)
     return {
         "scene": scene, "size": size, "solver": solver, "blocks": problem.eq.n_blocks, "points": problem.eq.n_points,
-        "seconds": seconds, "iterations": raw.iterations, **judged, "memory": peak / 1024, "status": raw.status,
+        "seconds": seconds, "iterations": raw.iterations, **judged, "memory": peak / 1024, "status": raw.status.word,
         "answered": raw.solver, "interfaces": problem.timings["interfaces"],
         "equilibrium": problem.timings["equilibrium"], "certificate": process_time() - begin,
     }  # fmt: skip

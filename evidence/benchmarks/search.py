@@ -21,10 +21,9 @@ import numpy as np
 from blockstat import Memory, assess, build, search
 from blockstat.design_search.search import Margin, SearchResult, space_of
 from blockstat.spec import Scene, scene_from
-from dynsim import verify
+from dynsim import SpeculativeRuns, verify
 from dynsim.comparison.causes import likely_reason
 from dynsim.parallel.pool import jobs_checked
-from dynsim.parallel.speculative import Ahead
 from evidence import results
 from evidence.scenes.sized import chapel_scene
 from evidence.tables import table
@@ -69,7 +68,7 @@ def pruned(chapel: Scene, way: str = "pruned", **ahead: Any) -> tuple[dict, Sear
 def side_by_side(chapel: Scene, alone: SearchResult) -> dict:
     """The same with a simulation on each core, timed by the clock, as `dynsim optimise` does it."""
     jobs, begin = jobs_checked(None), perf_counter()
-    with Ahead(verify, jobs) as dynamic:
+    with SpeculativeRuns(verify, jobs) as dynamic:
         _, result = pruned(chapel, verify=dynamic, begin=dynamic.begin, speculative=jobs)
     seconds = perf_counter() - begin
     words = [[(c.parameters, c.static, c.dynamic) for c in found.history] for found in (alone, result)]
@@ -142,27 +141,30 @@ def comparison(figures: dict) -> str:
             lines += ["", f"Best, {found['way']}: {values}."]
         for parameters, word, note in found.get("disagreements", ()) if found["way"] in MAIN else ():
             values = " ".join(f"{value:.4g}" for value in parameters.values())
-            lines.append(f"- statics allow {values}, Bullet: {word}; {note or 'no reason asked for'}")
+            lines.append(f"- statics allow {values}, Bullet: {word}; {note or 'the reason was not computed'}")
     both = figures["side_by_side"]
     lines += [
         "",
-        f"Pruned with {both['jobs']} processes: {both['seconds']:.0f} s on the clock, "
-        f"the history is {'the same' if both['same'] else 'ANOTHER'}.",
+        f"The pruned search with {both['jobs']} processes takes {both['seconds']:.0f} s of clock time, and its history "
+        f"is {'the same' if both['same'] else 'ANOTHER'}.",
     ]
     narrow = f"{figures['narrow_ratio']:.0f} times, {'the same' if figures['narrow_same'] else 'ANOTHER'} best design"
     lines += [
         "",
-        f"Bullet alone over pruned: {figures['ratio']:.0f} times the seconds; with walls up to {NARROW:g} m {narrow}.",
-        f"Of the pruned seconds {figures['static_seconds']:.0f} are statics, {figures['dynamic_seconds']:.0f} Bullet.",
+        f"Bullet alone takes {figures['ratio']:.0f} times as long as the pruned search; with walls up to {NARROW:g} m "
+        f"{narrow}.",
+        f"Of the seconds of the pruned search, {figures['static_seconds']:.0f} are statics and "
+        f"{figures['dynamic_seconds']:.0f} are Bullet.",
     ]
     if "lighter" in figures:
-        lines.append(f"Every design lighter than the pruned answer in Bullet: {figures['lighter']}.")
+        counts = ", ".join(f"{word} {number}" for word, number in figures["lighter"].items())
+        lines.append(f"Bullet on every design that is lighter than the answer: {counts}.")
     return "\n".join(lines)
 
 
 def summary(designs: int, ratio: float) -> str:
     """One line."""
-    return f"- To simulate all {designs} designs takes {ratio:.0f} times as long as the search (from a sample)."
+    return f"- The simulation of all {designs} designs takes {ratio:.0f} times as long as the search (from a sample)."
 
 
 def main() -> None:

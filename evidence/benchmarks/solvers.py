@@ -1,10 +1,10 @@
-"""Solvers against each other on scenes of growing size, and where the time of ours goes.
+"""Solvers against each other on scenes of growing size, and where the time of blockstat goes.
 
-    python -m evidence.benchmarks.solvers [--sizes 100 1000 ...] [--scenes wall ...] [--solvers ours ...]
+    python -m evidence.benchmarks.solvers [--sizes 100 1000 ...] [--scenes wall ...] [--solvers blockstat ...]
         [--limit 60] [--json]
     python -m evidence.benchmarks.solvers --profile wall 1000
     python -m evidence.benchmarks.solvers --write FILE            # with parts of the time, and one parameter moved
-    python -m evidence.benchmarks.solvers --large --write FILE    # 10,000 blocks, ours alone on larger walls; 10 GB
+    python -m evidence.benchmarks.solvers --large --write FILE    # 10,000 blocks, and larger walls; 10 GB
 
 Each cell has its own process, one thread and a limit of wall seconds; a solver that exceeds it is not asked for more
 blocks of that scene. compas_cra answers when BLOCKSTAT_COMPAS_PYTHON, or --compas, names the Python of an environment
@@ -26,11 +26,11 @@ from evidence.paths import ROOT
 from evidence.runner import THREADS
 
 SCENES = ("wall", "along", "vault", "chapel", "falling")
-SOLVERS = ("cvxpy", "clarabel-primal", "clarabel-dual", "structured", "ours", "compas-rbe")
+SOLVERS = ("cvxpy", "clarabel-primal", "clarabel-dual", "structured", "blockstat", "compas-rbe")
 COMPAS = "BLOCKSTAT_COMPAS_PYTHON"
 AGREE = 1e-6  #: scores of two solvers may differ by that much
-#: Of `--large`: the solvers that can, their blocks, and the walls that only ours is asked for, the first to compare.
-FAST, LARGE, ALONE = ("clarabel-dual", "structured", "ours"), 10_000, (1000, 30_000, 100_000)
+#: Of `--large`: the solvers that can, their blocks, and the walls of blockstat alone, the first for comparison.
+FAST, LARGE, ALONE = ("clarabel-dual", "structured", "blockstat"), 10_000, (1000, 30_000, 100_000)
 
 
 def run(module: str, *arguments: object, limit: float | None = None, **environment: str) -> dict:
@@ -72,22 +72,22 @@ def cells(scenes: list[str], sizes: list[int], solvers: list[str], limit: float)
 
 
 def compared(rows: list[dict]) -> list[dict]:
-    """Rows of one scene and size with their ratio to ours and what they disagree about."""
-    ours = next((row for row in rows if row["solver"] == "ours" and "seconds" in row), None)
-    for row in rows if ours else ():
+    """Rows of one scene and size with their ratio to blockstat and what they disagree about."""
+    own = next((row for row in rows if row["solver"] == "blockstat" and "seconds" in row), None)
+    for row in rows if own else ():
         if "seconds" not in row:
             continue
-        row["ratio"] = row["seconds"] / ours["seconds"]
+        row["ratio"] = row["seconds"] / own["seconds"]
         # Forces in an octagon about the cone, without a mechanism, may prove nothing; they must not prove the contrary.
         silent = row["solver"] == "compas-rbe" and row["verdict"] == "undecided"
-        same = silent or row["verdict"] == ours["verdict"]
-        row["agrees"] = same and abs(row["score"] - ours["score"]) <= AGREE
+        same = silent or row["verdict"] == own["verdict"]
+        row["agrees"] = same and abs(row["score"] - own["score"]) <= AGREE
     return rows
 
 
 def alone(limit: float) -> list[dict]:
     """Ours on walls too large for the others."""
-    return [run("cell", "wall", size, "ours", limit=limit) | {"scene": "wall", "size": size} for size in ALONE]
+    return [run("cell", "wall", size, "blockstat", limit=limit) | {"scene": "wall", "size": size} for size in ALONE]
 
 
 def profiles() -> list[dict]:

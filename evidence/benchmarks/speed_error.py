@@ -152,9 +152,9 @@ def bullet(scene: Scene, step: float, iterations: int) -> float:
 
 #: Name, its way, and the most blocks it is asked for.
 WAYS: tuple[tuple[str, Callable[[Scene], float], int], ...] = (
-    ("ours", middle, 10**6),
-    ("ours, in space", in_space, 10**6),
-    ("ours through Clarabel's dual", lambda scene: middle(scene, solver="clarabel"), 10**6),
+    ("blockstat", middle, 10**6),
+    ("blockstat in space", in_space, 10**6),
+    ("blockstat by Clarabel's dual", lambda scene: middle(scene, solver="clarabel"), 10**6),
     *(
         (f"Clarabel primal, {tolerance:.0e}", lambda scene, t=tolerance: clarabel(scene, t), 10**6)
         for tolerance in (1e-3, 1e-5, 1e-8)
@@ -189,13 +189,13 @@ def measure(with_bullet: bool) -> Iterator[Point]:
 
 
 def dominated(points: list[Point]) -> list[str]:
-    """For each scene the ways that are both faster and nearer than ours by more than the reference's digits."""
+    """For each scene the ways that are both faster and nearer than blockstat by more than the reference's digits."""
     lines = []
     for scene in dict.fromkeys((p.family, p.scene) for p in points):
         own = [p for p in points if (p.family, p.scene) == scene]
-        (ours,) = [p for p in own if p.way == "ours"]
-        better = [p.way for p in own if p.seconds < ours.seconds and p.error < max(ours.error, 5e-6)]
-        lines.append(f"- {scene[0]}, {scene[1]}: {', '.join(better) or 'none'}")
+        (default,) = [p for p in own if p.way == "blockstat"]
+        better = [p.way for p in own if p.seconds < default.seconds and p.error < max(default.error, 5e-6)]
+        lines.append(f"- {scene[0]}, {scene[1]}: {'; '.join(better) or 'none'}")
     return lines
 
 
@@ -220,7 +220,7 @@ def draw(points: list[Point], path: Path) -> None:
     for axis, family in zip(axes, families, strict=False):
         for way, colour, marker in zip(ways, colours, MARKERS[: len(ways)], strict=True):
             own = [p for p in points if (p.family, p.way) == (family, way)]
-            size = 130 if way.startswith("ours") else 45
+            size = 130 if way.startswith("blockstat") else 45
             seconds, errors = [p.seconds for p in own], [max(p.error, LEAST) for p in own]
             axis.scatter(seconds, errors, s=size, color=colour, marker=marker, edgecolors="black", linewidths=0.5)
         axis.set(title=family, xscale="log", yscale="log", xlabel="process seconds", ylabel="relative error")
@@ -235,25 +235,29 @@ def draw(points: list[Point], path: Path) -> None:
 
 PAGE = """# Speed against error
 
-Written by `python -m evidence.benchmarks.speed_error --write`: one run, process seconds from the assembly in memory to
-the limit load multiplier, joints found anew each time. References have six digits, so errors of a few 1e-6 are theirs;
-the chapels are measured against our proven bracket. Polygons stand about the cone, as is usual. Bullet is another
-model: without dilatancy its limits lie below the associated ones, so part of its distance is physics. compas_cra says
-whether an assembly stands and has no limit load: its seconds are in [speed.md](speed.md).
+Written by `python -m evidence.benchmarks.speed_error --write`. Each method computes the limit load multiplier of each
+scene once. Seconds are process time from the assembly in memory to the multiplier, with the search for joints.
+
+- The references have six digits, so they cause errors of a few 1e-6. The reference of the chapels is the proven bracket
+  of blockstat.
+- Polygons are circumscribed about the friction cone, as is usual.
+- Bullet is another model. Its friction does not dilate, so its limits are below the associated ones, and part of its
+  error is physics.
+- compas_cra assesses whether an assembly stands, and computes no limit load. Its seconds are in [speed](speed.md).
 
 ![error over seconds, one panel a family](speed-error.png)
 
 {advice}
 
-Ways that were faster than ours and no further off, scene by scene:
+These methods were faster than blockstat and at least as accurate, scene by scene:
 
 {better}
 
 {table}
 """
-ADVICE = """**Which one to take.** The default, with exact cones, the planar reduction where the scene is prismatic
-and a bracket that is proven from both sides: below a hundred blocks any exact cone will do as well, beyond it the list
-below is short. {tail}"""
+ADVICE = """**Which method to choose.** The default has exact cones, a reduction of prismatic scenes to their plane, and
+a bracket that is proven from both sides. Below a hundred blocks any exact cone serves as well. For larger scenes few
+methods are faster, as the list below shows. {tail}"""
 
 
 def advice(points: list[Point]) -> str:
@@ -261,9 +265,10 @@ def advice(points: list[Point]) -> str:
         return max(p.error for p in points if p.way == way)
 
     return ADVICE.format(
-        tail="Polygons cost digits wherever the motion is not along their sides (the octagon up to "
-        f"{100 * worst('8-gon'):.1g} %, ours {worst('ours'):.0e}), a loose tolerance everywhere (1e-3: up to "
-        f"{worst('Clarabel primal, 1e-03'):.0e}), and Bullet, the dearest, answers another question."
+        tail="Polygons lose accuracy wherever the motion is not along their sides: the error of the octagon is up to "
+        f"{100 * worst('8-gon'):.1g} %, and that of blockstat up to {worst('blockstat'):.0e}. A loose tolerance loses "
+        f"accuracy everywhere: the error at 1e-3 is up to {worst('Clarabel primal, 1e-03'):.0e}. Bullet is the most "
+        "expensive, and answers another question."
     )
 
 

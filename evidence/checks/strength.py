@@ -66,8 +66,8 @@ def check_points(strength, forces, spare):
     assert (normal >= -tension - spare).all(), "a joint pulls"
     assert (normal <= cap + spare).all(), "a joint is crushed"
     with np.errstate(invalid="ignore"):
-        endless = np.where(normal + tension > 0, np.inf, spare)
-        grip = np.where(np.isinf(mu), endless, mu * (normal + spare) + cohesion + 1e-6 * spare)
+        unbounded = np.where(normal + tension > 0, np.inf, spare)
+        grip = np.where(np.isinf(mu), unbounded, mu * (normal + spare) + cohesion + 1e-6 * spare)
     assert (tangent <= grip).all(), "friction beyond its cone"
 
 
@@ -80,7 +80,7 @@ def taken_up(strength, rate):
     slide = np.hypot(rate[:, 1], rate[:, 2])
     sticky = np.isinf(mu)
     room = np.where(sticky, rate[:, 0], rate[:, 0] - np.where(sticky, 0.0, mu) * slide)
-    # With endless friction the cone has its apex at the tension: what slides there is a violation, not a price.
+    # With infinite friction the cone has its apex at the tension: what slides there is a violation, not a price.
     shear = np.where(sticky, 0.0, np.where(sticky, 0.0, cohesion) * slide)
     power = shear + tension * np.maximum(room, 0.0)
     crushed = np.isfinite(cap) & (room < 0)

@@ -23,10 +23,11 @@ def parts(counts: Counter[tuple[str, str, str]]) -> dict[str, str]:
     differ = sum(n for (_, coulomb, bullet), n in counts.items() if (coulomb == "stable") != (bullet == "stands"))
     excluded = sum(n for (static, _, bullet), n in counts.items() if (static, bullet) == ("unstable", "stands"))
     summary = [
-        f"Of {counts.total()} random vaulted huts (one family, one seed) Bullet",
-        f"- fells {too_bold} that force fields alone call stable,",
-        f'- differs on {differ} from `flow="coulomb"`,',
-        f"- lets {excluded or 'none'} stand that statics exclude.",
+        f"Of {counts.total()} random vaulted huts (one family, one seed):",
+        "",
+        f"- {too_bold} fall in Bullet and are stable by force fields alone,",
+        f'- {differ} have different verdicts by Bullet and by `flow="coulomb"`,',
+        f"- {excluded or 'none'} stand in Bullet and are excluded by statics.",
     ]
     return {
         "table": table(["static", "with Coulomb friction", "Bullet", "scenes"], rows),

@@ -18,14 +18,16 @@ from evidence.tables import table
 TIMED = ("static", "coulomb", "dynamic")
 PAGE = """# Static against dynamic
 
-Written by `make evidence ONLY=comparison`: {scenes} scenes of {least} to {most} blocks, {references} of them references
-and {randoms} random (seed {seed}). Statics with exact friction cones (`blockstat.assess`), statics without dilatancy
-and self-stress (`flow="coulomb"`), and Bullet (`dynsim.verify`) judge each. `dynsim.compare` makes the same table of
-any assemblies, and `python -m evidence.comparisons.cases DIRECTORY` of files. The verdicts took {seconds} process
-seconds: force fields {static:.1f}, Coulomb {coulomb:.1f}, Bullet {dynamic:.0f}.
+Written by `make evidence ONLY=comparison`. There are {scenes} scenes of {least} to {most} blocks: {references}
+references and {randoms} random scenes (seed {seed}). Each gets three verdicts: by statics with exact friction cones
+(`blockstat.assess`), by statics without dilatancy and self-stress (`flow="coulomb"`), and by Bullet (`dynsim.verify`).
+`dynsim.compare` makes the same table of any assemblies, and `python -m evidence.comparisons.cases DIRECTORY` makes it
+of files. The verdicts took {seconds} process seconds: force fields {static:.1f}, Coulomb {coulomb:.1f}, Bullet
+{dynamic:.0f}.
 
-Bullet agrees with force fields alone on {agree} scenes and with Coulomb friction on {agree_coulomb}. Of {excluded}
-scenes that statics exclude, {stood} stood in Bullet. Refused by Bullet, so not compared: {refused}.
+Bullet agrees with force fields alone on {agree} scenes, and with Coulomb friction on {agree_coulomb}. Of {excluded}
+scenes that statics exclude, {stood} stood in Bullet. `dynsim` refuses these scenes, so they are not compared:
+{refused}.
 
 {static_matrix}
 
@@ -35,44 +37,47 @@ scenes that statics exclude, {stood} stood in Bullet. Refused by Bullet, so not 
 
 ## References
 
-Scenes made to be a multiple of their known limit (evidence/references/dynamics.py).
+These scenes are built at a multiple of their known limit (`evidence/references/dynamics.py`).
 
 {truths}
 
 ## Limits under a push
 
-{limit_count} random scenes that stand, under a growing horizontal acceleration: `blockstat.limit_load` against the
-middle of Bullet's bracket (`dynsim.limit`, bracket of 1 %). A dashed line marks {share:.0%} of the static limit.
+{limit_count} random scenes that stand are subject to a growing horizontal acceleration. The tables compare
+`blockstat.limit_load` with the middle of the bracket by `dynsim.limit`, which is 1 % wide. In the picture a dashed line
+marks {share:.0%} of the static limit.
 
 {ratios}
 
 ![Bullet's limit over the static limits]({folder}/limits.png)
 
-{doubted} of them carried over {over:.0%} more in Bullet than statics without dilatancy allow. Asked again with time
-steps of {finer:g} ms, Bullet says:
+{doubted} of them carried over {over:.0%} more in Bullet than statics without dilatancy allow. These are the limits in
+Bullet with time steps of {finer:g} ms:
 
 {finer_limits}
 
 ## The mechanism against the first motion
 
-Where force fields do not exist and Bullet falls ({cosines} scenes), the mechanism of the certificate is set beside
-Bullet's motion: the cosine between the two fields of twists in the scalar product of kinetic energy, over free blocks.
-The motion is that from release to the first look at which a block has moved by a tenth of the threshold, about a
-three-hundredth of its size: far above what the solver trembles, and the joints are still where they were. Of the
-cosines half are above {median:.3f} and nine of ten above {tenth:.2f}. The lowest: {lowest}.
+In {cosines} scenes no force field exists and the blocks fall in Bullet. For these the mechanism of the certificate is
+compared with the motion in Bullet. The figure is the cosine between the two fields of twists of the free blocks, in the
+scalar product of kinetic energy. The motion is that from release to the first sample at which a block has moved by a
+tenth of the threshold, about a three-hundredth of its size. This is far above the noise of the solver, and the joints
+have hardly moved. Half of the cosines are above {median:.3f}, and nine of ten are above {tenth:.2f}. The lowest are:
+{lowest}.
 
-Two reasons for less than 1 are known. The mechanism is one of associated flow, in which a sliding block lifts at the
-rate of friction: for a single one the cosine is 1 / sqrt(1 + mu^2), {slide:.2f} at mu = 0.7. And where several
-mechanisms are nearly as good, as in a stack of which every joint is at its limit, the two need not begin with the same.
+Two reasons for a cosine of less than 1 are known. The mechanism has an associated flow, in which a sliding block lifts
+at the rate of friction: for a single block the cosine is 1 / sqrt(1 + mu^2), {slide:.2f} at mu = 0.7. And where several
+mechanisms are nearly critical, as in a stack in which every joint is at its limit, the two may begin with different
+ones.
 
 ![histogram of the cosines]({folder}/cosines.png)
 
 ## Every disagreement, by its cause
 
-{disagreements} scenes differ in one of the two comparisons, and {neither} have a verdict that says neither. A cause is
-looked for with small pushes, with a run of time steps half as long as the finest or less, and with one that lasts ten
-times as long (`dynsim.comparison.causes`). Pictures show where Bullet's fall has brought the blocks, or how they
-would have to fall by statics.
+{disagreements} scenes differ in one of the two comparisons, and {neither} have an outcome that is neither standing nor
+falling. Further runs look for the cause: runs with small pushes, a run with time steps of at most half the finest, and
+a run that lasts ten times as long (`dynsim.comparison.causes`). The pictures show the blocks after the fall in Bullet,
+or the fall that statics predict.
 
 {causes}
 """
@@ -120,8 +125,8 @@ def summary(rows: Comparisons) -> str:
     stood = sum(row.dynamic == "stands" for row in excluded)
     fields, coulomb = (sum(getattr(row, word) is True for row in rows) for word in ("agree", "agree_coulomb"))
     return (
-        f'- Of {len(rows)} scenes Bullet agrees with force fields alone on {fields} and with `flow="coulomb"` on '
-        f"{coulomb}; of the {len(excluded)} that statics exclude it lets {stood or 'none'} stand."
+        f'- Of {len(rows)} scenes, Bullet agrees with force fields alone on {fields} and with `flow="coulomb"` on '
+        f"{coulomb}. Of the {len(excluded)} scenes that statics exclude, {stood or 'none'} stood in Bullet."
     )
 
 

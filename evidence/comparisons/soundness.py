@@ -75,7 +75,7 @@ def summary(rows: list[dict]) -> str:
     """One line."""
     excluded = sum(row["static"] == "unstable" for row in rows)
     stood = sum(row.get("dynamic") == "stands" for row in rows)
-    return f"- Of {len(rows)} random designs statics exclude {excluded}; Bullet lets {stood or 'none'} of them stand."
+    return f"- Of {len(rows)} random designs, statics exclude {excluded}. Of these, {stood or 'none'} stood in Bullet."
 
 
 def main() -> None:

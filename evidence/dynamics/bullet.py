@@ -70,15 +70,15 @@ def page(found: dict) -> str:
     lines = [
         "# Bullet: error and cost", "", "Written by `python -m evidence.dynamics.bullet --write`.", "",
         "![error against cost of each preset](bullet.png)", "",
-        "Error: the multiple of the known limit at which a scene stops standing, less 1; below 0 it falls early, "
-        "on the safe side. Seconds: process time of the whole bisection.", "",
+        "The error is the multiple of the known limit at which a scene ceases to stand, minus 1. Below 0 the scene "
+        "falls too early, which is on the safe side. Seconds are the process time of the whole bisection.", "",
         head(["scene", *(name for p in PRESETS for name in (f"{p} error", "s"))]),
     ]  # fmt: skip
     for name in FAMILIES:
         cells = [r for p in PRESETS for r in found["errors"] if (r["scene"], r["preset"]) == (name, p)]
         lines.append(row([name, *(text for r in cells for text in (f"{r['error']:+.4f}", f"{r['seconds']:.1f}"))]))
-    lines += ["", "Seconds of one verdict on the chapel of `examples/chapel.toml` with finer and finer bricks: walls "
-              f"of {WALLS['stands']} m stand, walls of {WALLS['falls']} m fall.", "",
+    lines += ["", "The next table has the seconds of one verdict on the chapel of `examples/chapel.toml` with smaller "
+              f"and smaller bricks. Walls of {WALLS['stands']} m stand, and walls of {WALLS['falls']} m fall.", "",
               head(["preset", "blocks", "should", "verdict", "process s", "simulated s", "time step"])]  # fmt: skip
     for r in found["costs"]:
         words = [r[name] for name in ("preset", "blocks", "expected", "verdict")]

@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from blockstat import Assembly
-from dynsim import Run, Settings, simulate
-from dynsim.engine.action import Action
+from dynsim import Action, Run, Settings, simulate
 from dynsim.judge.criteria import drops, group_box_centre
 
 TIMES = (1.0, 2.0, 4.0, 10.0)  #: since release [s]

@@ -126,8 +126,9 @@ def thickness(lost: float) -> str:
     thin, thick = (limit_load(arch(15, 0.15 * factor), (1, 0, 0)).lower for factor in (0.99, 1.01))
     share = (thick - thin) / (thick + thin) / 0.01
     return (
-        f"Bullet's arch is {100 * lost:.1f} percent weaker than that of statics. One percent of its thickness is "
-        f"{share:.1f} percent of its static limit, so it is as if it were {100 * lost / share:.1f} percent thinner."
+        f"The limit of the arch in Bullet is {100 * lost:.1f} percent below the static limit. One percent of the "
+        f"thickness changes the static limit by {share:.1f} percent, so the arch acts as if it were "
+        f"{100 * lost / share:.1f} percent thinner."
     )
 
 
@@ -150,7 +151,7 @@ def side_by_side() -> Iterator[str]:
     alone = [verify(design).run.displacement.tobytes() for design in designs]
     for jobs in (1, 2, 3):
         same = sum(a == b for a, b in zip(alone, bits(jobs), strict=True))
-        yield f"- {len(designs)} designs, {jobs} at a time: {same} runs the same bit by bit as alone"
+        yield f"- {len(designs)} designs, {jobs} at a time: {same} runs equal the single runs bit by bit"
 
 
 def strips(directory: Path):

@@ -12,33 +12,33 @@ from evidence.tables import table
 
 INTRODUCTION = """# The paper's experiment
 
-Made by `python -m evidence.dynamics.paper --write`. The procedural-masonry paper puts a vault on walls of 2, 1 and
-0.5 m, judges by Bullet inside its host program, and finds that a building of low rotational stiffness (7,000) stands
-only with the thickest wall while one of high stiffness (70,000) stands even with the thinnest; its buttress loop gives
-each wall 6 buttresses and the back wall 7.
+Written by `python -m evidence.dynamics.paper --write`. The paper ([Fita 2017](bibliography.md#fita-2017)) puts a vault
+on walls of 2, 1 and 0.5 m and simulates it with Bullet inside a modelling program. It finds that a building of low
+rotational stiffness (7,000) stands only with the thickest wall, and that a building of high stiffness (70,000) stands
+even with the thinnest. Its buttress loop gives 6 buttresses to each wall and 7 to the back wall.
 
 ## Assumptions
 
-The paper does not say all that a second run needs. Here:
+The paper does not state everything that a second run needs. These are the assumptions here:
 
-- The chapel is 6 m by 4 m inside, walls 3 m high of blocks of 1.5 m by 0.75 m, a barrel vault 0.3 m thick in 9 courses,
-  buttresses 0.5 m wide, 0.6 m thick and 2 m high: {blocks} blocks without buttresses.
-- Density 2,691 kg/m3, friction 0.7 (the paper's). Glue of 10 is a threshold on accumulated impacts in the paper's host
-  and has no unit here: joints are dry.
-- "Rotational stiffness" is read in two ways: as a scale of the inertia of each block, which is what the host program
-  makes of that word, and as a spring at each joint in N m/rad, which is how the paper writes it.
-- The buttress loop is read as follows: clear all; if the building cracks, one on each wall; one more on each wall that
-  cracks, spaced by Eqs. 3-5; until no joint opens or slides by more than a hundredth of its smaller block. It watches
-  for {seconds:g} s at the scale of 0.3 m blocks, with the preset "fast".
+- The chapel is 6 m by 4 m inside, with walls 3 m high of blocks of 1.5 m by 0.75 m, a barrel vault 0.3 m thick in 9
+  courses, and buttresses 0.5 m wide, 0.6 m thick and 2 m high. It has {blocks} blocks without buttresses.
+- The density is 2,691 kg/m3, and the friction is that of the paper, 0.7. In the paper's program, glue of 10 is a
+  threshold on accumulated impacts, which has no unit here. So joints are dry.
+- "Rotational stiffness" has two readings here. The modelling program uses the word for a scale of the inertia of each
+  block. The paper writes it as a spring at each joint, in N m/rad.
+- The buttress loop begins without buttresses. If the building cracks, it adds one on each wall. Then it adds one more
+  on each wall that cracks, spaced by Eqs. 3-5, until no joint opens or slides by more than a hundredth of its smaller
+  block. It simulates {seconds:g} s at the scale of 0.3 m blocks, with the preset "fast".
 """
 
 
 def page(figures: dict[str, Any]) -> str:
     """The page as Markdown."""
     parts = [INTRODUCTION.format(blocks=figures["blocks"], seconds=figures["seconds"])]
-    parts += ["## Buttresses that each wall needs", "", *_loops(figures), ""]
+    parts += ["## Buttresses for each wall", "", *_loops(figures), ""]
     parts += ["## Drop against simulated time", "", *_drops(figures), "", "![drop against time](paper.png)", ""]
-    parts += ["## What is reproduced, and what is not", "", *_findings(figures)]
+    parts += ["## Findings", "", *_findings(figures)]
     return "\n".join(parts) + "\n"
 
 
@@ -76,14 +76,15 @@ def _findings(figures: dict[str, Any]) -> list[str]:
     least = {row["wall"]: row["least"] for row in figures["static"]}
     first, last = figures["times"][0], figures["times"][-1]
     lines = [
-        f"- After {first:g} s the vault on 0.5 m walls is down by {_mm(dry[0])} with true inertia, {_mm(soft[0])} with "
-        f"7,000 times and {_mm(hard[0])} with 70,000 times the inertia; after {last:g} s by {_mm(dry[-1])}, "
-        f"{_mm(soft[-1])} and {_mm(hard[-1])}.",
+        f"- After {first:g} s the vault on 0.5 m walls has dropped by {_mm(dry[0])} with true inertia, by "
+        f"{_mm(soft[0])} with 7,000 times the inertia and by {_mm(hard[0])} with 70,000 times. After {last:g} s the "
+        f"drops are {_mm(dry[-1])}, {_mm(soft[-1])} and {_mm(hard[-1])}.",
     ]
     if least[0.5] != 0:
         lines.append(
-            "- Statics find no equilibrium of the 0.5 m walls without buttresses, and statics do not see inertia. Read "
-            "as inertia, the finding that stiff buildings stand with thin walls is one of simulated time."
+            "- Statics find no equilibrium of the 0.5 m walls without buttresses, and statics do not depend on "
+            "inertia. If stiffness means inertia, stiff buildings stand with thin walls only because the simulated "
+            "time is short."
         )
     for row in figures["loops"]:
         if row["wall"] == 0.5:
@@ -95,14 +96,14 @@ def _findings(figures: dict[str, Any]) -> list[str]:
     for value in ("7,000", "70,000"):
         fall = drops[f"springs of {value} N m/rad", 0.5]
         lines.append(
-            f"- Springs of {value} N m/rad at the joints: the vault on 0.5 m walls is down by {_mm(fall[0])} after "
+            f"- Springs of {value} N m/rad at the joints: the vault on 0.5 m walls has dropped by {_mm(fall[0])} after "
             f"{first:g} s, {_mm(fall[-2])} after {figures['times'][-2]:g} s and {_mm(fall[-1])} after {last:g} s."
         )
     lines += [
-        "- A spring's moment has no bound here, as if its joint could never break; statics know no such joint, so what "
-        "they exclude may stand on springs, and pruning is for dry and bonded joints only.",
-        "- The numbers of the paper's buttresses depend on a plan, heights, buttress sizes and a crack threshold that "
-        "it does not give; they cannot be expected to come out the same.",
+        "- The moment of a spring has no bound here, as if its joint could never break. Statics have no such joint. "
+        "So a design that statics exclude may stand on springs, and pruning is sound for dry and bonded joints only.",
+        "- The numbers of buttresses in the paper depend on a plan, heights, buttress sizes and a crack threshold that "
+        "it does not give. They cannot be expected to agree.",
     ]
     return lines
 

@@ -14,8 +14,7 @@ from time import process_time
 import numpy as np
 
 from blockstat import Assembly, assess, limit_load
-from dynsim import AngularSprings, InertiaScale, Settings
-from dynsim.engine.action import Action
+from dynsim import Action, AngularSprings, InertiaScale, Settings
 from evidence import results
 from evidence.dynamics.drops import TIMES, vault_drop, watched
 from evidence.scenes.small import assembly, box, slice_

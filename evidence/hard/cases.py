@@ -275,9 +275,9 @@ CASES = (
         for angle in (1e-1, 1e-3, 1e-6)
     ),
     Case("friction", "level ground without friction", lambda: stack(3), STABLE, "weight alone", {"friction": 0.0}),
-    Case("friction", "endless friction, .999 of tipping", pushed(lambda: stack(1, 0.5, 2.0), 0.25 * 0.999), STABLE,
+    Case("friction", "infinite friction, .999 of tipping", pushed(lambda: stack(1, 0.5, 2.0), 0.25 * 0.999), STABLE,
          "b/h", {"friction": np.inf}),
-    Case("friction", "endless friction, 1.001 of tipping", pushed(lambda: stack(1, 0.5, 2.0), 0.25 * 1.001), UNSTABLE,
+    Case("friction", "infinite friction, 1.001 of tipping", pushed(lambda: stack(1, 0.5, 2.0), 0.25 * 1.001), UNSTABLE,
          "b/h", {"friction": np.inf}),
     Case("floating", "a block in the air", in_the_air, UNSTABLE, "nothing holds it"),
     Case("floating", "two blocks in the air, one on the other", pair_in_the_air, UNSTABLE, "nothing holds them"),

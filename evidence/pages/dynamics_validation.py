@@ -15,9 +15,9 @@ from evidence.tables import head, row
 
 HEADER = """# Validation of the dynamics
 
-Written by `make validation`, default preset. A limit is a multiple of the exact one: between the largest that stood and
-the smallest that did not. Seconds are process time of all runs of a row. Families and sources are in
-[evidence/references/dynamics.py](../evidence/references/dynamics.py), the tests in
+Written by `make validation` with the default preset. Limits are given as multiples of the exact limit: the largest
+multiple that stood and the smallest that did not. Seconds are the process time of all runs of a row. The families and
+their sources are in [evidence/references/dynamics.py](../evidence/references/dynamics.py). The tests are in
 [tests/dynsim/test_dynamic_references.py](../tests/dynsim/test_dynamic_references.py).
 """
 
@@ -45,7 +45,7 @@ def limits() -> list[str]:
 def slips() -> list[str]:
     lines = [
         *section("Slip", "test_slip_within_half_a_percent_of_friction", "Coulomb, tan(angle) = mu"),
-        f"Directions of {DIRECTIONS} in which a slab rests at .995 mu and slides at 1.005 mu.",
+        f"Number of directions, of {DIRECTIONS}, in which a slab rests at .995 mu and slides at 1.005 mu.",
         "",
     ]
     for name, hull in (("boxes", False), ("hulls", True)):

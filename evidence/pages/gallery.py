@@ -14,17 +14,17 @@ from evidence.tables import head, row
 
 HEAD = """# Gallery
 
-Made by `make evidence ONLY=gallery`. Verdicts are static, with friction 0.7; what is grey cannot move.
+Written by `make evidence ONLY=gallery`. The verdicts are static, with friction 0.7. Grey blocks are supports.
 
 ## Buildings
 
-The scenes of `examples/`.
+These are the scenes of `examples/`.
 
 """
 ELEMENTS_HEAD = """
 ## Elements
 
-Every element of `blockstat.model`, on a slab or on fixed springers or plinths.
+These are all elements of `blockstat.model`, on a slab or on fixed springers or plinths.
 
 """
 COLUMNS = head(["", "", "blocks", "interfaces", "verdict"]) + "\n"

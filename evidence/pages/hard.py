@@ -17,11 +17,12 @@ from evidence.tables import head, row
 PILES = 10_000
 HEAD = """# Hard cases
 
-Written by `make evidence ONLY=hard`. Scenes that break solvers, the truth about each and what came out. A case within a
-hair of its limit, or with a joint hardly wider than nothing, may be undecided; none may be wrong. Where a case is
-closer to its limit than 1e-9 of the weight, the stated tolerance of the certificates, either word is honest. The
-residual is what is left unbalanced on a block beside its own load. Behind every answer stands the independent check of
-`evidence.checks`, which shares no code with the product; each row is a test (`tests/hard`).
+Written by `make evidence ONLY=hard`. These are scenes on which solvers fail, with the truth about each and the answer
+of blockstat. A case very close to its limit, or with a joint of almost no width, may be undecided. No answer may be
+wrong. Where a case is closer to its limit than 1e-9 of the weight, which is the tolerance of the certificates, both
+answers count as right. The residual is the largest unbalanced force on a block, relative to its load. The independent
+check in `evidence/checks`, which shares no code with blockstat, confirms every answer. Each row is a test
+(`tests/hard`).
 
 """
 HEADS = ["family", "case", "true", "answer", "", "by", "residual", "s", "what the user is told"]
@@ -46,10 +47,11 @@ def piles() -> str:
         words[assess(pile(seed)).outcome.word] += 1
     counts = ", ".join(f"{number:,} {word}" for word, number in words.most_common())
     return (
-        f"\n## Random piles\n\n{PILES:,} random piles of 1 to 15 blocks (`evidence/hard/piles.py`: any friction from "
-        "none to endless, mass ratios to 1e5 from density alone, sheared, turned, in millimetres to kilometres, "
-        f"tilted): {counts}. No proof was rejected by the independent check, no answer was not a number, none took "
-        f"long: {process_time() - begin:.0f} s of process time in all.\n"
+        f"\n## Random piles\n\nThe verdicts on {PILES:,} random piles of 1 to 15 blocks (`evidence/hard/piles.py`) "
+        f"are: {counts}. The piles have any friction from zero to infinite and mass ratios up to 1e5 from density "
+        "alone. They are sheared, turned and tilted, and their size is from millimetres to kilometres. The "
+        "independent check rejected no proof, every answer was a number, and none took long: "
+        f"{process_time() - begin:.0f} s of process time in all.\n"
     )
 
 

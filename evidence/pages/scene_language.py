@@ -1,31 +1,30 @@
 """Write docs/scenes.md, the reference of the scene language, from the structs that read it."""
 
 import inspect
-import re
 from typing import Any, Literal, get_args, get_origin
 
 import msgspec
 
-from blockstat.spec import Composition, Joint, Material, Range, chapel, elements, walls
+from blockstat.model.expression import CONSTANTS, FUNCTIONS
+from blockstat.model.walling import run
+from blockstat.spec import Composition, Joint, Material, Range, chapel, elements
 from blockstat.spec.element import Element, Repeat
-from blockstat.spec.expression import CONSTANTS, FUNCTIONS
+from blockstat.spec.meanings import meanings
 from evidence.paths import DOCS
 from evidence.tables import table
 
-FIELD = re.compile(r"^    (\w+): .*?(?:  #: (.*))?$")
-
 HEAD = f"""# Scene files
 
-Written by `make evidence ONLY=scenes` from the structs in `blockstat.spec`. Lengths are in metres, densities in kg/m3,
-z is up and the ground is z = 0. Unknown keys are refused with the keys that are allowed.
+Written by `make evidence ONLY=scenes` from the tables in `blockstat.spec`. Lengths are in metres and densities in
+kg/m3. The z axis points up, and the ground is at z = 0. An unknown key is an error that lists the allowed keys.
 
-A scene has one of two forms: a **composition** of elements, or the **short form**, a rectangular building with a barrel
-vault. `parameters`, `with_values`, `build`, the search and the command lines take both.
+A scene has one of two forms: a **composition** of elements, or the **short form** for a rectangular building with a
+barrel vault. `parameters`, `with_values`, `build`, the search and the command lines accept both.
 
 ```toml
 description = "A gate."
 
-[parameters]                                 # the search moves ranges
+[parameters]                                 # the search changes ranges
 t = {{ value = 0.5, min = 0.3, max = 0.5, step = 0.1 }}
 span = 2.0
 
@@ -47,53 +46,38 @@ at = [0, 0, 1.5]
 ```
 
 - A string that begins with `=` is arithmetic over the parameters: `+ - * / // % **`, parentheses, comparisons (1 or 0),
-  {", ".join(f"`{name}`" for name in [*FUNCTIONS, *CONSTANTS])}; angles are in radians. It may
-  stand for any number of a composition, in a parameter too.
-- A range `{{value, min, max, step}}` may stand for any number; the search moves it. Its path is that of the file:
-  `parameters.t`, `elements.ring.thickness`.
-- `present` of an element, a run, an opening or a buttress is `true`, `false` or `"search"`: a range of 1 (there, as
-  it is built by default) and 0. The search keeps such an element only where the building does not stand without it.
-- Groups of an element's blocks begin with its name: `ring.arch`; where it is repeated with the number of the copy:
-  `piers.1.pier`, `piers.2.pier`.
-- Elements that overlap are refused with their names.
+  {", ".join(f"`{name}`" for name in [*FUNCTIONS, *CONSTANTS])}. Angles are in radians. Arithmetic
+  may replace any number of a composition, also in a parameter.
+- A range `{{value, min, max, step}}` may replace any number. The search changes it. Its name is its path in the file,
+  such as `parameters.t` or `elements.ring.thickness`.
+- `present` of an element, a run, an opening or a buttress is `true`, `false` or `"search"`. The last is a range of 1
+  (present, the default) and 0. The search keeps such an element only if the building does not stand without it.
+- The groups of the blocks of an element begin with its name, as in `ring.arch`. If the element is repeated, the number
+  of the copy follows, as in `piers.1.pier` and `piers.2.pier`.
+- Elements that overlap are an error that names them.
 
-In Python the same tables are dicts: `blockstat.build(blockstat.scene_from({{"name": ..., "elements": {{...}}}}))`; or
-call the builders of `blockstat.model` and put their blocks together with `moved` and `assemble`.
+In Python the same tables are dicts: `blockstat.build(blockstat.scene_from({{"name": ..., "elements": {{...}}}}))`. You
+may also call the builders of `blockstat.model`, and compose their blocks with `moved` and `assemble`.
 """
-
-
-def comments(kind: type) -> dict[str, str]:
-    """What the source says after `#:` about each field of a struct, behind it or on the line before."""
-    found: dict[str, str] = {}
-    before = ""
-    for line in inspect.getsource(kind).splitlines():
-        if line.strip().startswith("#: "):
-            before = line.strip()[3:]
-        elif match := FIELD.match(line):
-            found[match[1]] = match[2] or before
-            before = ""
-    return found
 
 
 def keys(kind: type, without: frozenset[str] = frozenset()) -> str:
     """Keys of a struct, their defaults and what they mean."""
-    words: dict[str, str] = {}
-    for base in reversed(kind.__mro__):
-        if issubclass(base, msgspec.Struct) and base is not msgspec.Struct:
-            words |= comments(base)
+    words = meanings(kind)
     rows = []
     for field in msgspec.structs.fields(kind):
         if field.name in without:
             continue
         if not words.get(field.name):
             raise SystemExit(f"{kind.__name__}.{field.name} has no comment")
-        rows.append([f"`{field.name}`", default(field), words[field.name] + allowed(field.type)])
+        rows.append([f"`{field.name}`", default(field), words[field.name] + allowed(field.type, words[field.name])])
     return table(["key", "default", ""], rows)
 
 
-def allowed(kind: Any) -> str:
-    """The words that a key may have, if they are few."""
-    return f": {', '.join(get_args(kind))}" if get_origin(kind) is Literal else ""
+def allowed(kind: Any, said: str) -> str:
+    """The words that a key may have, if they are few and not yet said."""
+    words = get_args(kind) if get_origin(kind) is Literal else ()
+    return "" if all(word in said for word in words) else f": {', '.join(words)}"
 
 
 def default(field: msgspec.structs.FieldInfo) -> str:
@@ -127,10 +111,10 @@ def page() -> str:
     parts.append(section("`repeat`", Repeat, 4))
     for tag, kind in elements.KINDS.items():
         parts.append(section(f'kind = "{tag}"', kind, without=placing))
-        if kind is walls.Walls:
-            inner = (("runs.NAME", walls.Run), ("buttresses", walls.WallButtress))
-            shared = (("openings", walls.WallOpening), ("coping", walls.Coping), ("through", walls.Through))
-            parts += [section(f"`{name}`", struct, 4) for name, struct in (*inner, *shared)]
+        if tag == "walls":
+            parts.append(section("`runs.NAME`", run.Run, 4, without=frozenset({"name"})))
+            shared = (("buttresses", run.Buttress), ("openings", run.Opening), ("coping", run.Coping))
+            parts += [section(f"`{name}`", own, 4) for name, own in (*shared, ("through", run.Through))]
     parts.append("## Both forms\n")
     parts += [section("`material`", Material), section("`joints`", Joint), section("A range", Range)]
     parts.append(section("The short form", chapel.Building, 2))

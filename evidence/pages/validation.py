@@ -17,16 +17,21 @@ from evidence.references.row import Row
 
 HEADER = """# Validation
 
-Written by `make validation`. Value: the reference, E exact, P published, D derived from first principles by two
-methods, d by one. Bracket: the distance between what is proven to stand and what is proven to fall (for zero dilatancy
-and Coulomb angles: the bisection). The source of a published value is a work of the [bibliography](bibliography.md), of
-an exact one its formula or the reason for it, of a derived one the program that finds it again.
+Written by `make validation`. Each row compares a reference value with the value that blockstat computes. The first
+column gives the kind of the reference:
 
-Every row is a test to the digits given, named after its first two columns:
+- E: exact. The source is its formula, or the reason for it.
+- P: published. The source is a work of the [bibliography](bibliography.md).
+- D: derived from first principles by two methods. The source is the program that computes it again.
+- d: derived by one method.
+
+The bracket is the distance between the value that is proven to stand and the value that is proven to fall. For zero
+dilatancy and Coulomb angles it is the width of the bisection. Every row is a test to the digits given, and its name is
+made of the first two columns:
 
     pytest "tests/validation/test_references.py::test_reference[P Ferris & Tin-Loi W1, associated]"
 """
-COLUMNS = tables.head(["", "reference", "value", "ours", "bracket", "error", "s", "source"])
+COLUMNS = tables.head(["", "reference", "value", "blockstat", "bracket", "error", "s", "source"])
 #: A work as the bibliography calls it.
 WORK = re.compile(r"[A-Z]\w+( [A-Z][\w]+)? \d{4}")
 

@@ -12,9 +12,9 @@ import msgspec
 import numpy as np
 
 from blockstat import Assembly, Block, build, load_scene
+from blockstat.model import barrel_vault, moved
 from blockstat.model.solids import box
-from blockstat.model.vaults.short_barrel import build_barrel
-from blockstat.model.walling.short_bond import lay_row
+from blockstat.model.walling.pattern import plain_row
 from blockstat.spec import Brick, Building, Vault, value_of
 from evidence.paths import EXAMPLES
 
@@ -27,9 +27,10 @@ def wall(blocks: int) -> Assembly:
     length, depth, height = BRICK
     row = (side - 0.5) * length
     bricks: list[Block] = [box((-1, -1, -0.2), (row + 1, depth + 1, 0), name="ground", group="ground")]
+    cuts = [ends.tolist() for ends in plain_row(row, length)]
     for course in range(side):
-        z = course * height
-        for i, (a, b) in enumerate(lay_row(row, length, course)):
+        z, ends = course * height, cuts[course % 2]
+        for i, (a, b) in enumerate(zip(ends, ends[1:], strict=False)):
             bricks.append(box((a, 0, z), (b, depth, z + height), name=f"{course}.{i}", group="wall"))
     return Assembly.from_blocks(bricks, supports=[0], name=f"wall of {blocks}")
 
@@ -58,7 +59,8 @@ def vault(blocks: int) -> Assembly:
     span, thickness = 4.0, 0.5
     brick = 1.5 * np.pi * (span + thickness) / 2 / courses  # half as long again as it is wide
     length = (row - 0.5) * brick
-    voussoirs = build_barrel(length=length, span=span, springing=0.0, thickness=thickness, courses=courses, brick=brick)
+    barrel = barrel_vault(span=span, length=length, thickness=thickness, brick=brick, voussoirs=courses)
+    voussoirs = moved(barrel, (length / 2, span / 2, 0.0))
     springers = [
         box((-0.5, y, -0.5), (length + 0.5, y + thickness, 0.0), name=f"springer.{k}", group="springer")
         for k, y in enumerate((-thickness, span))

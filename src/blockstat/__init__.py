@@ -39,16 +39,26 @@ if TYPE_CHECKING:
     from blockstat.errors import InputError, InputWarning
     from blockstat.geometry_repair.repair import Change, RepairOutcome, RepairReport, repair
     from blockstat.io.files import write
-    from blockstat.io.scene import load_scene, scene_text
+    from blockstat.io.scene_text import scene_text
     from blockstat.joint import JointLaw
     from blockstat.loads import acceleration, point_load
-    from blockstat.model.scene import build, read
     from blockstat.model.solids import box
     from blockstat.program.bonds import Bonds
     from blockstat.result import Result, Sentence
     from blockstat.sensitivity.parameters import limit_load_gradient, score_gradient, stone_sensitivity
     from blockstat.sensitivity.vertices import PointGradient, limit_load_by_point, score_by_point, shared_points
-    from blockstat.spec import Building, Composition, Range, Scene, parameters, scene_from, with_values
+    from blockstat.spec import (
+        Building,
+        Composition,
+        Range,
+        Scene,
+        build,
+        load_scene,
+        parameters,
+        read,
+        scene_from,
+        with_values,
+    )
     from blockstat.view.animation import write_mechanism, write_motion
     from blockstat.view.attributes import write_verdict
     from blockstat.view.plot import (
@@ -176,16 +186,15 @@ _HOMES = {
         "errors": "InputError InputWarning",
         "geometry_repair.repair": "Change RepairOutcome RepairReport repair",
         "io.files": "write",
-        "io.scene": "load_scene scene_text",
+        "io.scene_text": "scene_text",
         "joint": "JointLaw",
         "loads": "acceleration point_load",
-        "model.scene": "build read",
         "model.solids": "box",
         "program.bonds": "Bonds",
         "result": "Result Sentence",
         "sensitivity.parameters": "limit_load_gradient score_gradient stone_sensitivity",
         "sensitivity.vertices": "PointGradient limit_load_by_point score_by_point shared_points",
-        "spec": "Building Composition Range Scene parameters scene_from with_values",
+        "spec": "Building Composition Range Scene build load_scene parameters read scene_from with_values",
         "view.animation": "write_mechanism write_motion",
         "view.attributes": "write_verdict",
         "view.plot": "mechanism_pose plot plot_forces plot_mechanism plot_stone_sensitivity plot_verdict",

@@ -1,4 +1,4 @@
-"""Checks of what a load is given: vectors and times."""
+"""Checks of vectors and times that loads are made with."""
 
 from __future__ import annotations
 
@@ -11,6 +11,27 @@ from blockstat.typing import Floats
 
 
 def vector_of(value: Any, what: str, *, zero: bool = False) -> Floats:
+    """Return a value as a vector.
+
+    Parameters
+    ----------
+    value : sequence of three floats
+        What was given.
+    what : str
+        What it is for; the message of an error begins with it.
+    zero : bool
+        Whether all three may be zero.
+
+    Returns
+    -------
+    array of float, shape (3,)
+        The vector.
+
+    Raises
+    ------
+    InputError
+        For anything but three finite numbers.
+    """
     vector = np.asarray(value, dtype=float)
     if vector.shape != (3,) or not np.isfinite(vector).all() or not (zero or vector.any()):
         raise InputError(f"{what} is {value!r}; it must be three numbers{'' if zero else ', not all zero'}")
@@ -18,10 +39,28 @@ def vector_of(value: Any, what: str, *, zero: bool = False) -> Floats:
 
 
 def positive(value: float, what: str) -> None:
+    """Raise InputError for a number that is not finite and positive.
+
+    Parameters
+    ----------
+    value : float
+        What was given.
+    what : str
+        What it is for; the message begins with it.
+    """
     if not (np.isfinite(value) and value > 0):
         raise InputError(f"{what} is {value!r}; it must be above 0")
 
 
 def not_negative(value: float, what: str) -> None:
+    """Raise InputError for a number that is negative or not finite.
+
+    Parameters
+    ----------
+    value : float
+        What was given.
+    what : str
+        What it is for; the message begins with it.
+    """
     if not (np.isfinite(value) and value >= 0):
         raise InputError(f"{what} is {value!r}; it must be 0 or more")

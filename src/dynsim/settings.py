@@ -1,8 +1,8 @@
-"""How a dynamic check is run. The defaults are a measured set: see docs/dynamics.md."""
+"""Settings of a simulation. The defaults were chosen by measurement: see docs/dynamics.md."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 from blockstat.errors import InputError
@@ -44,12 +44,37 @@ class Settings:
 
     @classmethod
     def named(cls, preset: str, **changes: Any) -> Settings:
-        """Settings of a preset, "fast", "default" or "careful", with some changed.
+        """Return the settings of a preset with some of them changed.
 
-        Raises InputError for a name that does not exist.
+        Parameters
+        ----------
+        preset : str
+            "fast", "default" or "careful"; see `PRESETS`.
+        **changes
+            Fields of `Settings` and their values.
+
+        Returns
+        -------
+        Settings
+            The settings.
+
+        Raises
+        ------
+        InputError
+            For a preset or a setting that does not exist, and for a value that is out of range.
+
+        Examples
+        --------
+        >>> from dynsim import Settings
+        >>> Settings.named("fast", end=1.0).time_step
+        0.002
         """
         if preset not in PRESETS:
             raise InputError(f"no preset {preset!r}; presets are: {', '.join(PRESETS)}")
+        known = [field.name for field in fields(cls)]
+        unknown = [name for name in changes if name not in known]
+        if unknown:
+            raise InputError(f"no setting {unknown[0]!r}; settings are: {', '.join(known)}")
         return cls(**{**PRESETS[preset], **changes})
 
     def __post_init__(self) -> None:
@@ -82,5 +107,5 @@ class Settings:
 
     @property
     def substeps(self) -> int:
-        """Time steps between two looks."""
+        """Number of time steps between two looks."""
         return max(round(self.look_every / self.time_step), 1)

@@ -13,4 +13,4 @@ def test_solve_of_a_thousand_blocks(benchmark, scene):
     problem = posed(scene, 1000)
     raw = benchmark(SOLVERS["structured"], problem)
     assert raw.solver == "interior-point"
-    assert raw.status == "Accepted"
+    assert raw.status.word == "accepted"

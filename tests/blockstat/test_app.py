@@ -15,7 +15,7 @@ from blockstat.app.design import Failed, Judged, Question, open_model
 from blockstat.app.evaluation import evaluated
 from blockstat.app.follow import Follower
 from blockstat.app.words import Known, block_card, headline, numbers
-from blockstat.io.scene import scene_text
+from blockstat.io.scene_text import scene_text
 from blockstat.view.three_d.arrows import force_arrows, thrust_arrows
 from blockstat.view.three_d.colouring import CHOICES, colouring, tension
 from blockstat.view.three_d.geometry import block_at, surface

@@ -120,7 +120,7 @@ def test_a_flyer_holds_a_wall_that_is_pushed_outwards():
     ("change", "match"),
     [
         ({"wall": "b"}, "there is no such wall; walls are: a"),
-        ({"number": 9}, "9 of 0.6 m width do not fit 4 m of wall"),
+        ({"number": 9}, "9 buttresses of 0.6 m width do not fit 4 m of wall"),
         ({"at": [0.1]}, "a width of 0.6 m at 0.1 m does not fit"),
         ({"side": "outer"}, "side is 'outer'; it must be one of: left, right"),
         ({"steps": [(1.0, 0.9)]}, "heights must grow and projections decrease"),

@@ -1,3 +1,4 @@
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -5,8 +6,9 @@ from hypothesis import strategies as st
 
 from blockstat import InputError, build, find_interfaces, load_scene
 from blockstat.contact.penetration import overlaps
-from blockstat.model.walling.short_bond import Lintel, Void, brick_length, lay_row
-from blockstat.spec import scene_from
+from blockstat.model import Buttress, Opening, Run, walls
+from blockstat.model.walling.pattern import plain_row
+from blockstat.spec import lowered, scene_from
 
 
 @pytest.fixture(scope="module")
@@ -16,34 +18,74 @@ def chapel(root):
 
 def test_rows_are_whole_bricks_and_one_half_brick():
     # LongitudeRow = NumberOfPoints x SizeOfBrick + HalfBrick (the procedural-masonry paper, Eq. 4).
-    brick = brick_length(5.4, 0.9)
-    assert 5.4 == pytest.approx(5 * brick + brick / 2) or 5.4 == pytest.approx(6 * brick + brick / 2)
-    for course in range(4):
-        lengths = [b - a for a, b in lay_row(5.4, brick, course)]
+    for course, ends in enumerate(plain_row(5.4, 0.9)):
+        lengths = np.diff(ends).tolist()
         half = lengths.pop(-1 if course % 2 == 0 else 0)
+        brick = 5.4 / (len(lengths) + 0.5)
+        assert len(lengths) in (5, 6)
         assert half == pytest.approx(brick / 2)
         assert lengths == pytest.approx([brick] * len(lengths))
 
 
 def test_no_head_joint_stands_over_another():
-    brick = brick_length(5.4, 0.9)
-    joints = [{round(a, 9) for a, _ in lay_row(5.4, brick, course)} - {0.0} for course in range(2)]
-    assert not joints[0] & joints[1]
+    even, odd = ({round(x, 9) for x in ends[1:-1].tolist()} for ends in plain_row(5.4, 0.9))
+    assert even
+    assert odd
+    assert not even & odd
 
 
-@given(st.floats(0.5, 4.5), st.floats(0.2, 1.5), st.integers(0, 1), st.booleans())
-def test_bricks_are_cut_at_an_opening_without_slivers(centre, width, course, lintel):
-    row, brick = 5.0, brick_length(5.0, 0.6)
+@given(st.floats(0.5, 4.5), st.floats(0.2, 1.5))
+def test_bricks_are_cut_at_an_opening_without_slivers(centre, width):
+    row, nominal, course = 5.0, 0.6, 0.3
+    brick = np.diff(plain_row(row, nominal)[0])[0]
     start, end = centre - width / 2, centre + width / 2
     assume(start > brick / 2 and end < row - brick / 2)
-    gap = (Lintel if lintel else Void)(start, end)
-    bricks = lay_row(row, brick, course, [gap])
-    assert sum(b - a for a, b in bricks) == pytest.approx(row if lintel else row - width)
-    assert ((start, end) in bricks) == lintel
-    assert all(b <= start + 1e-12 or a >= end - 1e-12 or (a, b) == (start, end) for a, b in bricks)
-    assert all(later[0] >= earlier[1] - 1e-12 for earlier, later in zip(bricks, bricks[1:], strict=False))
-    inner = [b - a for a, b in bricks if a > 0 and b < row and (a, b) != (start, end)]
-    assert min(inner, default=brick) >= brick / 3 - 1e-9
+    opening = Opening(width=width, height=2 * course, at=[centre])
+    wall = Run(name="w", path=[(0, 0), (row, 0)], thickness=0.4, height=4 * course, closers=True, openings=[opening])
+    blocks = walls(wall, brick=(nominal, course))
+    for level in range(4):
+        extents = [(b.vertices[:, 0].min(), b.vertices[:, 0].max(), b.group) for b in blocks if at(b, level * course)]
+        bricks = sorted(extents)
+        void = width if level < 2 else 0.0
+        assert sum(b - a for a, b, _ in bricks) == pytest.approx(row - void)
+        lintel = [(a, b) for a, b, group in bricks if group == "wall.w.lintel"]
+        assert lintel == ([] if level != 2 else [pytest.approx((start - brick / 2, end + brick / 2))])
+        assert all(later[0] >= earlier[1] - 1e-12 for earlier, later in zip(bricks, bricks[1:], strict=False))
+        inner = [b - a for a, b, _ in bricks if a > 1e-9 and b < row - 1e-9 and (a, b) not in lintel]
+        assert min(inner, default=brick) >= brick / 3 - 1e-9
+
+
+def at(block, height: float) -> bool:
+    """Whether a block stands on the bed at a height."""
+    return abs(block.vertices[:, 2].min() - height) < 1e-9
+
+
+def test_a_stretch_too_narrow_for_a_brick_is_refused_or_a_closer():
+    window = Opening(width=1.0, height=0.6, at=[0.6])
+    wall = {"name": "w", "path": [(0, 0), (5, 0)], "thickness": 0.4, "height": 1.2, "openings": [window]}
+    with pytest.raises(InputError, match=r"0\.1 m is left between its end and .*openings\[0\]"):
+        walls(Run(**wall), brick=(0.6, 0.3))
+    window = Opening(width=0.4, height=0.6, at=[0.6], bearing=0.3)
+    blocks = walls(Run(**wall | {"openings": [window], "closers": True}), brick=(0.6, 0.3))
+    over = [b for b in blocks if at(b, 0.6)]
+    assert min(np.ptp(b.vertices[:, 0]) for b in over) == pytest.approx(0.1)
+
+
+def test_own_courses_of_a_buttress_are_single_stones_of_its_own_height():
+    wall = Run(name="w", path=[(0, 0), (5, 0)], thickness=0.4, height=1.2)
+    own = {"wall": "w", "width": 0.5, "projection": 0.9, "height": 1.0, "side": "left", "courses": 4}
+    blocks = [b for b in walls(wall, buttresses=[Buttress(**own, bonded=False)]) if b.group == "buttress.w.1"]
+    assert len(blocks) == 4
+    for k, block in enumerate(blocks):
+        np.testing.assert_allclose(block.vertices.min(axis=0), (2.25, 0.2, k / 4), atol=1e-12)
+        np.testing.assert_allclose(block.vertices.max(axis=0), (2.75, 1.1, (k + 1) / 4), atol=1e-12)
+    with pytest.raises(InputError, match="bonded = false"):
+        walls(wall, buttresses=[Buttress(**own)])
+    with pytest.raises(InputError, match="upright face"):
+        walls(
+            Run(name="w", path=[(0, 0), (5, 0)], thickness=0.4, height=1.2, batter=(0.1, 0.0)),
+            buttresses=[Buttress(**own, bonded=False)],
+        )
 
 
 def test_chapel_groups(chapel):
@@ -61,6 +103,14 @@ def test_chapel_groups(chapel):
     assert len(chapel.in_group("wall")) + len(chapel.in_group("vault")) + len(chapel.in_group("buttress")) + 1 == (
         chapel.n_blocks
     )
+
+
+def test_the_short_form_can_be_written_as_a_composition(root, chapel):
+    plan = lowered(load_scene(root / "examples" / "chapel.toml"))
+    whole = build(scene_from({"name": "chapel", "elements": msgspec.to_builtins(plan.elements)}))
+    assert whole.names == chapel.names
+    assert whole.groups == chapel.groups
+    np.testing.assert_array_equal(whole.vertices, chapel.vertices)
 
 
 def test_chapel_volumes_by_hand(chapel):

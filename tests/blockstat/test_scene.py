@@ -113,6 +113,7 @@ def test_intrinsic_parameters_default_to_the_paper():
             {"buttresses": {"south": {"number": 4, "thickness": 0.5, "width": 0.8, "height": 1.0}}},
             "buttresses.south: 4 buttresses",
         ),
+        ({"wall": {"thickness": 1.4, "height": 1.5}}, "wall.thickness: end walls of 1.4 m overlap"),
     ],
 )
 def test_parts_that_do_not_fit_name_their_key(change, expected):

@@ -5,8 +5,8 @@ import pytest
 
 from blockstat import Block, assess
 from blockstat.analysis.problem import pose
-from blockstat.solve import dispatch as dual
-from blockstat.solve.components import parts, solve_apart
+from blockstat.solve.components import parts, solve_by_components
+from blockstat.solve.penalty import solve_whole
 from evidence.scenes.small import arch, assembly, box, running_bond
 
 
@@ -33,7 +33,7 @@ def test_together_or_apart(lean, most):
     found = parts(program, most)
     assert len(found) == min(most, 5)
     assert sorted(np.concatenate(found)) == list(range(len(program.load) // 6))
-    whole, split = dual._solve(program), solve_apart(program, dual._solve, most)
+    whole, split = solve_whole(program), solve_by_components(program, solve_whole, most=most)
     assert whole.bounded == split.bounded
     assert np.linalg.norm(split.adhesion) == pytest.approx(np.linalg.norm(whole.adhesion), rel=1e-6, abs=1e-9)
     # And the verdict of the parts is that of the whole.

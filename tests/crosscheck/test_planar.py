@@ -8,8 +8,9 @@ import pytest
 from blockstat import Block, acceleration
 from blockstat.analysis.problem import pose
 from blockstat.certificate.check import balance, check
-from blockstat.solve import dispatch as dual
-from blockstat.solve.answer import DualProgram
+from blockstat.program.conic import conic_program
+from blockstat.solve.dispatch import solve
+from blockstat.solve.penalty import solve_penalty
 from evidence.scenes.small import FERRIS, SCENES, arch, assembly, box, ferris_wall, running_bond
 
 
@@ -25,7 +26,7 @@ def test_same_energy_and_a_valid_answer_in_space(scene):
     _, make, options = scene
     _problem, program = program_of(make(), **options)
     assert program.plane is not None
-    flat, solid = dual.solve(program), dual.solve(replace(program, plane=None))
+    flat, solid = solve_penalty(program), solve_penalty(replace(program, plane=None))
     assert np.linalg.norm(flat.adhesion) == pytest.approx(np.linalg.norm(solid.adhesion), rel=1e-8, abs=1e-8)
     # The unfolded answer is judged by the certificate of the whole scene.
     proofs = [check(program, balance(program, raw.force), raw.twist) for raw in (flat, solid)]
@@ -50,8 +51,8 @@ def test_forces_fold_into_the_plane_and_back():
 def test_same_limit_load_to_nine_digits(make):
     problem, program = program_of(make())
     load = problem.scaled(acceleration(problem.assembly, (1, 0, 0)))
-    flat = dual.solve_dual(DualProgram(program, -program.load, pinned=load))
-    solid = dual.solve_dual(DualProgram(replace(program, plane=None), -program.load, pinned=load))
+    flat = solve(conic_program(program, -program.load, pinned=load))
+    solid = solve(conic_program(replace(program, plane=None), -program.load, pinned=load))
     assert program.plane is not None
     assert flat.multiplier == pytest.approx(solid.multiplier, rel=1e-9, abs=1e-9)
 
@@ -59,7 +60,7 @@ def test_same_limit_load_to_nine_digits(make):
 def test_a_load_out_of_the_plane_is_solved_in_space():
     problem, program = program_of(running_bond(4, 3))
     across = problem.scaled(acceleration(problem.assembly, (0, 1, 0)))
-    answer = dual.solve_dual(DualProgram(program, -program.load, pinned=across))
+    answer = solve(conic_program(program, -program.load, pinned=across))
     assert answer.multiplier == pytest.approx(0.2 / (4 * 0.175), rel=1e-7)
 
 
@@ -76,8 +77,8 @@ def test_the_axis_is_found_whichever_it_is():
     _, program = program_of(turned(arch(12, 0.2)))
     assert program.plane is not None
     _, unturned = program_of(arch(12, 0.2))
-    assert np.linalg.norm(dual.solve(program).force) == pytest.approx(
-        np.linalg.norm(dual.solve(unturned).force), rel=1e-6
+    assert np.linalg.norm(solve_penalty(program).force) == pytest.approx(
+        np.linalg.norm(solve_penalty(unturned).force), rel=1e-6
     )
 
 

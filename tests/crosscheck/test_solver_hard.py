@@ -6,9 +6,9 @@ import pytest
 from blockstat import JointLaw, LoadOutcome, Outcome, assess, limit_load
 from blockstat.analysis.problem import pose
 from blockstat.contact.interfaces import find_interfaces
-from blockstat.solve import dispatch as dual
-from blockstat.solve import factor
-from blockstat.solve import normal_equations as normal
+from blockstat.linear_algebra import factor
+from blockstat.linear_algebra import normal_equations as normal
+from blockstat.solve.penalty import solve_penalty
 from evidence.scenes.small import arch, assembly, box, running_bond, stack
 
 IP = {"solver": "interior-point"}
@@ -132,13 +132,13 @@ def test_a_pattern_is_analysed_once():
     asm = running_bond(6, 6)
     faces = find_interfaces(asm)
     programs = [
-        pose(asm, friction=mu, gravity=(0.1, 0.2, -1), loads=None, gap=0.01, interfaces=faces, **IP).program
+        pose(asm, friction=mu, gravity=(0.1, 0.2, -1), loads=None, gap=0.01, interfaces=faces).program
         for mu in (0.5, 0.7)
     ]
     normal.known.normals.clear()
     for program in programs:
         assert program is not None
-        dual.solve(program)
+        solve_penalty(program, **IP)
     # One for the forces that are looked for first; if it came to that, one for the penalty program and one for the
     # correction of forces onto equilibrium.
     assert 1 <= len(normal.known.normals) <= 3

@@ -9,9 +9,7 @@ import pytest
 
 from blockstat import Assembly, InputError, JointLaw, Outcome, assess, glued, write
 from blockstat.analysis.coulomb import settling_share
-from dynsim import DynamicOutcome, InertiaScale, Settings, World, simulate, verify
-from dynsim.bonds.glue import bonds_of
-from dynsim.loads.loading import Removal
+from dynsim import DynamicOutcome, InertiaScale, Removal, Settings, World, bonds_of, simulate, verify
 from evidence.scenes.bonded import bonded_scene, program_of
 from evidence.scenes.small import assembly, box, running_bond
 
@@ -115,7 +113,7 @@ def test_what_is_glued_falls_as_one(moment):
 
 def test_broken_joints_are_told_apart():
     asm = glued(assembly([*_pair(0.0), *_pair(5.0, height=2.0)], supports=[0, 2]), 1.5)
-    with World(asm, Settings()) as world:
+    with World(asm, Settings(), bonds_of(asm)) as world:
         for _ in range(60):
             world.advance()
         (preload,) = world.actions

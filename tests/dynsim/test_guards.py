@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from blockstat import InputError, JointLaw
+from blockstat import InputError, JointLaw, find_interfaces
 from dynsim import DynamicOutcome, Settings, World, verify
 from dynsim.engine.friction import block_friction
 from dynsim.engine.guards import check_rotations, thickness
@@ -113,7 +113,7 @@ def test_friction_of_each_pair_of_groups_is_exact(factor):
     blocks = [box((0, 0, 0), (1, 1, 0.2), group="low"), box((0, 0, 0.2), (1, 1, 0.4), group="high")]
     laws = [JointLaw(("ground", "low"), friction=0.3), JointLaw(("low", "high"), friction=0.6)]
     asm = pile(*blocks, joints=laws)
-    m = block_friction(asm)
+    m = block_friction(asm, find_interfaces(asm))
     assert (m[0] * m[1], m[1] * m[2]) == pytest.approx((0.3, 0.6), rel=1e-9)
     verdict = verify(asm.with_(gravity=(0.3 * factor, 0, -1)), settings=Settings(time_step=1e-3))
     assert verdict.outcome is (STANDS if factor < 1 else FALLS)

@@ -11,8 +11,7 @@ import pytest
 
 import pool_tasks
 from blockstat import InputError, write
-from dynsim import Removal, run_many, verify, verify_many
-from dynsim.parallel.speculative import Ahead
+from dynsim import Removal, SpeculativeRuns, run_many, verify, verify_many
 from evidence.scenes.small import arch, assembly, box, running_bond, stack
 
 
@@ -33,7 +32,7 @@ def test_the_same_bits_whatever_the_number_of_processes():
 
 def test_answers_that_were_begun_ahead_are_the_same_bit_by_bit():
     designs = [arch(9, 0.1), arch(9, 0.2), stack(3)]
-    with Ahead(verify, jobs=2) as ahead:
+    with SpeculativeRuns(verify, jobs=2) as ahead:
         for design in designs[:2]:
             ahead.begin(design)
         assert [bits(ahead(design)) for design in designs] == [bits(verify(design)) for design in designs]
@@ -41,7 +40,7 @@ def test_answers_that_were_begun_ahead_are_the_same_bit_by_bit():
 
 
 def test_what_fails_ahead_is_found_where_it_is_asked_for():
-    with Ahead(pool_tasks.fragile, jobs=1) as ahead:
+    with SpeculativeRuns(pool_tasks.fragile, jobs=1) as ahead:
         here = os.getpid()
         tasks = [(here, "dies"), (here, "fails"), (here, "")]
         for task in tasks:
@@ -51,7 +50,7 @@ def test_what_fails_ahead_is_found_where_it_is_asked_for():
             ahead(tasks[1])
         assert ahead(tasks[2]) != here
     start = time.monotonic()
-    with Ahead(pool_tasks.slow, jobs=1) as ahead:
+    with SpeculativeRuns(pool_tasks.slow, jobs=1) as ahead:
         ahead.begin(60.0)
     assert time.monotonic() - start < 30
 

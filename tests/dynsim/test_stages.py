@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from blockstat import assess, build
+from blockstat import assess, build, find_interfaces
 from blockstat.spec import scene_from
 from dynsim import Settings, verify
-from dynsim.judge.rest import Calm
+from dynsim.judge.rest import RestDetection
 from dynsim.judge.stages import chain, stages
 from evidence.references.dynamics import out_of_plane, thinner_arch
 from evidence.scenes.small import arch, stack
@@ -15,17 +15,18 @@ from evidence.scenes.small import arch, stack
 @pytest.mark.parametrize("n", [9, 40])
 def test_a_chain_ends_at_the_crown(n):
     # The block furthest from both springers has half of the joints, rounded up, to cross.
-    assert chain(arch(n, 0.15)) == (n + 1) // 2
-    assert chain(stack(n)) == n
+    assert chain(arch(n, 0.15), find_interfaces(arch(n, 0.15))) == (n + 1) // 2
+    assert chain(stack(n), find_interfaces(stack(n))) == n
 
 
 def test_a_stand_is_believed_at_one_step_and_a_fall_checked_at_two_others():
-    found = stages(arch(100, 0.15), Settings())
+    ring = arch(100, 0.15)
+    found = stages(ring, Settings(), find_interfaces(ring))
     assert found.check
     assert found.fine
     assert found.check.time_step > found.first.time_step > found.fine.time_step
     assert found.fine.iterations == 2 * found.first.iterations == 200
-    alone = stages(stack(3), Settings.named("fast"))
+    alone = stages(stack(3), Settings.named("fast"), find_interfaces(stack(3)))
     assert alone.check is None
     assert alone.fine is None
 
@@ -35,11 +36,11 @@ def watched(position, distance=0.02, small=0.1, others=0):
 
     others : blocks beside it that do not move.
     """
-    calm = Calm(distance, 0.5, small)
+    rest = RestDetection(distance, 0.5, small)
     for k in range(151):
         moved = np.zeros((1 + others, 3))
         moved[0, 0] = position(0.02 * k)
-        if calm.since(0.02 * k, moved):
+        if rest.look(0.02 * k, moved):
             return 0.02 * k
     return None
 

@@ -1,4 +1,4 @@
-"""The first user function: does it stand?"""
+"""The static verdict on an assembly: whether it stands."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from blockstat.analysis.certificate_cache import Memory
 from blockstat.analysis.coulomb import coulomb_state
-from blockstat.analysis.decision import Proof, decide
+from blockstat.analysis.decision import decide, outcome_of
 from blockstat.analysis.problem import Problem, free_fall, gap_warnings, pose, timed
 from blockstat.analysis.verdict import Outcome, Verdict, unit_motion
 from blockstat.certificate.check import Certificate
@@ -17,18 +17,18 @@ from blockstat.contact.edges import edge_warnings
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import check_choice, known_options
 from blockstat.program.penalty import PenaltyProgram
-from blockstat.solve import cvxpy as cvxpy_primal
-from blockstat.solve import dispatch as dual
-from blockstat.solve.answer import MECHANISM, RawSolution
+from blockstat.solve.answer import Answer, Status
+from blockstat.solve.cvxpy import solve_on_paper
+from blockstat.solve.dispatch import CHOICES
+from blockstat.solve.penalty import solve_penalty
 from blockstat.typing import Floats
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
 FLOWS = ("associated", "coulomb")
-SOLVERS = (*dual.CHOICES, "cvxpy")
-#: Status of an answer that is evidence of an earlier design.
-RECALLED = "Recalled"
+#: Where all blocks are supports.
+NOTHING_TO_CHECK = Certificate(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @known_options
@@ -45,40 +45,81 @@ def assess(
     memory: Memory | None = None,
     score: bool = True,
 ) -> Verdict:
-    """Static verdict on an assembly of rigid blocks with dry Coulomb joints.
+    """Give a static verdict on an assembly of rigid blocks with Coulomb joints.
 
-    Solves the penalty program of Whiting et al. (2009) with the exact friction cone in its dual form, then
-    checks the answer with our own code: stable rests on a force field, unstable on a mechanism.
+    Solves the penalty program of Whiting et al. (2009) with the exact friction cone in its dual form. The independent
+    check then judges the answer: stable rests on a force field, unstable on a mechanism.
 
-    friction : replaces the assembly's coefficient. gravity : replaces its vector [m/s2], shape (3,).
-    loads : further wrench on each block about its centroid, shape (n_blocks, 6) [N, N m].
-    gap : tolerance of the joint search, relative to block size. interfaces : use these instead of searching.
-    solver : "auto", "interior-point" or "clarabel" for the dual (see `blockstat.solve.dispatch`), "cvxpy" for the
-    literal primal, the reference. The verdict says which one answered.
-    memory : evidence of earlier designs with the same joints, which may decide without a solve (see
-    `blockstat.analysis.certificate_cache`); an instability proven so has no score (nan).
-    score : False ends at the first mechanism found, several times sooner; an unstable assembly then has no score (nan),
-    and its mechanism is one of many, not that of least adhesion.
-    flow : "associated" asks whether an admissible force field exists; "coulomb" asks in addition whether one exists
-    without dilatancy and self-stress (see `blockstat.analysis.coulomb`), and answers STABLE_ONLY_BY_SELF_STRESS if not.
+    Parameters
+    ----------
+    assembly
+        The blocks, their supports, friction, gravity and joint laws.
+    friction
+        Replaces the assembly's coefficient of friction.
+    gravity
+        Replaces its vector, shape (3,) [m/s2].
+    loads
+        Further wrench on each block about its centroid, shape (n_blocks, 6) [N, N m].
+    gap
+        Tolerance of the joint search, relative to block size.
+    interfaces
+        Use these joints instead of searching.
+    solver
+        "auto", "interior-point" or "clarabel" for the dual program (see `blockstat.solve.dispatch`), "cvxpy" for the
+        program as it is on paper, the reference. The verdict says which one answered.
+    flow
+        "associated" asks whether an admissible force field exists. "coulomb" asks in addition whether one exists
+        without dilatancy and self-stress (see `blockstat.analysis.coulomb`), and answers STABLE_ONLY_BY_SELF_STRESS if
+        not.
+    memory
+        Evidence of earlier designs with the same joints, which may decide without a solve (see
+        `blockstat.analysis.certificate_cache`). An instability proven so has no score (nan).
+    score
+        False ends at the first mechanism found, several times sooner. An unstable assembly then has no score (nan), and
+        its mechanism is one of many, not that of least adhesion.
 
-    Raises InputError when nothing supports the assembly, when blocks overlap, or for a bad option.
+    Returns
+    -------
+    Verdict
+        The outcome with the forces or the mechanism that prove it.
+
+    Raises
+    ------
+    InputError
+        When nothing supports the assembly, when blocks overlap, or for an option that does not exist.
+
+    References
+    ----------
+    Whiting, Ochsendorf & Durand: Procedural modeling of structurally-sound masonry buildings, 2009.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, assess
+    >>> from blockstat.model.solids import box
+    >>> ground = box((-1, -1, -1), (2, 2, 0), name="ground", group="ground")
+    >>> blocks = [ground, box((0, 0, 0), (1, 1, 1), name="block", group="block")]
+    >>> assembly = Assembly.from_blocks(blocks, supports=["ground"])
+    >>> assess(assembly).outcome.word
+    'stable'
+    >>> assess(assembly, gravity=(9.0, 0.0, -9.81), friction=2.0).outcome.word
+    'stable'
+    >>> assess(assembly, gravity=(9.0, 0.0, -9.81), friction=0.7).outcome.word
+    'unstable'
     """
-    check_choice("solver", solver, SOLVERS)
+    check_choice("solver", solver, CHOICES)
     check_choice("flow", flow, FLOWS)
-    problem = pose(
-        assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces, solver=solver
-    )
+    problem = pose(assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
     timings = dict(problem.timings)
-    raw = proof = state = None
+    answer = checked = state = None
     if problem.program is not None:
-        raw, proof = _solved(problem, problem.program, solver, memory, timings, score)
-        if flow == "coulomb" and problem.slips and proof.outcome is Outcome.STABLE:
+        answer, checked = _solved(problem, problem.program, solver, memory, timings, score)
+        if flow == "coulomb" and problem.slips and outcome_of(checked.certificate) is Outcome.STABLE:
             with timed(timings, "coulomb"):
-                state = coulomb_state(problem.program)
+                state = coulomb_state(problem.program, solver=solver)
     timings["total"] = sum(timings.values())
-    verdict = _verdict(problem, raw, proof, timings)
-    if raw is not None and raw.status in (MECHANISM, RECALLED) and verdict.outcome is Outcome.UNDECIDED:
+    verdict = _verdict(problem, answer, checked, timings)
+    early = answer is not None and answer.status in (Status.MECHANISM, Status.RECALLED)
+    if early and verdict.outcome is Outcome.UNDECIDED:
         # The mechanism of least adhesion moves fewer blocks, so it may not press on contacts that are not modelled.
         return assess(
             assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=problem.interfaces,
@@ -99,35 +140,39 @@ def _solved(
     memory: Memory | None,
     timings: dict[str, float],
     score: bool,
-) -> tuple[RawSolution, Proof]:
-    """An answer and what it proves: an earlier one if there is one that does, else a new one."""
+) -> tuple[Answer, Answer]:
+    """An answer, and the same with what the independent check makes of it: an earlier one if there is one that proves.
+
+    The forces of the first balance with its adhesion, those of the second without.
+    """
     if memory is not None:
         with timed(timings, "memory"):
             known = memory.recall(problem)
         if known is not None:
-            proof, kind = known
-            none = np.full(program.n_points, np.nan)
-            return RawSolution(proof.force, none, proof.twist, True, RECALLED, 0, f"earlier {kind}"), proof
+            return known, known
     with timed(timings, "solve"):
-        raw = cvxpy_primal.solve(program) if solver == "cvxpy" else dual.solve(program, score=score)
-    with timed(timings, "certificate"):
-        proof = decide(program, raw)
-    if memory is not None:
-        memory.keep(problem, proof)
-    return raw, proof
-
-
-def _verdict(problem: Problem, raw: RawSolution | None, proof: Proof | None, timings: dict[str, float]) -> Verdict:
-    """Back to SI units and to all blocks and points; blocks that nothing holds fall freely."""
-    outcome, checked, score = Outcome.STABLE, Certificate(0.0, 0.0, 0.0, 0.0, 0.0), 0.0
-    force, adhesion, twist = np.empty((0, 3)), np.empty(0), np.empty(0)
-    if raw is not None and proof is not None and problem.program is not None:
-        outcome, checked = proof.outcome, proof.certificate
-        if outcome is Outcome.STABLE:
-            force, adhesion, twist = proof.force, np.zeros(problem.eq.n_points), np.zeros_like(proof.twist)
+        if solver == "cvxpy":
+            answer = solve_on_paper(program)
         else:
-            force, adhesion, twist = raw.force, np.nan_to_num(raw.adhesion), proof.twist
-            score = float(np.linalg.norm(raw.adhesion)) / problem.program.total_load if raw.bounded else np.inf
+            answer = solve_penalty(program, solver=solver, motions=problem.motions, score=score)
+    with timed(timings, "certificate"):
+        checked = decide(program, answer, solver=solver, motions=problem.motions)
+    if memory is not None:
+        memory.keep(problem, checked)
+    return answer, checked
+
+
+def _verdict(problem: Problem, answer: Answer | None, checked: Answer | None, timings: dict[str, float]) -> Verdict:
+    """Back to SI units and to all blocks and points; blocks that nothing holds fall freely."""
+    outcome, certificate, score = Outcome.STABLE, NOTHING_TO_CHECK, 0.0
+    force, adhesion, twist = np.empty((0, 3)), np.empty(0), np.empty(0)
+    if answer is not None and checked is not None and problem.program is not None:
+        certificate, outcome = checked.certificate, outcome_of(checked.certificate)
+        if outcome is Outcome.STABLE:
+            force, adhesion, twist = checked.force, np.zeros(problem.eq.n_points), np.zeros_like(checked.twist)
+        else:
+            force, adhesion, twist = answer.force, np.nan_to_num(answer.adhesion), checked.twist
+            score = float(np.linalg.norm(answer.adhesion)) / problem.program.total_load if answer.bounded else np.inf
     mechanism = problem.to_blocks(twist)
     if len(problem.floating):
         # Each group moves along its load as one: no joint closes, so this is a proof without any error.
@@ -135,7 +180,7 @@ def _verdict(problem: Problem, raw: RawSolution | None, proof: Proof | None, tim
         work = float((falling * problem.load).sum() / (np.abs(problem.load).sum() or 1.0))
         if work > 0:
             outcome, score, mechanism = Outcome.UNSTABLE, np.inf, falling
-            checked = Certificate(checked.residual, checked.cone_violation, work, 0.0, np.inf)
+            certificate = Certificate(certificate.residual, certificate.cone_violation, work, 0.0, np.inf)
         elif outcome is Outcome.STABLE:
             outcome = Outcome.UNDECIDED  # loads that happen to balance on nothing
     blocked: list[str] = []
@@ -150,10 +195,10 @@ def _verdict(problem: Problem, raw: RawSolution | None, proof: Proof | None, tim
         forces=problem.to_points(force),
         adhesion=problem.adhesion_at_points(adhesion),
         mechanism=unit_motion(problem.assembly, mechanism),
-        certificate=checked,
+        certificate=certificate,
         interfaces=problem.interfaces,
         assembly=problem.assembly,
-        solver=raw.solver if raw is not None else "none",
+        solver=answer.solver if answer is not None else "none",
         timings=timings,
         floating=problem.floating,
         warnings=(*problem.warnings, *blocked, *gap_warnings(problem, outcome)),

@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from blockstat.certificate import check as certificate
-from blockstat.certificate.interior_motions import opened
+from blockstat.certificate.interior_motions import Motions, no_motions, with_interior_motion
 from blockstat.program.penalty import PenaltyProgram
-from blockstat.solve import dispatch as dual
+from blockstat.solve.penalty import open_joints
 from blockstat.typing import Floats
 
 #: Shares of the field with room that are tried, smallest first.
@@ -38,9 +38,25 @@ class Bound:
 def lower_bound(
     program: PenaltyProgram, load: Floats, force: Floats, multiplier: float, inside: Floats
 ) -> Bound | None:
-    """The largest multiplier at most the given one for which a mixture of the two fields is admissible.
+    """Find the largest multiplier at most the given one for which a mixture of two force fields is admissible.
 
-    force : field near the limit, for w + multiplier x load; inside : field with room, for w alone.
+    Parameters
+    ----------
+    program
+        The penalty program with the dead load w.
+    load
+        The load l of the multiplier, shape (6 n,).
+    force
+        A field near the limit, for w + multiplier x l, shape (m, 3).
+    multiplier
+        The solver's limit.
+    inside
+        A field with slack, for w alone, shape (m, 3).
+
+    Returns
+    -------
+    Bound or None
+        The multiplier and the field that carries it; None when no mixture is proven.
     """
     at_limit = replace(program, load=program.load + multiplier * load)
     balanced = certificate.balance(at_limit, force)
@@ -54,21 +70,49 @@ def lower_bound(
     return None
 
 
-def upper_bound(program: PenaltyProgram, load: Floats, twist: Floats, force: Floats) -> Bound | None:
-    """What a mechanism proves: no equilibrium at a larger multiplier. None when the load does no work on it.
+def upper_bound(
+    program: PenaltyProgram,
+    load: Floats,
+    twist: Floats,
+    force: Floats,
+    *,
+    solver: str = "auto",
+    motions: Motions = no_motions,
+) -> Bound | None:
+    """Find what a mechanism proves: no equilibrium at a larger multiplier.
 
-    force : the solver's field at the limit, shape (m, 3), the measure of forces if some joint still closes.
+    Parameters
+    ----------
+    program
+        The penalty program with the dead load w.
+    load
+        The load l of the multiplier, shape (6 n,).
+    twist
+        The mechanism, shape (6 n,).
+    force
+        The solver's field at the limit, shape (m, 3), the measure of forces if some joint still closes.
+    solver
+        One of `blockstat.solve.dispatch.CHOICES`, for the mending of the mechanism.
+    motions
+        Gives twists that may open every joint, shape (6 n,) each.
 
-    For twists u with A' u in K* and l' u > 0, equilibrium at lambda asks for w' u + lambda l' u <= 0.
+    Returns
+    -------
+    Bound or None
+        The multiplier and the mechanism; None when the load does no work on it.
+
+    Notes
+    -----
+    For twists u with A'u in K* and l'u > 0, equilibrium at lambda asks for w'u + lambda l'u <= 0.
     """
     total = float(np.linalg.norm(force, axis=1).sum())
-    best = _proven(program, load, opened(program, twist), total)
+    best = _proven(program, load, with_interior_motion(program, twist, motions()), total)
     kinematic = -certificate.power(program, twist)[0] / float(load @ twist) if load @ twist > 0 else -np.inf
     if best is not None and best.value - kinematic <= CLOSE * abs(kinematic):
         return best
     mended, closing = twist, np.inf
     for _ in range(MENDINGS):
-        mended = dual.open_joints(program, mended)
+        mended = open_joints(program, mended, solver=solver)
         _, left = certificate.power(program, mended)
         found = _proven(program, load, mended, total)
         if found is not None and (best is None or found.value < best.value):

@@ -15,12 +15,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from blockstat.analysis.decision import Proof, prove
+from blockstat.analysis.decision import outcome_of
 from blockstat.analysis.problem import Problem
 from blockstat.analysis.verdict import Outcome
 from blockstat.certificate import check as certificate
-from blockstat.certificate.interior_motions import opened
+from blockstat.certificate.interior_motions import with_interior_motion
 from blockstat.program.penalty import PenaltyProgram
+from blockstat.solve.answer import Answer, Status
 from blockstat.typing import Floats
 
 #: Force fields and mechanisms kept for one set of joints, and sets of joints kept.
@@ -36,52 +37,92 @@ class _Evidence:
 
 
 class Memory:
-    """Hand one to several calls of `assess` on designs of one kind.
+    """Evidence of earlier verdicts; hand one to several calls of `assess` on designs of one kind.
 
-    statistics : how many verdicts rested on an earlier force field ("forces"), on an earlier mechanism ("mechanism"),
-    and how many had to be solved for ("solved").
+    Attributes
+    ----------
+    statistics : dict of str to int
+        How many verdicts rested on an earlier force field ("forces"), on an earlier mechanism ("mechanism"), and how
+        many had to be solved for ("solved").
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, Memory, assess
+    >>> from blockstat.model.solids import box
+    >>> memory = Memory()
+    >>> ground = box((-1, -1, -1), (2, 2, 0), name="ground", group="ground")
+    >>> for width in (1.0, 1.01, 1.02):
+    ...     blocks = [ground, box((0, 0, 0), (width, 1, 1), name="block", group="block")]
+    ...     verdict = assess(Assembly.from_blocks(blocks, supports=[0]), memory=memory)
+    >>> memory.statistics
+    {'forces': 2, 'mechanism': 0, 'solved': 1}
     """
 
     def __init__(self) -> None:
         self.statistics = {"forces": 0, "mechanism": 0, "solved": 0}
         self._known: OrderedDict[bytes, _Evidence] = OrderedDict()
 
-    def recall(self, problem: Problem) -> tuple[Proof, str] | None:
-        """A proof from earlier evidence and its kind, None if there is none."""
+    def recall(self, problem: Problem) -> Answer | None:
+        """Return earlier evidence that proves the outcome of a new problem.
+
+        Parameters
+        ----------
+        problem
+            The posed problem.
+
+        Returns
+        -------
+        Answer or None
+            Forces or a mechanism with their certificate on the new problem; None if nothing known proves anything.
+        """
         program = problem.program
         known = self._known.get(_kind(program)) if program is not None else None
         if program is None or known is None:
             return None
-        nothing = np.zeros_like(program.load)
+        no_force, no_twist = np.zeros((len(program.friction), 3)), np.zeros_like(program.load)
         for twist in known.twists:
-            proof = prove(program, np.zeros((len(program.friction), 3)), opened(program, twist))
-            if proof.outcome is Outcome.UNSTABLE:
-                return self._counted(proof, "mechanism")
+            opened = with_interior_motion(program, twist, problem.motions())
+            found = _evidence(program, no_force, opened, "mechanism")
+            if outcome_of(found.certificate) is Outcome.UNSTABLE:
+                self.statistics["mechanism"] += 1
+                return found
         for force in known.forces:
-            proof = prove(program, certificate.settle(program, force), nothing)
-            if proof.outcome is Outcome.STABLE:
-                return self._counted(proof, "forces")
+            found = _evidence(program, certificate.settle(program, force), no_twist, "forces")
+            if outcome_of(found.certificate) is Outcome.STABLE:
+                self.statistics["forces"] += 1
+                return found
         return None
 
-    def keep(self, problem: Problem, proof: Proof) -> None:
-        """Remember a proof that was solved for."""
+    def keep(self, problem: Problem, answer: Answer) -> None:
+        """Remember the evidence of an answer that was solved for.
+
+        Parameters
+        ----------
+        problem
+            The posed problem.
+        answer
+            Its checked answer.
+        """
         self.statistics["solved"] += 1
-        program = problem.program
-        if program is None or proof.outcome is Outcome.UNDECIDED:
+        program, outcome = problem.program, outcome_of(answer.certificate)
+        if program is None or outcome is Outcome.UNDECIDED:
             return
         kind = _kind(program)
         known = self._known.setdefault(kind, _Evidence())
         self._known.move_to_end(kind)
         while len(self._known) > KINDS:
             self._known.popitem(last=False)
-        if proof.outcome is Outcome.STABLE:
-            known.forces = [proof.force, *known.forces][:FIELDS]
+        if outcome is Outcome.STABLE:
+            known.forces = [answer.force, *known.forces][:FIELDS]
             return
-        known.twists = [proof.twist, *known.twists][:MECHANISMS]
+        known.twists = [answer.twist, *known.twists][:MECHANISMS]
 
-    def _counted(self, proof: Proof, kind: str) -> tuple[Proof, str]:
-        self.statistics[kind] += 1
-        return proof, kind
+
+def _evidence(program: PenaltyProgram, force: Floats, twist: Floats, kind: str) -> Answer:
+    """Forces (m, 3) and a twist (6 n,) of an earlier design with the certificate that they have on this one."""
+    checked = certificate.check(program, force, twist)
+    unknown = np.full(program.n_points, np.nan)
+    return Answer(force, twist, Status.RECALLED, 0, f"earlier {kind}", adhesion=unknown, certificate=checked)
 
 
 def _kind(program: PenaltyProgram) -> bytes:

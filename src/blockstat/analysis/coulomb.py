@@ -1,21 +1,21 @@
-"""Does a force field exist that real friction finds: without dilatancy, and without self-stress?
+"""Force fields that real friction reaches: without dilatancy and without self-stress.
 
-Limit analysis lets sliding joints open at the rate mu; stone slides without opening. And a block squeezed between
-fixed ones can be held by any thrust on paper, though nothing pushes it. Both errors go when every loaded joint has
-to close by the same small amount: a thrust then exists only where the motion of the blocks makes it.
+In limit analysis a sliding joint opens at the rate mu, but stone slides without opening. And any thrust can hold a
+block between fixed ones, although no load causes it. Both errors vanish if every loaded joint has to close by the same
+small amount: a thrust then exists only where the motion of the blocks causes it.
 
 De Saxce's bipotential turns Coulomb's law into a fixed point (De Saxce & Feng 1998; Acary, Cadoux, Lemarechal
-& Malick 2011). Given slips s at the points, solve the conic program
+& Malick 2011). Given slips s at the points, solve the conic program::
 
     minimise (1 + s)' f_n + c/2 |f|^2   subject to   A f + w = 0,   f in K.
 
 Its cone multipliers are z = g + (1 + s) n + c f with g the relative motion, so a loaded point has
-g_n = mu |z_t| - s - 1. At s = mu |z_t| every loaded point closes by one unit whatever it slides: no dilatancy, and
-no thrust between blocks that do not approach each other. Where such a state exists the slips settle; where the
-assembly stands on self-stress alone they grow without bound. c is a trifle that makes the forces unique.
+`g_n = mu |z_t| - s - 1`. At `s = mu |z_t|` every loaded point closes by one unit, however far it slides: there is no
+dilatancy, and no thrust between blocks that do not approach each other. Where such a state exists the slips converge.
+Where the assembly stands only by self-stress they grow without bound. The small compliance c makes the forces unique.
 
-Friction has a memory: which of many equilibria the blocks come to hangs on how tight each joint was. Other closings
-than the same small amount stand for other joints, and where the answer changes with them it hangs on history.
+Friction depends on history: which of many equilibria the blocks reach depends on how tight each joint was. Unequal
+closings describe joints of unequal tightness. Where the answer changes with them, it depends on history.
 """
 
 from __future__ import annotations
@@ -24,8 +24,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from blockstat.program.conic import conic_program
 from blockstat.program.penalty import PenaltyProgram
-from blockstat.solve.dispatch import solve_pressure
+from blockstat.solve.answer import Answer
+from blockstat.solve.dispatch import solve
 from blockstat.typing import Floats
 
 MOST_SOLVES = 40
@@ -61,16 +63,40 @@ class CoulombState:
 
     @property
     def solves(self) -> int:
+        """The number of programs that were solved."""
         return len(self.changes)
 
 
 def coulomb_state(
-    program: PenaltyProgram, *, compliance: float = COMPLIANCE, closing: Floats | float = 1.0
+    program: PenaltyProgram,
+    *,
+    compliance: float = COMPLIANCE,
+    closing: Floats | float = 1.0,
+    solver: str = "auto",
 ) -> CoulombState:
     """Run the fixed point until the slips have settled, will settle, or will not.
 
-    closing : by how much each loaded point closes, about one, shape (m,). The program must be statically stable.
-    Points without friction or with infinite friction have no slip law and are not allowed here.
+    Parameters
+    ----------
+    program
+        The penalty program of a statically stable assembly. Points without friction or with infinite friction have no
+        slip law and are not allowed here.
+    compliance
+        c, a trifle that makes the forces unique.
+    closing
+        By how much each loaded point closes, about one, shape (m,).
+    solver
+        One of `blockstat.solve.dispatch.CHOICES`.
+
+    Returns
+    -------
+    CoulombState
+        Whether the slips settle, and the last forces.
+
+    References
+    ----------
+    De Saxce & Feng: The bipotential method, 1998. Acary, Cadoux, Lemarechal & Malick: A formulation of the linear
+    discrete Coulomb friction problem via convex optimization, 2011.
     """
     slip = np.zeros(len(program.friction))
     touching = np.arange(len(slip)) < program.n_points  # bonds neither close nor slip
@@ -80,31 +106,59 @@ def coulomb_state(
     force = np.zeros((len(slip), 3))
     settles: bool | None = None
     while len(changes) < MOST_SOLVES and settles is None:
-        force, multiplier, status = solve_pressure(program, touching * (closing + slip), compliance)
-        if "Infeasible" in status:
+        answer, unit = _solve_pressure(program, touching * (closing + slip), compliance, solver)
+        force = answer.force
+        if answer.status.is_infeasible:
             settles = False if changes and slip.max() > 1.0 / SETTLED else None
             break
-        new = touching * program.friction * np.hypot(multiplier[:, 1], multiplier[:, 2])
+        rates = unit * answer.rates
+        new = touching * program.friction * np.hypot(rates[:, 1], rates[:, 2])
         changes.append(float(np.abs(new - slip).max(initial=0.0)))
         if len(changes) > 1:
             factors.append(changes[-1] / max(changes[-2], 1e-300))
         slip = new
         sizes.append(float(slip.max(initial=0.0)))
-        settles = _judge(changes, factors, sizes)
+        settles = _trend(changes, factors, sizes)
     return CoulombState(settles, force, slip, tuple(changes), factors[-1] if factors else float("nan"))
 
 
 def settling_share(program: PenaltyProgram, *, tries: int = 12, seed: int = 0) -> float:
-    """Share of random tightnesses of the joints at which the slips settle: at 0 or 1 history plays no part.
+    """Return the share of random tightnesses of the joints at which the slips settle.
 
-    In each of the tries every point closes by another random amount, from a tenth of the usual one to ten times it.
+    At 0 or 1 history plays no part.
+
+    Parameters
+    ----------
+    program
+        As in `coulomb_state`.
+    tries
+        In each of them every point closes by another random amount, from a tenth of the usual one to ten times it.
+    seed
+        Of the random numbers.
+
+    Returns
+    -------
+    float
+        From 0 to 1.
     """
     random, m = np.random.default_rng(seed), len(program.friction)
     states = (coulomb_state(program, closing=10.0 ** random.uniform(-1.0, 1.0, m)) for _ in range(tries))
     return float(np.mean([state.settles is True for state in states]))
 
 
-def _judge(changes: list[float], factors: list[float], sizes: list[float]) -> bool | None:
+def _solve_pressure(program: PenaltyProgram, cost: Floats, compliance: float, solver: str) -> tuple[Answer, float]:
+    """Minimise cost'f_n + c/2 |f|^2 subject to A f + w = 0, f in K, for positive finite friction.
+
+    cost : of the normal force at each point, shape (m,). Also returns the unit of the answer's rates, which are z.
+    """
+    unit = max(float(cost.max()), 1.0)
+    offset = np.zeros((len(cost), 3))
+    offset[:, 0] = cost / unit
+    conic = conic_program(program, -program.load, offset=offset.reshape(-1), compliance=compliance / unit)
+    return solve(conic, solver=solver), unit
+
+
+def _trend(changes: list[float], factors: list[float], sizes: list[float]) -> bool | None:
     if changes[-1] <= SETTLED:
         return True
     if sizes[-1] > ENDLESS:

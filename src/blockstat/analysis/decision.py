@@ -1,87 +1,116 @@
-"""From a solver's answer to an outcome: nothing counts but the certificate."""
+"""From a solver's answer to an outcome: only the independent check counts."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from blockstat.analysis.verdict import Outcome
 from blockstat.certificate import check as certificate
 from blockstat.certificate.check import Certificate
-from blockstat.certificate.interior_motions import opened
+from blockstat.certificate.interior_motions import Motions, no_motions, with_interior_motion
 from blockstat.program.penalty import PenaltyProgram
-from blockstat.solve import dispatch as dual
-from blockstat.solve.answer import ACCEPTED, MECHANISM, RawSolution
+from blockstat.solve.answer import Answer
+from blockstat.solve.penalty import open_joints, solve_margin
 from blockstat.typing import Floats
 
 #: A block that weighs less than this beside the heaviest is given this as its unit.
 LIGHTEST = 1e-9
 
 
-@dataclass(frozen=True, eq=False)
-class Proof:
-    """An outcome and the scaled numbers it rests on."""
+def outcome_of(checked: Certificate) -> Outcome:
+    """Return what a certificate proves; a certificate that proves both sides proves neither.
 
-    outcome: Outcome
-    force: Floats  #: shape (m, 3), on equilibrium as far as it goes
-    twist: Floats  #: shape (6 n,)
-    certificate: Certificate
+    Parameters
+    ----------
+    checked
+        The certificate of some forces and a twist.
+    """
+    if checked.proves_stable == checked.proves_unstable:
+        return Outcome.UNDECIDED
+    return Outcome.STABLE if checked.proves_stable else Outcome.UNSTABLE
 
 
-def decide(program: PenaltyProgram, raw: RawSolution) -> Proof:
-    """What our own checks make of an answer to the penalty program; a second program is asked near the limit."""
-    proof = _prove(program, raw)
-    if proof.outcome is not Outcome.UNDECIDED:
-        return proof
-    for solve in (dual.solve_margin, _locally):
-        closer = _prove(program, solve(program), mend=True)
-        better = closer.certificate.required_force > proof.certificate.required_force
-        proof = closer if closer.outcome is not Outcome.UNDECIDED or better else proof
-        if proof.outcome is not Outcome.UNDECIDED:
+def decide(program: PenaltyProgram, answer: Answer, *, solver: str = "auto", motions: Motions = no_motions) -> Answer:
+    """Check an answer to the penalty program, and ask a second program near the limit.
+
+    Parameters
+    ----------
+    program
+        The penalty program.
+    answer
+        Nothing in it is trusted.
+    solver
+        Who solves the second program, one of `blockstat.solve.dispatch.CHOICES`.
+    motions
+        Gives twists that may open every joint, shape (6 n,) each (see `blockstat.certificate.interior_motions`).
+
+    Returns
+    -------
+    Answer
+        Forces corrected onto equilibrium, the mechanism mended where that proves more, and their certificate.
+    """
+    found = _checked(program, answer, motions)
+    if outcome_of(found.certificate) is not Outcome.UNDECIDED:
+        return found
+    mend = partial(open_joints, program, solver=solver)
+    for solve in (solve_margin, _solve_locally):
+        closer = _checked(program, solve(program, solver=solver), motions, mend)
+        decided = outcome_of(closer.certificate) is not Outcome.UNDECIDED
+        if decided or closer.certificate.required_force > found.certificate.required_force:
+            found = closer
+        if decided:
             break
-    return proof
+    return found
 
 
-def _locally(program: PenaltyProgram) -> RawSolution:
+def _solve_locally(program: PenaltyProgram, *, solver: str) -> Answer:
     """The least adhesion in units of the lighter block of each joint, where light blocks are lost beside heavy ones."""
     own = np.linalg.norm(program.load.reshape(-1, 6), axis=1)
     own = np.maximum(own, LIGHTEST * own.max(initial=1.0))
     sides = np.where(program.point_blocks >= 0, np.append(own, np.inf)[program.point_blocks], np.inf)
     unit = sides.min(axis=1)
-    raw = dual.solve_margin(program.in_units(own, unit))
-    twist = (raw.twist.reshape(-1, 6) / own[:, None]).reshape(-1)
-    return replace(raw, force=raw.force * unit[:, None], adhesion=raw.adhesion * unit[: program.n_points], twist=twist)
+    answer = solve_margin(program.in_units(own, unit), solver=solver)
+    return replace(
+        answer,
+        force=answer.force * unit[:, None],
+        adhesion=answer.adhesion * unit[: program.n_points],
+        twist=(answer.twist.reshape(-1, 6) / own[:, None]).reshape(-1),
+    )
 
 
-def _prove(program: PenaltyProgram, raw: RawSolution, *, mend: bool = False) -> Proof:
-    proven = raw.status in (ACCEPTED, MECHANISM)
-    force = raw.force if proven else certificate.balance(program, raw.force)
-    twist = raw.twist
-    proof = certificate.check(program, force, twist)
-    if proof.required_force > 0 and not (proof.proves_stable or proof.proves_unstable):
-        wider = opened(program, twist, raw.inside)
+def _checked(
+    program: PenaltyProgram,
+    answer: Answer,
+    motions: Motions,
+    mend: Callable[[Floats], Floats] | None = None,
+) -> Answer:
+    """The answer with its certificate, its forces balanced and its mechanism opened.
+
+    mend : gives a twist next to one that closes joints; with it, forces outside their cones are mended too.
+    """
+    force = answer.force if answer.status.is_proven else certificate.balance(program, answer.force)
+    twist = answer.twist
+    found = certificate.check(program, force, twist)
+    if found.required_force > 0 and not _proves(found):
+        first = () if answer.interior is None else (answer.interior,)
+        wider = with_interior_motion(program, twist, (*first, *motions()))
         second = certificate.check(program, force, wider)
-        if second.required_force > proof.required_force:
-            twist, proof = wider, second
-    if mend and not (proof.proves_stable or proof.proves_unstable):
-        pressed = certificate.settle(program, force)
-        second = certificate.check(program, pressed, twist)
+        if second.required_force > found.required_force:
+            twist, found = wider, second
+    if mend is not None and not _proves(found):
+        settled = certificate.settle(program, force)
+        second = certificate.check(program, settled, twist)
         if second.proves_stable:
-            force, proof = pressed, second
-    if mend and proof.required_force > 0 and not (proof.proves_stable or proof.proves_unstable):
-        twist = dual.open_joints(program, twist)
-        proof = certificate.check(program, force, twist)
-    return _proof(force, twist, proof)
+            force, found = settled, second
+    if mend is not None and found.required_force > 0 and not _proves(found):
+        twist = mend(twist)
+        found = certificate.check(program, force, twist)
+    return replace(answer, force=force, twist=twist, certificate=found)
 
 
-def prove(program: PenaltyProgram, force: Floats, twist: Floats) -> Proof:
-    """What forces (m, 3) and a twist (6 n,) prove as they are."""
-    return _proof(force, twist, certificate.check(program, force, twist))
-
-
-def _proof(force: Floats, twist: Floats, checked: Certificate) -> Proof:
-    outcome = Outcome.STABLE if checked.proves_stable else Outcome.UNSTABLE
-    if checked.proves_stable == checked.proves_unstable:
-        outcome = Outcome.UNDECIDED
-    return Proof(outcome, force, np.asarray(twist), checked)
+def _proves(found: Certificate) -> bool:
+    return found.proves_stable or found.proves_unstable

@@ -15,7 +15,7 @@ import numpy as np
 from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.bounds import Bound, lower_bound, upper_bound
 from blockstat.analysis.coulomb import coulomb_state
-from blockstat.analysis.decision import decide
+from blockstat.analysis.decision import decide, outcome_of
 from blockstat.analysis.problem import Problem, pose, timed
 from blockstat.analysis.verdict import Outcome, unit_motion
 from blockstat.certificate import check as certificate
@@ -25,10 +25,11 @@ from blockstat.errors import InputError, check_choice, known_options
 from blockstat.geometry.rigid_motion import point_velocity
 from blockstat.loads import as_load
 from blockstat.program.bonds import Bonds
-from blockstat.program.penalty import PenaltyProgram
+from blockstat.program.conic import conic_program
 from blockstat.result import Result, Sentence, finite
-from blockstat.solve import dispatch as dual
-from blockstat.solve.answer import DualAnswer, DualProgram
+from blockstat.solve.answer import Answer, Status
+from blockstat.solve.dispatch import CHOICES, solve
+from blockstat.solve.penalty import solve_penalty
 from blockstat.typing import Floats
 
 if TYPE_CHECKING:
@@ -81,10 +82,20 @@ class LimitLoad(Result):
         return (self.upper - self.lower) / max(abs(self.upper), abs(self.lower), 1e-300)
 
     def joints(self, *, tolerance: float = 1e-4) -> dict[str, list[tuple[str, str]]]:
-        """Joints that move in the mechanism, by kind: "hinges", "sliding" and "opening" pairs of block names.
+        """Return the joints that move in the mechanism, by kind.
 
-        A hinge opens at one side and not at the other; a sliding joint shifts along itself (and opens at the rate
-        friction asks for); an opening one loses contact everywhere. tolerance : relative to the fastest corner.
+        A hinge opens at one side and not at the other. A sliding joint shifts along itself (and opens at the rate
+        friction asks for). An opening one loses contact everywhere.
+
+        Parameters
+        ----------
+        tolerance
+            Of motion, relative to the fastest corner.
+
+        Returns
+        -------
+        dict of str to list of tuple of str
+            "hinges", "sliding" and "opening" pairs of block names.
         """
         found: dict[str, list[tuple[str, str]]] = {"hinges": [], "sliding": [], "opening": []}
         rate = relative_motion(self.assembly, self.interfaces, self.mechanism)
@@ -129,7 +140,22 @@ class LimitLoad(Result):
 
 
 def relative_motion(assembly: Assembly, interfaces: Interfaces, mechanism: Floats) -> Floats:
-    """Velocity of block b against block a at each contact point in the frame (n, t1, t2), shape (n_points, 3)."""
+    """Return the velocity of block b against block a at each contact point.
+
+    Parameters
+    ----------
+    assembly
+        The blocks.
+    interfaces
+        The joints.
+    mechanism
+        Velocity and rotation of each block, shape (n_blocks, 6) [m/s, rad/s].
+
+    Returns
+    -------
+    Floats
+        In the frame (n, t1, t2) of each joint, shape (n_points, 3) [m/s]; positive normal velocities open.
+    """
     k = interfaces.point_interface
     a, b = (point_velocity(assembly, mechanism, side, interfaces.point) for side in interfaces.pair[k].T)
     return np.einsum("nij,nj->ni", interfaces.frame[k], b - a)
@@ -148,30 +174,71 @@ def limit_load(
     solver: str = "auto",
     flow: str = "associated",
 ) -> LimitLoad:
-    """Largest multiplier of a load that the assembly carries on top of its weight.
-
-    load : three numbers, an acceleration direction (the multiplier is then in units of gravity), or a wrench on
-    each block, shape (n_blocks, 6) [N, N m], as `blockstat.loads` makes them. Other options as in `assess`.
+    """Find the largest multiplier of a load that an assembly carries on top of its weight.
 
     The friction is associated: sliding joints dilate, so for real stone the multiplier is an upper bound. With
     flow="coulomb" the zero-dilatancy multiplier is looked for below it, by bisection on `blockstat.analysis.coulomb`.
+
+    Parameters
+    ----------
+    assembly
+        The blocks, their supports, friction, gravity and joint laws.
+    load
+        Three numbers, an acceleration direction (the multiplier is then in units of gravity), or a wrench on each
+        block, shape (n_blocks, 6) [N, N m], as `blockstat.loads` makes them.
+    friction
+        Replaces the assembly's coefficient of friction.
+    gravity
+        Replaces its vector, shape (3,) [m/s2].
+    gap
+        Tolerance of the joint search, relative to block size.
+    interfaces
+        Use these joints instead of searching.
+    flow
+        "associated" or "coulomb".
+    solver
+        One of `blockstat.solve.dispatch.CHOICES`.
+
+    Returns
+    -------
+    LimitLoad
+        A proven bracket, with the forces that carry the lower bound and the mechanism of the upper one.
+
+    Raises
+    ------
+    InputError
+        When nothing supports the assembly or all of it, when blocks overlap, or for an option that does not exist.
+
+    References
+    ----------
+    Livesley: Limit analysis of structures formed from rigid blocks, 1978.
+
+    Examples
+    --------
+    A block twice as high as wide tips when the push reaches half its weight.
+
+    >>> from blockstat import Assembly, limit_load
+    >>> from blockstat.model.solids import box
+    >>> ground = box((-5, -5, -1), (5, 5, 0), name="ground", group="ground")
+    >>> blocks = [ground, box((0, 0, 0), (1, 1, 2), name="block", group="block")]
+    >>> found = limit_load(Assembly.from_blocks(blocks, supports=["ground"]), (1, 0, 0))
+    >>> print(f"{found.lower:.6f} {found.upper:.6f}")
+    0.500000 0.500000
     """
-    check_choice("solver", solver, dual.CHOICES)
+    check_choice("solver", solver, CHOICES)
     check_choice("flow", flow, FLOWS)
-    problem = pose(
-        assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces, solver=solver
-    )
+    problem = pose(assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
     if not len(problem.assembly.free):
         raise InputError(f'"{assembly.name}": all blocks are supports; there is nothing to load')
     direction = as_load(problem.assembly, load)
     timings = dict(problem.timings)
     with timed(timings, "solve"):
-        solved = _bracket(problem, direction)
+        solved = _bracket(problem, direction, solver)
     outcome, lower, upper, force, twist = solved
     coulomb = None
     if flow == "coulomb" and outcome is LoadOutcome.LIMIT and lower > 0:
         with timed(timings, "coulomb"):
-            coulomb = _coulomb_bracket(problem, direction, lower)
+            coulomb = _coulomb_bracket(problem, direction, lower, solver)
     timings["total"] = sum(timings.values())
     return LimitLoad(
         outcome=outcome,
@@ -188,7 +255,7 @@ def limit_load(
     )
 
 
-def _coulomb_bracket(problem: Problem, direction: Floats, associated: float) -> tuple[float, float]:
+def _coulomb_bracket(problem: Problem, direction: Floats, associated: float, solver: str) -> tuple[float, float]:
     """Multipliers with and without a state free of dilatancy and self-stress, by bisection below the associated one."""
     program = problem.program
     assert program is not None
@@ -197,7 +264,8 @@ def _coulomb_bracket(problem: Problem, direction: Floats, associated: float) -> 
     load = problem.scaled(direction)
 
     def settles(multiplier: float) -> bool:
-        return coulomb_state(replace(program, load=program.load + multiplier * load)).settles is True
+        loaded = replace(program, load=program.load + multiplier * load)
+        return coulomb_state(loaded, solver=solver).settles is True
 
     if not settles(0.0):
         return 0.0, 0.0
@@ -210,41 +278,46 @@ def _coulomb_bracket(problem: Problem, direction: Floats, associated: float) -> 
 
 
 def _bounds(
-    program: PenaltyProgram, load: Floats, answer: DualAnswer, dead: Floats
+    problem: Problem, load: Floats, answer: Answer, dead: Floats, solver: str
 ) -> tuple[Bound | None, Bound | None]:
     """What an answer proves from below and from above."""
+    program = problem.program
+    assert program is not None
     low = lower_bound(program, load, answer.force, answer.multiplier, dead)
-    return low, upper_bound(program, load, answer.twist, answer.force)
+    return low, upper_bound(program, load, answer.twist, answer.force, solver=solver, motions=problem.motions)
 
 
-def _bracket(problem: Problem, direction: Floats) -> tuple[LoadOutcome, float, float, Floats, Floats]:
+def _bracket(problem: Problem, direction: Floats, solver: str) -> tuple[LoadOutcome, float, float, Floats, Floats]:
     """Outcome, bounds, scaled force field and twist."""
     program, eq = problem.program, problem.eq
     if program is None or len(problem.floating):
         return LoadOutcome.DEAD_LOAD_UNSTABLE, -np.inf, -np.inf, np.zeros((eq.n_columns, 3)), np.zeros(6 * eq.n_blocks)
-    dead = decide(program, dual.solve(program))
-    if dead.outcome is not Outcome.STABLE:
-        word = LoadOutcome.DEAD_LOAD_UNSTABLE if dead.outcome is Outcome.UNSTABLE else LoadOutcome.UNDECIDED
-        return word, -np.inf, -np.inf if dead.outcome is Outcome.UNSTABLE else np.inf, dead.force, dead.twist
+    options = {"solver": solver, "motions": problem.motions}
+    dead = decide(program, solve_penalty(program, **options), **options)
+    outcome = outcome_of(dead.certificate)
+    if outcome is not Outcome.STABLE:
+        word = LoadOutcome.DEAD_LOAD_UNSTABLE if outcome is Outcome.UNSTABLE else LoadOutcome.UNDECIDED
+        return word, -np.inf, -np.inf if outcome is Outcome.UNSTABLE else np.inf, dead.force, dead.twist
 
     load = problem.scaled(direction)
     unit = float(np.linalg.norm(load.reshape(-1, 6)[:, :3], axis=1).sum() or np.abs(load).sum()) / program.total_load
     load = load / unit  # as strong as the weight, so that multipliers are near one
-    answer = dual.solve_dual(DualProgram(program, -program.load, pinned=load))
-    if "PrimalInfeasible" in answer.status:
+    conic = conic_program(program, -program.load, pinned=load)
+    answer = solve(conic, solver=solver)
+    if answer.status is Status.PRIMAL_INFEASIBLE:
         ray = answer.force / answer.multiplier if answer.multiplier > 0 else answer.force
         at = replace(program, load=program.load + UNBOUNDED * unit * load)
         field = certificate.balance(at, dead.force + UNBOUNDED * unit * ray)
         carried = certificate.check(at, field, np.zeros_like(load)).proves_stable
         word = LoadOutcome.UNBOUNDED if carried else LoadOutcome.UNDECIDED
         return word, np.inf if carried else 0.0, np.inf, dead.force, np.zeros_like(load)
-    low, high = _bounds(program, load, answer, dead.force)
+    low, high = _bounds(problem, load, answer, dead.force, solver)
     sharp = SHARP if len(program.load) <= CHEAP else LOOSE
-    if program.solver == "auto" and not (low and high and high.value - low.value <= sharp * abs(high.value)):
+    if solver == "auto" and not (low and high and high.value - low.value <= sharp * abs(high.value)):
         other = "interior-point" if answer.solver == "clarabel" else "clarabel"
-        again = dual.solve_dual(DualProgram(replace(program, solver=other), -program.load, pinned=load))
-        if "Infeasible" not in again.status:
-            second = _bounds(program, load, again, dead.force)
+        again = solve(conic, solver=other)
+        if not again.status.is_infeasible:
+            second = _bounds(problem, load, again, dead.force, solver)
             low = max((bound for bound in (low, second[0]) if bound), key=lambda bound: bound.value, default=None)
             high = min((bound for bound in (high, second[1]) if bound), key=lambda bound: bound.value, default=None)
     lower, field = (low.value, low.evidence) if low else (0.0, dead.force)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 from time import process_time
 from typing import TYPE_CHECKING, Any
 
@@ -47,14 +48,36 @@ class Problem:
     bonds: Ints  #: interfaces with a bond at their centre, whose columns follow the contact points
 
     def to_blocks(self, twist: Floats) -> Floats:
-        """A scaled twist of the program as velocities and rotations of all blocks, shape (n_blocks, 6)."""
+        """Return a scaled twist as velocities and rotations of all blocks.
+
+        Parameters
+        ----------
+        twist
+            Of the program, shape (6 n,).
+
+        Returns
+        -------
+        Floats
+            Shape (n_blocks, 6) [m, rad].
+        """
         mechanism = np.zeros((self.assembly.n_blocks, 6))
         if self.program is not None:
             mechanism[self.eq.blocks] = twist.reshape(-1, 6) / np.repeat([1.0, self.program.length_unit], 3)
         return mechanism
 
     def to_points(self, force: Floats) -> Floats:
-        """Scaled forces of the program as contact forces at all points [N], shape (n_points, 3)."""
+        """Return scaled forces as contact forces at all points.
+
+        Parameters
+        ----------
+        force
+            Of the program, shape (m, 3).
+
+        Returns
+        -------
+        Floats
+            Shape (n_points, 3) [N], tension below zero.
+        """
         forces = np.zeros((self.interfaces.n_points, 3))
         if self.program is not None:
             n = self.program.n_points
@@ -63,17 +86,47 @@ class Problem:
         return forces
 
     def to_bonds(self, force: Floats) -> Bonds | None:
-        """What the bonds carry under scaled forces of the program; None without bonds."""
+        """Return what the bonds carry under scaled forces.
+
+        Parameters
+        ----------
+        force
+            Of the program, shape (m, 3).
+
+        Returns
+        -------
+        Bonds or None
+            None without bonds.
+        """
         if self.program is None or not len(self.bonds):
             return None
         return bond_forces(self.interfaces, self.bonds, force[self.program.n_points :] * self.program.force_unit)
 
     def adhesion_at_points(self, adhesion: Floats) -> Floats:
-        """Scaled missing adhesion at all contact points [N], shape (n_points,)."""
+        """Return scaled missing adhesion at all contact points.
+
+        Parameters
+        ----------
+        adhesion
+            Of the program, shape (n,).
+
+        Returns
+        -------
+        Floats
+            Shape (n_points,) [N].
+        """
         values = np.zeros(self.interfaces.n_points)
         if self.program is not None:
             values[self.eq.points] = adhesion * self.program.force_unit
         return values
+
+    def motions(self) -> tuple[Floats, ...]:
+        """Return twists of the program that may open every joint, shape (6 n,) each; made when first asked for."""
+        return self._expansions
+
+    @cached_property
+    def _expansions(self) -> tuple[Floats, ...]:
+        return expansions(self.assembly, self.interfaces, self.eq.blocks)
 
     @property
     def slips(self) -> bool:
@@ -82,7 +135,18 @@ class Problem:
         return bool(len(friction) and (friction > 0).all() and np.isfinite(friction).all())
 
     def scaled(self, load: Floats) -> Floats:
-        """A wrench on each block, shape (n_blocks, 6) [N, N m], as a load vector of the program, shape (6 n,)."""
+        """Return a wrench on each block as a load of the program.
+
+        Parameters
+        ----------
+        load
+            Shape (n_blocks, 6) [N, N m].
+
+        Returns
+        -------
+        Floats
+            Shape (6 n,).
+        """
         assert self.program is not None
         unit = np.repeat([1.0, self.program.length_unit], 3) * self.program.force_unit
         return (load[self.eq.blocks] / unit).reshape(-1)
@@ -96,9 +160,24 @@ def pose(
     loads: Floats | None,
     gap: float,
     interfaces: Interfaces | None,
-    solver: str = "auto",
 ) -> Problem:
-    """Check the input and set up the program; the options are those of `assess`."""
+    """Check the input, find the joints and set up the program.
+
+    Parameters
+    ----------
+    assembly, friction, gravity, loads, gap, interfaces
+        As in `blockstat.assess`.
+
+    Returns
+    -------
+    Problem
+        The joints, the equilibrium and the penalty program, with warnings and times.
+
+    Raises
+    ------
+    InputError
+        When nothing supports the assembly, when blocks overlap, or for loads of the wrong shape.
+    """
     changes = {k: v for k, v in (("friction", friction), ("gravity", gravity)) if v is not None}
     assembly = assembly.with_(**changes) if changes else assembly
     if not assembly.support.any():
@@ -118,7 +197,6 @@ def pose(
         touched = np.any(np.isin(interfaces.pair, held), axis=1)
         points = np.flatnonzero(touched[interfaces.point_interface])
         eq, program, bonds = _program(assembly, interfaces, load, held, points, touched)
-        program = program and replace(program, solver=solver, openings=expansions(assembly, interfaces, held))
     warnings += _floating_warnings(assembly, floating, interfaces)
     if assembly.support.all():
         warnings.append("all blocks are supports; there was nothing to check")
@@ -146,19 +224,30 @@ def _program(
     bonds, capacity = bonds[live], capacity[np.repeat(live, KINDS)]
     eq = equilibrium(assembly, interfaces, load, held, points, bond_columns(interfaces, bonds) if len(bonds) else None)
     none = np.zeros(len(capacity))
-    limits: dict[str, Any] = {
+    bounds: dict[str, Any] = {
         "shift": np.concatenate([law.shift[points], none]),
-        "floor": np.concatenate([law.floor[points], none]),
-        "cap": np.concatenate([law.cap[points], capacity]),
+        "lower": np.concatenate([law.floor[points], none]),
+        "upper": np.concatenate([law.cap[points], capacity]),
     }
-    plain = not limits["floor"].any() and np.isinf(limits["cap"]).all()
+    plain = not bounds["lower"].any() and np.isinf(bounds["upper"]).all()
     plane = find_plane(assembly, interfaces, eq) if plain else None
     mu = np.concatenate([friction, np.ones(len(capacity))])
-    return eq, penalty_program(eq, mu, plane=plane, **limits) if len(held) else None, bonds
+    return eq, penalty_program(eq, mu, plane=plane, **bounds) if len(held) else None, bonds
 
 
 def free_fall(problem: Problem) -> Floats:
-    """Motion of the groups that nothing holds, each as one body along its load, shape (n_blocks, 6)."""
+    """Return the motion of the groups that nothing holds, each as one body along its load.
+
+    Parameters
+    ----------
+    problem
+        The posed problem.
+
+    Returns
+    -------
+    Floats
+        Shape (n_blocks, 6); zero for blocks that are held and for groups without a load.
+    """
     assembly, pair = problem.assembly, problem.interfaces.pair
     _, label = connected_components(assembly.n_blocks, pair)
     motion = np.zeros((assembly.n_blocks, 6))
@@ -178,7 +267,25 @@ def free_fall(problem: Problem) -> Floats:
 
 
 def checked_loads(assembly: Assembly, loads: Floats | None) -> Floats:
-    """A wrench on each block, shape (n_blocks, 6) [N, N m]; zeros for None."""
+    """Return a wrench on each block; zeros for None.
+
+    Parameters
+    ----------
+    assembly
+        The blocks.
+    loads
+        Shape (n_blocks, 6) [N, N m].
+
+    Returns
+    -------
+    Floats
+        Shape (n_blocks, 6) [N, N m].
+
+    Raises
+    ------
+    InputError
+        For another shape, or for values that are not finite.
+    """
     if loads is None:
         return np.zeros((assembly.n_blocks, 6))
     try:
@@ -199,7 +306,20 @@ def _floating_warnings(assembly: Assembly, floating: Ints, interfaces: Interface
 
 
 def gap_warnings(problem: Problem, outcome: Outcome) -> list[str]:
-    """Say when the verdict may hang on the joint tolerance."""
+    """Say when the verdict may hang on the joint tolerance.
+
+    Parameters
+    ----------
+    problem
+        The posed problem.
+    outcome
+        Its outcome.
+
+    Returns
+    -------
+    list of str
+        A sentence, or none.
+    """
     assembly, interfaces, gap = problem.assembly, problem.interfaces, problem.gap
     near = [d for d in interfaces.dropped if d.reason == "gap"]
     if outcome is not Outcome.STABLE and near:
@@ -218,7 +338,15 @@ def gap_warnings(problem: Problem, outcome: Outcome) -> list[str]:
 
 @contextmanager
 def timed(timings: dict[str, float], step: str) -> Iterator[None]:
-    """Add the process time of a step to the timings."""
+    """Add the process time of a step to the timings.
+
+    Parameters
+    ----------
+    timings
+        Seconds by step; changed in place.
+    step
+        The name of the step.
+    """
     start = process_time()
     yield
     timings[step] = process_time() - start

@@ -9,18 +9,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.bounds import SHARES
-from blockstat.analysis.decision import decide
+from blockstat.analysis.decision import decide, outcome_of
 from blockstat.analysis.limit_load import LoadOutcome, limit_load
 from blockstat.analysis.problem import Problem, pose
 from blockstat.analysis.verdict import Outcome, corner_speed
 from blockstat.certificate import check as certificate
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
-from blockstat.errors import InputError, known_options
+from blockstat.errors import InputError, check_choice, known_options
 from blockstat.loads import as_load
+from blockstat.program.conic import conic_program
 from blockstat.program.equilibrium import column_rates
 from blockstat.result import Result, Sentence, finite
-from blockstat.solve import dispatch as dual
-from blockstat.solve.answer import DualProgram
+from blockstat.solve.dispatch import CHOICES, solve
+from blockstat.solve.penalty import solve_penalty
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -219,8 +220,8 @@ def thrust_range(
         assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces, solver=solver
     )
     thrust = _functional(problem, _support_indices(problem.assembly, supports), direction)
-    least, least_forces = _extreme(problem, -thrust, inside)
-    greatest, greatest_forces = _extreme(problem, thrust, inside)
+    least, least_forces = _extreme(problem, -thrust, inside, solver)
+    greatest, greatest_forces = _extreme(problem, thrust, inside, solver)
     return ThrustRange(
         least=-least,
         greatest=greatest,
@@ -283,8 +284,9 @@ def settlement(
     unit = np.asarray(direction, dtype=float)
     imposed[moving, :3] = unit / np.linalg.norm(unit)
     rate = column_rates(problem.assembly, problem.eq, imposed)
-    answer = dual.solve_dual(DualProgram(program, -program.load, offset=rate.reshape(-1)))
-    if "Infeasible" in answer.status:
+    moved = conic_program(program, -program.load, offset=rate.reshape(-1))
+    answer = solve(moved, solver=solver)
+    if answer.status.is_infeasible:
         raise InputError(f'"{assembly.name}": the supports cannot move so; the blocks are jammed between them')
     force = _admissible(problem, certificate.balance(program, answer.force), inside)
     reaction = _value(problem, thrust, force)
@@ -362,13 +364,15 @@ def load_domain(
     return LoadDomain(np.array(inner), np.array(outer))
 
 
-def _standing(assembly: Assembly, **options: Any) -> tuple[Problem, Floats]:
-    """The problem and a force field strictly inside its cones; the options are those of `pose`."""
+def _standing(assembly: Assembly, *, solver: str, **options: Any) -> tuple[Problem, Floats]:
+    """The problem and a force field strictly inside its cones; the other options are those of `pose`."""
+    check_choice("solver", solver, CHOICES)
     problem = pose(assembly, **options)
     if problem.program is not None and not len(problem.floating):
-        proof = decide(problem.program, dual.solve(problem.program))
-        if proof.outcome is Outcome.STABLE:
-            return problem, proof.force
+        posed = {"solver": solver, "motions": problem.motions}
+        found = decide(problem.program, solve_penalty(problem.program, **posed), **posed)
+        if outcome_of(found.certificate) is Outcome.STABLE:
+            return problem, found.force
     raise InputError(f'"{assembly.name}" does not stand; it has no thrust to speak of')
 
 
@@ -401,12 +405,12 @@ def _value(problem: Problem, functional: Floats, force: Floats) -> float:
     return (float(functional @ force.reshape(-1)) - held) * program.force_unit
 
 
-def _extreme(problem: Problem, functional: Floats, inside: Floats) -> tuple[float, Floats]:
+def _extreme(problem: Problem, functional: Floats, inside: Floats, solver: str) -> tuple[float, Floats]:
     """Largest value of a functional over admissible force fields [N], proven by the field returned."""
     program = problem.program
     assert program is not None
-    answer = dual.solve_dual(DualProgram(program, -program.load, offset=-functional))
-    if "Infeasible" in answer.status:
+    answer = solve(conic_program(program, -program.load, offset=-functional), solver=solver)
+    if answer.status.is_infeasible:
         return np.inf, problem.to_points(answer.force)
     field = _admissible(problem, certificate.balance(program, answer.force), inside)
     return _value(problem, functional, field), problem.to_points(field)

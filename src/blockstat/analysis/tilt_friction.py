@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.analysis.assess import SOLVERS, assess
+from blockstat.analysis.assess import assess
 from blockstat.analysis.limit_load import LoadOutcome, limit_load
 from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
@@ -140,7 +140,7 @@ def tilt_limit(
         raise InputError(f"axis is {axis!r}; it must be x, y, z or three numbers, not all zero")
     unit = unit / np.abs(unit).max()
     unit = unit / np.linalg.norm(unit)
-    check_choice("solver", solver, SOLVERS)
+    check_choice("solver", solver, CHOICES)
     if not len(assembly.free):
         return _tilts(180.0, math.nan)
     changes = {name: value for name, value in (("friction", friction), ("gravity", gravity)) if value is not None}
@@ -157,7 +157,7 @@ def tilt_limit(
         stable = verdict(0.0).outcome is Outcome.STABLE
         return _tilts(180.0, math.nan) if stable else _tilts(math.nan, 0.0)
     follows = loads is None and not any(law.strong for law in asm.joints)  # all forces grow with the weight
-    if abs(unit @ asm.gravity) < 1e-9 * size and follows and solver in CHOICES:
+    if abs(unit @ asm.gravity) < 1e-9 * size and follows:
         limit = limit_load(asm, acceleration(asm, sideways.tolist()), interfaces=shared, solver=solver)
         if limit.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE:
             return _tilts(math.nan, 0.0)

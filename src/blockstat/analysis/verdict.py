@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -73,8 +72,8 @@ class Verdict(Result):
     def demand(self) -> Floats:
         """How hard friction and strength are used at each block, shape (n_blocks,), 0 to 1 (1: at the limit).
 
-        The largest |f_t| / (mu f_n + c), or pressure over strength, over points that carry at least 1 % of the block's
-        largest force.
+        The largest `|f_t| / (mu f_n + c)`, or pressure over strength, over points that carry at least 1 % of the
+        block's largest force.
         """
         points = self.interfaces.point_interface
         law = point_law(self.assembly, self.interfaces)
@@ -145,11 +144,6 @@ class Verdict(Result):
             "warnings": list(self.warnings),
             "timings": self.timings,
         }
-
-
-def as_html(text: str) -> str:
-    """An explanation as notebooks show it."""
-    return f'<pre style="white-space: pre-wrap">{escape(text)}</pre>'
 
 
 def corner_speed(assembly: Assembly, twist: Floats) -> Floats:

@@ -13,7 +13,7 @@ PRELOADED = (
     "__main__",
     "blockstat.app.evaluation",
     "blockstat.model",
-    "blockstat.solve.structured",
+    "blockstat.solve.interior_point",
     "scipy.sparse.linalg",
     "scipy.spatial",
     "pypardiso",

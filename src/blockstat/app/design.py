@@ -62,7 +62,7 @@ class Model:
             warnings.simplefilter("ignore", InputWarning)
             if self.assembly is not None:
                 return self.with_material(self.assembly, values)
-            from blockstat.model import build
+            from blockstat.spec import build
 
             return self.with_material(build(self.moved(values)), values)
 
@@ -82,7 +82,7 @@ def open_model(path: str | Path, *, supports: str = "") -> Model:
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"{path.name}: the page opens {', '.join(SUFFIXES)}")
     if path.suffix.lower() == ".toml":
-        from blockstat.io.scene import load_scene
+        from blockstat.spec import load_scene
 
         scene = load_scene(path)
         ranges = parameters(scene)
@@ -91,7 +91,7 @@ def open_model(path: str | Path, *, supports: str = "") -> Model:
             return replace(model, ranges=ranges | _material(model.built(model.start), ranges))
         except InputError:
             return model  # the page will say why it cannot be built
-    from blockstat.model.scene import read
+    from blockstat.spec import read
 
     named = [name.strip() for name in supports.split(",") if name.strip()] or None
     assembly = read(path, supports=named)

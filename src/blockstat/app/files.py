@@ -31,7 +31,7 @@ def opened(name: str, content: bytes, supports: str) -> Model:
 
 def scene_file(model: Model, values: dict[str, float], known: Known) -> Saved:
     """The scene with its present values as TOML."""
-    from blockstat.io.scene import scene_text
+    from blockstat.io.scene_text import scene_text
 
     return f"{_stem(model)}.toml", scene_text(model.moved(values)).encode()
 

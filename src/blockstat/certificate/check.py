@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from blockstat.linear_algebra.normal_equations import normal_equations
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.program.planar import Plane
-from blockstat.solve.normal_equations import normal_equations
 from blockstat.typing import Floats
 
 #: A force field proves stability when no block's residual and no cone violation next to it exceeds this
@@ -27,7 +27,7 @@ PRESSED = 0.02
 #: A mechanism proves instability when any equilibrium would need normal forces of this many total weights.
 #: Sound assemblies stand with about as many weights as they have courses or voussoirs.
 FORCE_LIMIT = 1e6
-#: Work of the loads below this fraction of |w| |u| is rounding.
+#: Work of the loads below this fraction of `|w| |u|` is rounding.
 WORK_ROUNDING = 1e-13
 
 
@@ -37,31 +37,53 @@ class Certificate:
 
     residual: float  #: largest unbalanced force or moment / size of a block, relative to that block's load
     cone_violation: float  #: largest missing normal force of a point, relative to the lighter block's load
-    work: float  #: work of the loads on the mechanism, relative to |w| |u|; 0 without a mechanism
-    mechanism_violation: float  #: largest amount by which a joint closes or slides without opening, relative to |u|
+    work: float  #: work of the loads on the mechanism, relative to `|w| |u|`; 0 without a mechanism
+    mechanism_violation: float  #: largest amount by which a joint closes or slides without opening, relative to `|u|`
     #: least total normal force of any equilibrium, in total weights; inf: none exists. With infinite friction
     #: the total of whole contact forces.
     required_force: float
 
     @property
     def proves_stable(self) -> bool:
+        """Whether the forces balance every block inside their cones, to the stated tolerance."""
         return max(self.residual, self.cone_violation) <= FORCE_TOLERANCE
 
     @property
     def proves_unstable(self) -> bool:
+        """Whether the loads drive the mechanism and no forces of a bounded size could resist it."""
         return self.work > WORK_ROUNDING and self.required_force >= FORCE_LIMIT
 
 
-def balance(program: PenaltyProgram, force: Floats, *, passes: int = 4) -> Floats:
-    """Correct forces onto equilibrium with the least change relative to their room inside the cones.
+#: What nothing has been checked of; it proves nothing.
+UNCHECKED = Certificate(np.inf, np.inf, 0.0, 0.0, 0.0)
 
-    Minimises sum |df_i|^2 / d_i subject to A (f + df) + w = 0 with d_i the distance of f_i from its cone's
-    boundary, so that points with nothing to spare are left alone. Refined until rounding.
+
+def balance(program: PenaltyProgram, force: Floats, *, passes: int = 4) -> Floats:
+    """Correct forces onto equilibrium with the least change relative to their slack inside the cones.
+
+    Parameters
+    ----------
+    program
+        The penalty program.
+    force
+        Shape (m, 3), in its units.
+    passes
+        The most corrections; they are repeated until the residual is rounding.
+
+    Returns
+    -------
+    Floats
+        Shape (m, 3); the given forces where the correction cannot be computed.
+
+    Notes
+    -----
+    Minimises `sum |df_i|^2 / d_i` subject to `A (f + df) + w = 0` with d_i the distance of f_i from its cone's
+    boundary, so that points with nothing to spare are left alone.
     """
-    room = np.maximum(room_of(program, force), 0.0)
-    room += 1e-9 * room.max(initial=1.0)
+    slack = np.maximum(point_slack(program, force), 0.0)
+    slack += 1e-9 * slack.max(initial=1.0)
     slip = np.minimum(program.friction, 1.0)  # the cone is that much narrower across than along
-    weights = room[:, None] * np.column_stack([np.ones_like(slip), slip, slip])
+    weights = slack[:, None] * np.column_stack([np.ones_like(slip), slip, slip])
     plane = program.plane
     if plane is not None and not (plane.holds(program.load) and plane.mirrors(force.reshape(-1))):
         plane = None
@@ -91,7 +113,22 @@ def _solver_in_plane(program: PenaltyProgram, plane: Plane, weights: Floats) -> 
 
 
 def settle(program: PenaltyProgram, force: Floats, *, trials: int = 4) -> Floats:
-    """Forces balanced; where that leaves their cones, pressed back into them and balanced again."""
+    """Balance forces; where that leaves their cones, press them back and balance them again.
+
+    Parameters
+    ----------
+    program
+        The penalty program.
+    force
+        Shape (m, 3), in its units.
+    trials
+        How often they are pressed back at most.
+
+    Returns
+    -------
+    Floats
+        Shape (m, 3); not every one need lie inside its cone.
+    """
     balanced = balance(program, force)
     for _ in range(trials):
         closer = pressed(program, balanced)
@@ -102,12 +139,25 @@ def settle(program: PenaltyProgram, force: Floats, *, trials: int = 4) -> Floats
 
 
 def pressed(program: PenaltyProgram, force: Floats) -> Floats:
-    """Forces pressed into their cones where they lie outside, by a little more than they lack; else as they are."""
-    lacking = np.maximum(-room_of(program, force), 0.0)
-    if not lacking.any() or not np.isfinite(lacking).all():
+    """Press forces into their cones where they lie outside, by a little more than their deficit.
+
+    Parameters
+    ----------
+    program
+        The penalty program.
+    force
+        Shape (m, 3), in its units.
+
+    Returns
+    -------
+    Floats
+        Shape (m, 3); the given forces themselves where none lies outside.
+    """
+    deficit = np.maximum(-point_slack(program, force), 0.0)
+    if not deficit.any() or not np.isfinite(deficit).all():
         return force
     closer = force.copy()
-    closer[:, 0] += (1.0 + PRESSED) * lacking + PRESSED * (lacking > 0)
+    closer[:, 0] += (1.0 + PRESSED) * deficit + PRESSED * (deficit > 0)
     return closer
 
 
@@ -130,8 +180,21 @@ def _balanced(
     return result.reshape(-1, 3)
 
 
-def cone_room(force: Floats, friction: Floats) -> Floats:
-    """Normal force to spare at each point, f_n - |f_t| / mu; negative outside the cone, shape (m,)."""
+def cone_slack(force: Floats, friction: Floats) -> Floats:
+    """Return the normal force to spare at each point, `f_n - |f_t| / mu`.
+
+    Parameters
+    ----------
+    force
+        Shape (m, 3).
+    friction
+        mu of each point, shape (m,), inf allowed.
+
+    Returns
+    -------
+    Floats
+        Shape (m,), negative outside the cone.
+    """
     tangent = np.hypot(force[:, 1], force[:, 2])
     with np.errstate(divide="ignore", invalid="ignore"):
         needed = np.where(np.isinf(friction), 0.0, np.where(tangent > 0, tangent / friction, 0.0))
@@ -140,10 +203,21 @@ def cone_room(force: Floats, friction: Floats) -> Floats:
     return np.where(without, np.minimum(force[:, 0], -tangent), force[:, 0] - needed)
 
 
-def opening_room(gap_rate: Floats, friction: Floats) -> Floats:
-    """Opening to spare at each point, g_n - mu |g_t|; negative where a mechanism closes or drags a joint.
+def opening_slack(gap_rate: Floats, friction: Floats) -> Floats:
+    """Return the opening to spare at each point, `g_n - mu |g_t|`.
 
-    A joint that cannot slide has -|g_t| at most: what it drags works against the friction force itself.
+    Parameters
+    ----------
+    gap_rate
+        Relative velocities, shape (m, 3).
+    friction
+        mu of each point, shape (m,), inf allowed.
+
+    Returns
+    -------
+    Floats
+        Shape (m,), negative where a mechanism closes or drags a joint. A joint that cannot slide has `-|g_t|` at most:
+        what it drags works against the friction force itself.
     """
     slide = np.hypot(gap_rate[:, 1], gap_rate[:, 2])
     sticky = np.isinf(friction)
@@ -151,40 +225,84 @@ def opening_room(gap_rate: Floats, friction: Floats) -> Floats:
     return np.where(sticky, np.minimum(gap_rate[:, 0], 0.0) - slide, coulomb)
 
 
-def room_of(program: PenaltyProgram, force: Floats) -> Floats:
-    """Normal force to spare at each point within its cone, above its floor and below its cap, shape (m,)."""
-    room = cone_room(force, program.friction)
-    if len(program.capped) or len(program.floored):
+def point_slack(program: PenaltyProgram, force: Floats) -> Floats:
+    """Return the normal force to spare at each point within its cone and its bounds.
+
+    Parameters
+    ----------
+    program
+        The penalty program.
+    force
+        Shape (m, 3), in its units.
+
+    Returns
+    -------
+    Floats
+        Shape (m,), negative outside.
+    """
+    slack = cone_slack(force, program.friction)
+    if len(program.upper_bounded) or len(program.lower_bounded):
         normal = force[:, 0]
-        floor = np.where(program.floor > 0, normal - program.floor, np.inf)
-        room = np.minimum(room, np.minimum(floor, program.cap - normal))
-    return room
+        above = np.where(program.lower > 0, normal - program.lower, np.inf)
+        slack = np.minimum(slack, np.minimum(above, program.upper - normal))
+    return slack
 
 
 def power(program: PenaltyProgram, twist: Floats) -> tuple[float, float]:
-    """Work of the loads on a twist less what crushing, cohesion and bonds take up, and the largest closing.
+    """Return the work of the loads on a twist less what crushing, cohesion and bonds take up, and the largest closing.
 
-    At a point with a cap any deficit of opening r = g_n - mu |g_t| may be bought at cap x deficit, and at one with a
-    floor any surplus is paid floor x surplus: the best multipliers y and z of the dual for this twist. Points without
-    a cap that close are the violation, to be judged by the caller.
+    Parameters
+    ----------
+    program
+        The penalty program.
+    twist
+        Shape (6 n,), in its units.
+
+    Returns
+    -------
+    work : float
+        Positive when the loads drive the twist.
+    closing : float
+        The largest violation of A'u in K* at points without an upper bound, to be judged by the caller.
+
+    Notes
+    -----
+    At a point with an upper bound any deficit of opening `r = g_n - mu |g_t|` is bought at upper x deficit. At a point
+    with a lower bound any surplus is paid lower x surplus. These are the best multipliers y and z of the dual for this
+    twist.
     """
     gap_rate = (program.matrix.T @ twist).reshape(-1, 3)
-    room = opening_room(gap_rate, program.friction)
-    violation = np.maximum(-room, 0.0)
+    slack = opening_slack(gap_rate, program.friction)
+    violation = np.maximum(-slack, 0.0)
     work = float(program.load @ twist)
-    if len(program.capped):
-        sticky = np.isinf(program.friction[program.capped])
-        rate = gap_rate[program.capped]
-        opening = np.where(sticky, rate[:, 0], room[program.capped])
-        work -= float(program.cap[program.capped] @ np.maximum(-opening, 0.0))
-        violation[program.capped] = np.where(sticky, np.hypot(rate[:, 1], rate[:, 2]), 0.0)
-    if len(program.floored):
-        work += float(program.floor[program.floored] @ np.maximum(room[program.floored], 0.0))
+    if len(program.upper_bounded):
+        sticky = np.isinf(program.friction[program.upper_bounded])
+        rate = gap_rate[program.upper_bounded]
+        opening = np.where(sticky, rate[:, 0], slack[program.upper_bounded])
+        work -= float(program.upper[program.upper_bounded] @ np.maximum(-opening, 0.0))
+        violation[program.upper_bounded] = np.where(sticky, np.hypot(rate[:, 1], rate[:, 2]), 0.0)
+    if len(program.lower_bounded):
+        work += float(program.lower[program.lower_bounded] @ np.maximum(slack[program.lower_bounded], 0.0))
     return work, float(violation.max(initial=0.0))
 
 
 def check(program: PenaltyProgram, force: Floats, twist: Floats) -> Certificate:
-    """Compute the certificate of scaled forces (m, 3) and a scaled twist (6 n,)."""
+    """Compute the certificate of forces and a twist.
+
+    Parameters
+    ----------
+    program
+        The penalty program.
+    force
+        Shape (m, 3), in its units.
+    twist
+        Shape (6 n,), in its units, of any size.
+
+    Returns
+    -------
+    Certificate
+        What they prove, and with which errors.
+    """
     residual, missing = force_errors(program, force)
     size = np.abs(twist).max(initial=0.0)
     unit = twist / size if size > 0 else twist
@@ -203,7 +321,20 @@ def check(program: PenaltyProgram, force: Floats, twist: Floats) -> Certificate:
 
 
 def force_errors(program: PenaltyProgram, force: Floats) -> tuple[float, float]:
-    """Largest residual of a block and largest violation of a cone, each relative to the block's own load."""
+    """Return the largest residual of a block and the largest violation of a cone.
+
+    Parameters
+    ----------
+    program
+        The penalty program.
+    force
+        Shape (m, 3), in its units.
+
+    Returns
+    -------
+    residual, missing : float
+        Each relative to the block's own load; rounding is taken off the residual.
+    """
     n, a_b = len(program.load) // 6, program.point_blocks
     residual = np.linalg.norm((program.matrix @ force.reshape(-1) + program.load).reshape(n, 6), axis=1)
     own = np.linalg.norm(program.load.reshape(n, 6), axis=1)
@@ -212,7 +343,7 @@ def force_errors(program: PenaltyProgram, force: Floats) -> tuple[float, float]:
     excess = np.maximum(residual - ROUNDING * met, 0.0)
 
     lighter = np.where(a_b >= 0, np.append(own, np.inf)[a_b], np.inf).min(axis=1)
-    missing = np.maximum(-room_of(program, force), 0.0)
+    missing = np.maximum(-point_slack(program, force), 0.0)
     return _ratio(excess, own), _ratio(missing, lighter)
 
 

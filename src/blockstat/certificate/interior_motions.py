@@ -2,7 +2,7 @@
 
 The opening to spare, g_n - mu |g_t|, is concave and homogeneous in the twist, so with d a motion that opens all joints
 
-    room(u + e d) >= room(u) + e room(d) >= 0    for    e = max -room(u) / min room(d).
+    slack(u + e d) >= slack(u) + e slack(d) >= 0    for    e = max -slack(u) / min slack(d).
 
 The proof then has no error at all, at the price of e w'd in the work of the loads. The iterates of an interior-point
 method are such motions until the joints close, and the last of them cost least.
@@ -10,18 +10,21 @@ method are such motions until the joints close, and the last of them cost least.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from blockstat.certificate.check import opening_room
+from blockstat.certificate.check import opening_slack
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
     from blockstat.contact.interfaces import Interfaces
+
+#: Gives twists that may open every joint, shape (6 n,) each, where they are needed.
+Motions = Callable[[], Sequence[Floats]]
 
 #: How much slower than upwards the blocks move apart sideways, in the motions that are tried.
 SPREADS = (1.0, 0.5, 0.25, 0.1, 0.03, 0.01)
@@ -33,10 +36,28 @@ SLACK = 1e-6
 FEW = 4
 
 
-def expansions(assembly: Assembly, interfaces: Interfaces, blocks: Ints) -> tuple[Floats, ...]:
-    """The assembly lifted off its supports and growing upwards and more slowly sideways: twists (6 n,).
+def no_motions() -> tuple[Floats, ...]:
+    """Return no twists."""
+    return ()
 
-    Blocks only move, without turning, so the twists are the same in every unit of rotation.
+
+def expansions(assembly: Assembly, interfaces: Interfaces, blocks: Ints) -> tuple[Floats, ...]:
+    """Return the assembly lifted off its supports and growing upwards and more slowly sideways.
+
+    Parameters
+    ----------
+    assembly
+        The blocks, with gravity.
+    interfaces
+        The joints.
+    blocks
+        The free blocks, shape (n,).
+
+    Returns
+    -------
+    tuple of Floats
+        Twists, shape (6 n,) each; none without gravity or supports. Blocks only move, without turning, so the twists
+        are the same in every unit of rotation.
     """
     strength = float(np.linalg.norm(assembly.gravity))
     touching = np.any(assembly.support[interfaces.pair], axis=1)[interfaces.point_interface]
@@ -57,29 +78,54 @@ def expansions(assembly: Assembly, interfaces: Interfaces, blocks: Ints) -> tupl
     return tuple(found)
 
 
-def opened(program: PenaltyProgram, twist: Floats, first: Floats | None = None) -> Floats:
-    """The twist with as little of a motion that opens every joint as leaves none closing; itself if none helps.
+def with_interior_motion(program: PenaltyProgram, twist: Floats, motions: Sequence[Floats]) -> Floats:
+    """Add to a twist as little of a motion that opens every joint as leaves none closing.
 
-    first : a motion to try before the program's own.
+    Parameters
+    ----------
+    program
+        The penalty program.
+    twist
+        Shape (6 n,).
+    motions
+        Tried in this order, shape (6 n,) each.
+
+    Returns
+    -------
+    Floats
+        Shape (6 n,); the twist itself where none closes or no motion helps.
     """
-    closing = -_least_room(program, twist)
+    closing = -_least_slack(program, twist)
     if closing <= 0:
         return twist
-    for motion in program.openings if first is None else (first, *program.openings):
-        least = _least_room(program, motion)
+    for motion in motions:
+        least = _least_slack(program, motion)
         if least > 0:
             return twist + (1.0 + SLACK) * closing / least * motion
     return twist
 
 
 def cheapest(program: PenaltyProgram, motions: Iterable[Floats]) -> Floats | None:
-    """Of the first few that open every joint the one that takes least work from the loads for it; None if none does."""
+    """Return the motion that opens every joint and takes least work from the loads for it.
+
+    Parameters
+    ----------
+    program
+        The penalty program.
+    motions
+        Tried in this order, shape (6 n,) each; only the first few that open every joint are compared.
+
+    Returns
+    -------
+    Floats or None
+        Shape (6 n,); None if none opens every joint.
+    """
     best, least_price, found = None, np.inf, 0
     for motion in motions:
-        room = _least_room(program, motion)
-        if room <= 0:
+        slack = _least_slack(program, motion)
+        if slack <= 0:
             continue
-        price, found = -float(program.load @ motion) / room, found + 1
+        price, found = -float(program.load @ motion) / slack, found + 1
         if price < least_price:
             best, least_price = motion, price
         if found == FEW:
@@ -87,6 +133,6 @@ def cheapest(program: PenaltyProgram, motions: Iterable[Floats]) -> Floats | Non
     return best
 
 
-def _least_room(program: PenaltyProgram, motion: Floats) -> float:
+def _least_slack(program: PenaltyProgram, motion: Floats) -> float:
     """Opening to spare at the joint that has least."""
-    return float(opening_room((program.matrix.T @ motion).reshape(-1, 3), program.friction).min(initial=np.inf))
+    return float(opening_slack((program.matrix.T @ motion).reshape(-1, 3), program.friction).min(initial=np.inf))

@@ -45,8 +45,8 @@ def build(
 ) -> None:
     """Build the blocks of a scene and write them."""
     from blockstat.io.files import write
-    from blockstat.io.scene import load_scene
-    from blockstat.model import build as build_blocks
+    from blockstat.spec import build as build_blocks
+    from blockstat.spec import load_scene
 
     assembly = build_blocks(load_scene(scene))
     write(assembly, output)

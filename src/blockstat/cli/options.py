@@ -50,7 +50,7 @@ def load(
     units: str | None = None,
 ) -> Assembly:
     """Read a file and apply the options."""
-    from blockstat.model.scene import read
+    from blockstat.spec import read
 
     chosen = supports.split(",") if supports else None
     return modified(read(path, supports=chosen, units=units), friction=friction, gravity=gravity, tilt=tilt)

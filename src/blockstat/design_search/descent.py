@@ -20,7 +20,7 @@ from blockstat.design_search.evaluator import Evaluator
 from blockstat.design_search.margin import TOP, Margin, measure
 from blockstat.design_search.space import Values, is_discrete
 from blockstat.errors import InputError
-from blockstat.model import build
+from blockstat.spec import build
 from blockstat.typing import Floats
 
 #: More combinations of what must be counted than this are a grid, not a descent.

@@ -15,7 +15,7 @@ from blockstat.design_search.candidate import BY_STATICS, ERROR, FORCES, MECHANI
 from blockstat.design_search.history import History, Key
 from blockstat.design_search.space import Space, Values
 from blockstat.errors import InputError
-from blockstat.model import build
+from blockstat.spec import build
 
 #: Designs kept between being weighed and being evaluated.
 KEPT = 256

@@ -25,6 +25,7 @@ from blockstat.design_search.descent import front, lightest
 from blockstat.design_search.evaluator import Callbacks, Dynamic, Evaluator
 from blockstat.design_search.history import History, digest
 from blockstat.design_search.margin import Margin
+from blockstat.design_search.shared_joints import SharedJoints
 from blockstat.design_search.space import Space, Values, space_of
 from blockstat.design_search.walk import WALKS, expected
 from blockstat.errors import InputError, check_choice, known_options
@@ -68,8 +69,9 @@ def search(
     building : Scene
         The scene with its ranges.
     verify : callable or None
-        Evaluates an assembly by dynamics; called only for designs that statics allow (strategy "paper": for all). None:
-        statics alone decide.
+        Evaluates an assembly by dynamics; called only for designs that statics allow (strategy "paper": for all). One
+        with an option `interfaces`, such as `dynsim.verify`, is handed those that statics found. None: statics alone
+        decide.
     static : callable, optional
         Evaluates an assembly by forces; a design that it calls unstable is pruned.
     strategy : {"pruned", "paper", "gradient", "pareto"}, optional
@@ -121,6 +123,9 @@ def search(
     if strategy in ("gradient", "pareto"):
         conditions = f"{conditions} {margin}"
     log = History(Path(history), space.names, digest(space, conditions)) if history is not None else None
+    joints = SharedJoints()
+    static, verify = joints.kept(static), verify and joints.handed(verify)
+    begin = begin and joints.handed(begin)
     callbacks = Callbacks(static, verify, begin, speculative, under or _as_it_is, memory, remark, progress, cancel)
     evaluator = Evaluator(space, callbacks, log)
     best: Values | None = None

@@ -22,9 +22,8 @@ import msgspec
 from blockstat.analysis.assess import assess
 from blockstat.analysis.certificate_cache import Memory
 from blockstat.errors import InputError, known_options, no_such
-from blockstat.model import build
 from blockstat.result import Result, Sentence
-from blockstat.spec import Scene, parameters, scene_from, with_values
+from blockstat.spec import Scene, build, parameters, scene_from, with_values
 
 Values = Mapping[str, float]
 #: Evaluates a design: plain values, of which a line of the file is made.

@@ -200,7 +200,7 @@ def repair(
 
 def _parts(source: Any, supports: Iterable[int | str] | None, units: str | None, options: dict[str, Any]) -> Parts:
     if isinstance(source, (str, Path)) and Path(source).suffix.lower() == ".toml":
-        from blockstat.model.scene import read
+        from blockstat.spec import read
 
         source = read(source, supports=supports, units=units)
     if isinstance(source, (str, Path)):

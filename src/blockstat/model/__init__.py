@@ -1,11 +1,22 @@
-"""From a scene or from parameters to blocks."""
+"""The elements of masonry: from dimensions to blocks.
+
+Each builder takes options in metres and returns blocks about its own origin; `moved` puts them in place and `assemble`
+makes an assembly of them. They stand by family: `arches` (with columns and piers), `walling` (walls, their openings and
+their buttresses), `vaults` (with domes) and `buttresses` (standing by themselves, and flying).
+
+A new element, such as a vault type, is a function in the room of its family with typed keyword options and a numpy
+docstring, and a line in `kinds.KINDS`. That line makes it a kind of element in scene files: its keys, their bounds and
+the reference of the scene language come from the signature and the docstring. Export it here to hand it to users, and
+draw it in the gallery.
+
+This room imports `geometry`, `io` (elements may come from files) and the root.
+"""
 
 from blockstat.model.arches.arch import arch, jack_arch, rib
 from blockstat.model.arches.column import column, pier
 from blockstat.model.buttresses.buttress import buttress
 from blockstat.model.buttresses.flying_buttress import flying_buttress
 from blockstat.model.placing import assemble, moved
-from blockstat.model.scene import build
 from blockstat.model.vaults.cylindrical import barrel_vault, groin_vault, pavilion_vault
 from blockstat.model.vaults.dome import dome, drum
 from blockstat.model.vaults.freeform import freeform, height_field
@@ -25,7 +36,6 @@ __all__ = [
     "arch",
     "assemble",
     "barrel_vault",
-    "build",
     "buttress",
     "column",
     "dome",

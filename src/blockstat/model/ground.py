@@ -14,7 +14,18 @@ GROUND_DEPTH = 0.5  #: [m]
 
 
 def ground(blocks: Sequence[Block]) -> Block:
-    """A slab with its top at z = 0 that reaches beyond all the blocks."""
+    """A slab with its top at z = 0 that reaches beyond all the blocks.
+
+    Parameters
+    ----------
+    blocks : sequence of Block
+        What stands on it.
+
+    Returns
+    -------
+    Block
+        Of the name and group "ground".
+    """
     plan = np.concatenate([block.vertices for block in blocks])[:, :2]
     lower, upper = plan.min(axis=0) - GROUND_MARGIN, plan.max(axis=0) + GROUND_MARGIN
     return box((*lower, -GROUND_DEPTH), (*upper, 0.0), name="ground", group="ground")  # type: ignore[arg-type]

@@ -1,8 +1,14 @@
-"""What builds each kind of element of a composition."""
+"""The kinds of element that a scene is made of, and what builds each: a new kind is a line of `KINDS`.
+
+The keys of an element are the options of its builder: their names, their types with bounds and their defaults are those
+of its signature, and what they mean is said in the Parameters of its docstring. Nothing of this is written a second
+time: `blockstat.spec.elements` reads it here.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import msgspec
@@ -14,151 +20,222 @@ from blockstat.model.arches.arch import arch, jack_arch, rib
 from blockstat.model.arches.column import column, pier
 from blockstat.model.buttresses.buttress import buttress
 from blockstat.model.buttresses.flying_buttress import flying_buttress
+from blockstat.model.expression import evaluate
+from blockstat.model.quantities import Count, Ends, Length, Two
 from blockstat.model.solids import box
 from blockstat.model.vaults.cylindrical import barrel_vault, groin_vault, pavilion_vault
 from blockstat.model.vaults.dome import dome, drum
 from blockstat.model.vaults.freeform import freeform, height_field
 from blockstat.model.vaults.mesh_vault import mesh_vault, surface_points
 from blockstat.model.vaults.sail_fan import fan_vault, sail_vault
-from blockstat.model.walling import run
-from blockstat.model.walling.arc_wall import arc_wall
+from blockstat.model.walling.arc_wall import STRAIGHT, arc_wall
+from blockstat.model.walling.run import Run
 from blockstat.model.walling.walls import walls
-from blockstat.spec import elements
-from blockstat.spec.element import Element
-from blockstat.spec.expression import evaluate
-from blockstat.spec.walls import ArcWall, Buttress, Run, Walls
 from blockstat.typing import Floats
 
-#: Builders whose options are the keys of the element.
-PLAIN: dict[type[Element], Callable[..., list[Block]]] = {
-    Buttress: buttress,
-    elements.Column: column,
-    elements.Pier: pier,
-    elements.FlyingButtress: flying_buttress,
-    elements.Arch: arch,
-    elements.JackArch: jack_arch,
-    elements.Rib: rib,
-    elements.Barrel: barrel_vault,
-    elements.Groin: groin_vault,
-    elements.Pavilion: pavilion_vault,
-    elements.Dome: dome,
-    elements.Drum: drum,
-    elements.Sail: sail_vault,
-    elements.Fan: fan_vault,
-}
+
+@dataclass(frozen=True)
+class Kind:
+    """How an element is built."""
+
+    build: Callable[..., list[Block]]  #: its blocks about its own origin; the options are the element's keys
+    more: Callable[..., Any] | None = None  #: what takes the `**options` of the builder
+    without: tuple[str, ...] = ()  #: options that are no keys
 
 
-def blocks_of(element: Element) -> list[Block]:
-    """The blocks of an element about its own origin. Raises InputError for keys that do not fit together."""
-    if type(element) in PLAIN:
-        return PLAIN[type(element)](**_built(element))
-    return _SPECIAL[type(element)](element)
+def one_box(*, size: tuple[Length, Length, Length]) -> list[Block]:
+    """One block from z = 0 up, centred on its origin: an abutment, an abacus, a statue.
 
+    Parameters
+    ----------
+    size : tuple of float
+        Along x, y and z [m].
 
-def _own(keys: msgspec.Struct) -> dict[str, Any]:
-    """The keys of a table but for its presence."""
-    return {key: value for key, value in msgspec.structs.asdict(keys).items() if key != "present"}
-
-
-def _built(element: Element) -> dict[str, Any]:
-    """The keys of an element without those of placing."""
-    return {key: value for key, value in _own(element).items() if key not in Element.__struct_fields__}
-
-
-def _box(element: elements.Box) -> list[Block]:
-    x, y, z = element.size
+    Returns
+    -------
+    list of Block
+        One, without a name and a group of its own.
+    """
+    x, y, z = size
     return [box((-x / 2, -y / 2, 0.0), (x / 2, y / 2, z), name="", group="")]
 
 
-def _walls(element: Walls) -> list[Block]:
-    present = {name: own for name, own in element.runs.items() if own.present}
-    if not present:
-        return []
-    runs = [_run(name, own) for name, own in present.items()]
-    # A buttress goes with its run; one of an unknown run is refused by the builder.
-    stand = [b for b in element.buttresses if b.present and (b.wall in present or b.wall not in element.runs)]
-    return walls(
-        runs,
-        brick=element.brick,
-        buttresses=[run.Buttress(**_own(b)) for b in stand],
-        bonded=element.bonded,
-        sliver=element.sliver,
-    )
+def walls_by_name(*, runs: dict[str, Run], **options: Any) -> list[Block]:
+    """Walls from z = 0 up, bonded at their corners and T-junctions.
+
+    Parameters
+    ----------
+    runs : dict of Run
+        By name; of two that meet, the first has the corner stone of the lowest course.
+    **options
+        Those of `walls`.
+
+    Returns
+    -------
+    list of Block
+        As of `walls`.
+
+    Raises
+    ------
+    InputError
+        As `walls`, and for a run with another name than its key.
+    """
+    for name, run in runs.items():
+        if run.name not in ("", name):
+            raise InputError(f'runs.{name}.name: it is "{run.name}"; the name of a run is the key of its table')
+    return walls([msgspec.structs.replace(run, name=name) for name, run in runs.items()], **options)
 
 
-def _arc_wall(element: ArcWall) -> list[Block]:
-    return arc_wall(**_built(element) | _parts(element))
+def surface_vault(
+    *,
+    height: str | None = None,
+    constants: dict[str, float] | None = None,
+    file: str | None = None,
+    units: str = "m",
+    x: Ends | None = None,
+    y: Ends | None = None,
+    courses: Two,
+    voussoirs: Count,
+    thickness: Length,
+    **options: Any,
+) -> list[Block]:
+    """A vault in bonded courses over a surface above a rectangle: a formula, or a mesh file.
 
+    Parameters
+    ----------
+    height : str, optional
+        Of the middle surface [m], arithmetic over x, y and the constants: "2 * (1 - y ** 2)".
+    constants : dict of float, optional
+        Names that the formula may use.
+    file : str, optional
+        Or a mesh of it, beside the scene: .obj, .ply, .stl or .glb.
+    units : str
+        Of the file.
+    x : tuple of float, optional
+        Ends of the rectangle [m]; by default those of the mesh.
+    y : tuple of float, optional
+        Ends of the rectangle [m]; by default those of the mesh.
+    courses : int
+        Their number along y.
+    voussoirs : int
+        In each course, along x.
+    thickness : float
+        Normal to the surface [m].
+    **options
+        Those of `freeform`.
 
-def _run(name: str, keys: Run) -> run.Run:
-    return run.Run(name=name, **_own(keys) | _parts(keys))
+    Returns
+    -------
+    list of Block
+        As of `freeform`.
 
-
-def _parts(keys: Run | ArcWall) -> dict[str, Any]:
-    """Openings, coping and through-stones of a wall."""
-    return {
-        "openings": [run.Opening(**_own(opening)) for opening in keys.openings if opening.present],
-        "coping": None if keys.coping is None else run.Coping(**_own(keys.coping)),
-        "through": None if keys.through is None else run.Through(**_own(keys.through)),
-    }
-
-
-def _freeform(element: elements.Freeform) -> list[Block]:
-    if (element.height is None) == (element.file is None):
+    Raises
+    ------
+    InputError
+        For a formula that cannot be computed, or a file that cannot be read.
+    """
+    if (height is None) == (file is None):
         raise InputError("give either height (a formula over x and y) or file (a mesh)")
-    size = {"courses": element.courses, "voussoirs": element.voussoirs}
-    if element.file is not None:
+    if file is not None:
         from blockstat.io.surface import read_surface
 
-        surface = read_surface(element.file, units=element.units)
-        points = surface_points(*surface, x=element.x, y=element.y, **size)
+        points = surface_points(*read_surface(file, units=units), x=x, y=y, courses=courses, voussoirs=voussoirs)
     else:
-        if element.x is None or element.y is None:
+        if x is None or y is None:
             raise InputError("x and y are missing; a formula needs the ends of its rectangle [m]")
-        points = height_field(_formula(element), x=element.x, y=element.y, **size)
-    return freeform(
-        points, thickness=element.thickness, supports=element.supports, springers=element.springers, bond=element.bond
-    )
+        surface = _formula(str(height), constants or {})
+        points = height_field(surface, x=x, y=y, courses=courses, voussoirs=voussoirs)
+    return freeform(points, thickness=thickness, **options)
 
 
-def _formula(element: elements.Freeform) -> Callable[[Floats, Floats], Floats]:
+def _formula(text: str, constants: dict[str, float]) -> Callable[[Floats, Floats], Floats]:
     """The height of a surface over arrays of x and y."""
     for name in ("x", "y"):
-        if name in element.constants:
+        if name in constants:
             raise InputError(f"constants.{name}: {name} is a coordinate")
 
     def height(x: Floats, y: Floats) -> Floats:
-        places = [element.constants | {"x": float(u), "y": float(v)} for u, v in zip(x.flat, y.flat, strict=True)]
-        text = f"= {element.height}"
+        places = [constants | {"x": float(u), "y": float(v)} for u, v in zip(x.flat, y.flat, strict=True)]
         try:
-            return np.array([evaluate(text, names.__getitem__, names) for names in places]).reshape(x.shape)
+            return np.array([evaluate(f"= {text}", names.__getitem__, names) for names in places]).reshape(x.shape)
         except InputError as error:
             raise InputError(f"height: {error}") from None
 
     return height
 
 
-def _mesh_vault(element: elements.MeshVault) -> list[Block]:
+def mesh_vault_of_file(*, file: str, units: str = "m", **options: Any) -> list[Block]:
+    """A vault whose voussoirs are the faces of a mesh, with joints normal to it.
+
+    Parameters
+    ----------
+    file : str
+        The middle surface, beside the scene: .obj (polygons), .ply, .stl or .glb.
+    units : str
+        Of the file.
+    **options
+        Those of `mesh_vault`.
+
+    Returns
+    -------
+    list of Block
+        As of `mesh_vault`.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be read, and as `mesh_vault`.
+    """
     from blockstat.io.surface import read_surface
 
-    vertices, faces = read_surface(element.file, units=element.units)
-    return mesh_vault(
-        vertices, faces, thickness=element.thickness, supports=element.supports, springers=element.springers
-    )
+    return mesh_vault(*read_surface(file, units=units), **options)
 
 
-def _mesh(element: elements.Mesh) -> list[Block]:
+def blocks_of_file(*, file: str, units: str | None = None) -> list[Block]:
+    """Blocks of a file, as they are.
+
+    Parameters
+    ----------
+    file : str
+        Beside the scene: .json, .obj, .glb, .stl, .ply or a directory, one solid a block.
+    units : str, optional
+        Of the file, by default metres.
+
+    Returns
+    -------
+    list of Block
+        With the names and groups that they have in the file.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be read.
+    """
     from blockstat.io.files import read_parts
 
-    # Which blocks cannot move is the composition's to say.
-    return list(read_parts(element.file, supports=[0], units=element.units).blocks)
+    # Which blocks cannot move is the scene's to say.
+    return list(read_parts(file, supports=[0], units=units).blocks)
 
 
-_SPECIAL: dict[type[Element], Callable[[Any], list[Block]]] = {
-    elements.Box: _box,
-    Walls: _walls,
-    ArcWall: _arc_wall,
-    elements.Freeform: _freeform,
-    elements.MeshVault: _mesh_vault,
-    elements.Mesh: _mesh,
+KINDS: dict[str, Kind] = {
+    "walls": Kind(walls_by_name, more=walls),
+    "arc_wall": Kind(arc_wall, more=Run, without=("centre", *STRAIGHT)),
+    "buttress": Kind(buttress),
+    "flying_buttress": Kind(flying_buttress),
+    "box": Kind(one_box),
+    "column": Kind(column),
+    "pier": Kind(pier),
+    "arch": Kind(arch),
+    "jack_arch": Kind(jack_arch),
+    "rib": Kind(rib),
+    "barrel": Kind(barrel_vault),
+    "groin": Kind(groin_vault),
+    "pavilion": Kind(pavilion_vault),
+    "dome": Kind(dome),
+    "drum": Kind(drum),
+    "sail": Kind(sail_vault),
+    "fan": Kind(fan_vault),
+    "freeform": Kind(surface_vault, more=freeform),
+    "mesh_vault": Kind(mesh_vault_of_file, more=mesh_vault),
+    "mesh": Kind(blocks_of_file),
 }

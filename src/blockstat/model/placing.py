@@ -13,28 +13,61 @@ from blockstat.typing import Floats
 
 
 def moved(
-    blocks: Iterable[Block], by: Sequence[float] = (0.0, 0.0, 0.0), *, turn: float = 0.0, prefix: str = ""
+    blocks: Iterable[Block],
+    by: Sequence[float] = (0.0, 0.0, 0.0),
+    *,
+    turn: float = 0.0,
+    prefix: str = "",
+    density: float | None = None,
 ) -> list[Block]:
     """Blocks turned about the vertical through the origin and then moved.
 
-    by : displacement, shape (3,) [m]; turn : counter-clockwise seen from above [degrees]; prefix : put in front of
-    names and groups ("nave." makes "nave.vault.north"), so that an element can be used more than once.
+    Parameters
+    ----------
+    blocks : iterable of Block
+        They are not changed.
+    by : sequence of float
+        Displacement, shape (3,) [m].
+    turn : float
+        Counter-clockwise seen from above [degrees].
+    prefix : str
+        Put in front of names and groups ("nave." makes "nave.vault.north"), so that an element can be used more than
+        once.
+    density : float, optional
+        Of the blocks that have none of their own [kg/m3].
+
+    Returns
+    -------
+    list of Block
+        In the same order.
     """
-    matrix, step = rotation(turn).T, np.asarray(by, dtype=float)
-    return [
-        Block(
-            np.asarray(block.vertices, dtype=float) @ matrix + step,
-            block.faces,
-            prefix + block.name,
-            prefix + block.group,
-            block.density,
-        )
-        for block in blocks
-    ]
+    if not (turn or any(by) or prefix or density):
+        return list(blocks)
+    matrix = rotation(turn).T if turn else None
+    step = np.asarray(by, dtype=float) if any(by) else None
+    placed = []
+    for block in blocks:
+        vertices = np.asarray(block.vertices, dtype=float)
+        vertices = vertices if matrix is None else vertices @ matrix
+        vertices = vertices if step is None else vertices + step
+        name, group = (prefix + block.name).rstrip("."), (prefix + block.group).rstrip(".")
+        placed.append(Block(vertices, block.faces, name, group, density if block.density is None else block.density))
+    return placed
 
 
 def rotation(turn: float) -> Floats:
-    """Matrix that turns columns about the vertical, counter-clockwise seen from above [degrees], shape (3, 3)."""
+    """The matrix that turns columns about the vertical; quarter turns are without rounding.
+
+    Parameters
+    ----------
+    turn : float
+        Counter-clockwise seen from above [degrees].
+
+    Returns
+    -------
+    ndarray
+        Shape (3, 3).
+    """
     # Quarter turns without rounding: faces that matched still do.
     quarter, rest = divmod(turn, 90.0)
     angle = np.deg2rad(turn)
@@ -45,8 +78,30 @@ def rotation(turn: float) -> Floats:
 def assemble(blocks: Iterable[Block], *, supports: str | Sequence[str] = "springer", **options: Any) -> Assembly:
     """An assembly of elements in which whole groups are supports.
 
-    supports : groups, each with its subgroups. options : those of `Assembly.from_blocks`.
-    Raises InputError when a group has no blocks.
+    Parameters
+    ----------
+    blocks : iterable of Block
+        All of the assembly.
+    supports : str or sequence of str
+        Groups that cannot move, each with its subgroups.
+    **options
+        Those of `Assembly.from_blocks`.
+
+    Returns
+    -------
+    Assembly
+        With the blocks in the order given.
+
+    Raises
+    ------
+    InputError
+        When a group has no blocks.
+
+    Examples
+    --------
+    >>> from blockstat.model import arch
+    >>> assemble(arch(span=2.0, thickness=0.3, depth=0.5, voussoirs=5, springers=0.2)).n_blocks
+    7
     """
     blocks = list(blocks)
     wanted = [supports] if isinstance(supports, str) else list(supports)

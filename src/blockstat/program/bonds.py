@@ -37,7 +37,23 @@ class Bonds:
 
 
 def bonded(assembly: Assembly, interfaces: Interfaces) -> tuple[Ints, Floats]:
-    """Interfaces with a bond at their centre, shape (n,), and the capacities of its columns, shape (4 n,) [N]."""
+    """Find the joints with a bond at their centre.
+
+    Parameters
+    ----------
+    assembly
+        The assembly, with its joint laws.
+    interfaces
+        Its joints.
+
+    Returns
+    -------
+    rows : Ints
+        The interfaces with a bond, shape (n,).
+    capacity : Floats
+        The capacities of their columns, four a bond, shape (4 n,) [N]. Moments are divided by the square root of the
+        joint's area.
+    """
     rows, capacity = [], []
     for k, law in enumerate(last_law(assembly, interfaces)):
         if law is not None and law.bond_moment is not None and (law.bond or law.bond_moment):
@@ -48,7 +64,21 @@ def bonded(assembly: Assembly, interfaces: Interfaces) -> tuple[Ints, Floats]:
 
 
 def bond_columns(interfaces: Interfaces, rows: Ints) -> Columns:
-    """The columns of the bonds of some interfaces, four a bond."""
+    """Return the columns of the bonds of some interfaces, four a bond.
+
+    Parameters
+    ----------
+    interfaces
+        The joints.
+    rows
+        Those with a bond, shape (n,).
+
+    Returns
+    -------
+    Columns
+        Tension, shear, bending and torsion of each bond, 4 n in all. All values are forces [N]: moments act on an arm
+        of the square root of the joint's area.
+    """
     n = len(rows)
     frame = interfaces.frame[rows]
     force, couple = np.zeros((n, KINDS, 3, 3)), np.zeros((n, KINDS, 3, 3))
@@ -66,7 +96,22 @@ def bond_columns(interfaces: Interfaces, rows: Ints) -> Columns:
 
 
 def bond_forces(interfaces: Interfaces, rows: Ints, values: Floats) -> Bonds:
-    """What columns of bonds carry. values : forces of the columns, shape (4 n, 3) [N]."""
+    """Return what bonds carry.
+
+    Parameters
+    ----------
+    interfaces
+        The joints.
+    rows
+        Those with a bond, shape (n,).
+    values
+        Forces of the columns, shape (4 n, 3) [N].
+
+    Returns
+    -------
+    Bonds
+        Force and moment of each bond on block b of its joint.
+    """
     columns = bond_columns(interfaces, rows)
     parts = (columns.force, columns.couple if columns.couple is not None else 0 * columns.force)
     force, moment = (np.einsum("nci,nc->ni", part, values).reshape(-1, KINDS, 3).sum(axis=1) for part in parts)

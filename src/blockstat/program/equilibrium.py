@@ -52,10 +52,12 @@ class Equilibrium:
 
     @property
     def n_blocks(self) -> int:
+        """The number of free blocks."""
         return len(self.blocks)
 
     @property
     def n_points(self) -> int:
+        """The number of contact points."""
         return len(self.points)
 
     @property
@@ -74,7 +76,29 @@ def equilibrium(
 ) -> Equilibrium:
     """Assemble A for some free blocks, contact points and bonds.
 
-    load : wrench on each block of the assembly, shape (n_blocks, 6) [N, N m].
+    Parameters
+    ----------
+    assembly
+        The blocks.
+    interfaces
+        The joints.
+    load
+        Wrench on each block of the assembly about its centroid, shape (n_blocks, 6) [N, N m].
+    blocks
+        The free blocks, shape (n_free,).
+    points
+        The contact points, shape (n_points,).
+    bonds
+        Columns after those of the contact points.
+
+    Returns
+    -------
+    Equilibrium
+        A f + w = 0 in SI units.
+
+    References
+    ----------
+    Whiting, Ochsendorf & Durand: Procedural modeling of structurally-sound masonry buildings, 2009, Eq. 1-3.
     """
     row = np.full(assembly.n_blocks, -1)
     row[blocks] = np.arange(len(blocks))
@@ -102,7 +126,22 @@ def _local(assembly: Assembly, columns: Columns, row: Ints) -> Floats:
 
 
 def in_place(local: Floats, point_blocks: Ints, n_blocks: int) -> sparse.csc_array:
-    """A from its columns in the rows of their blocks, shape (3 n, 12), and these blocks, shape (n, 2)."""
+    """Assemble A from its columns in the rows of their blocks.
+
+    Parameters
+    ----------
+    local
+        Entries of each column in the rows of its blocks a and b, shape (3 n, 12).
+    point_blocks
+        Row of block a and of block b, -1 for a support, shape (n, 2).
+    n_blocks
+        The number of free blocks.
+
+    Returns
+    -------
+    sparse.csc_array
+        A, shape (6 n_blocks, 3 n), with sorted indices.
+    """
     turned = point_blocks[:, 0] > point_blocks[:, 1]
     first = 6 * np.sort(point_blocks, axis=1).astype(np.int32)
     row = (first[:, :, None] + np.arange(6, dtype=np.int32)).reshape(-1, 12)
@@ -116,9 +155,21 @@ def in_place(local: Floats, point_blocks: Ints, n_blocks: int) -> sparse.csc_arr
 
 
 def column_rates(assembly: Assembly, eq: Equilibrium, motion: Floats) -> Floats:
-    """Velocity of block b against block a along each column of three, shape (n_columns, 3).
+    """Return the velocity of block b against block a along each column of three, A'u for all blocks.
 
-    motion : velocity and rotation of every block, supports too, shape (n_blocks, 6) [m/s, rad/s].
+    Parameters
+    ----------
+    assembly
+        The blocks.
+    eq
+        The equilibrium whose columns are meant.
+    motion
+        Velocity and rotation of every block, supports too, shape (n_blocks, 6) [m/s, rad/s].
+
+    Returns
+    -------
+    Floats
+        Shape (n_columns, 3) [m/s]; positive normal rates open the joint.
     """
     rates = []
     for columns in eq.columns:
@@ -135,14 +186,38 @@ def column_rates(assembly: Assembly, eq: Equilibrium, motion: Floats) -> Floats:
 
 
 def weight(assembly: Assembly) -> Floats:
-    """Weight of each block as a wrench about its centroid, shape (n_blocks, 6) [N, N m]."""
+    """Return the weight of each block as a wrench about its centroid.
+
+    Parameters
+    ----------
+    assembly
+        The blocks, with their masses [kg] and gravity [m/s2].
+
+    Returns
+    -------
+    Floats
+        Shape (n_blocks, 6) [N, N m]; the moments are 0.
+    """
     load = np.zeros((assembly.n_blocks, 6))
     load[:, :3] = assembly.mass[:, None] * assembly.gravity
     return load
 
 
 def split_floating(assembly: Assembly, interfaces: Interfaces) -> tuple[Ints, Ints]:
-    """Free blocks that a chain of interfaces ties to a support, and those that nothing holds."""
+    """Split the free blocks into those that a chain of joints ties to a support and those that nothing holds.
+
+    Parameters
+    ----------
+    assembly
+        The blocks.
+    interfaces
+        The joints.
+
+    Returns
+    -------
+    held, floating : Ints
+        Indices of the blocks.
+    """
     _, label = connected_components(assembly.n_blocks, interfaces.pair)
     held = np.isin(label, label[assembly.support])
     return np.flatnonzero(held & ~assembly.support), np.flatnonzero(~held)

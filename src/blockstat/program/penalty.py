@@ -12,13 +12,13 @@ six unknowns a block, a twist u = (velocity, angular velocity):
 u is the collapse mechanism, g_i the relative velocity at point i, s_i = g_n at the optimum, and the
 multipliers of the cones are the contact forces.
 
-Joint laws add three numbers a point (see `blockstat.joint`): the apex of the cone lies `shift` below zero force, and
-the force from there, which is the unknown f of a program with laws, is cut at a floor and a cap:
+Joint laws add three numbers a point (see `blockstat.joint`). The apex of the cone lies `shift` below zero force. The
+force from there, which is the unknown f of a program with laws, has a lower and an upper bound:
 
-    floor_i <= f_n,   f_n - s_i <= cap_i
+    lower_i <= f_n,   f_n - s_i <= upper_i
 
-In the dual each cap and floor is an unknown y or z >= 0, g + (y - z) n in K*, at the price of cap' y - floor' z, and
-the penalty is on g_n + y. Bonds are further columns of three after the contact points; they know no adhesion.
+In the dual each bound is an unknown y or z >= 0, g + (y - z) n in K*, at the price of upper'y - lower'z, and the
+penalty is on g_n + y. Bonds are further columns of three after the contact points. They know no adhesion.
 
 Everything here is dimensionless: forces in units of the mean weight, lengths in units of the mean block size.
 """
@@ -47,15 +47,11 @@ class PenaltyProgram:
     length_unit: float  #: [m]
     total_load: float  #: sum of the magnitudes of the forces on the blocks
     shift: Floats  #: a, shape (m,)
-    floor: Floats  #: least f_n, shape (m,)
-    cap: Floats  #: greatest f_n, inf for none, shape (m,)
+    lower: Floats  #: least f_n, shape (m,)
+    upper: Floats  #: greatest f_n, inf for none, shape (m,)
     point_blocks: Ints  #: row of block a and of block b for each point, -1 for a support, shape (m, 2)
     n_points: int  #: how many of the m columns are contact points; the others are bonds
     plane: Plane | None = None  #: the reduction of a prismatic scene
-    openings: tuple[
-        Floats, ...
-    ] = ()  #: twists that may open every joint (see `blockstat.certificate.interior_motions`)
-    solver: str = "auto"  #: of the dual programs (see `blockstat.solve.dispatch`)
 
     @cached_property
     def matrix(self) -> sparse.csc_array:
@@ -63,16 +59,31 @@ class PenaltyProgram:
         return in_place(self.local, self.point_blocks, len(self.load) // 6)
 
     @cached_property
+    def planar_rates(self) -> tuple[sparse.csr_array, sparse.csr_array]:
+        """Rows that take planar twists to (g_n, g_t) of each pair of a prismatic scene, shape (p, 3 n) each."""
+        assert self.plane is not None
+        return self.plane.rates(self.matrix)
+
+    @cached_property
     def planar_local(self) -> tuple[Floats, Floats]:
-        """The same for the rates (g_n, g_t) of the pairs of a prismatic scene, shape (p, 6) each."""
+        """The entries of `planar_rates` in the columns of blocks a and b, shape (p, 6) each."""
         assert self.plane is not None
         return self.plane.local(self.local)
 
     def in_units(self, block: Floats, point: Floats) -> PenaltyProgram:
-        """The program with the loads on each block and the forces of each point in units of their own.
+        """Return the program with the loads on each block and the forces of each point in units of their own.
 
-        block : shape (n,), point : shape (m,), in the program's units. Forces of the new program times `point` are
-        forces of this one, its twists over `block` are twists.
+        Parameters
+        ----------
+        block
+            Unit of the loads on each block, shape (n,), in the program's units.
+        point
+            Unit of the forces of each point, shape (m,), in the program's units.
+
+        Returns
+        -------
+        PenaltyProgram
+            Its forces times `point` are forces of this program, its twists over `block` are twists of this program.
         """
         own = np.repeat(1.0 / block[self.point_blocks], 6, axis=1)  # what it is for a support meets zeros
         return replace(
@@ -80,26 +91,25 @@ class PenaltyProgram:
             local=np.repeat(point[:, None] * own, 3, axis=0) * self.local,
             load=self.load / np.repeat(block, 6),
             shift=self.shift / point,
-            floor=self.floor / point,
-            cap=self.cap / point,
+            lower=self.lower / point,
+            upper=self.upper / point,
             plane=None,
-            openings=(),
         )
 
     @cached_property
-    def opening(self) -> sparse.csc_array:
+    def normal_columns(self) -> sparse.csc_array:
         """A E, the columns of the normal forces of the contact points, shape (6 n, n_points)."""
         return self.matrix[:, : 3 * self.n_points : 3]
 
     @cached_property
-    def capped(self) -> Ints:
+    def upper_bounded(self) -> Ints:
         """Points whose force has an upper bound."""
-        return np.flatnonzero(np.isfinite(self.cap))
+        return np.flatnonzero(np.isfinite(self.upper))
 
     @cached_property
-    def floored(self) -> Ints:
+    def lower_bounded(self) -> Ints:
         """Points whose force has a lower bound above the apex of the cone."""
-        return np.flatnonzero(self.floor > 0)
+        return np.flatnonzero(self.lower > 0)
 
 
 def penalty_program(
@@ -107,15 +117,27 @@ def penalty_program(
     friction: Floats,
     *,
     shift: Floats | None = None,
-    floor: Floats | None = None,
-    cap: Floats | None = None,
+    lower: Floats | None = None,
+    upper: Floats | None = None,
     plane: Plane | None = None,
-    solver: str = "auto",
 ) -> PenaltyProgram:
-    """Scale an equilibrium.
+    """Scale an equilibrium to forces of the mean weight and lengths of the mean block.
 
-    friction : mu of each column of three; shift, floor, cap : of the joint laws [N], shape (n_columns,), None for dry
-    joints. With f' = f + a n, equilibrium reads A f' + (w - A E a) = 0.
+    Parameters
+    ----------
+    eq
+        The equilibrium in SI units.
+    friction
+        mu of each column of three, shape (n_columns,), inf allowed.
+    shift, lower, upper
+        Of the joint laws, shape (n_columns,) [N]; None for dry joints.
+    plane
+        The reduction of a prismatic scene.
+
+    Returns
+    -------
+    PenaltyProgram
+        With joint laws its forces are f' = f + a n, a the shift, and equilibrium reads A f' + (w - A E a) = 0.
     """
     length_unit = float(eq.length.mean())
     force_unit = float(np.linalg.norm(eq.load[:, :3], axis=1).mean()) or 1.0
@@ -135,10 +157,9 @@ def penalty_program(
         length_unit=length_unit,
         total_load=total,
         shift=apex,
-        floor=zero if floor is None else floor / force_unit,
-        cap=np.full(len(friction), np.inf) if cap is None else cap / force_unit,
+        lower=zero if lower is None else lower / force_unit,
+        upper=np.full(len(friction), np.inf) if upper is None else upper / force_unit,
         point_blocks=eq.point_blocks,
         n_points=eq.n_points,
         plane=plane,
-        solver=solver,
     )

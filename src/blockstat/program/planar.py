@@ -37,7 +37,13 @@ class Plane:
     tangent: Floats  #: in-plane tangent in the frame (t1, t2) of the points, shape (p, 2)
 
     def holds(self, *vectors: Floats | None) -> bool:
-        """Whether vectors over whole twists have no part out of the plane."""
+        """Whether vectors over whole twists have no part out of the plane.
+
+        Parameters
+        ----------
+        *vectors
+            Shape (6 n,) each; None is planar.
+        """
         for vector in vectors:
             if vector is None:
                 continue
@@ -47,12 +53,29 @@ class Plane:
         return True
 
     def offsets(self, offset: Floats) -> tuple[Floats, Floats]:
-        """Normal and in-plane parts of rates at all points, shape (3 m,), at the first of each pair."""
+        """Return the normal and the in-plane parts of rates at the first point of each pair.
+
+        Parameters
+        ----------
+        offset
+            Rates at all points, shape (3 m,).
+
+        Returns
+        -------
+        normal, along : Floats
+            Shape (p,) each.
+        """
         first = offset.reshape(-1, 3)[self.first]
         return first[:, 0], (first[:, 1:] * self.tangent).sum(axis=1)
 
     def mirrors(self, offset: Floats) -> bool:
-        """Whether rates at all points, shape (3 m,), are planar: the same at both points of each pair."""
+        """Whether rates at all points are planar: the same at both points of each pair.
+
+        Parameters
+        ----------
+        offset
+            Rates at all points, shape (3 m,).
+        """
         rate = offset.reshape(-1, 3)
         normal, along = self.offsets(offset)
         expected = np.column_stack([normal, along[:, None] * self.tangent])
@@ -60,7 +83,18 @@ class Plane:
         return bool(error <= OUT_OF_PLANE * np.abs(rate).max(initial=0.0))
 
     def rates(self, matrix: sparse.csc_array) -> tuple[sparse.csr_array, sparse.csr_array]:
-        """Rows that take planar twists to (g_n, g_t) of each pair, from A of the whole scene."""
+        """Return the rows that take planar twists to (g_n, g_t) of each pair.
+
+        Parameters
+        ----------
+        matrix
+            A of the whole scene, shape (6 n, 3 m).
+
+        Returns
+        -------
+        normal, along : sparse.csr_array
+            Shape (p, 3 n) each.
+        """
         rows = matrix.T.tocsr()
         normal = rows[3 * self.first]
         along = sparse.diags_array(self.tangent[:, 0]) @ rows[3 * self.first + 1]
@@ -68,9 +102,17 @@ class Plane:
         return sparse.csr_array(normal @ self.unfold), sparse.csr_array(along @ self.unfold)
 
     def local(self, local: Floats) -> tuple[Floats, Floats]:
-        """The entries of `rates` in the columns of the two blocks, from those of A's columns; shape (p, 6) each.
+        """Return the entries of `rates` in the columns of the two blocks.
 
-        local : shape (3 m, 12), see `PenaltyProgram.local`.
+        Parameters
+        ----------
+        local
+            Entries of A's columns, shape (3 m, 12); see `PenaltyProgram.local`.
+
+        Returns
+        -------
+        normal, along : Floats
+            Shape (p, 6) each.
         """
         kept = np.flatnonzero(np.diff(self.unfold.indptr[:7]))
         entries = local[:, np.concatenate([kept, 6 + kept])]
@@ -78,12 +120,36 @@ class Plane:
         return entries[first], self.tangent[:, :1] * entries[first + 1] + self.tangent[:, 1:] * entries[first + 2]
 
     def fold_forces(self, force: Floats) -> tuple[Floats, Floats]:
-        """Normal and in-plane forces of the pairs, both ends together, shape (p,) each; see `unfold_forces`."""
+        """Return the normal and the in-plane forces of the pairs, both ends together.
+
+        Parameters
+        ----------
+        force
+            Forces at all points, shape (m, 3).
+
+        Returns
+        -------
+        normal, along : Floats
+            Shape (p,) each.
+        """
         both = force[self.first] + force[self.second]
         return both[:, 0], (both[:, 1:] * self.tangent).sum(axis=1)
 
     def unfold_forces(self, normal: Floats, along: Floats, n_points: int) -> Floats:
-        """Forces of the pairs, half at each end, shape (n_points, 3)."""
+        """Return forces of the pairs as forces at all points, half at each end.
+
+        Parameters
+        ----------
+        normal, along
+            Normal and in-plane forces of the pairs, shape (p,) each.
+        n_points
+            The number of points m.
+
+        Returns
+        -------
+        Floats
+            Shape (m, 3).
+        """
         force = np.zeros((n_points, 3))
         half = 0.5 * np.column_stack([normal, along[:, None] * self.tangent])
         force[self.first] = half
@@ -91,9 +157,63 @@ class Plane:
         force[self.second] = half
         return force
 
+    def forces_of_half_planes(self, friction: Floats, values: Floats) -> Floats:
+        """Return multipliers of g_n + mu g_t >= 0 and g_n - mu g_t >= 0 as forces at all points.
+
+        Parameters
+        ----------
+        friction
+            mu of each point, shape (m,).
+        values
+            The multipliers of all pairs of the first kind, then of the second, shape (2 p,).
+
+        Returns
+        -------
+        Floats
+            Shape (m, 3).
+        """
+        mu = friction[self.first]
+        plus, minus = values[: len(mu)], values[len(mu) :]
+        return self.unfold_forces(plus + minus, mu * (plus - minus), len(friction))
+
+    def half_planes_of_forces(self, friction: Floats, force: Floats) -> Floats:
+        """Return forces at all points as multipliers of g_n + mu g_t >= 0 and g_n - mu g_t >= 0.
+
+        Parameters
+        ----------
+        friction
+            mu of each point, shape (m,).
+        force
+            Shape (m, 3).
+
+        Returns
+        -------
+        Floats
+            Shape (2 p,).
+        """
+        mu = friction[self.first]
+        normal, along = self.fold_forces(force)
+        sideways = along / np.where(mu > 0, mu, 1.0)
+        return np.concatenate([normal + sideways, normal - sideways]) / 2.0
+
 
 def find_plane(assembly: Assembly, interfaces: Interfaces, eq: Equilibrium) -> Plane | None:
-    """The reduction of a prismatic scene; None when the scene is not prismatic along x, y or z."""
+    """Find the reduction of a prismatic scene.
+
+    Parameters
+    ----------
+    assembly
+        The blocks.
+    interfaces
+        The joints.
+    eq
+        The equilibrium of its free blocks.
+
+    Returns
+    -------
+    Plane or None
+        None when the scene is not prismatic along x, y or z.
+    """
     if not eq.n_points:
         return None
     size = float(eq.length.min())

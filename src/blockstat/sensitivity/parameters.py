@@ -40,10 +40,28 @@ BALANCE = 1e-5
 
 
 def limit_load_gradient(make: Make, values: Mapping[str, float], load: LoadOf) -> tuple[LimitLoad, dict[str, float]]:
-    """Limit load of a design and its derivative by each of its parameters.
+    """Find the limit load of a design and its derivative by each of its parameters.
 
-    make : builds the assembly of some parameter values; load : gives the load on an assembly, shape (n_blocks, 6).
-    Raises InputError when there is no limit, or when a small step changes which blocks touch.
+    Parameters
+    ----------
+    make
+        Builds the assembly of some parameter values.
+    values
+        The values of the design by name.
+    load
+        Gives the load on an assembly, shape (n_blocks, 6) [N, N m].
+
+    Returns
+    -------
+    limit : LimitLoad
+        The limit load of the design.
+    gradient : dict of str to float
+        Change of the multiplier per unit of each parameter.
+
+    Raises
+    ------
+    InputError
+        When there is no limit, or when a small step changes which blocks touch.
     """
     assembly = _plain(make(values))
     limit = limit_load(assembly, load(assembly))
@@ -57,9 +75,26 @@ def limit_load_gradient(make: Make, values: Mapping[str, float], load: LoadOf) -
 
 
 def pinned(limit: LimitLoad, load: Floats) -> tuple[float, Floats]:
-    """Multiplier and the mechanism on which the load, shape (n_blocks, 6) [N, N m], does work 1, shape (n_blocks, 6).
+    """Return the multiplier of a limit and the mechanism on which the load does work 1.
 
-    Raises InputError when there is no limit, or when the forces of the limit do not carry this load.
+    Parameters
+    ----------
+    limit
+        A limit load.
+    load
+        Its load, shape (n_blocks, 6) [N, N m].
+
+    Returns
+    -------
+    multiplier : float
+        The middle of the bracket.
+    twist : Floats
+        Shape (n_blocks, 6).
+
+    Raises
+    ------
+    InputError
+        When there is no limit, or when the forces of the limit do not carry this load.
     """
     if limit.outcome is not LoadOutcome.LIMIT:
         raise InputError(f"no limit load to differentiate: {limit.outcome.value}")
@@ -71,11 +106,29 @@ def pinned(limit: LimitLoad, load: Floats) -> tuple[float, Floats]:
     return (limit.lower + limit.upper) / 2, limit.mechanism / float((limit.mechanism * load).sum())
 
 
-def lacking(verdict: Verdict) -> tuple[Floats, Floats]:
-    """Mechanism and net contact forces f - E s of the penalty program's optimum, shapes (n_blocks, 6), (n_points, 3).
+def penalty_optimum(verdict: Verdict) -> tuple[Floats, Floats]:
+    """Return the mechanism and the net contact forces f - E s of the penalty program's optimum.
 
-    At the optimum |s|^2 = w' u, which gives the mechanism its size; what joints hold in tension counts with the load w.
-    Raises InputError for an infinite score.
+    Parameters
+    ----------
+    verdict
+        A verdict with a score.
+
+    Returns
+    -------
+    twist : Floats
+        Shape (n_blocks, 6).
+    net : Floats
+        Shape (n_points, 3) [N].
+
+    Raises
+    ------
+    InputError
+        For an infinite score.
+
+    Notes
+    -----
+    At the optimum |s|^2 = w'u, which gives the mechanism its size; what joints hold in tension counts with the load w.
     """
     if not np.isfinite(verdict.score):
         raise InputError("the score is infinite: no adhesion at the joints could hold this design")
@@ -87,16 +140,29 @@ def lacking(verdict: Verdict) -> tuple[Floats, Floats]:
 
 
 def stone_sensitivity(limit: LimitLoad, direction: Sequence[float], *, pushed: bool = True) -> Floats:
-    """Change of the limit load multiplier by mass added at each block's centroid, shape (n_blocks,) [1/kg].
+    """Return the change of the limit load multiplier by mass added at each block's centroid.
 
+    Parameters
+    ----------
+    limit
+        A limit load.
+    direction
+        Three numbers, the acceleration of which `limit` is the limit.
+    pushed
+        Whether the load pushes the added mass as well. Without, the load stays what it was.
+
+    Returns
+    -------
+    Floats
+        Shape (n_blocks,) [1/kg], zero on supports.
+
+    Notes
+    -----
     The added mass m weighs on the block, and where `pushed` the load, being an acceleration, pushes it as well:
 
         d lambda / d m = -v' (g + lambda |g| e)    with l' u = 1,
 
-    v the velocity of the centroid, e the unit vector of the load; without `pushed` the second term is left out (the
-    load stays what it was). Zero on supports.
-
-    direction : three numbers, the acceleration of which `limit` is the limit.
+    v the velocity of the centroid, e the unit vector of the load; without `pushed` the second term is left out.
     """
     assembly = limit.assembly
     load = acceleration(assembly, direction)
@@ -108,12 +174,32 @@ def stone_sensitivity(limit: LimitLoad, direction: Sequence[float], *, pushed: b
 
 
 def score_gradient(make: Make, values: Mapping[str, float]) -> tuple[Verdict, dict[str, float]]:
-    """Score of an unstable design and its derivative by each of its parameters; zero where it is stable."""
+    """Return the score of an unstable design and its derivative by each of its parameters.
+
+    Parameters
+    ----------
+    make
+        Builds the assembly of some parameter values.
+    values
+        The values of the design by name.
+
+    Returns
+    -------
+    verdict : Verdict
+        The verdict on the design.
+    gradient : dict of str to float
+        Change of the score per unit of each parameter; zero where the design is stable.
+
+    Raises
+    ------
+    InputError
+        For an infinite score, or when a small step changes which blocks touch.
+    """
     assembly = _plain(make(values))
     verdict = assess(assembly)
     if verdict.outcome is Outcome.STABLE:
         return verdict, dict.fromkeys(values, 0.0)
-    twist, net = lacking(verdict)
+    twist, net = penalty_optimum(verdict)
     tension = float(np.linalg.norm(verdict.adhesion))
 
     def score_change(changed: Assembly, interfaces: Interfaces) -> float:

@@ -33,7 +33,7 @@ from blockstat.errors import InputError
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import next_in_face
 from blockstat.loads import acceleration
-from blockstat.sensitivity.parameters import lacking, pinned
+from blockstat.sensitivity.parameters import penalty_optimum, pinned
 from blockstat.typing import Floats, Ints
 
 #: Corners of different blocks this close, relative to the smallest block, are one point.
@@ -54,14 +54,32 @@ class PointGradient:
     gradient: Floats  #: shape (n_points, 3) [1/m]
 
     def along(self, motion: Floats) -> float:
-        """Derivative along a motion of the points, shape (n_points, 3) [m]."""
+        """Return the derivative along a motion of the points.
+
+        Parameters
+        ----------
+        motion
+            Shape (n_points, 3) [m].
+        """
         return float((self.gradient * motion).sum())
 
 
 def shared_points(assembly: Assembly, *, tolerance: float = SHARED) -> tuple[Floats, Ints]:
-    """Places where corners lie, shape (n_points, 3) [m], and the place of each vertex, shape (n_vertices,).
+    """Return the places where corners lie.
 
-    tolerance : corners closer than this share a place, relative to the size of the smallest block.
+    Parameters
+    ----------
+    assembly
+        The blocks.
+    tolerance
+        Corners closer than this share a place, relative to the size of the smallest block.
+
+    Returns
+    -------
+    points : Floats
+        Shape (n_points, 3) [m].
+    label : Ints
+        The place of each vertex, shape (n_vertices,).
     """
     from scipy.spatial import KDTree
 
@@ -73,11 +91,26 @@ def shared_points(assembly: Assembly, *, tolerance: float = SHARED) -> tuple[Flo
 
 
 def limit_load_by_point(limit: LimitLoad, direction: Sequence[float], *, tolerance: float = SHARED) -> PointGradient:
-    """Derivative of a limit load multiplier by the place of every shared point [1/m].
+    """Return the derivative of a limit load multiplier by the place of every shared point.
 
-    direction : three numbers, the acceleration of which `limit` is the limit; the load follows the masses.
-    tolerance : see `shared_points`.
-    Raises InputError when there is no limit, when `direction` is not that of its load, or for joints with tension.
+    Parameters
+    ----------
+    limit
+        A limit load.
+    direction
+        Three numbers, the acceleration of which `limit` is the limit; the load follows the masses.
+    tolerance
+        See `shared_points`.
+
+    Returns
+    -------
+    PointGradient
+        In 1/m.
+
+    Raises
+    ------
+    InputError
+        When there is no limit, when `direction` is not that of its load, or for joints with tension.
     """
     assembly = limit.assembly
     multiplier, twist = pinned(limit, acceleration(assembly, direction))
@@ -87,14 +120,29 @@ def limit_load_by_point(limit: LimitLoad, direction: Sequence[float], *, toleran
 
 
 def score_by_point(verdict: Verdict, *, tolerance: float = SHARED) -> PointGradient:
-    """Derivative of the score by the place of every shared point [1/m]; zero for a stable verdict.
+    """Return the derivative of the score by the place of every shared point; zero for a stable verdict.
 
-    The verdict has to be one without `loads`. tolerance : see `shared_points`.
+    Parameters
+    ----------
+    verdict
+        A verdict without `loads`.
+    tolerance
+        See `shared_points`.
+
+    Returns
+    -------
+    PointGradient
+        In 1/m.
+
+    Raises
+    ------
+    InputError
+        For an infinite score, or for joints with tension.
     """
     assembly = verdict.assembly
     if verdict.outcome is Outcome.STABLE:
         return _gathered(assembly, 0.0, np.zeros_like(assembly.vertices), tolerance)
-    twist, net = lacking(verdict)
+    twist, net = penalty_optimum(verdict)
     tension = float(np.linalg.norm(verdict.adhesion))
     field = np.broadcast_to(assembly.gravity, (assembly.n_blocks, 3))
     energy, mass = _by_vertex(assembly, verdict.interfaces, twist, net, field)
@@ -197,8 +245,11 @@ def _add_joint(
 def _outline(
     assembly: Assembly, interfaces: Interfaces, number: int, block: int, sign: float
 ) -> tuple[Ints, Ints, Floats]:
-    """Edges round a block's faces on a joint: vertices at their tails and heads, and for each tail the vector from
-    the corner before it to the one after."""
+    """Edges round a block's faces on a joint.
+
+    The result has the vertices at the tails and heads of the edges, and for each tail the vector from the corner before
+    it to the corner after it.
+    """
     normal = sign * interfaces.frame[number, 0]
     middle = interfaces.point[interfaces.start[number] : interfaces.start[number + 1]].mean(axis=0)
     first, last = np.searchsorted(assembly.face_block, [block, block + 1])

@@ -1,4 +1,4 @@
-"""Solvers of the conic programs: the interior-point method, Clarabel, and the literal program in cvxpy.
+"""Solvers of the one conic program: the interior-point method, Clarabel and cvxpy; and the programs of a verdict.
 
-This room imports `program` and `certificate` (to end a solve early).
+This room imports `certificate` (to end a solve early), `program` and `linear_algebra`. Nothing it answers is trusted.
 """

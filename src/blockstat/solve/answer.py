@@ -1,98 +1,133 @@
-"""What is asked of a solver and what it returns, before our own code has checked anything."""
+"""What a solver returns, how a solve ended, and what may end it early. Nothing in an answer is trusted."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from blockstat.program.penalty import PenaltyProgram
-from blockstat.program.planar import Plane
+from blockstat.certificate.check import UNCHECKED, Certificate
+from blockstat.program.conic import ConicProgram
+from blockstat.result import Sentence
 from blockstat.typing import Floats
 
 
-@dataclass(frozen=True)
-class Enough:
-    """What may end a solve before its optimum; nothing does unless asked for."""
+class Status(Sentence):
+    """How a solve ended; each value is a sentence."""
 
-    forces: Callable[[Floats], bool] | None = None  #: told forces on the way, shape (m, 3); ends with "Accepted"
-    twist: Callable[[Floats], bool] | None = None  #: told twists on the way, shape (6 n,); ends with "Mechanism"
-    approach: bool = False  #: whether such forces are looked for first (see `blockstat.solve.phase_one`)
-    brief: bool = False  #: whether they are looked for no further once it is not easy
-    optimise: bool = True  #: whether the structured method goes on to the optimum where they are not found
+    SOLVED = "Solved: the optimum to the tolerance of the solver."
+    ALMOST_SOLVED = "Almost solved: the optimum to a looser tolerance than asked for."
+    ACCEPTED = "Accepted: the solve ended early with forces that prove stability."
+    MECHANISM = "Mechanism: the solve ended early with a mechanism that proves instability."
+    PRIMAL_INFEASIBLE = "Primal infeasible: no twist satisfies the constraints, and a ray of forces shows it."
+    DUAL_INFEASIBLE = "Dual infeasible: no forces balance the load, and a ray of twists shows it."
+    STALLED = "Stalled: the solver stopped short of an answer."
+    NO_FORCES = "No forces: phase one found none, and no optimum was asked for."
+    RECALLED = "Recalled: evidence of an earlier design decided, and nothing was solved."
+    MIXED = "Mixed: connected components ended in different ways."
+
+    @property
+    def is_infeasible(self) -> bool:
+        """Whether the program, or its dual, has no feasible point."""
+        return self in (Status.PRIMAL_INFEASIBLE, Status.DUAL_INFEASIBLE)
+
+    @property
+    def is_proven(self) -> bool:
+        """Whether the solve ended early with evidence that has passed the independent check."""
+        return self in (Status.ACCEPTED, Status.MECHANISM)
+
+    @property
+    def is_stalled(self) -> bool:
+        """Whether there is no answer to speak of."""
+        return self in (Status.STALLED, Status.NO_FORCES)
 
 
-OPTIMUM = Enough()
-#: Status of an answer that was ended so: its forces, or its twist, have passed our own check.
-ACCEPTED, MECHANISM = "Accepted", "Mechanism"
+#: A program solved for its multipliers has the two kinds of infeasibility exchanged.
+EXCHANGED = {
+    Status.PRIMAL_INFEASIBLE: Status.DUAL_INFEASIBLE,
+    Status.DUAL_INFEASIBLE: Status.PRIMAL_INFEASIBLE,
+}
 
 
-@dataclass(frozen=True)
-class RawSolution:
-    """A candidate answer in the units of the program; nothing in it is trusted."""
+@dataclass(frozen=True, eq=False)
+class EarlyEnd:
+    """What may end a solve before its optimum. Nothing does unless asked for."""
 
-    force: Floats  #: f, shape (m, 3)
-    adhesion: Floats  #: s, shape (n_points,); nan where the solve ended with a mechanism before its optimum
+    forces: Callable[[Floats], bool] | None = None  #: told forces on the way, shape (m, 3); True ends with `ACCEPTED`
+    twist: Callable[[Floats], bool] | None = None  #: told twists on the way, shape (6 n,); True ends with `MECHANISM`
+    #: Forces inside the cones, or on their boundaries, shape (m, 3), from which phase one looks for forces in balance
+    #: before the iteration (see `blockstat.solve.phase_one`). None leaves phase one out.
+    guess: Floats | None = None
+    brief: bool = False  #: whether phase one ends where forces are not found easily
+    optimise: bool = True  #: whether the iteration follows where phase one finds none
+
+
+#: Go on to the optimum.
+AT_THE_OPTIMUM = EarlyEnd()
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """Forces and a twist in the units of a program."""
+
+    force: Floats  #: contact forces f, shape (m, 3)
     twist: Floats  #: u, shape (6 n,)
-    bounded: bool  #: False when no adhesion is enough; then `twist` is a ray along which the work grows
-    status: str  #: the solver's own word, for the record only
+    status: Status
     iterations: int
     solver: str  #: which one answered
-    inside: Floats | None = None  #: a twist met on the way that opens every joint, shape (6 n,)
+    multiplier: float = 0.0  #: lambda of A f + w + lambda l = 0 when a load l was pinned
+    #: y, the closing that the upper bounds of forces allow, shape (m,)
+    yielding: Floats = field(default_factory=lambda: np.empty(0))
+    #: s of a program with a compliance as velocities at the points, shape (m, 3)
+    rates: Floats = field(default_factory=lambda: np.empty((0, 3)))
+    #: s of the penalty program, shape (n_points,); nan where the solve ended with a mechanism before its optimum
+    adhesion: Floats = field(default_factory=lambda: np.empty(0))
+    bounded: bool = True  #: False when no adhesion is enough; then `twist` is a ray along which the work grows
+    interior: Floats | None = None  #: a twist met on the way that opens every joint, shape (6 n,)
+    certificate: Certificate = UNCHECKED  #: what the independent check makes of `force` and `twist`
 
 
-@dataclass(frozen=True, eq=False)
-class DualProgram:
-    """Minimise 1/2 u' P u + cost' u subject to A' u + offset in K*, capped' u <= 1 and pinned' u = 1.
+def read_answer(
+    program: ConicProgram,
+    x: Floats,
+    z: Floats,
+    status: Status,
+    iterations: int,
+    solver: str,
+    slack: Floats | None = None,
+) -> Answer:
+    """Read an answer off the unknowns and the multipliers of a program.
 
-    P is that of Whiting's penalty, E E' in the rates A' u (at points with a cap on g_n + y), the identity, or zero.
+    Parameters
+    ----------
+    program
+        The program that was solved.
+    x
+        Its unknowns, shape (n,).
+    z
+        The multipliers of its rows, shape (n_rows,).
+    status
+        How the solve ended.
+    iterations
+        Factorisations that the solve took.
+    solver
+        The name of the solver.
+    slack
+        s of the rows, shape (n_rows,), of a program with a compliance.
+
+    Returns
+    -------
+    Answer
+        Forces and twists of the assembly, unfolded where the program is planar.
     """
-
-    program: PenaltyProgram
-    cost: Floats  #: shape (6 n,)
-    penalty: bool = False
-    least_norm: bool = False
-    offset: Floats | None = None  #: shape (3 m,)
-    capped: Floats | None = None  #: shape (6 n,)
-    pinned: Floats | None = None  #: shape (6 n,)
-    #: Closing at the caps of contact points that counts in `capped` and earns as much in the cost, each so many times.
-    crushing: float = 0.0
-    compliance: float = 0.0  #: c, with c/2 |f|^2 (shear counting 1/mu^2) added to the cost of forces
-
-    @cached_property
-    def earned(self) -> Floats:
-        """What each y and then each z adds to `capped` and takes off the cost."""
-        program = self.program
-        earned = np.zeros(len(program.capped) + len(program.floored))
-        earned[: len(program.capped)] = self.crushing * (program.capped < program.n_points)
-        return earned
-
-    @cached_property
-    def price(self) -> Floats:
-        """The cost of each y and then of each z."""
-        program = self.program
-        return np.concatenate([program.cap[program.capped], -program.floor[program.floored]]) - self.earned
-
-    @cached_property
-    def plane(self) -> Plane | None:
-        """The plane in which the program may be solved, if there is one."""
-        plane = self.program.plane
-        if plane is None or self.compliance or not np.isfinite(self.program.friction).all():
-            return None
-        in_plane = plane.holds(self.cost, self.capped, self.pinned)
-        return plane if in_plane and (self.offset is None or plane.mirrors(self.offset)) else None
-
-
-@dataclass(frozen=True, eq=False)
-class DualAnswer:
-    """An answer to one of the dual programs; nothing in it is trusted."""
-
-    twist: Floats  #: u, shape (6 n,)
-    force: Floats  #: multipliers of the cones as forces, shape (m, 3)
-    multiplier: float  #: lambda of A f + w + lambda l = 0 when a load was pinned, else 0
-    status: str  #: "Solved", "AlmostSolved", "PrimalInfeasible", "DualInfeasible", of `Enough`, or the solver's own
-    iterations: int
-    crushing: Floats  #: y, the closing that caps allow, shape (m,)
-    solver: str
+    return Answer(
+        force=program.forces(z),
+        twist=program.twist(x),
+        status=status,
+        iterations=iterations,
+        solver=solver,
+        multiplier=float(z[-1]) if program.pinned else 0.0,
+        yielding=program.yielding(x),
+        rates=np.empty((0, 3)) if slack is None else program.rates(slack),
+    )

@@ -32,14 +32,37 @@ class Cones:
         return self.n_soc + self.n_half
 
     def parts(self, vector: Floats) -> tuple[Floats, Floats]:
-        """The triples, shape (3, n_soc), and the numbers, shape (n_half,)."""
+        """Return the triples, shape (3, n_soc), and the numbers, shape (n_half,), of a vector: views.
+
+        Parameters
+        ----------
+        vector
+            Shape (3 n_soc + n_zero + n_half,).
+        """
         return vector[: 3 * self.n_soc].reshape(3, -1), vector[3 * self.n_soc + self.n_zero :]
 
     def zeros(self, vector: Floats) -> Floats:
-        """The part of a vector that belongs to the zeros, shape (n_zero,)."""
+        """Return the part of a vector that belongs to the zeros, shape (n_zero,): a view.
+
+        Parameters
+        ----------
+        vector
+            Shape (3 n_soc + n_zero + n_half,).
+        """
         return vector[3 * self.n_soc : 3 * self.n_soc + self.n_zero]
 
     def join(self, triples: Floats, numbers: Floats, zeros: Floats | None = None) -> Floats:
+        """Join parts to a vector.
+
+        Parameters
+        ----------
+        triples
+            Shape (3, n_soc).
+        numbers
+            Shape (n_half,).
+        zeros
+            Shape (n_zero,); 0 by default.
+        """
         if not self.n_zero + self.n_half:
             return triples.reshape(-1)
         return np.concatenate([triples.reshape(-1), np.zeros(self.n_zero) if zeros is None else zeros, numbers])
@@ -55,16 +78,36 @@ class Cones:
         return Scaling(self, self.parts(self.unit)[0], np.ones(self.n_soc), np.ones(self.n_half))
 
     def depths(self, vector: Floats) -> Floats:
-        """How far inside its cone each part of a vector is (its least eigenvalue), negative outside."""
+        """Return how far inside its cone each part of a vector is (its least eigenvalue), negative outside.
+
+        Parameters
+        ----------
+        vector
+            Shape (3 n_soc + n_zero + n_half,).
+        """
         triples, numbers = self.parts(vector)
         return np.concatenate([triples[0] - np.sqrt(triples[1] ** 2 + triples[2] ** 2), numbers])
 
     def depth(self, vector: Floats) -> float:
-        """The least of the depths."""
+        """Return the least of the depths.
+
+        Parameters
+        ----------
+        vector
+            Shape (3 n_soc + n_zero + n_half,).
+        """
         return float(self.depths(vector).min(initial=np.inf))
 
     def lifted(self, vector: Floats, lift: Floats) -> Floats:
-        """The vector with its parts so much deeper inside their cones."""
+        """Return the vector with its parts deeper inside their cones.
+
+        Parameters
+        ----------
+        vector
+            Shape (3 n_soc + n_zero + n_half,).
+        lift
+            How much deeper each part is to be, shape (n_soc + n_half,).
+        """
         found = vector.copy()
         triples, numbers = self.parts(found)
         triples[0] += lift[: self.n_soc]
@@ -72,14 +115,28 @@ class Cones:
         return found
 
     def product(self, a: Floats, b: Floats) -> Floats:
-        """Jordan product a o b."""
+        """Return the Jordan product a o b.
+
+        Parameters
+        ----------
+        a, b
+            Vectors of the product.
+        """
         (a3, a1), (b3, b1) = self.parts(a), self.parts(b)
         triples = a3[0] * b3 + b3[0] * a3
         triples[0] = (a3 * b3).sum(axis=0)
         return self.join(triples, a1 * b1)
 
     def quotient(self, divisor: Floats, vector: Floats) -> Floats:
-        """The x with divisor o x = vector."""
+        """Return the x with divisor o x = vector.
+
+        Parameters
+        ----------
+        divisor
+            A vector inside the cones.
+        vector
+            Any vector of the product.
+        """
         (l3, l1), (d3, d1) = self.parts(divisor), self.parts(vector)
         triples = np.empty_like(d3)
         triples[0] = _minkowski(l3, d3) / determinant(l3)
@@ -87,7 +144,15 @@ class Cones:
         return self.join(triples, d1 / l1)
 
     def longest_step(self, start: Floats, step: Floats) -> float:
-        """The largest alpha with start + alpha step in the product, inf if there is none."""
+        """Return the largest alpha with start + alpha step in the product, inf if there is none.
+
+        Parameters
+        ----------
+        start
+            A vector inside the cones.
+        step
+            Any vector of the product.
+        """
         (s3, s1), (d3, d1) = self.parts(start), self.parts(step)
         a, b, c = determinant(d3), _minkowski(s3, d3), determinant(s3)
         root = b * b - a * c
@@ -99,7 +164,13 @@ class Cones:
         return float(min(soc.min(initial=np.inf), half.min(initial=np.inf)))
 
     def scaling(self, s: Floats, z: Floats) -> Scaling:
-        """The Nesterov-Todd scaling of two vectors inside the product."""
+        """Return the Nesterov-Todd scaling of two vectors inside the product.
+
+        Parameters
+        ----------
+        s, z
+            Slack and multipliers, inside the cones.
+        """
         (s3, s1), (z3, z1) = self.parts(s), self.parts(z)
         root_s, root_z = np.sqrt(determinant(s3)), np.sqrt(determinant(z3))
         unit_s, unit_z = s3 / root_s, z3 / root_z
@@ -120,12 +191,24 @@ class Scaling:
     half: Floats  #: shape (n_half,)
 
     def apply(self, vector: Floats) -> Floats:
-        """W x."""
+        """Return W x.
+
+        Parameters
+        ----------
+        vector
+            Shape (3 n_soc + n_zero + n_half,).
+        """
         triples, numbers = self.cones.parts(vector)
         return self.cones.join(self.eta * _rotated(self.point, triples, 1.0), self.half * numbers)
 
     def inverse(self, vector: Floats) -> Floats:
-        """W^-1 x."""
+        """Return W^-1 x.
+
+        Parameters
+        ----------
+        vector
+            Shape (3 n_soc + n_zero + n_half,).
+        """
         triples, numbers = self.cones.parts(vector)
         return self.cones.join(_rotated(self.point, triples, -1.0) / self.eta, numbers / self.half)
 
@@ -138,14 +221,30 @@ class Scaling:
         return self.eta**2 * np.stack([stretch, 1.0 / stretch, np.ones_like(tail)]), along
 
     def squared(self, vector: Floats, shift: float = 0.0) -> Floats:
-        """(W^2 + shift I) x."""
+        """Return (W^2 + shift I) x.
+
+        Parameters
+        ----------
+        vector
+            Shape (3 n_soc + n_zero + n_half,).
+        shift
+            Added to the eigenvalues.
+        """
         triples, numbers = self.cones.parts(vector)
         value, along = self.spectrum
         zeros = shift * self.cones.zeros(vector)
         return self.cones.join(_spectral(value + shift, along, triples), (self.half**2 + shift) * numbers, zeros)
 
     def inverse_squared(self, vector: Floats, shift: float) -> Floats:
-        """(W^2 + shift I)^-1 x."""
+        """Return (W^2 + shift I)^-1 x.
+
+        Parameters
+        ----------
+        vector
+            Shape (3 n_soc + n_zero + n_half,).
+        shift
+            Added to the eigenvalues; above zero where there are zeros.
+        """
         triples, numbers = self.cones.parts(vector)
         value, along = self.spectrum
         zeros = self.cones.zeros(vector) / shift
@@ -153,7 +252,13 @@ class Scaling:
         return self.cones.join(turned, numbers / (self.half**2 + shift), zeros)
 
     def root(self, shift: float) -> Floats:
-        """C with C'C = (W^2 + shift I)^-1 for each triple, shape (n_soc, 3, 3)."""
+        """Return C with C'C = (W^2 + shift I)^-1 for each triple, shape (n_soc, 3, 3).
+
+        Parameters
+        ----------
+        shift
+            Added to the eigenvalues.
+        """
         value, along = self.spectrum
         scale = np.sqrt(1.0 / (value + shift))
         scale[:2] *= np.sqrt(0.5)
@@ -166,7 +271,13 @@ class Scaling:
 
 
 def determinant(triples: Floats) -> Floats:
-    """x0^2 - |x1, x2|^2 of each triple."""
+    """Return x0^2 - |x1, x2|^2 of each triple, shape (n,).
+
+    Parameters
+    ----------
+    triples
+        Shape (3, n).
+    """
     tail = np.sqrt(triples[1] ** 2 + triples[2] ** 2)
     return (triples[0] - tail) * (triples[0] + tail)
 

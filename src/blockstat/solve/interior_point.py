@@ -1,29 +1,28 @@
 """A primal-dual interior-point method for the programs of rigid blocks: min 1/2 x'P x + q'x, M x + s = b, s in a cone.
 
 The homogeneous embedding of Goulart & Chen (Clarabel, 2024; after Andersen, Ye and Nesterov), with Nesterov-Todd
-scaling and Mehrotra's predictor and corrector. All cones have dimension 3 or 1 and are handled in a batch (`cones`),
-and each iteration factors one matrix with the pattern of the contact graph (`normal`), M' W^-2 M + P. The normal
-equations lose digits as the cones close, so every solve is refined on the whole system.
+scaling and Mehrotra's predictor and corrector. All cones have dimension 3 or 1 and are handled in a batch (`cones`).
+Each iteration factors the normal equations M' W^-2 M + P, which have the pattern of the contact graph. They lose digits
+as the cones close, so every solve is refined on the whole system (`kkt`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from blockstat.solve.answer import ACCEPTED, MECHANISM
-from blockstat.solve.kkt import DUAL_PROXIMAL, PROXIMAL, REFINED, ConicProgram, Kkt, Pair, largest
-from blockstat.solve.normal_equations import normal_equations
-from blockstat.solve.phase_one import NOWHERE, approach
+from blockstat.program.conic import ConicProgram
+from blockstat.solve.answer import AT_THE_OPTIMUM, Answer, EarlyEnd, Status, read_answer
+from blockstat.solve.kkt import DUAL_PROXIMAL, PROXIMAL, REFINED, KktSolver, Pair, largest
+from blockstat.solve.phase_one import NOTHING, find_forces
 from blockstat.typing import Floats
 
 MOST_ITERATIONS = 100
 #: Linear programs are asked for as many digits as there are, for the sake of the bounds that rest on them; the penalty
 #: program gives a score, and its verdict rests on a certificate of its own.
 TOLERANCE, QUADRATIC_TOLERANCE = 1e-11, 1e-10
-#: Where the iteration stalls, an answer this good is still handed on; our own certificates judge it.
+#: Where the iteration stalls, an answer this good is still handed on; the independent check judges it.
 ALMOST = 1e-6
 RAY = 1e-8  #: violation of a ray that proves a program infeasible or unbounded
 ASK = 1.0  #: error of M'z + q = 0, in units of the mean weight, from which an answer may be accepted
@@ -33,16 +32,6 @@ INSIDE = 0.1  #: depth of a start at multipliers, in mean weights, and its compl
 LARGE = 1e3  #: multipliers beyond this change the proximal term of their own no more
 #: Far from the end solves need not be as good: a share of the iterate's own error, at most the second.
 FIRM, ROUGH = 1e-1, 1e-3
-
-
-@dataclass(frozen=True, eq=False)
-class ConicAnswer:
-    """Where the iteration ended; nothing in it is trusted."""
-
-    x: Floats
-    z: Floats  #: multipliers of the rows
-    status: str  #: "Solved", "AlmostSolved", "PrimalInfeasible", "DualInfeasible" or "Stalled"
-    iterations: int
 
 
 def _dot(a: Floats, b: Floats) -> float:
@@ -59,59 +48,59 @@ class _State:
     kappa: float
 
 
-@dataclass(frozen=True)
-class Early:
-    """What may end the iteration early."""
+def solve(program: ConicProgram, early: EarlyEnd = AT_THE_OPTIMUM) -> Answer:
+    """Solve a program with the structure of blocks.
 
-    #: Asked about the multipliers of the rows once they nearly satisfy M'z + q = 0, and again each time they do three
-    #: times better; True ends with status "Accepted".
-    multipliers: Callable[[Floats], bool] | None = None
-    #: Asked about the unknowns of each iterate; True ends with status "Mechanism".
-    unknowns: Callable[[Floats], bool] | None = None
-    #: Whether such multipliers are looked for first (see `blockstat.solve.phase_one`). Where none are found, the
-    #: iteration may start next to the least that balance.
-    approach: bool = False
-    brief: bool = False  #: whether the search ends where it is not easy
-    start: Floats | None = None  #: multipliers inside the cones, or on their boundaries, where the search begins
-    optimise: bool = True  #: whether there is anything after the approach
+    Parameters
+    ----------
+    program
+        A program with `has_structure`.
+    early
+        What may end the solve before the optimum.
 
-
-AT_THE_OPTIMUM = Early()
-
-
-def solve(program: ConicProgram, early: Early = AT_THE_OPTIMUM) -> ConicAnswer:
-    """Solve a program; an iteration is a factorisation."""
-    way = approach(program, early.start, brief=early.brief) if early.approach else NOWHERE
-    if way.found is not None and early.multipliers is not None and early.multipliers(way.found):
-        return ConicAnswer(0 * program.cost, way.found, ACCEPTED, way.factorisations)
+    Returns
+    -------
+    Answer
+        Forces, a twist and the status; nothing in them is checked. An iteration is a factorisation.
+    """
+    first = NOTHING
+    if early.guess is not None:
+        first = find_forces(program, program.multipliers(early.guess), brief=early.brief)
+        if first.found is not None and early.forces is not None and early.forces(program.forces(first.found)):
+            return _read(program, 0 * program.cost, first.found, Status.ACCEPTED, first.factorisations)
     if not early.optimise:
-        return ConicAnswer(0 * program.cost, 0 * program.bound, "Stalled: no forces were found", way.factorisations)
-    normal = normal_equations(program.pair, program.n_blocks, program.width)
-    answer = _iterate(program, Kkt(program, normal), early, way.least)
-    return replace(answer, iterations=way.factorisations + answer.iterations)
+        return _read(program, 0 * program.cost, 0 * program.bound, Status.NO_FORCES, first.factorisations)
+    answer = _iterate(program, KktSolver(program), early, first.least)
+    return replace(answer, iterations=first.factorisations + answer.iterations)
 
 
-def _iterate(program: ConicProgram, kkt: Kkt, early: Early, start: Floats | None) -> ConicAnswer:
+def _read(program: ConicProgram, x: Floats, z: Floats, status: Status, iterations: int) -> Answer:
+    slack = program.bound - program.matrix @ x + program.compliance * z if program.compliance else None
+    return read_answer(program, x, z, status, iterations, "interior-point", slack)
+
+
+def _iterate(program: ConicProgram, kkt: KktSolver, early: EarlyEnd, start: Floats | None) -> Answer:
     """Predictor and corrector until the answer is good, or gets no better."""
     try:
-        state = _start(program, kkt) if start is None else _start_at(program, start)
-    except ArithmeticError as error:
-        return ConicAnswer(0 * program.cost, 0 * program.bound, f"Stalled: {error}", 0)
+        state = _start(program, kkt) if start is None else _start_at(program, kkt, start)
+    except ArithmeticError:
+        return _read(program, 0 * program.cost, 0 * program.bound, Status.STALLED, 0)
     best, best_error, least, waited, asked = state, np.inf, np.inf, 0, ASK
     iteration = 0
     for iteration in range(MOST_ITERATIONS):
         rest = _residuals(program, kkt, state)
-        status, error = _judge(program, state, rest)
-        if status:
-            return _answer(state, status, iteration)
-        if early.unknowns is not None and early.unknowns(state.x / state.tau):
-            return _answer(state, MECHANISM, iteration)
-        accept = early.multipliers
+        status, error = _convergence(program, state, rest)
+        if status is not None:
+            return _answer(program, state, status, iteration)
+        if early.twist is not None and early.twist(program.twist(state.x / state.tau)):
+            return _answer(program, state, Status.MECHANISM, iteration)
+        accept = early.forces
+        # Forces are asked about once they nearly balance, and again each time they do so three times better.
         if accept is not None and (near := largest(rest.dual - rest.curved) / state.tau) < asked:
             asked = 0.3 * near
-            if accept(state.z / state.tau):
-                return _answer(state, ACCEPTED, iteration)
-        mu = _complementarity(program, state)
+            if accept(program.forces(state.z / state.tau)):
+                return _answer(program, state, Status.ACCEPTED, iteration)
+        mu = _complementarity(kkt, state)
         # Far from the end the gap may shrink for long before the errors do; near it they count alone.
         moves = error < 0.9 * best_error or (mu < 0.9 * least and best_error > ALMOST)
         waited = 0 if moves else waited + 1
@@ -125,19 +114,19 @@ def _iterate(program: ConicProgram, kkt: Kkt, early: Early, start: Floats | None
                 state = _step(program, kkt, state, rest, error)
         except (ArithmeticError, np.linalg.LinAlgError):
             break
-    return _answer(best, "AlmostSolved" if best_error < ALMOST else "Stalled", iteration)
+    return _answer(program, best, Status.ALMOST_SOLVED if best_error < ALMOST else Status.STALLED, iteration)
 
 
-def _answer(state: _State, status: str, iterations: int) -> ConicAnswer:
-    scale = state.tau if status in ("Solved", "AlmostSolved", ACCEPTED, MECHANISM) else 1.0
-    return ConicAnswer(state.x / scale, state.z / scale, status, iterations)
+def _answer(program: ConicProgram, state: _State, status: Status, iterations: int) -> Answer:
+    scale = 1.0 if status.is_infeasible or status.is_stalled else state.tau
+    return _read(program, state.x / scale, state.z / scale, status, iterations)
 
 
-def _start(program: ConicProgram, kkt: Kkt) -> _State:
+def _start(program: ConicProgram, kkt: KktSolver) -> _State:
     """The minimisers of the two least-squares problems, moved inside the cones (Vandenberghe 2010, section 5.3)."""
-    cones = program.cones
+    cones = kkt.cones
     kkt.update(cones.identity)
-    if program.curved:
+    if program.is_quadratic:
         ((x, z),) = kkt.solve((-program.cost, program.bound))
         s = -z
     else:
@@ -153,13 +142,13 @@ def _start(program: ConicProgram, kkt: Kkt) -> _State:
     return _State(x, s, inside(z), 1.0, 1.0)
 
 
-def _start_at(program: ConicProgram, z: Floats) -> _State:
+def _start_at(program: ConicProgram, kkt: KktSolver, z: Floats) -> _State:
     """Multipliers, all moved by as little as brings the last of them inside its cone.
 
     No unknown moves, and s is on the central path with the multipliers. What is left is an error of M'z + q = 0 that
     the first steps take away; a start deep inside takes as many steps to come back.
     """
-    cones = program.cones
+    cones = kkt.cones
     z = z + (INSIDE - min(cones.depth(z), 0.0)) * cones.unit
     s = cones.quotient(z, INSIDE * cones.unit)
     cones.zeros(s)[:] = 0.0
@@ -176,7 +165,7 @@ class _Residuals:
     curved: Floats
 
 
-def _residuals(program: ConicProgram, kkt: Kkt, v: _State) -> _Residuals:
+def _residuals(program: ConicProgram, kkt: KktSolver, v: _State) -> _Residuals:
     curved = kkt.hessian(v.x)
     dual = curved + kkt.transposed(v.z) + program.cost * v.tau
     primal = program.matrix @ v.x + v.s - program.compliance * v.z - program.bound * v.tau
@@ -189,12 +178,12 @@ def _residuals(program: ConicProgram, kkt: Kkt, v: _State) -> _Residuals:
     return _Residuals(dual, primal, gap, curved)
 
 
-def _complementarity(program: ConicProgram, v: _State) -> float:
+def _complementarity(kkt: KktSolver, v: _State) -> float:
     """mu, what s'z and tau kappa have on average."""
-    return (_dot(v.s, v.z) + v.tau * v.kappa) / (program.cones.degree + 1)
+    return (_dot(v.s, v.z) + v.tau * v.kappa) / (kkt.cones.degree + 1)
 
 
-def _judge(program: ConicProgram, v: _State, rest: _Residuals) -> tuple[str, float]:
+def _convergence(program: ConicProgram, v: _State, rest: _Residuals) -> tuple[Status | None, float]:
     """The status if it is time to stop, and the largest relative error of the candidate answer."""
     linear, bound = _dot(program.cost, v.x), _dot(program.bound, v.z)
     quadratic = (_dot(v.x, rest.curved) + program.compliance * _dot(v.z, v.z)) / v.tau**2
@@ -205,23 +194,23 @@ def _judge(program: ConicProgram, v: _State, rest: _Residuals) -> tuple[str, flo
         largest(rest.dual) / v.tau / max(1.0, largest(program.cost) + (length + largest(v.z)) / v.tau),
         abs(value - other) / max(1.0, min(abs(value), abs(other))),
     )
-    if max(errors) < (QUADRATIC_TOLERANCE if program.curved else TOLERANCE):
-        return "Solved", max(errors)
+    if max(errors) < (QUADRATIC_TOLERANCE if program.is_quadratic else TOLERANCE):
+        return Status.SOLVED, max(errors)
     # A ray is one when what it violates is nothing against what it gains, per unit of all that is given.
     if bound < 0 and not program.compliance:
         pulled = largest(rest.dual - rest.curved - program.cost * v.tau)
         if pulled * np.abs(program.bound).sum() < RAY * -bound:
-            return "PrimalInfeasible", max(errors)
+            return Status.PRIMAL_INFEASIBLE, max(errors)
     if linear < 0:
         moved = rest.primal + program.bound * v.tau + program.compliance * v.z
         if max(largest(rest.curved), largest(moved)) * np.abs(program.cost).sum() < RAY * -linear:
-            return "DualInfeasible", max(errors)
-    return "", max(errors)
+            return Status.DUAL_INFEASIBLE, max(errors)
+    return None, max(errors)
 
 
-def _step(program: ConicProgram, kkt: Kkt, v: _State, rest: _Residuals, error: float) -> _State:
+def _step(program: ConicProgram, kkt: KktSolver, v: _State, rest: _Residuals, error: float) -> _State:
     """One predictor and corrector from an iterate of some error."""
-    cones, curved = program.cones, rest.curved
+    cones, curved = kkt.cones, rest.curved
     scaling = cones.scaling(v.s, v.z)
     # Proximal terms must not hold back what is large: W'W is s over z, and s is mu over z.
     length, force = (max(largest(part) / v.tau, 1.0) for part in (v.x, v.z))
@@ -232,7 +221,7 @@ def _step(program: ConicProgram, kkt: Kkt, v: _State, rest: _Residuals, error: f
         refined=max(REFINED, min(FIRM * error, ROUGH)),
     )
     mean = scaling.apply(v.z)
-    mu = _complementarity(program, v)
+    mu = _complementarity(kkt, v)
     slope = 2.0 * curved / v.tau + program.cost
     dual_slope = 2.0 * program.compliance / v.tau * v.z + program.bound
     bend_of_gap = (_dot(v.x, curved) + program.compliance * _dot(v.z, v.z)) / v.tau**2

@@ -7,15 +7,13 @@ the normal equations from losing the blocks whose joints are all about to open.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from functools import cached_property
-
 import numpy as np
 from scipy import sparse
 
+from blockstat.linear_algebra.normal_equations import normal_equations
+from blockstat.program.conic import ConicProgram, PointBounds
 from blockstat.solve.cones import Cones, Scaling
-from blockstat.solve.normal_equations import BlockNormal
-from blockstat.typing import Floats, Ints
+from blockstat.typing import Floats
 
 #: Proximal terms; lengths, forces and rates of the programs are of the order of one.
 PROXIMAL, DUAL_PROXIMAL = 1e-3, 1e-9
@@ -25,81 +23,15 @@ MOST_REFINEMENTS, REFINED, STALLED = 6, 1e-10, 0.7
 Pair = tuple[Floats, Floats]
 
 
-@dataclass(frozen=True, eq=False)
-class Limits:
-    """Unknowns y and z >= 0 of single points, which enter the head of the point's triple with +head and -head.
+class KktSolver:
+    """Solves the system of one program for one scaling after another."""
 
-    They follow the twists in x, all y before all z; their half-lines -y <= 0, -z <= 0 follow the local ones.
-    """
-
-    triple: Ints  #: the point's place among the triples, shape (n,)
-    head: Floats  #: shape (n,)
-    penalty: Ints  #: the point's row of the penalty, -1 for none, shape (n,)
-    y: Ints  #: place of y among the unknowns after the twists, -1 for none, shape (n,)
-    z: Ints
-
-    @property
-    def size(self) -> int:
-        return int((self.y >= 0).sum() + (self.z >= 0).sum())
-
-
-@dataclass(frozen=True, eq=False)
-class ConicProgram:
-    """min 1/2 x'P x + q'x, M x + s = b, s in the cones; with a compliance M x + s - c z = b, z the multipliers.
-
-    Rows come as triples, zeros, half-lines of two blocks, half-lines of the limits, and bordering half-lines.
-    """
-
-    cost: Floats  #: q, shape (n,)
-    matrix: sparse.csr_array  #: M, shape (n_rows, n)
-    bound: Floats  #: b, shape (n_rows,)
-    cones: Cones
-    #: Entries of the rows of two blocks in the columns of a and b, signs aside, shape (n_local, 2 width). The three of
-    #: a triple stand together here, while M and the cones have all heads first.
-    local: Floats
-    pair: Ints  #: blocks of these rows, then of those of the penalty, then four more for each limited point
-    n_blocks: int
-    width: int  #: unknowns a block
-    penalty: sparse.csr_array  #: Q with P = Q'Q, shape (n_penalty, n)
-    penalty_local: Floats  #: its entries, shape (n_penalty, 2 width)
-    ridge: float = 0.0  #: P = Q'Q + ridge I
-    limits: Limits | None = None
-    compliance: float = 0.0  #: c of M x + s - c z = b: c/2 |z|^2 in the dual objective
-
-    @property
-    def curved(self) -> bool:
-        return len(self.penalty_local) > 0 or self.ridge > 0
-
-    @cached_property
-    def transposed(self) -> sparse.csr_array:
-        """M', by rows."""
-        return sparse.csr_array(self.matrix.T)
-
-    def feasibility(self) -> ConicProgram:
-        """The same rows and cost without P: its multipliers balance the cost, M'z + q = 0."""
-        first = len(self.local)
-        last = first + len(self.penalty_local)
-        limits = self.limits and replace(self.limits, penalty=np.full_like(self.limits.penalty, -1))
-        bare = replace(
-            self,
-            pair=np.concatenate([self.pair[:first], self.pair[last:]]),
-            penalty=sparse.csr_array((0, len(self.cost))),
-            penalty_local=self.penalty_local[:0],
-            ridge=0.0,
-            limits=limits,
-        )
-        bare.__dict__["transposed"] = self.transposed  # the same; not to be made again
-        return bare
-
-
-class Kkt:
-    """The system of one scaling after another."""
-
-    def __init__(self, program: ConicProgram, normal: BlockNormal) -> None:
-        self._p, self._normal = program, normal
+    def __init__(self, program: ConicProgram) -> None:
+        self._p, self._normal = program, normal_equations(program.pair, program.n_blocks, program.width)
+        self.cones = Cones(program.n_triples, program.n_zeros, program.n_half)
         self._penalty_t = sparse.csr_array(program.penalty.T)
         self._twists = program.width * program.n_blocks
-        border = len(program.local) + (program.limits.size if program.limits else 0)
+        border = len(program.local) + (program.bounds.size if program.bounds else 0)
         self._border = program.matrix[border:].toarray()
         self._rows = np.empty((len(program.pair), program.local.shape[1]))
         self._rows[len(program.local) : len(program.local) + len(program.penalty_local)] = program.penalty_local
@@ -107,15 +39,35 @@ class Kkt:
         self._shift, self._pull, self._refined = DUAL_PROXIMAL, PROXIMAL, REFINED
 
     def hessian(self, x: Floats) -> Floats:
-        """P x."""
-        return self._penalty_t @ (self._p.penalty @ x) + self._p.ridge * x
+        """Return P x.
+
+        Parameters
+        ----------
+        x
+            Unknowns, shape (n,).
+        """
+        curved = self._penalty_t @ (self._p.penalty @ x)
+        curved[: self._twists] += self._p.ridge * x[: self._twists]
+        return curved
 
     def transposed(self, z: Floats) -> Floats:
-        """M' z."""
+        """Return M'z.
+
+        Parameters
+        ----------
+        z
+            Multipliers, shape (n_rows,).
+        """
         return self._p.transposed @ z
 
     def inverse_squared(self, z: Floats) -> Floats:
-        """(W'W + (c + delta) I)^-1 z of the last update."""
+        """Return (W'W + (c + delta) I)^-1 z of the last update.
+
+        Parameters
+        ----------
+        z
+            Shape (n_rows,).
+        """
         assert self._scaling is not None
         return self._scaling.inverse_squared(z, self._shift)
 
@@ -124,10 +76,22 @@ class Kkt:
     ) -> None:
         """Factor for another scaling.
 
-        pull, shift : rho and delta; refined : the residual that is left, relative to the right-hand side.
+        Parameters
+        ----------
+        scaling
+            W of the iterate.
+        pull, shift
+            The proximal terms rho and delta.
+        refined
+            The residual that solves leave, relative to the right-hand side.
+
+        Raises
+        ------
+        ArithmeticError
+            When the factorisation fails.
         """
         self._pull, self._shift, self._refined = pull, self._p.compliance + shift, refined
-        program, cones = self._p, self._p.cones
+        program, cones = self._p, self.cones
         self._scaling = scaling
         rows, n_local, n_soc = self._rows, len(program.local), 3 * cones.n_soc
         n_flat = n_soc + cones.n_zero
@@ -137,10 +101,10 @@ class Kkt:
         np.matmul(root, program.local[:n_soc].reshape(triples.shape), out=triples)
         np.divide(program.local[n_soc:n_flat], np.sqrt(self._shift), out=rows[n_soc:n_flat])
         np.divide(program.local[n_flat:], half[: n_local - n_flat, None], out=rows[n_flat:n_local])
-        if program.limits is not None:
+        if program.bounds is not None:
             kept = program.penalty_local.copy()
-            heads = root[program.limits.triple, :, 0] * program.limits.head[:, None]
-            extra = self._without_limits(program.limits, heads, triples, kept, half[n_local - n_flat :])
+            heads = root[program.bounds.row, :, 0] * program.bounds.head[:, None]
+            extra = self._without_bounds(program.bounds, heads, triples, kept, half[n_local - n_flat :])
             rows[n_local:] = np.concatenate([kept, extra])
         self._normal.update(rows, program.ridge + self._pull)
         self._border_scaled = np.empty((0, 0))
@@ -151,39 +115,41 @@ class Kkt:
             self._held = np.eye(len(scaled)) + scaled @ self._border_solved
             self._border_scaled = scaled
 
-    def _without_limits(self, limits: Limits, heads: Floats, turned: Floats, penalty: Floats, half: Floats) -> Floats:
+    def _without_bounds(
+        self, bounds: PointBounds, heads: Floats, turned: Floats, penalty: Floats, half: Floats
+    ) -> Floats:
         """Eliminate y and z: rows are projected, point by point, off their columns, in place; returns further rows."""
-        n, width = len(limits.head), turned.shape[2]
-        has_y, has_z = limits.y >= 0, limits.z >= 0
+        n, width = len(bounds.head), turned.shape[2]
+        has_y, has_z = bounds.y >= 0, bounds.z >= 0
         rows, columns = np.zeros((n, 6, width)), np.zeros((n, 6, 2))
-        rows[:, :3] = turned[limits.triple]
+        rows[:, :3] = turned[bounds.row]
         columns[:, :3, 0] = heads * has_y[:, None]
         columns[:, :3, 1] = -heads * has_z[:, None]
-        bent = (limits.penalty >= 0) & (len(penalty) > 0)
-        rows[bent, 3] = penalty[limits.penalty[bent]]
+        bent = (bounds.penalty >= 0) & (len(penalty) > 0)
+        rows[bent, 3] = penalty[bounds.penalty[bent]]
         columns[bent & has_y, 3, 0] = 1.0
         # A missing unknown is one of its own that nothing moves.
-        columns[:, 4, 0] = np.where(has_y, 1.0 / half[np.maximum(limits.y, 0)], 1.0)
-        columns[:, 5, 1] = np.where(has_z, 1.0 / half[np.maximum(limits.z, 0)], 1.0)
+        columns[:, 4, 0] = np.where(has_y, 1.0 / half[np.maximum(bounds.y, 0)], 1.0)
+        columns[:, 5, 1] = np.where(has_z, 1.0 / half[np.maximum(bounds.z, 0)], 1.0)
         across = columns.swapaxes(1, 2)
         square = across @ columns
-        square[:, [0, 1], [0, 1]] += self._pull + self._p.ridge
+        square[:, [0, 1], [0, 1]] += self._pull
         self._inverse = np.linalg.inv(square)
         coupling = across @ rows
-        self._coupling = self._spread(limits, coupling)
+        self._coupling = self._spread(bounds, coupling)
         # Square root of R'R - C' square^-1 C: the residual of the rows, and what the proximal term leaves of y and z.
         taken = self._inverse @ coupling
         rows = rows - columns @ taken
-        left = np.sqrt(self._pull + self._p.ridge) * taken
-        turned[limits.triple] = rows[:, :3]
+        left = np.sqrt(self._pull) * taken
+        turned[bounds.row] = rows[:, :3]
         if len(penalty):
-            penalty[limits.penalty[bent]] = rows[bent, 3]
+            penalty[bounds.penalty[bent]] = rows[bent, 3]
         return np.concatenate([rows[:, 4:], left], axis=1).reshape(-1, width)
 
-    def _spread(self, limits: Limits, coupling: Floats) -> sparse.csr_array:
+    def _spread(self, bounds: PointBounds, coupling: Floats) -> sparse.csr_array:
         """The coupling of y and z of each point (two rows a point) with the twists as a matrix."""
         w = self._p.width
-        pair = self._p.pair[3 * limits.triple]
+        pair = self._p.pair[3 * bounds.row]
         column = np.concatenate([w * pair[:, :1] + np.arange(w), w * pair[:, 1:] + np.arange(w)], axis=1)
         column = np.broadcast_to(column[:, None], coupling.shape).reshape(-1)
         row = np.repeat(np.arange(2 * len(pair)), 2 * w)
@@ -193,21 +159,21 @@ class Kkt:
 
     def _solve_local(self, right: list[Floats]) -> list[Floats]:
         """Solve without the bordering rows, several vectors at once, which costs little more than one."""
-        limits = self._p.limits
-        if limits is None:
+        bounds = self._p.bounds
+        if bounds is None:
             return self._factored(right)
         own = []
         for vector in right:
             after = np.append(vector[self._twists :], 0.0)
-            both = np.column_stack([after[limits.y], after[limits.z]])  # -1 takes the zero
+            both = np.column_stack([after[bounds.y], after[bounds.z]])  # -1 takes the zero
             own.append((self._inverse @ both[:, :, None])[:, :, 0])
         tops = [v[: self._twists] - self._coupling.T @ part.reshape(-1) for v, part in zip(right, own, strict=True)]
         found = []
         for twist, part in zip(self._factored(tops), own, strict=True):
             moved = (self._coupling @ twist).reshape(-1, 2)
             both = part - (self._inverse @ moved[:, :, None])[:, :, 0]
-            after = np.empty(limits.size)
-            for column, place in enumerate((limits.y, limits.z)):
+            after = np.empty(bounds.size)
+            for column, place in enumerate((bounds.y, bounds.z)):
                 after[place[place >= 0]] = both[place >= 0, column]
             found.append(np.concatenate([twist, after]))
         return found
@@ -238,7 +204,18 @@ class Kkt:
         return upper, self._scaling.squared(z, self._shift) - rate
 
     def solve(self, *right: Pair) -> list[Pair]:
-        """Solve for right-hand sides (top, bottom), refined on the whole system."""
+        """Solve for right-hand sides (top, bottom), refined on the whole system.
+
+        Parameters
+        ----------
+        *right
+            Pairs of shape (n,) and (n_rows,).
+
+        Returns
+        -------
+        list of Pair
+            x and z of each.
+        """
         found = self._once(list(right))
         size = np.inf
         for _ in range(MOST_REFINEMENTS):
@@ -253,5 +230,11 @@ class Kkt:
 
 
 def largest(*vectors: Floats) -> float:
-    """Largest magnitude in some vectors."""
+    """Return the largest magnitude in some vectors.
+
+    Parameters
+    ----------
+    *vectors
+        Of any shape; 0 where there is nothing.
+    """
     return max(float(np.abs(vector).max(initial=0.0)) for vector in vectors)

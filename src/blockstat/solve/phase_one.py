@@ -1,8 +1,11 @@
-"""Forces without an optimum: steps of a barrier method to M'z + q = 0 in the cones.
+"""Phase one: forces in balance without an optimum, by affine scaling steps to M'z + q = 0 in the cones.
 
 Each step is the least change that satisfies the equations, measured in the metric of the barrier at z: points next to
-the boundary of their cones hardly move (the affine steps of Dikin 1967 and of primal interior-point methods). The first
+the boundary of their cones hardly move (affine scaling, Dikin 1967). The first
 step that may be taken whole ends it. Where no forces balance the steps soon shrink to nothing, and it is given up.
+
+The first start is a guess of the load path: each block hands what it carries down to those it rests on. Such forces do
+not balance, but they lie inside all cones and are as large as they will be.
 """
 
 from __future__ import annotations
@@ -10,10 +13,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import sparse
 
+from blockstat.program.conic import ConicProgram
+from blockstat.program.penalty import PenaltyProgram
 from blockstat.solve.cones import Cones
-from blockstat.solve.kkt import ConicProgram, Kkt, largest
-from blockstat.solve.normal_equations import normal_equations
+from blockstat.solve.kkt import KktSolver, largest
 from blockstat.typing import Floats
 
 #: Least depth of the start inside the cones, in mean weights.
@@ -27,11 +32,15 @@ STEP, LEAST = 0.95, 0.2
 SATURATED = 10.0
 MOST = 25  #: factorisations
 BALANCED = 1e-13  #: of the largest load, what may be left unbalanced
+#: Joints whose normal makes less than this cosine with the loads carry nothing down.
+STEEP = 0.1
+#: Courses that a burden is handed down at most, and the change of the burdens at which it has arrived.
+COURSES, ARRIVED = 1_000, 1e-3
 
 
 @dataclass(frozen=True)
-class Approach:
-    """Multipliers of the rows."""
+class PhaseOne:
+    """Multipliers of the rows that phase one ends with."""
 
     #: The smallest that balance, of which some lie outside their cones; None where the first step shows that those
     #: inside are far away, if there are any.
@@ -40,20 +49,32 @@ class Approach:
     factorisations: int
 
 
-NOWHERE = Approach(None, None, 0)
+NOTHING = PhaseOne(None, None, 0)
 
 
-def approach(program: ConicProgram, start: Floats | None = None, *, brief: bool = False) -> Approach:
-    """Look for multipliers in the cones that balance the cost; finding none says nothing.
+def find_forces(program: ConicProgram, start: Floats, *, brief: bool = False) -> PhaseOne:
+    """Look for multipliers in the cones that balance the cost; finding none proves nothing.
 
-    start : multipliers inside the cones from which to try first; from the least ones that balance it takes more steps,
-    but it may get there where others do not. brief : leave out the second attempt.
+    Parameters
+    ----------
+    program
+        A program with the structure of blocks.
+    start
+        Multipliers inside the cones, or on their boundaries, from which to try first, shape (n_rows,).
+    brief
+        Leave out the second attempt, from the least multipliers that balance. It takes more steps and may get there
+        where the first does not.
+
+    Returns
+    -------
+    PhaseOne
+        The multipliers, where there are any, and the number of factorisations.
     """
     try:
         with np.errstate(over="raise", invalid="raise", divide="raise"):
-            return _Search(program.feasibility()).approach(start, brief)
+            return _Search(program.feasibility()).run(start, brief)
     except (ArithmeticError, np.linalg.LinAlgError):
-        return NOWHERE
+        return NOTHING
 
 
 class _Search:
@@ -61,39 +82,39 @@ class _Search:
 
     def __init__(self, program: ConicProgram) -> None:
         self._program = program
-        self._kkt = Kkt(program, normal_equations(program.pair, program.n_blocks, program.width))
+        self._kkt = KktSolver(program)
         self._factorisations = 0
 
-    def approach(self, start: Floats | None, brief: bool) -> Approach:
-        cones = self._program.cones
-        if start is not None:
-            found, room = self._walk(start + INSIDE * cones.unit, growing=True)
-            if found is not None or room < LEAST or brief:
-                return Approach(None, found, self._factorisations)
+    def run(self, start: Floats, brief: bool) -> PhaseOne:
+        """Walk from the start, then from the least multipliers that balance."""
+        cones = self._kkt.cones
+        found, step = self._walk(start + INSIDE * cones.unit, growing=True)
+        if found is not None or step < LEAST or brief:
+            return PhaseOne(None, found, self._factorisations)
         least = self._change(0 * self._program.bound, cones.unit)
         before = self._factorisations
         found, _ = self._walk(_inside(cones, least), growing=False)
         near = self._factorisations > before + 1
-        return Approach(least if near else None, found, self._factorisations)
+        return PhaseOne(least if near else None, found, self._factorisations)
 
     def _walk(self, z: Floats, *, growing: bool) -> tuple[Floats | None, float]:
-        """Multipliers in balance, or None with the room that the last step left, as parts of the step.
+        """Multipliers in balance, or None, and the share of the last step that stays inside the cones.
 
-        growing : give up as soon as a step has less room than the one before.
+        growing : give up as soon as a share is smaller than the one before.
         """
         before = 0.0
         while True:
             step = self._change(z, z)
-            room = STEP * self._program.cones.longest_step(z, step)
-            if room > STEP:
-                return self._mended(self._further(z + step)), room
-            if room < max(LEAST, before * growing) or self._factorisations >= MOST:
-                return None, room
-            z, before = z + room * step, room
+            share = STEP * self._kkt.cones.longest_step(z, step)
+            if share > STEP:
+                return self._mended(self._further(z + step)), share
+            if share < max(LEAST, before * growing) or self._factorisations >= MOST:
+                return None, share
+            z, before = z + share * step, share
 
     def _change(self, z: Floats, metric: Floats) -> Floats:
         """The least change of z, in the metric at some multipliers, that balances."""
-        cones, kkt = self._program.cones, self._kkt
+        cones, kkt = self._kkt.cones, self._kkt
         scaling = cones.scaling(cones.quotient(metric, cones.unit), metric)
         kkt.update(scaling, pull=0.0, shift=SATURATED**-2)
         self._factorisations += 1
@@ -110,7 +131,7 @@ class _Search:
 
     def _further(self, z: Floats) -> Floats:
         """Multipliers in balance, moved away from the boundary along what keeps them so; needs no factorisation."""
-        cones, kkt = self._program.cones, self._kkt
+        cones, kkt = self._kkt.cones, self._kkt
         away = kkt.inverse_squared(cones.quotient(z, cones.unit))
         ((_, back),) = kkt.solve((-kkt.transposed(away), np.zeros_like(z)))
         step = away + back
@@ -123,3 +144,45 @@ def _inside(cones: Cones, least: Floats) -> Floats:
     if np.maximum(-depths, 0.0).sum() < LITTLE * np.abs(least * cones.unit).sum():
         return cones.lifted(least, np.maximum(INSIDE - depths, 0.0))
     return least + (INSIDE - min(depths.min(), 0.0)) * cones.unit
+
+
+def load_path_guess(program: PenaltyProgram) -> Floats:
+    """Guess the normal force at each point from the loads above it.
+
+    Parameters
+    ----------
+    program
+        The equilibrium, in its units.
+
+    Returns
+    -------
+    Floats
+        Normal forces, shape (m,), none below zero. They do not balance.
+
+    Notes
+    -----
+    Only the direction of the sum of all loads counts. Joints share what a block carries by the squares of the cosines
+    of their normals with it, and no joint rubs.
+    """
+    load = program.load.reshape(-1, 6)[:, :3]
+    total = load.sum(axis=0)
+    size = float(np.linalg.norm(total))
+    if not size:
+        return np.zeros(len(program.friction))
+    a, b = program.point_blocks.T
+    head = program.local[::3]
+    normal = np.where((b >= 0)[:, None], head[:, 6:9], -head[:, :3])  # of the force on b
+    rise = -normal @ (total / size)
+    upper, lower = np.where(rise > 0, b, a), np.where(rise > 0, a, b)
+    slope = np.where((upper >= 0) & (np.abs(rise) > STEEP), np.abs(rise), 0.0)
+    held = np.bincount(np.maximum(upper, 0), slope**2, len(load))[upper]
+    share = slope**2 / np.where(slope > 0, held, 1.0)
+    on = np.flatnonzero((slope > 0) & (lower >= 0))
+    hand = sparse.csr_array((share[on], (lower[on], upper[on])), shape=(len(load), len(load)))
+    own = np.maximum(load @ (total / size), 0.0)
+    burden = own
+    for _ in range(COURSES):
+        before, burden = burden, own + hand @ burden
+        if np.abs(burden - before).max() <= ARRIVED * burden.max():
+            break
+    return burden[upper] * share / np.where(slope > 0, slope, 1.0)

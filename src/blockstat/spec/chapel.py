@@ -1,7 +1,7 @@
 """The short form: a rectangular building of walls, openings, buttresses and a barrel vault.
 
-Every constructive parameter is a number or a range {value, min, max, step}; the search moves ranges. Lengths
-are in metres. Unknown keys are refused with their path.
+Every constructive parameter is a number or a range {value, min, max, step}; the search moves ranges. Lengths are in
+metres. Unknown keys are refused with their path. `lowered` says the same building in the general elements.
 """
 
 from __future__ import annotations
@@ -10,8 +10,13 @@ from typing import Annotated, Literal
 
 import msgspec
 
+from blockstat.errors import InputError
+from blockstat.model.walling import run as walling
+from blockstat.spec.composition import Plan
+from blockstat.spec.element import Element
+from blockstat.spec.elements import element
 from blockstat.spec.material import Joint, Material
-from blockstat.spec.ranges import Count, Height, Length, Presence, Range
+from blockstat.spec.ranges import Count, Height, Length, Presence, Range, is_present, value_of
 from blockstat.spec.reading import check_name
 
 WALLS = ("south", "north", "west", "east")
@@ -82,3 +87,132 @@ class Building(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
 
     def __post_init__(self) -> None:
         check_name(self.name)
+
+
+MOST_BLOCKS = 300_000
+
+
+def lowered(building: Building) -> Plan:
+    """The plan of the general elements that a building stands for: walls and a barrel vault.
+
+    The end walls butt against the long walls, without a bond. Groups are "ground" (the support), "wall.<side>",
+    "wall.<side>.lintel", "buttress.<side>.<k>" and "vault".
+
+    Parameters
+    ----------
+    building : Building
+        Its ranges count with their values.
+
+    Returns
+    -------
+    Plan
+        In numbers only.
+
+    Raises
+    ------
+    InputError
+        Where the end walls overlap, and before a slip of the pen makes millions of blocks.
+    """
+    _check_size(building)
+    walls, keys = _walls(building)
+    elements: dict[str, Element] = {"walls": walls}
+    if building.vault is not None and is_present(building.vault.present):
+        length, span = value_of(building.length), value_of(building.span)
+        elements["vault"] = element(
+            "barrel",
+            span=span,
+            length=length,
+            thickness=value_of(building.vault.thickness),
+            voussoirs=round(value_of(building.vault.voussoirs)),
+            brick=value_of(building.brick.length),
+            at=(length / 2, span / 2, value_of(building.wall.height)),
+            prefix="",
+        )
+    return Plan(
+        name=building.name,
+        elements=elements,
+        material=building.material,
+        joints=building.joints,
+        apart=True,
+        keys={"elements.vault": "vault", "elements.walls: ": ""} | keys,
+    )
+
+
+def _walls(building: Building) -> tuple[Element, dict[str, str]]:
+    """The walls with their openings and buttresses, and what errors call them."""
+    height, nominal = value_of(building.wall.height), value_of(building.brick.height)
+    course = height / _courses(height, nominal)
+    keys, runs, buttresses = {}, {}, []
+    for side, (path, align) in _paths(building).items():
+        tables = {f"doors.{side}": building.doors.get(side), f"windows.{side}": building.windows.get(side)}
+        there = {key: own for key, own in tables.items() if own is not None and is_present(own.present)}
+        keys |= {f'wall "{side}": openings[{k}]': key for k, key in enumerate(there)}
+        runs[side] = walling.Run(
+            path=path,
+            align=align,
+            thickness=value_of(building.wall.thickness),
+            height=height,
+            closers=True,
+            openings=tuple(_opening(own, course) for own in there.values()),
+        )
+    for side in WALLS:
+        own = building.buttresses.get(side)
+        if own is not None and is_present(own.present):
+            keys[f'buttresses[{len(buttresses)}] of wall "{side}"'] = f"buttresses.{side}"
+            buttresses.append(_buttress(side, own, course))
+    brick = (value_of(building.brick.length), min(nominal, height))
+    return element("walls", runs=runs, brick=brick, buttresses=buttresses, bonded=False, prefix=""), keys
+
+
+def _paths(building: Building) -> dict[WallName, tuple[tuple[tuple[float, float], ...], Literal["left", "right"]]]:
+    """A line along each wall, and the side of it on which the wall is; the end walls stand between the long ones."""
+    length, span = value_of(building.length), value_of(building.span)
+    return {
+        "south": (((0.0, 0.0), (length, 0.0)), "right"),
+        "north": (((0.0, span), (length, span)), "left"),
+        "west": (((0.0, 0.0), (0.0, span)), "right"),
+        "east": (((length, 0.0), (length, span)), "left"),
+    }
+
+
+def _opening(own: Opening, course: float) -> walling.Opening:
+    """An opening whose sill and soffit are on beds; halves go to the even bed."""
+    sill = round(value_of(own.sill) / course)
+    soffit = max(round((value_of(own.sill) + value_of(own.height)) / course), sill + 1)
+    number = round(value_of(own.number))
+    return walling.Opening(
+        width=value_of(own.width), height=(soffit - sill) * course, sill=sill * course, number=number
+    )
+
+
+def _buttress(side: WallName, own: Buttress, course: float) -> walling.Buttress:
+    """Buttresses of one stone a course against the outer face; the builder spaces them (Eqs. 3-5 of the paper)."""
+    height = value_of(own.height)
+    return walling.Buttress(
+        wall=side,
+        width=value_of(own.width),
+        projection=value_of(own.thickness),
+        height=height,
+        number=round(value_of(own.number)),
+        side="right" if side in ("south", "east") else "left",
+        bonded=False,
+        courses=_courses(height, course),
+    )
+
+
+def _courses(height: float, nominal: float) -> int:
+    """The number of equal courses that fill a height, as near the nominal height as fit."""
+    return max(round(height / nominal), 1)
+
+
+def _check_size(building: Building) -> None:
+    brick = value_of(building.brick.length) * value_of(building.brick.height)
+    length, height = value_of(building.length), value_of(building.wall.height)
+    about = 2 * (length + value_of(building.span)) * height / brick
+    if building.vault is not None:
+        about += value_of(building.vault.voussoirs) * length / value_of(building.brick.length)
+    if about > MOST_BLOCKS:
+        raise InputError(f"brick, wall and vault make about {about:.2g} blocks; at most {MOST_BLOCKS} are built")
+    thickness = value_of(building.wall.thickness)
+    if 2 * thickness > length * (1 + 1e-9):
+        raise InputError(f"wall.thickness: end walls of {thickness:g} m overlap in a building of {length:g} m length")

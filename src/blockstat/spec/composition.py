@@ -12,8 +12,9 @@ from typing import Any
 import msgspec
 
 from blockstat.errors import InputError
-from blockstat.spec.elements import KINDS, Element
-from blockstat.spec.expression import RESERVED, evaluate, is_expression
+from blockstat.model.expression import RESERVED, evaluate, is_expression
+from blockstat.spec.element import Element
+from blockstat.spec.elements import KINDS
 from blockstat.spec.material import Joint, Material
 from blockstat.spec.ranges import Range, is_range
 from blockstat.spec.reading import check_name, entries, joined, read_as
@@ -38,18 +39,37 @@ class Composition(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
         check_name(self.name)
 
 
-class Plan(msgspec.Struct, frozen=True):
-    """What a composition says now: numbers only."""
+class Plan(msgspec.Struct, frozen=True, kw_only=True):
+    """What a scene says now, in numbers only: the input of the builders."""
 
     name: str
     elements: dict[str, Element]  #: those that are present
     material: Material
     joints: tuple[Joint, ...]
-    supports: tuple[str, ...]
+    supports: tuple[str, ...] = (GROUND,)
+    apart: bool = False  #: whether the elements are known not to overlap, so that this need not be checked
+    #: what errors call a part of the plan, and what the scene calls it
+    keys: dict[str, str] = {}
 
 
 def composition_from(data: dict[str, Any]) -> Composition:
-    """A composition from plain data. Raises InputError with the path of a bad key, kind, name or number."""
+    """A composition from plain data.
+
+    Parameters
+    ----------
+    data : dict
+        As a TOML file gives it, with a range in place of each presence to be searched.
+
+    Returns
+    -------
+    Composition
+        As it was written.
+
+    Raises
+    ------
+    InputError
+        With the path of a bad key, kind, name or number.
+    """
     composition = read_as(Composition, data)
     if not composition.elements:
         raise InputError("elements: there are none; write one as [elements.NAME]")
@@ -72,7 +92,23 @@ def composition_from(data: dict[str, Any]) -> Composition:
 
 
 def resolve(composition: Composition) -> Plan:
-    """The composition with every range at its value and every expression computed."""
+    """The plan of a composition: every range at its value and every expression computed.
+
+    Parameters
+    ----------
+    composition : Composition
+        As it was written.
+
+    Returns
+    -------
+    Plan
+        In numbers only.
+
+    Raises
+    ------
+    InputError
+        With the path of a bad key, kind or number.
+    """
     names = _Names(composition.parameters)
     elements = {
         name: _element(_plain(keys, f"elements.{name}", names), f"elements.{name}")

@@ -2,15 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
 import msgspec
 
-Length = Annotated[float, msgspec.Meta(gt=0)]
-Size = Annotated[float, msgspec.Meta(ge=0)]
-Count = Annotated[int, msgspec.Meta(ge=1)]
-Ends = tuple[float, float]
-Point = tuple[float, float, float]
+from blockstat.model.quantities import Count, Ends, Length, Point
 
 
 class Repeat(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
@@ -30,8 +24,20 @@ class Element(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=T
     turn: float = 0.0  #: about the vertical through its origin, counter-clockwise seen from above [degrees]
     repeat: Repeat | tuple[Repeat, ...] = ()  #: copies; of several, each repeats what the one before made
     density: Length | None = None  #: [kg/m3], by default the material's
+    prefix: str | None = None  #: of the names and groups of its blocks, by default the element's name; "" for none
 
 
 def repeats_of(element: Element) -> tuple[Repeat, ...]:
-    """The repetitions of an element, none or several."""
+    """The repetitions of an element, none or several.
+
+    Parameters
+    ----------
+    element : Element
+        Any.
+
+    Returns
+    -------
+    tuple of Repeat
+        In the order in which they multiply.
+    """
     return (element.repeat,) if isinstance(element.repeat, Repeat) else element.repeat

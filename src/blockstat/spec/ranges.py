@@ -28,7 +28,13 @@ class Range(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
             raise ValueError(f"value {self.value:g} must lie between min {self.min:g} and max {self.max:g}")
 
     def steps(self) -> list[float]:
-        """Values from the largest down to the smallest, shape (n,)."""
+        """Values from the largest down to the smallest.
+
+        Returns
+        -------
+        list of float
+            The smallest is always among them.
+        """
         count = int(np.floor((self.max - self.min) / self.step + 1e-9))
         values = [round(self.max - i * self.step, 12) for i in range(count + 1)]
         return values if values[-1] <= self.min + 1e-9 * self.step else [*values, self.min]
@@ -43,15 +49,48 @@ SEARCHED = {"value": 1, "min": 0, "max": 1, "step": 1}
 
 
 def value_of(parameter: float | Range) -> float:
-    """The number a parameter stands for now."""
+    """The number a parameter stands for now.
+
+    Parameters
+    ----------
+    parameter : float or Range
+        As a scene has it.
+
+    Returns
+    -------
+    float
+        The value of a range, or the number itself.
+    """
     return parameter.value if isinstance(parameter, Range) else parameter
 
 
 def is_present(presence: Presence) -> bool:
-    """Whether an element is there now."""
+    """Whether an element is there now.
+
+    Parameters
+    ----------
+    presence : bool or Range
+        As a scene has it.
+
+    Returns
+    -------
+    bool
+        True where the element is built.
+    """
     return bool(presence.value) if isinstance(presence, Range) else bool(presence)
 
 
 def is_range(node: Any) -> bool:
-    """Whether plain data say a range."""
+    """Whether plain data say a range.
+
+    Parameters
+    ----------
+    node : object
+        A value of a scene.
+
+    Returns
+    -------
+    bool
+        True for a table of value, min, max and step.
+    """
     return isinstance(node, dict) and set(node) == set(SEARCHED)

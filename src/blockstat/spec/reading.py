@@ -16,7 +16,27 @@ T = TypeVar("T", bound=msgspec.Struct)
 
 
 def read_as(kind: type[T], data: Any, path: str = "") -> T:
-    """Plain data as a struct. Raises InputError with the path of a bad or unknown key and the keys there are."""
+    """Plain data as a struct.
+
+    Parameters
+    ----------
+    kind : type
+        The struct.
+    data : object
+        Tables, lists, numbers and texts.
+    path : str
+        Where they are in the scene.
+
+    Returns
+    -------
+    msgspec.Struct
+        Of the kind.
+
+    Raises
+    ------
+    InputError
+        With the path of a bad or unknown key and the keys there are.
+    """
     try:
         return msgspec.convert(data, kind)
     except msgspec.ValidationError as error:
@@ -31,12 +51,36 @@ def read_as(kind: type[T], data: Any, path: str = "") -> T:
 
 
 def joined(path: str, key: str | int) -> str:
-    """A dotted path and one more key."""
+    """A dotted path and one more key.
+
+    Parameters
+    ----------
+    path : str
+        "" for the scene itself.
+    key : str or int
+        Of a table or a list; "" for none.
+
+    Returns
+    -------
+    str
+        Such as "elements.ring.at.2".
+    """
     return f"{path}.{key}" if path and key != "" else path or str(key)
 
 
 def entries(node: Any) -> Iterator[tuple[str | int, Any]]:
-    """Keys and values of a table, numbers and items of a list, nothing of all else."""
+    """Keys and values of a table, numbers and items of a list, nothing of all else.
+
+    Parameters
+    ----------
+    node : object
+        Plain data.
+
+    Yields
+    ------
+    tuple
+        Key and value.
+    """
     if isinstance(node, dict):
         yield from node.items()
     elif isinstance(node, (list, tuple)):
@@ -44,7 +88,20 @@ def entries(node: Any) -> Iterator[tuple[str | int, Any]]:
 
 
 def check_finite(node: Any, path: str = "") -> None:
-    """Raise InputError for a number that is not finite."""
+    """Check that all numbers are finite.
+
+    Parameters
+    ----------
+    node : object
+        Plain data.
+    path : str
+        Where they are in the scene.
+
+    Raises
+    ------
+    InputError
+        With the path of a number that is not.
+    """
     if isinstance(node, float) and not np.isfinite(node):
         raise InputError(f"{path}: {node} is not a finite number")
     for key, child in entries(node):
@@ -52,13 +109,37 @@ def check_finite(node: Any, path: str = "") -> None:
 
 
 def check_name(name: str) -> None:
-    """Raise ValueError for a name that cannot be a directory's."""
+    """Check that a name can be a directory's.
+
+    Parameters
+    ----------
+    name : str
+        Of a scene.
+
+    Raises
+    ------
+    ValueError
+        For an empty one, or one with a slash.
+    """
     if not name.strip() or set(name) & set("/\\") or name in (".", ".."):
         raise ValueError(f"name {name!r} must not be empty or hold a slash; it names the report's directory")
 
 
 def at_path(data: Any, path: str) -> tuple[Any, Any]:
-    """The table or list that holds what a dotted path leads to, and the last key."""
+    """The table or list that holds what a dotted path leads to, and the last key.
+
+    Parameters
+    ----------
+    data : object
+        Plain data.
+    path : str
+        Such as "elements.ring.at.2".
+
+    Returns
+    -------
+    tuple
+        Table or list, and key or index.
+    """
     *parents, last = path.split(".")
     for key in parents:
         data = data[int(key) if isinstance(data, list) else key]

@@ -21,6 +21,23 @@ def parameters(scene: Scene) -> dict[str, Range]:
     """The parameters that may move, by dotted path in the scene: "wall.thickness", "elements.rib.present".
 
     Something whose presence is to be searched has a range of 1 (there) and 0 (not there).
+
+    Parameters
+    ----------
+    scene : Building or Composition
+        As it was written.
+
+    Returns
+    -------
+    dict of Range
+        By path, in the order of the scene.
+
+    Examples
+    --------
+    >>> hut = {"name": "hut", "length": 3.0, "span": 2.0}
+    >>> hut["wall"] = {"thickness": {"value": 0.6, "min": 0.2, "max": 0.8, "step": 0.2}}
+    >>> list(parameters(scene_from(hut)))
+    ['wall.thickness']
     """
     found: dict[str, Range] = {}
 
@@ -42,7 +59,22 @@ def parameters(scene: Scene) -> dict[str, Range]:
 def with_values(scene: Scene, values: dict[str, float]) -> Scene:
     """The scene with some of its ranges moved to other values.
 
-    Raises InputError for a path that is no range, or a value outside its bounds.
+    Parameters
+    ----------
+    scene : Building or Composition
+        It is not changed.
+    values : dict of float
+        By path, as `parameters` has them.
+
+    Returns
+    -------
+    Building or Composition
+        With the same ranges.
+
+    Raises
+    ------
+    InputError
+        For a path that is no range, or a value outside its bounds.
     """
     ranges = parameters(scene)
     data = _plain(scene)
@@ -58,7 +90,20 @@ def with_values(scene: Scene, values: dict[str, float]) -> Scene:
 def scene_from(data: Any) -> Scene:
     """A scene from plain dicts, or from structs in dicts; numbers and arrays of numpy will do.
 
-    Raises InputError naming the path of a bad or unknown key.
+    Parameters
+    ----------
+    data : object
+        The tables of a scene file.
+
+    Returns
+    -------
+    Building or Composition
+        By the keys: a composition has elements.
+
+    Raises
+    ------
+    InputError
+        Naming the path of a bad or unknown key.
     """
     data = _searched(msgspec.to_builtins(data, enc_hook=_from_numpy))
     if not isinstance(data, dict):

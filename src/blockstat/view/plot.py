@@ -259,7 +259,6 @@ def plot_forces(verdict: Verdict, place: Place, **options: Any) -> Place:
     The lines' lengths go with the forces; in an arch they join up to its thrust line. Joints in tension, in an
     assembly that does not stand, are dashed.
     """
-
     azimuth, elevation = options.pop("azimuth", -55.0), options.pop("elevation", 25.0)
     view = view_of(azimuth, elevation)
     point, force, tension = resultants(verdict)

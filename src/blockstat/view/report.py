@@ -12,8 +12,7 @@ from blockstat.analysis.assess import assess
 from blockstat.assembly import Assembly
 from blockstat.design_search.search import PRUNED, Candidate, SearchResult
 from blockstat.io.files import write
-from blockstat.model import build
-from blockstat.spec import parameters, with_values
+from blockstat.spec import build, parameters, with_values
 from blockstat.view.plot import DEMAND, plot, plot_verdict
 from blockstat.view.three_d.page import available, framed, interactive_html
 

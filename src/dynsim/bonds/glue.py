@@ -1,22 +1,23 @@
-"""Glue: what joint laws do to the joints of a simulated assembly.
+"""The joint laws of an assembly as bonds in Bullet.
 
-Two kinds of bond, each with the static one of `blockstat.joint` as its exact twin.
+There are two kinds of bond. Each is the exact twin of a static one of `blockstat.joint`.
 
-A joint in tension without a moment capacity is a **cohesive preload**: equal and opposite forces along the normal at
-the corners of the joint, T in total, as if a spring of no stiffness pressed the blocks together. The contact then
-carries f' = f + T with f'_n >= 0 and |f'_t| <= mu f'_n: Coulomb's law with a tension cut-off T and a cohesion mu T.
+A joint with tension and without a moment capacity is a **cohesive preload**: equal and opposite forces along the normal
+at the corners of the joint, T in total, as if a spring of no stiffness pressed the blocks together. The contact then
+carries f' = f + T with f'_n >= 0 and |f'_t| <= mu f'_n. That is Coulomb's law with a tension cut-off T and a cohesion
+mu T.
 
 A bond with a moment capacity is a **perfectly plastic spring** at the centre of the joint, as stiff as the time step
-allows (see `dynsim.bonds.springs`): it holds so much tension, shear, bending and torsion, each by itself.
+allows (see `dynsim.bonds.springs`). It has capacities in tension, shear, bending and torsion, each by itself.
 
 Either breaks for good when its blocks have moved apart or slid by more than the gap up to which a joint is one
-(`blockstat.contact.interfaces.GAP`); a moment also when the blocks have turned by that much over the size of the joint.
+(`blockstat.contact.interfaces.GAP`). A bond with a moment capacity also breaks when its blocks have turned by that
+much over the size of the joint.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,21 +30,33 @@ from blockstat.program.bonds import bonded
 from blockstat.typing import Floats
 from dynsim.bonds.joint_motion import Poses, apply_on_pairs, at_points, reach, removed
 from dynsim.bonds.springs import Springs, spring_set
-from dynsim.engine.action import Action
-
-if TYPE_CHECKING:
-    from dynsim.engine.world import World
+from dynsim.engine.world import Action, World
 
 
-def bonds_of(assembly: Assembly) -> tuple[Action, ...]:
-    """The actions that stand for the joint laws of an assembly; none for dry joints.
+def bonds_of(assembly: Assembly, *, interfaces: Interfaces | None = None) -> tuple[Action, ...]:
+    """Return the actions that stand for the joint laws of an assembly.
 
-    Raises InputError naming the law for what cannot be simulated exactly: a compressive strength, and a cohesion of
-    more than friction times tension.
+    Parameters
+    ----------
+    assembly : Assembly
+        Blocks and joint laws.
+    interfaces : Interfaces, optional
+        Joints of the assembly; searched for when None.
+
+    Returns
+    -------
+    tuple of Action
+        Bonds and cohesive preloads; none for dry joints.
+
+    Raises
+    ------
+    InputError
+        Naming the law: for a compressive strength, and for a cohesion above friction times tension. Neither can be
+        simulated exactly.
     """
     if not assembly.joints:
         return ()
-    interfaces = find_interfaces(assembly)
+    interfaces = find_interfaces(assembly) if interfaces is None else interfaces
     law = point_law(assembly, interfaces)
     _check(assembly, interfaces, law)
     actions: list[Action] = []
@@ -54,20 +67,36 @@ def bonds_of(assembly: Assembly) -> tuple[Action, ...]:
     return tuple(actions)
 
 
-def weakened(assembly: Assembly) -> Assembly | None:
-    """The assembly with no joint glued by more than all its free blocks weigh; None where that changes nothing.
+def weakened(assembly: Assembly, interfaces: Interfaces) -> Assembly | None:
+    """Return the assembly with no joint glued by more than the weight of all free blocks.
 
-    What stands with weaker glue stands with stronger glue, but the contact solver has to carry every preload too, and
+    Parameters
+    ----------
+    assembly : Assembly
+        Blocks and joint laws.
+    interfaces : Interfaces
+        Joints of the assembly.
+
+    Returns
+    -------
+    Assembly or None
+        None where no joint law is stronger than that.
+
+    Notes
+    -----
+    What stands with weaker glue stands with stronger glue. But the contact solver has to carry every preload too, and
     far above what is needed it makes blocks creep.
     """
+    if not assembly.joints:
+        return None
     weight = float(assembly.mass[assembly.free].sum() * np.linalg.norm(assembly.gravity))
-    area = float(find_interfaces(assembly).area.max(initial=0.0)) or 1.0
+    area = float(interfaces.area.max(initial=0.0)) or 1.0
     laws = [_weaker(law, weight, area) for law in assembly.joints]
     return None if laws == list(assembly.joints) else assembly.with_(joints=laws)
 
 
 def _weaker(law: JointLaw, most: float, area: float) -> JointLaw:
-    """A law with its strengths in tension cut down to `most` [N] on a joint of that area [m2], the others in ratio."""
+    """Return a law whose tension is at most `most` [N] on a joint of that area [m2], its other strengths in ratio."""
     share = min(1.0, most / max(law.bond, law.tension * area, 1e-300))
     if share == 1.0:
         return law
@@ -104,7 +133,15 @@ class CohesivePreload:
     each_step = True
 
     def __init__(self, interfaces: Interfaces, tension: Floats) -> None:
-        """tension : of each contact point, shape (n_points,) [N]."""
+        """Set the preload of each joint.
+
+        Parameters
+        ----------
+        interfaces : Interfaces
+            Joints of the assembly.
+        tension : array of float, shape (n_points,)
+            Preload of each contact point [N]; 0 for none.
+        """
         rows = np.flatnonzero(tension > 0)
         self._interface = interfaces.point_interface[rows]
         self._pair = interfaces.pair[self._interface]
@@ -114,10 +151,26 @@ class CohesivePreload:
         self.broken = np.zeros(interfaces.n_interfaces, dtype=bool)  #: shape (n_interfaces,)
 
     def begin(self, world: World) -> None:
+        """Mend all joints, and set how far each may open or slip.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        """
         self.broken = np.zeros_like(self.broken)
         self._reach = reach(world.assembly, self._pair)
 
     def act(self, world: World, time: float) -> None:
+        """Press the blocks of each joint together for the next time step, and break joints that have opened or slid.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        time : float
+            Time since release [s], negative while settling.
+        """
         poses = Poses(world)
         at, apart, turn = at_points(poses, self._pair, self._point)
         normal = np.einsum("nij,nj->ni", turn, self._normal)
@@ -135,10 +188,24 @@ class CentreBonds:
     each_step = True
 
     def __init__(self, interfaces: Interfaces) -> None:
+        """Set the joints that the bonds are in.
+
+        Parameters
+        ----------
+        interfaces : Interfaces
+            Joints of the assembly.
+        """
         self._interfaces = interfaces
         self.broken = np.zeros(interfaces.n_interfaces, dtype=bool)  #: shape (n_interfaces,)
 
     def begin(self, world: World) -> None:
+        """Make the springs of the bonds, as stiff as the time step allows.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        """
         assembly, interfaces = world.assembly, self._interfaces
         rows, _ = bonded(assembly, interfaces)
         laws = [law for law in (last_law(assembly, interfaces)[k] for k in rows) if law is not None]
@@ -151,5 +218,14 @@ class CentreBonds:
         self.broken = np.zeros_like(self.broken)
 
     def act(self, world: World, time: float) -> None:
+        """Apply what the bonds carry for the next time step, and note which have broken.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        time : float
+            Time since release [s], negative while settling.
+        """
         self._springs.act(world, time)
         self.broken[self._rows] = self._springs.broken

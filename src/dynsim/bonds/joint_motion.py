@@ -2,42 +2,86 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import GAP
 from blockstat.typing import Floats, Ints
-
-if TYPE_CHECKING:
-    from dynsim.engine.world import World
+from dynsim.engine.world import World
 
 
 class Poses:
     """Where the blocks are: centroids, shape (n_blocks, 3) [m], and rotations since built, shape (n_blocks, 3, 3)."""
 
     def __init__(self, world: World) -> None:
+        """Ask where the blocks are.
+
+        Parameters
+        ----------
+        world : World
+            What they are in.
+        """
         moved, self.rotation = world.poses()
         self.built = world.assembly.centroid
         self.centroid = self.built + moved
 
 
 def removed(world: World, pair: Ints) -> np.ndarray:
-    """Whether one of the two blocks of each joint has been taken out, shape (n,) bool."""
+    """Return whether one of the two blocks of each joint has been taken out.
+
+    Parameters
+    ----------
+    world : World
+        What the blocks are in.
+    pair : array of int, shape (n, 2)
+        The two blocks of each joint.
+
+    Returns
+    -------
+    array of bool, shape (n,)
+        True for a joint that is gone.
+    """
     return np.asarray(np.isin(pair, list(world.removed)).any(axis=1))
 
 
 def reach(assembly: Assembly, pair: Ints) -> Floats:
-    """Opening or slip at which the bond of a pair of blocks is broken [m]: the gap up to which a joint is one."""
+    """Return the opening or slip at which the bond of two blocks is broken.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    pair : array of int, shape (n, 2)
+        The two blocks of each joint.
+
+    Returns
+    -------
+    array of float, shape (n,)
+        The gap up to which a joint is one [m].
+    """
     return GAP * assembly.size[pair].min(axis=1)
 
 
 def at_points(poses: Poses, pair: Ints, point: Floats) -> tuple[Floats, Floats, Floats]:
-    """Points of joints as they are now.
+    """Return points of joints as they are now.
 
-    pair : blocks a and b, shape (n, 2); point : as built, shape (n, 3) [m]. Returns the place half-way between the two
-    sides (n, 3) [m], side b as seen from side a (n, 3) [m], and the rotation of a (n, 3, 3).
+    Parameters
+    ----------
+    poses : Poses
+        Where the blocks are.
+    pair : array of int, shape (n, 2)
+        Blocks a and b of each joint.
+    point : array of float, shape (n, 3)
+        The points as built [m].
+
+    Returns
+    -------
+    place : array of float, shape (n, 3)
+        Half-way between the two sides [m].
+    apart : array of float, shape (n, 3)
+        Side b as seen from side a [m].
+    rotation : array of float, shape (n, 3, 3)
+        Rotation of block a since built.
     """
     a, b = (
         poses.centroid[block] + np.einsum("nij,nj->ni", poses.rotation[block], point - poses.built[block])
@@ -49,7 +93,23 @@ def at_points(poses: Poses, pair: Ints, point: Floats) -> tuple[Floats, Floats, 
 def apply_on_pairs(
     world: World, poses: Poses, pair: Ints, point: Floats, force: Floats, couple: Floats | None = None
 ) -> None:
-    """Forces on blocks b at points, the opposite on blocks a; force, couple : shape (n, 3) [N], [N m]."""
+    """Apply forces and couples on blocks b, and the opposite ones on blocks a, for the next time step.
+
+    Parameters
+    ----------
+    world : World
+        What the blocks are in.
+    poses : Poses
+        Where they are.
+    pair : array of int, shape (n, 2)
+        Blocks a and b of each joint.
+    point : array of float, shape (n, 3)
+        Where the forces act [m].
+    force : array of float, shape (n, 3)
+        Forces on blocks b [N].
+    couple : array of float, shape (n, 3), optional
+        Couples on blocks b [N m].
+    """
     total, moment = np.zeros((2, len(poses.centroid), 3))
     for side, sign in ((0, -1.0), (1, 1.0)):
         block = pair[:, side]

@@ -1,14 +1,14 @@
 """Springs across joints, elastic up to a capacity and perfectly plastic beyond it.
 
 Each joint has four: tension, shear, bending and torsion. Bullet steps with symplectic Euler, which is stable while no
-eigenvalue of M^-1 (dt^2 K + 2 dt C) passes 4. A spring may be as stiff as k, its share of a K whose dt^2 M^-1 K has the
-largest eigenvalue 1, and as viscous as k dt: together that is 3. Stiffer ones are made so.
+eigenvalue of M^-1 (dt^2 K + 2 dt C) exceeds 4. The stiffness of a spring is at most k, its share of a K whose
+dt^2 M^-1 K has the largest eigenvalue 1, and its viscosity at most k dt: together that is 3. Springs that are asked to
+be stiffer get that stiffness.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,9 +19,7 @@ from blockstat.program.bonds import bond_columns
 from blockstat.program.equilibrium import equilibrium
 from blockstat.typing import Floats, Ints
 from dynsim.bonds.joint_motion import Poses, apply_on_pairs, at_points, reach, removed
-
-if TYPE_CHECKING:
-    from dynsim.engine.world import World
+from dynsim.engine.world import World
 
 #: Bullet's damping while settling. Springs give, and with all velocity taken away they would hardly begin to: this
 #: leaves exp(-16) of it after a second at simulation scale, the critical damping of a mode of 8 rad/s. Once a joint has
@@ -54,7 +52,15 @@ class Springs:
         self.broken = np.zeros(len(self.pair), dtype=bool)
 
     def act(self, world: World, time: float) -> None:
-        """Apply what the springs carry now for one time step; time : as for `Action.act`."""
+        """Apply what the springs carry for the next time step.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        time : float
+            Time since release [s], negative while settling.
+        """
         poses = Poses(world)
         at, apart, turn = at_points(poses, self.pair, self.centre)
         frame = self.frame @ turn.swapaxes(1, 2)
@@ -95,7 +101,18 @@ def _capped(value: Floats, capacity: Floats) -> Floats:
 
 
 def rotation_vector(rotation: Floats) -> Floats:
-    """Axis times angle of rotation matrices, shape (n, 3) [rad]; angles below pi."""
+    """Return axis times angle of rotation matrices.
+
+    Parameters
+    ----------
+    rotation : array of float, shape (n, 3, 3)
+        Rotations by less than pi.
+
+    Returns
+    -------
+    array of float, shape (n, 3)
+        Rotation vectors [rad].
+    """
     axis = 0.5 * np.stack(
         [rotation[:, i, j] - rotation[:, j, i] for i, j in ((2, 1), (0, 2), (1, 0))], axis=1
     )  # sin(angle) times the axis
@@ -116,10 +133,29 @@ def spring_set(
     damping: float,
     breaks: bool,
 ) -> Springs:
-    """Springs at the centres of some interfaces, no stiffer than the time step allows.
+    """Return springs at the centres of some interfaces, no stiffer than the time step allows.
 
-    stiffness, angular : [N/m], [N m/rad], inf for the stiffest; force, moment : capacities, shape (n,) [N], [N m];
-    damping : of each spring, as a share of the critical one of its joint.
+    Parameters
+    ----------
+    world : World
+        What the blocks are in.
+    interfaces : Interfaces
+        Joints of its assembly.
+    rows : array of int, shape (n,)
+        Which of them have springs.
+    stiffness, angular : float
+        Stiffness in translation [N/m] and in rotation [N m/rad]; inf for the stiffest, 0 for none.
+    force, moment : array of float, shape (n,)
+        Capacities [N], [N m].
+    damping : float
+        Of each spring, as a share of the critical damping of its joint.
+    breaks : bool
+        Whether a spring is gone once its joint has failed.
+
+    Returns
+    -------
+    Springs
+        The springs.
     """
     assembly = world.assembly
     pair, centre = interfaces.pair[rows], centres(interfaces, rows)
@@ -179,7 +215,7 @@ def _reduced(assembly: Assembly, pair: Ints, centre: Floats, frame: Floats) -> F
 
 
 def _mobilities(assembly: Assembly, pair: Ints, centre: Floats) -> tuple[Floats, Floats]:
-    """What a unit force at the centres and a unit moment do to each block of joints, 0 for a support.
+    """Return what a unit force at the centres and a unit moment do to each block of joints, 0 for a support.
 
     Two arrays of shape (n, 2, 3, 3): acceleration of the centre [1/kg], and of the rotation [1/(kg m2)].
     """

@@ -1,13 +1,13 @@
-"""Rotational stiffness in its two readings: a scale of the inertia, and angular springs at the joints.
+"""Rotational stiffness in two readings: a scale of the inertia, and angular springs at the joints.
 
 The **inertia scale** is what animation packages make of it: rotations are slower, in the end by the square root of the
-scale, and nothing else changes. Statics do not see inertia, so it has no static counterpart: what falls with true
+scale, and nothing else changes. Statics do not see inertia, so it has no static counterpart. What falls with true
 inertia falls with any, later.
 
 An **angular spring** turns two neighbours back by k times their relative rotation. In the shape that was built its
-moment is nothing, so limit analysis does not see it either: it cannot keep a mechanism from starting, only stop it at
-a finite rotation if k exceeds what the weight gains (W h / 2 for a block on a hinge). With a capacity M the moment is
-bounded and the twin is a bond of no force and of moment M (`blockstat.glued(assembly, 0.0, moment=M)`): statics with
+moment is zero, so limit analysis does not see it either. It cannot keep a mechanism from starting. It stops one at a
+finite rotation if k exceeds what the weight gains (W h / 2 for a block on a hinge). With a capacity M the moment is
+bounded and the twin is a bond of no force and of moment M (`blockstat.glued(assembly, 0.0, moment=M)`). Statics with
 that bond are an upper bound for any k, and what they call unstable does not rest near the shape that was built.
 """
 
@@ -15,22 +15,28 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from blockstat.contact.interfaces import find_interfaces
 from blockstat.errors import InputError
 from dynsim.bonds.springs import Springs, spring_set
-from dynsim.engine.action import Action
-
-if TYPE_CHECKING:
-    from dynsim.engine.world import World
+from dynsim.engine.world import Action, World
 
 
 @dataclass(frozen=True)
 class InertiaScale:
-    """Multiplies the inertia tensor of every block (dimensionless)."""
+    """Scale the inertia tensor of every block.
+
+    Parameters
+    ----------
+    scale : float
+        Factor on the moments of inertia; the masses stay.
+
+    Raises
+    ------
+    InputError
+        For anything but a positive number.
+    """
 
     scale: float
 
@@ -41,24 +47,52 @@ class InertiaScale:
 
     @property
     def caveat(self) -> str:
+        """What a verdict that was reached with the scale must say."""
         return (
             f"the inertia of every block is scaled by {self.scale:g}: rotations take up to {np.sqrt(self.scale):.3g} "
             "times as long, so a fall may not show in the simulated time; statics know nothing of it"
         )
 
     def begin(self, world: World) -> None:
+        """Scale the inertia of all blocks.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        """
         world.scale_inertia(self.scale)
 
     def act(self, world: World, time: float) -> None:
+        """Do nothing: the scale stays.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        time : float
+            Time since release [s], negative while settling.
+        """
         pass
 
 
 @dataclass(frozen=True)
 class AngularSprings:
-    """A spring against relative rotation at every joint, about its centre.
+    """Put a spring against relative rotation into the centre of every joint.
 
-    stiffness [N m/rad]; moment : capacity in bending and in torsion [N m], None for no bound; damping : as a share of
-    the critical one of two neighbours.
+    Parameters
+    ----------
+    stiffness : float
+        Moment over relative rotation [N m/rad].
+    moment : float, optional
+        Capacity in bending and in torsion [N m]; None for no bound.
+    damping : float
+        Share of the critical damping of two neighbours.
+
+    Raises
+    ------
+    InputError
+        For a stiffness or a moment that is not positive, and a damping outside 0 to 1.
     """
 
     stiffness: float
@@ -84,7 +118,14 @@ class AngularSprings:
         return text + (f"; some only {used:.3g} N m/rad, the most at this time step" if used < self.stiffness else "")
 
     def begin(self, world: World) -> None:
-        interfaces = find_interfaces(world.assembly)
+        """Put a spring into every joint.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        """
+        interfaces = world.interfaces
         n = interfaces.n_interfaces
         self._springs[:] = [
             spring_set(
@@ -94,11 +135,31 @@ class AngularSprings:
         ]  # fmt: skip
 
     def act(self, world: World, time: float) -> None:
+        """Apply the moments of the springs for the next time step.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        time : float
+            Time since release [s], negative while settling.
+        """
         self._springs[0].act(world, time)
 
 
 def caveats(actions: Iterable[Action]) -> list[str]:
-    """What a verdict must say of the rotational stiffness it was reached with."""
+    """Return what a verdict must say of the rotational stiffness with which it was reached.
+
+    Parameters
+    ----------
+    actions : iterable of Action
+        Actions of the run.
+
+    Returns
+    -------
+    list of str
+        One sentence an action.
+    """
     return [action.caveat for action in actions if isinstance(action, (InertiaScale, AngularSprings))]
 
 

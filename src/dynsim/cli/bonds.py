@@ -8,7 +8,7 @@ import typer
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
-    from dynsim.engine.action import Action
+    from dynsim.engine.world import Action
 
 Glue = Annotated[
     float | None, typer.Option(metavar="N", help="Glue every joint: tension in newtons that it holds; dry by default.")
@@ -22,14 +22,40 @@ AngularStiffness = Annotated[
 
 
 def with_glue(assembly: Assembly, glue: float | None) -> Assembly:
-    """The assembly with the glue that was asked for."""
+    """Return the assembly with the glue that was asked for.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    glue : float or None
+        Tension that each joint holds [N]; None for the joints as they are.
+
+    Returns
+    -------
+    Assembly
+        The same blocks.
+    """
     from blockstat.assembly import glued
 
     return assembly if glue is None else glued(assembly, glue)
 
 
 def stiffness_of(inertia_scale: float | None, angular_stiffness: float | None) -> list[Action]:
-    """The actions that stand for the rotational stiffness asked for."""
+    """Return the actions for the rotational stiffness that was asked for.
+
+    Parameters
+    ----------
+    inertia_scale : float or None
+        Factor on the inertia of every block.
+    angular_stiffness : float or None
+        Stiffness of a spring at every joint [N m/rad].
+
+    Returns
+    -------
+    list of Action
+        None of them, one or both.
+    """
     from dynsim.bonds.stiffness import AngularSprings, InertiaScale
 
     actions: list[Action] = []

@@ -26,7 +26,7 @@ from blockstat.cli.options import (
 )
 from blockstat.errors import InputError
 from dynsim.cli.bonds import AngularStiffness, Glue, ScaleInertia, stiffness_of, with_glue
-from dynsim.cli.judging import Group, Preset, Threshold
+from dynsim.cli.criteria import Group, Preset, Threshold
 from dynsim.cli.loads import (
     Direction,
     Jobs,
@@ -50,7 +50,7 @@ from dynsim.cli.rows import end_of, print_comparisons, side_by_side, verify_summ
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
     from dynsim.comparison.table import Comparison
-    from dynsim.judge.verify import DynamicVerdict
+    from dynsim.judge.verdict import DynamicVerdict
     from dynsim.parallel.pool import Row
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
@@ -59,7 +59,7 @@ app.command("app")(open_page)
 
 @app.callback()
 def about(version: Version = False) -> None:
-    """Dynamics of masonry in Bullet: does it stay where it is put?"""
+    """Dynamics of masonry in Bullet: verdicts, limits, comparisons, design search."""
 
 
 @app.command()
@@ -96,13 +96,13 @@ def verify(
 
     settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
     loads = loads_of(remove, settle, push, tilt_to)
-    judge = partial(run, settings=settings, loads=loads, actions=stiffness_of(inertia_scale, angular_stiffness))
+    evaluate = partial(run, settings=settings, loads=loads, actions=stiffness_of(inertia_scale, angular_stiffness))
     if len(files) == 1 and timeout is None:
-        _verify_one(files[0], read(files[0]), judge, output, as_json)
+        _verify_one(files[0], read(files[0]), evaluate, output, as_json)
         return
     if output is not None:
         raise InputError("-o writes the run of one file without --timeout")
-    rows = side_by_side(files, read, judge, jobs, timeout)
+    rows = side_by_side(files, read, evaluate, jobs, timeout)
     if as_json:
         print_json({"rows": [{"file": str(f), **verify_summary(r)} for f, r in zip(files, rows, strict=True)]})
     else:
@@ -113,14 +113,14 @@ def verify(
 
 
 def _verify_one(
-    file: Path, assembly: Assembly, judge: Callable[[Assembly], DynamicVerdict], output: Path | None, as_json: bool
+    file: Path, assembly: Assembly, evaluate: Callable[[Assembly], DynamicVerdict], output: Path | None, as_json: bool
 ) -> None:
     """One verdict, its run written where that is asked for."""
     from dynsim.view.export import check_path, write_run
 
     if output is not None:
         check_path(output)
-    verdict = judge(assembly)
+    verdict = evaluate(assembly)
     if output is not None:
         write_run(verdict.run, output)
     if as_json:
@@ -165,8 +165,8 @@ def shake(
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
     settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
     actions = stiffness_of(inertia_scale, angular_stiffness)
-    judge = partial(run, settings=settings, loads=[motion], actions=actions)
-    _verify_one(file, with_glue(assembly, glue), judge, output, as_json)
+    evaluate = partial(run, settings=settings, loads=[motion], actions=actions)
+    _verify_one(file, with_glue(assembly, glue), evaluate, output, as_json)
 
 
 @app.command()
@@ -217,7 +217,7 @@ def compare(
     timeout: Timeout = None,
     as_json: AsJson = False,
 ) -> None:
-    """Static and dynamic verdicts side by side, one row a file, several files at a time."""
+    """Compare static and dynamic verdicts, one row a file, several files at a time."""
     from dynsim.comparison.compare import compare_one
     from dynsim.comparison.table import Comparison, Comparisons
 

@@ -11,8 +11,8 @@ from blockstat.cli.options import AXES, numbers
 from blockstat.errors import InputError
 
 if TYPE_CHECKING:
-    from dynsim.engine.action import Load
     from dynsim.loads.ground import Pulse, Ramp
+    from dynsim.loads.load import Load
     from dynsim.loads.record import Record
 
 Remove = Annotated[
@@ -62,7 +62,25 @@ SPEED = 0.02  #: [m/s] at which supports settle
 def loads_of(
     remove: list[str] | None, settle: list[str] | None, push: list[str] | None, tilt_to: str | None
 ) -> list[Load]:
-    """The loads that options name. Raises InputError with the option."""
+    """Return the loads that options name.
+
+    Parameters
+    ----------
+    remove, settle, push : list of str or None
+        Values of `--remove`, `--settle` and `--push`.
+    tilt_to : str or None
+        Value of `--tilt-to`.
+
+    Returns
+    -------
+    list of Load
+        One an option.
+
+    Raises
+    ------
+    InputError
+        Naming the option, for a value that does not read as it must.
+    """
     from dynsim.loads.loading import Push, Removal, Settlement, Tilt
 
     loads: list[Load] = []
@@ -91,7 +109,29 @@ def loads_of(
 def ground_of(
     record: Path | None, pulse: str | None, ramp: str | None, direction: str, scale: float
 ) -> Record | Pulse | Ramp:
-    """The motion of the ground that options name: exactly one."""
+    """Return the motion of the ground that options name.
+
+    Parameters
+    ----------
+    record : Path or None
+        Value of `--record`.
+    pulse, ramp : str or None
+        Values of `--pulse` and `--ramp`.
+    direction : str
+        Direction of a record with one column of accelerations.
+    scale : float
+        Factor on the accelerations of the record.
+
+    Returns
+    -------
+    Record, Pulse or Ramp
+        The motion.
+
+    Raises
+    ------
+    InputError
+        When not exactly one of the three is given, or for a value that does not read as it must.
+    """
     from dynsim.loads.ground import Pulse, Ramp
     from dynsim.loads.record import read_record
 
@@ -111,7 +151,7 @@ def ground_of(
 
 
 def _named(text: str, option: str, form: str) -> tuple[str, str]:
-    """What stands before and after the last colon."""
+    """Return what stands before and after the last colon."""
     name, colon, rest = text.rpartition(":")
     if not (name and colon):
         raise InputError(f'{option} is "{text}"; it must read {form}')
@@ -119,7 +159,7 @@ def _named(text: str, option: str, form: str) -> tuple[str, str]:
 
 
 def _split(text: str, mark: str, option: str, form: str, default: float) -> tuple[str, float]:
-    """What stands before a mark, and the number after it."""
+    """Return what stands before a mark, and the number after it."""
     head, found, tail = text.rpartition(mark)
     if not found:
         return text, default

@@ -10,10 +10,10 @@ import typer
 
 from blockstat.cli.options import AsJson, Friction, Gravity, Tilt, modified, print_json
 from blockstat.errors import InputError
-from dynsim.cli.judging import Group, Preset, Threshold
+from dynsim.cli.criteria import Group, Preset, Threshold
 
 if TYPE_CHECKING:
-    from blockstat.design_search.search import Margin
+    from blockstat.design_search.search import Margin, SearchResult
 
 
 def optimise(
@@ -43,7 +43,7 @@ def optimise(
 ) -> None:
     """Make a building lighter: statics prune, Bullet verifies, a report tells."""
     from blockstat.design_search.search import space_of
-    from blockstat.io.scene import load_scene
+    from blockstat.spec import load_scene
     from dynsim.design_search.optimise import optimise as run
     from dynsim.settings import Settings
 
@@ -53,7 +53,7 @@ def optimise(
     space_of(building, names)
     directory.mkdir(parents=True, exist_ok=True)
     settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
-    given = {"friction": friction, "gravity": gravity, "tilt": tilt}
+    conditions = {"friction": friction, "gravity": gravity, "tilt": tilt}
     result, report = run(
         building,
         directory,
@@ -61,12 +61,19 @@ def optimise(
         settings=settings,
         jobs=jobs,
         under=lambda assembly: modified(assembly, friction=friction, gravity=gravity, tilt=tilt),
-        conditions=", ".join(f"{name} {value}" for name, value in given.items() if value is not None),
+        conditions=", ".join(f"{name} {value}" for name, value in conditions.items() if value is not None),
         strategy=strategy,
         over=over,
         margin=_margin(reserve) if reserve is not None else None,
         snap=snap,
     )
+    _print_result(result, report, as_json)
+    if not result.finished:
+        raise KeyboardInterrupt
+
+
+def _print_result(result: SearchResult, report: Path, as_json: bool) -> None:
+    """Print the best design and where its report is, or all of the history as JSON."""
     if as_json:
         print_json(
             {
@@ -84,8 +91,6 @@ def optimise(
         best = result.best_parameters
         words = ", ".join(f"{k} = {v:g}" for k, v in best.items()) if best else "no design stood"
         typer.echo(f"best: {words}\nreport: {report}")
-    if not result.finished:
-        raise KeyboardInterrupt
 
 
 def _margin(text: str) -> Margin:

@@ -12,7 +12,7 @@ from blockstat.errors import InputError, InputWarning
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
     from dynsim.comparison.table import Comparisons
-    from dynsim.judge.verify import DynamicVerdict
+    from dynsim.judge.verdict import DynamicVerdict
     from dynsim.parallel.pool import Row
 
 T = TypeVar("T")
@@ -26,9 +26,29 @@ def side_by_side(
     timeout: float | None,
     save: Callable[[list[Row[T]]], None] | None = None,
 ) -> list[Row[T]]:
-    """A function of every file's assembly, one row a file; a file that cannot be read loses its own row only.
+    """Return a function of every file's assembly, one row a file.
 
-    save : called with all rows after each one that is done.
+    A file that cannot be read loses its own row only.
+
+    Parameters
+    ----------
+    files : list of Path
+        The files.
+    read : callable
+        Reads a file.
+    function : callable
+        Called with each assembly, in a process of its own.
+    jobs : int or None
+        Processes at a time; all cores when None.
+    timeout : float or None
+        Time that one file may take [s].
+    save : callable, optional
+        Called with all rows after each one that is done.
+
+    Returns
+    -------
+    list of Row
+        In the order of the files.
     """
     from rich.console import Console
 
@@ -62,7 +82,20 @@ def side_by_side(
 
 
 def end_of(rows: list[Row[Any]]) -> None:
-    """Exit as interrupted when rows are missing for that, and as bad input when no file gave a result."""
+    """End the command as interrupted when rows are missing for that, and as bad input when no file gave a result.
+
+    Parameters
+    ----------
+    rows : list of Row
+        All rows.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        When a row was interrupted.
+    InputError
+        When no row has a result.
+    """
     from dynsim.parallel.pool import INTERRUPTED
 
     if any(row.error == INTERRUPTED for row in rows):
@@ -72,14 +105,31 @@ def end_of(rows: list[Row[Any]]) -> None:
 
 
 def verify_summary(row: Row[DynamicVerdict]) -> dict[str, Any]:
-    """A verdict for JSON, or why there is none."""
+    """Return a verdict for JSON, or why there is none.
+
+    Parameters
+    ----------
+    row : Row
+        What came of one file.
+
+    Returns
+    -------
+    dict
+        Plain values.
+    """
     if row.result is None:
         return {"verdict": None, "error": row.error}
     return row.result.summary()
 
 
 def print_comparisons(rows: Comparisons) -> None:
-    """A table on the terminal, and the notes below it."""
+    """Print a table on the terminal, and the notes below it.
+
+    Parameters
+    ----------
+    rows : Comparisons
+        One row a file.
+    """
     from rich.console import Console
     from rich.table import Table
 

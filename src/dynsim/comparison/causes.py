@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from enum import Enum
 
 import numpy as np
 
 from blockstat.analysis.assess import assess
 from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.assembly import Assembly
+from blockstat.contact.interfaces import Interfaces, find_interfaces
+from blockstat.result import Sentence
 from dynsim.judge.stages import stages
-from dynsim.judge.verify import DynamicOutcome, DynamicVerdict, verify
+from dynsim.judge.verdict import DynamicOutcome, DynamicVerdict
+from dynsim.judge.verify import verify
 from dynsim.settings import PRESETS, Settings
 
 #: A verdict of statics that a sideways push of this part of gravity changes is marginal: Bullet's own limits are off by
@@ -24,8 +26,8 @@ SETTLED = 0.1
 LONGER = 10.0
 
 
-class Cause(Enum):
-    """Why verdicts differ, or are none; each value is the sentence a user reads."""
+class Cause(Sentence):
+    """Why verdicts differ, or why there is none; the value of each is the sentence that a user reads."""
 
     SELF_STRESS = "it stands only by self-stress or dilatancy: Coulomb friction without them finds no equilibrium"
     GEOMETRY = "the shapes Bullet sees overlap, so it does not simulate quite this geometry"
@@ -42,20 +44,42 @@ class Cause(Enum):
     OPEN_FALL = "statics allow rest, with Coulomb friction too: marginal, or a motion that rest would have stopped"
     OPEN_STAND = "statics find no rest: a motion slower than the threshold in the simulated time, or too coarse a run"
 
-    @property
-    def word(self) -> str:
-        return self.name.lower()
-
 
 def agrees(static: Verdict, dynamic: DynamicVerdict) -> bool | None:
-    """Whether a static verdict, of either flow, says what Bullet says; None when one of them says neither."""
+    """Return whether a static verdict says what Bullet says.
+
+    Parameters
+    ----------
+    static : Verdict
+        Of either flow.
+    dynamic : DynamicVerdict
+        Of the same assembly.
+
+    Returns
+    -------
+    bool or None
+        None when one of them says neither.
+    """
     if static.outcome is Outcome.UNDECIDED or dynamic.outcome is DynamicOutcome.CREEPS:
         return None
     return (static.outcome is Outcome.STABLE) == (dynamic.outcome is DynamicOutcome.STANDS)
 
 
 def likely_reason(static: Verdict, dynamic: DynamicVerdict) -> str:
-    """Why statics (force fields alone) and Bullet differ, in one sentence; empty when they agree."""
+    """Return why statics and Bullet differ, in one sentence.
+
+    Parameters
+    ----------
+    static : Verdict
+        With associated flow: it asks for a force field alone.
+    dynamic : DynamicVerdict
+        Of the same assembly.
+
+    Returns
+    -------
+    str
+        Empty when they agree.
+    """
     if dynamic.outcome is DynamicOutcome.CREEPS:
         return f"it creeps at {1e3 * dynamic.rate:.2g} mm/s in Bullet: neither a stand nor a fall"
     if agrees(static, dynamic):
@@ -65,7 +89,18 @@ def likely_reason(static: Verdict, dynamic: DynamicVerdict) -> str:
 
 
 def with_coulomb(static: Verdict) -> Verdict:
-    """The verdict without dilatancy and self-stress on the same joints; the same one where no force field exists."""
+    """Return the verdict without dilatancy and self-stress on the same joints.
+
+    Parameters
+    ----------
+    static : Verdict
+        With associated flow.
+
+    Returns
+    -------
+    Verdict
+        The same one where no force field exists.
+    """
     if static.outcome is not Outcome.STABLE:
         return static
     return assess(static.assembly, interfaces=static.interfaces, flow="coulomb")
@@ -79,10 +114,24 @@ def find_cause(
     settings: Settings | None = None,
     closely: bool = False,
 ) -> Cause | None:
-    """Why verdicts on one assembly differ, or say neither; None when all three agree.
+    """Return why the verdicts on one assembly differ, or say neither.
 
-    static, coulomb : of the two flows. settings : behind the dynamic verdict. closely : push it a little, and run it
-    again with finer time steps and for longer, where that may tell; costs several times the verdicts.
+    Parameters
+    ----------
+    static, coulomb : Verdict
+        With associated flow, and without dilatancy and self-stress.
+    dynamic : DynamicVerdict
+        Of the same assembly.
+    settings : Settings, optional
+        With which the dynamic verdict was reached.
+    closely : bool
+        Push the assembly a little, and simulate it again with finer time steps and for longer, where that may tell. It
+        costs several times what the verdicts cost.
+
+    Returns
+    -------
+    Cause or None
+        None when all three agree.
     """
     if dynamic.outcome is DynamicOutcome.CREEPS:
         return Cause.CREEPS
@@ -98,50 +147,90 @@ def find_cause(
 
 
 def _why_it_fell(coulomb: Verdict, settings: Settings, closely: bool) -> Cause:
-    """A force field exists."""
+    """Return why an assembly fell for which a force field exists."""
     if coulomb.outcome is Outcome.STABLE_ONLY_BY_SELF_STRESS:
         return Cause.SELF_STRESS
-    if coulomb.outcome is Outcome.UNDECIDED or (closely and _tips(coulomb.assembly)):
+    if coulomb.outcome is Outcome.UNDECIDED or (closely and _tips(coulomb)):
         return Cause.MARGINAL
     if closely:
-        again = verify(coulomb.assembly, settings=finer(coulomb.assembly, settings))
+        again = _in_finer_steps(coulomb, settings)
         if again.outcome is not DynamicOutcome.FALLS:
             return Cause.COARSE_FALL
     return Cause.OPEN_FALL
 
 
 def _why_it_stood(static: Verdict, dynamic: DynamicVerdict, settings: Settings, closely: bool) -> Cause:
-    """No force field exists, or none without self-stress."""
+    """Return why an assembly stood for which no force field exists, or none without self-stress."""
     assembly = static.assembly
-    if closely and verify(assembly, settings=finer(assembly, settings)).outcome is DynamicOutcome.FALLS:
+    if closely and _in_finer_steps(static, settings).outcome is DynamicOutcome.FALLS:
         return Cause.COARSE_STAND
     if closely and static.outcome is Outcome.STABLE:
         return Cause.HELD
     longer = replace(settings, rest=1e-6, end=LONGER * settings.end)
-    if closely and verify(assembly, settings=longer).outcome is DynamicOutcome.FALLS:
-        return Cause.TIME_TOO_SHORT
+    if closely:
+        slow = verify(assembly, settings=longer, interfaces=joints_as_found(static))
+        if slow.outcome is DynamicOutcome.FALLS:
+            return Cause.TIME_TOO_SHORT
     if dynamic.settling + dynamic.max_displacement > SETTLED * dynamic.brick_threshold:
         return Cause.SETTLED
     marginal = static.outcome is Outcome.UNSTABLE and static.score < SCORE
     return Cause.MARGINAL if marginal else Cause.OPEN_STAND
 
 
-def _tips(assembly: Assembly) -> bool:
+def _tips(static: Verdict) -> bool:
     """Whether a small push in some horizontal direction leaves no equilibrium without self-stress."""
+    assembly = static.assembly
     down = assembly.gravity / np.linalg.norm(assembly.gravity)
     across = np.cross(down, np.eye(3)[np.argmin(np.abs(down))])
     across /= np.linalg.norm(across)
     for angle in 2 * np.pi * np.arange(PUSHES) / PUSHES:
         push = np.cos(angle) * across + np.sin(angle) * np.cross(down, across)
         gravity = assembly.gravity + PUSH * np.linalg.norm(assembly.gravity) * push
-        if assess(assembly, gravity=gravity, flow="coulomb").outcome is not Outcome.STABLE:
+        found = assess(assembly, gravity=gravity, flow="coulomb", interfaces=static.interfaces)
+        if found.outcome is not Outcome.STABLE:
             return True
     return False
 
 
-def finer(assembly: Assembly, settings: Settings) -> Settings:
-    """One run at half the finest time step behind a verdict, or at the finest of the careful preset if that is less."""
-    runs = stages(assembly, settings)
+def joints_as_found(static: Verdict) -> Interfaces:
+    """Return the interfaces of a static verdict as a contact search finds them, not divided into cells for joint laws.
+
+    Parameters
+    ----------
+    static : Verdict
+        Its interfaces are used where they are not divided, else its assembly is searched.
+
+    Returns
+    -------
+    Interfaces
+        Joints of the assembly.
+    """
+    return static.interfaces if static.interfaces.share is None else find_interfaces(static.assembly)
+
+
+def _in_finer_steps(static: Verdict, settings: Settings) -> DynamicVerdict:
+    assembly, interfaces = static.assembly, joints_as_found(static)
+    return verify(assembly, settings=finer(assembly, settings, interfaces), interfaces=interfaces)
+
+
+def finer(assembly: Assembly, settings: Settings, interfaces: Interfaces) -> Settings:
+    """Return the settings of one run at half the finest time step behind a verdict.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        What the verdict is on.
+    settings : Settings
+        With which it was reached.
+    interfaces : Interfaces
+        Joints of the assembly.
+
+    Returns
+    -------
+    Settings
+        Half the finest time step, or the finest of the careful preset if that is less.
+    """
+    runs = stages(assembly, settings, interfaces)
     finest = runs.fine or runs.first
     step = min(finest.time_step / 2, PRESETS["careful"]["fine_step"])
     return replace(finest, time_step=step, quick_step=step, fine_step=step)

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 
 from blockstat.analysis.assess import assess
 from blockstat.analysis.verdict import Outcome
 from blockstat.assembly import Assembly
-from dynsim.comparison.causes import agrees, find_cause, likely_reason, with_coulomb
-from dynsim.comparison.first_motion import cosine
+from blockstat.contact.interfaces import Interfaces
+from dynsim.comparison.causes import agrees, find_cause, joints_as_found, likely_reason, with_coulomb
+from dynsim.comparison.first_motion import first_motion_cosine
 from dynsim.comparison.table import Comparison, Comparisons
-from dynsim.judge.verify import DynamicOutcome, verify
-from dynsim.parallel.pool import Row, run_many
+from dynsim.judge.verdict import DynamicOutcome
+from dynsim.judge.verify import verify
+from dynsim.parallel.pool import Row, paired, run_many, with_options
 from dynsim.settings import Settings
 
 
@@ -21,28 +23,87 @@ def compare(
     *,
     settings: Settings | None = None,
     closely: bool = False,
+    interfaces: Interfaces | Sequence[Interfaces] | None = None,
     jobs: int | None = None,
     timeout: float | None = None,
     progress: Callable[[int, Row[Comparison]], None] | None = None,
 ) -> Comparisons:
-    """Static and dynamic verdicts on one assembly or several, as a table: a row each, in the order given.
+    """Return static and dynamic verdicts on one assembly or several, as a table.
 
-    settings : of the dynamic ones, as in `verify`. closely : look for the cause of a difference with further, finer and
-    longer runs. jobs, timeout, progress : as in `run_many`; one process for each core by default. An assembly without
-    a verdict has a row with a note that says why.
+    Parameters
+    ----------
+    assemblies : Assembly or iterable of Assembly
+        What is compared, one row each.
+    settings : Settings, optional
+        Of the dynamic verdicts, as in `verify`.
+    closely : bool
+        Look for the cause of a difference with further, finer and longer runs.
+    interfaces : Interfaces or sequence of Interfaces, optional
+        Joints, of each assembly its own; searched for when None.
+    jobs : int, optional
+        Processes at a time; all cores when None.
+    timeout : float, optional
+        Time that one assembly may take [s].
+    progress : callable, optional
+        Called with the number and the row of each assembly as it ends.
+
+    Returns
+    -------
+    Comparisons
+        Rows in the order of the assemblies. One without a verdict has a note that says why.
+
+    Raises
+    ------
+    InputError
+        For a bad number of processes, or interfaces of another number of assemblies.
+
+    Examples
+    --------
+    >>> from blockstat.model import arch, assemble
+    >>> from dynsim import compare
+    >>> ring = assemble(arch(span=2.0, thickness=0.4, depth=0.5, voussoirs=9, springers=0.3), friction=0.7)
+    >>> [(row.static, row.dynamic) for row in compare(ring, jobs=1)]
+    [('stable', 'stands')]
     """
     designs = [assemblies] if isinstance(assemblies, Assembly) else list(assemblies)
     names = [design.name for design in designs]
-    judge = partial(compare_one, settings=settings, closely=closely)
-    rows = run_many(judge, designs, names=names, jobs=jobs, timeout=timeout, progress=progress)
+    one = [interfaces] if isinstance(interfaces, Interfaces) else interfaces
+    function = partial(with_options, partial(compare_one, settings=settings, closely=closely))
+    rows = run_many(function, paired(designs, one), names=names, jobs=jobs, timeout=timeout, progress=progress)
     return Comparisons(tuple(row.result or Comparison(name=row.name, note=row.error) for row in rows))
 
 
-def compare_one(assembly: Assembly, *, settings: Settings | None = None, closely: bool = False) -> Comparison:
-    """The row of one assembly, in this process. Raises InputError where there is no verdict."""
-    static = assess(assembly)
+def compare_one(
+    assembly: Assembly,
+    *,
+    settings: Settings | None = None,
+    closely: bool = False,
+    interfaces: Interfaces | None = None,
+) -> Comparison:
+    """Return the row of one assembly, in this process.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        What is compared.
+    settings, closely : optional
+        As in `compare`.
+    interfaces : Interfaces, optional
+        Joints of the assembly; searched for when None.
+
+    Returns
+    -------
+    Comparison
+        The row.
+
+    Raises
+    ------
+    InputError
+        Where there is no verdict.
+    """
+    static = assess(assembly, interfaces=interfaces)
     coulomb = with_coulomb(static)
-    dynamic = verify(assembly, settings=settings)
+    dynamic = verify(assembly, settings=settings, interfaces=interfaces or joints_as_found(static))
     cause = find_cause(static, coulomb, dynamic, settings=settings, closely=closely)
     both_fall = static.outcome is Outcome.UNSTABLE and dynamic.outcome is DynamicOutcome.FALLS
     note = likely_reason(static, dynamic) if dynamic.outcome is DynamicOutcome.CREEPS else cause.value if cause else ""
@@ -63,7 +124,7 @@ def compare_one(assembly: Assembly, *, settings: Settings | None = None, closely
         dynamic_seconds=dynamic.run.process_seconds,
         agree=agrees(static, dynamic),
         agree_coulomb=agrees(coulomb, dynamic),
-        cosine=cosine(static, dynamic) if both_fall else None,
+        cosine=first_motion_cosine(static, dynamic) if both_fall else None,
         cause=cause.word if cause is not None else "",
         note=note,
     )

@@ -1,9 +1,8 @@
-"""Does Bullet start to move the way the static mechanism says?"""
+"""How far Bullet starts to move the way the static mechanism says."""
 
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from blockstat.analysis.verdict import Verdict
 from blockstat.typing import Floats
@@ -16,13 +15,26 @@ from dynsim.judge.verdict import DynamicVerdict
 EARLY = 0.1
 
 
-def cosine(static: Verdict, dynamic: DynamicVerdict) -> float | None:
-    """Cosine between the static mechanism and Bullet's first motion: 1 for the same motion, 0 for unrelated ones.
+def first_motion_cosine(static: Verdict, dynamic: DynamicVerdict) -> float | None:
+    """Return the cosine between the static mechanism and Bullet's first motion.
 
-    The scalar product of two fields of twists is that of kinetic energy, the sum over free blocks of m v.v' + w.I w',
-    so heavy blocks count for more and rotations are weighed by the size of the block. Bullet's field is how far each
+    Parameters
+    ----------
+    static : Verdict
+        Its mechanism counts.
+    dynamic : DynamicVerdict
+        Of the same assembly; its run counts.
+
+    Returns
+    -------
+    float or None
+        1 for the same motion, 0 for unrelated ones; None where one of them does not move.
+
+    Notes
+    -----
+    The scalar product of two fields of twists is that of kinetic energy, the sum over free blocks of m v.v' + w.I w'.
+    Heavy blocks count for more, and rotations are weighed by the size of the block. Bullet's field is how far each
     block has moved and turned since release, at the first look at which one has moved by `EARLY` thresholds.
-    None where one of them does not move.
     """
     frame = _early(dynamic.run, EARLY * dynamic.brick_threshold)
     if frame is None:
@@ -34,6 +46,8 @@ def cosine(static: Verdict, dynamic: DynamicVerdict) -> float | None:
 
 def _moved(run: Run, frame: int) -> Floats:
     """Displacement [m] and rotation vector [rad] of each block since release, shape (n_blocks, 6)."""
+    from scipy.spatial.transform import Rotation
+
     turned = run.rotation[frame] @ run.rotation[0].swapaxes(1, 2)
     return np.hstack([run.since_release[frame], Rotation.from_matrix(turned).as_rotvec()])
 

@@ -9,15 +9,29 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from html import escape
 from pathlib import Path
+from typing import Any
 
 from blockstat.errors import InputError
+from blockstat.result import Result, Sentence
 
 STATICS = ("static", "coulomb")
 
 
+class Agreement(Sentence):
+    """Whether statics and Bullet say the same; the value of each is the sentence that a user reads."""
+
+    AGREE = "Statics and Bullet agree, with and without dilatancy and self-stress."
+    DIFFER = "Statics and Bullet differ."
+    OPEN = "Statics or Bullet do not decide."
+    NO_VERDICT = "There is no verdict."
+
+
 @dataclass(frozen=True)
-class Comparison:
-    """One row: what statics and Bullet say of one assembly. Lengths in m, process seconds; None was not reached."""
+class Comparison(Result):
+    """What statics and Bullet say of one assembly: a row of a table.
+
+    Lengths are in metres, times are process seconds. What was not reached is None.
+    """
 
     name: str
     blocks: int | None = None
@@ -41,10 +55,35 @@ class Comparison:
     )
     note: str = ""
 
+    @property
+    def outcome(self) -> Agreement:
+        """Whether Bullet agrees with both static verdicts."""
+        if self.static is None and self.agree is None and self.agree_coulomb is None:
+            return Agreement.NO_VERDICT
+        if self.agree is False or self.agree_coulomb is False:
+            return Agreement.DIFFER
+        return Agreement.AGREE if self.agree else Agreement.OPEN
+
+    def explain(self) -> str:
+        """Return the verdicts and why they differ, in words."""
+        lines = [f"{self.name}: {self.outcome.value}"]
+        if self.static is not None:
+            coulomb = (self.coulomb or "no verdict").replace("_", " ")
+            lines.append(f"Force field: {self.static}. Coulomb friction: {coulomb}. Bullet: {self.dynamic}.")
+        if self.cosine is not None:
+            lines.append(f"Cosine of the static mechanism with Bullet's first motion: {self.cosine:.2f}.")
+        if self.note:
+            lines.append(f"Note: {self.note}.")
+        return "\n".join(lines)
+
+    def summary(self) -> dict[str, Any]:
+        """Return the row as plain values; what was not reached is None."""
+        return asdict(self)
+
 
 @dataclass(frozen=True)
-class Comparisons:
-    """Rows in the order the assemblies were given; the last value of a notebook's cell shows them."""
+class Comparisons(Result):
+    """A table of comparisons, in the order in which the assemblies were handed in."""
 
     rows: tuple[Comparison, ...]
 
@@ -58,40 +97,95 @@ class Comparisons:
         return self.rows[index]
 
     @property
+    def outcome(self) -> Agreement:
+        """Whether Bullet agrees with both static verdicts in all rows that have verdicts."""
+        found = {row.outcome for row in self}
+        ranked = (Agreement.DIFFER, Agreement.OPEN, Agreement.AGREE)
+        return next((outcome for outcome in ranked if outcome in found), Agreement.NO_VERDICT)
+
+    def explain(self) -> str:
+        """Return the counts, and the rows that differ, in words."""
+        return "\n".join([self._counts(), *(row.explain() for row in self.disagreements)])
+
+    def summary(self) -> dict[str, Any]:
+        """Return plain values for JSON: a list of rows."""
+        return {"rows": [row.summary() for row in self]}
+
+    def _counts(self) -> str:
+        judged = sum(row.static is not None for row in self)
+        return (
+            f"{len(self)} assemblies, {judged} with verdicts. Bullet agrees with force fields alone on "
+            f"{sum(row.agree is True for row in self)}, with Coulomb friction on "
+            f"{sum(row.agree_coulomb is True for row in self)}."
+        )
+
+    @property
     def disagreements(self) -> Comparisons:
         """Rows in which a static verdict says stable and Bullet falls, or the other way round."""
-        return Comparisons(tuple(row for row in self if row.agree is False or row.agree_coulomb is False))
+        return Comparisons(tuple(row for row in self if row.outcome is Agreement.DIFFER))
 
     def confusion(self, statics: str = "static") -> dict[tuple[str, str], int]:
-        """How many rows have each pair of a static and a dynamic verdict; statics : "static" or "coulomb".
+        """Return how many rows have each pair of a static and a dynamic verdict.
 
-        Rows without verdicts do not count. Raises InputError for another word.
+        Parameters
+        ----------
+        statics : str
+            Which static verdict: "static" or "coulomb".
+
+        Returns
+        -------
+        dict of (str, str) to int
+            Rows without verdicts do not count.
+
+        Raises
+        ------
+        InputError
+            For another word.
         """
         if statics not in STATICS:
             raise InputError(f"no static verdict {statics!r}; there are: {', '.join(STATICS)}")
         return dict(Counter((getattr(row, statics), row.dynamic or "") for row in self if row.static is not None))
 
     def write_csv(self, path: str | Path) -> Path:
-        """One line a row; what was not reached stays empty."""
+        """Write one line a row; what was not reached stays empty.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file.
+
+        Returns
+        -------
+        Path
+            The file.
+        """
         path = Path(path)
         with path.open("w", newline="") as file:
             writer = csv.DictWriter(file, list(Comparison.__dataclass_fields__))
             writer.writeheader()
-            writer.writerows([{k: "" if v is None else v for k, v in asdict(row).items()} for row in self])
+            writer.writerows([{k: "" if v is None else v for k, v in row.summary().items()} for row in self])
         return path
 
     def write_json(self, path: str | Path) -> Path:
-        """An object with a list of rows; what was not reached is null."""
+        """Write an object with a list of rows; what was not reached is null.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file.
+
+        Returns
+        -------
+        Path
+            The file.
+        """
         path = Path(path)
-        path.write_text(json.dumps({"rows": [asdict(row) for row in self]}, indent=1) + "\n")
+        path.write_text(json.dumps(self.summary(), indent=1) + "\n")
         return path
 
     def _repr_html_(self) -> str:
-        judged = sum(row.static is not None for row in self)
         lines = [
-            f"<p>{len(self)} assemblies, {judged} with verdicts. Bullet agrees with force fields alone on "
-            f"{sum(row.agree is True for row in self)}, with Coulomb friction on "
-            f"{sum(row.agree_coulomb is True for row in self)}.</p>",
+            f"<p>{self._counts()}</p>",
             "<table><thead><tr>",
             *(f"<th>{title}</th>" for title in TITLES),
             "</tr></thead><tbody>",
@@ -107,7 +201,7 @@ COLOUR = {True: "#d9ead3", False: "#f4cccc", None: "#eeeeee"}
 
 
 def _line(row: Comparison) -> str:
-    """A row of the HTML table."""
+    """Return a row of the HTML table."""
 
     def number(value: float | None, form: str) -> str:
         return "" if value is None else format(value, form)

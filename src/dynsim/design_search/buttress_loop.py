@@ -1,23 +1,24 @@
 """The paper's buttress loop: buttresses are added to the walls that crack, until none does.
 
-Procedural masonry, section 4, as read here: all buttresses are cleared; if the building cracks, each wall gets one;
-cracks are then looked for wall by wall, and a wall that cracks gets one more, spaced anew by Eqs. 3-5
-(`blockstat.model.buttresses.short_buttress`). Where no more fit side by side, the buttresses of that wall grow by a
+This is procedural masonry, section 4, as read here. All buttresses are cleared. If the building cracks, each wall gets
+one. Cracks are then counted wall by wall, and a wall that cracks gets one more, spaced anew by Eqs. 3-5
+(`blockstat.model.walling.run.spaced`). Where no more fit side by side, the buttresses of that wall grow by a
 step of their thickness and their number starts again at one. Each wall ends with a number and a thickness of its own.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import msgspec
 
 from blockstat.assembly import Assembly
 from blockstat.errors import InputError
-from blockstat.model import build
-from blockstat.spec import Building, Range, value_of
-from dynsim.judge.verify import DynamicVerdict
+from blockstat.result import Result, Sentence
+from blockstat.spec import Building, Range, build, value_of
+from dynsim.judge.verdict import DynamicVerdict
 
 #: Walls from which a barrel vault springs: cracks of the vault alone are theirs.
 SPRINGING: tuple[str, ...] = ("south", "north")
@@ -35,13 +36,42 @@ class ButtressStep:
     process_seconds: float
 
 
+class ButtressOutcome(Sentence):
+    """How the loop ended; the value of each is the sentence that a user reads."""
+
+    SOUND = "Sound: the last building stands and no joint of it cracks."
+    CRACKED = "Cracked: walls crack, and none of them takes more or thicker buttresses."
+
+
 @dataclass(frozen=True)
-class ButtressResult:
-    """The steps of the loop, and whether the last one has no crack."""
+class ButtressResult(Result):
+    """The buildings of the loop, and whether the last one has no crack."""
 
     steps: tuple[ButtressStep, ...]
     building: Building  #: the last one
     sound: bool  #: False where walls crack that have no room for more
+
+    @property
+    def outcome(self) -> ButtressOutcome:
+        """How the loop ended."""
+        return ButtressOutcome.SOUND if self.sound else ButtressOutcome.CRACKED
+
+    def explain(self) -> str:
+        """Return the answer and the buttresses of each building, one building a line."""
+        lines = [self.outcome.value]
+        for step in self.steps:
+            sizes = (f"{wall} {n} of {step.thickness[wall]:g} m" for wall, n in step.number.items() if n)
+            cracks = ", ".join(f"{wall} {n}" for wall, n in step.cracks.items()) or "none"
+            lines.append(f"Buttresses: {', '.join(sizes) or 'none'}. Bullet: {step.outcome}. Cracks: {cracks}.")
+        return "\n".join(lines)
+
+    def summary(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {
+            "outcome": self.outcome.word,
+            "sentence": self.outcome.value,
+            "steps": [asdict(step) for step in self.steps],
+        }
 
 
 def buttress_loop(
@@ -52,10 +82,26 @@ def buttress_loop(
 ) -> ButtressResult:
     """Give each wall of a building the buttresses it needs to stand without a crack.
 
-    building : its `buttresses` say which walls may have some, their width and height, and their thickness: a range to
-    go through from its smallest value up, or a number. verify : simulates a building; its `cracks` are what counts, and
-    a fall without any counts as one of the springing walls.
-    Raises InputError when no wall may have buttresses, or one is too narrow for any.
+    Parameters
+    ----------
+    building : Building
+        Its `buttresses` say which walls may have some, their width and height, and their thickness: a number, or a
+        range to go through from its smallest value up.
+    verify : callable
+        Gives the dynamic verdict on an assembly. Its cracks count; a fall without any counts as one of the walls from
+        which the vault springs.
+    progress : callable, optional
+        Called with each `ButtressStep`.
+
+    Returns
+    -------
+    ButtressResult
+        All buildings of the loop, and whether the last one has no crack.
+
+    Raises
+    ------
+    InputError
+        When no wall may have buttresses, or one is too narrow for any.
     """
     sizes = {wall: sorted(_sizes(spec.thickness)) for wall, spec in building.buttresses.items()}
     if not sizes:
@@ -95,7 +141,7 @@ def _strengthened(
 
 
 def _with(building: Building, number: dict[str, int], thickness: dict[str, float]) -> Building:
-    """The building with so many buttresses, so thick, at the walls named, and none at the others."""
+    """Return the building with so many buttresses, so thick, at the walls named, and none at the others."""
     buttresses = {
         wall: msgspec.structs.replace(spec, number=number[wall], thickness=thickness[wall])
         for wall, spec in building.buttresses.items()
@@ -121,9 +167,17 @@ def _judged(building: Building, verify: Callable[[Assembly], DynamicVerdict]) ->
 
 
 def cracks_by_wall(per_group: dict[str, int]) -> dict[str, int]:
-    """Cracks of each wall, its buttresses and what rests on it; those of the vault alone are the springing walls'.
+    """Return the cracks of each wall, its buttresses and what rests on it.
 
-    per_group : as `Cracks.per_group` gives them.
+    Parameters
+    ----------
+    per_group : dict of str to int
+        Cracks by group, as `Cracks.per_group` gives them.
+
+    Returns
+    -------
+    dict of str to int
+        Cracks by wall; those of the vault alone are those of the walls from which it springs.
     """
     found: dict[str, int] = {}
     for groups, count in per_group.items():

@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from blockstat.analysis.assess import assess
 from blockstat.analysis.certificate_cache import Memory
 from blockstat.assembly import Assembly
-from blockstat.design_search.search import Candidate, SearchResult, search
-from blockstat.model import build
-from blockstat.spec import Scene, with_values
+from blockstat.contact.interfaces import Interfaces
+from blockstat.design_search.search import Candidate, Margin, SearchResult, search
+from blockstat.spec import Scene, build, with_values
 from blockstat.view.plot import Place, plot
 from blockstat.view.report import Figure, write_designs, write_report
 from dynsim.comparison.causes import likely_reason
-from dynsim.judge.verify import DynamicVerdict, verify
+from dynsim.judge.verdict import DynamicVerdict
+from dynsim.judge.verify import verify
 from dynsim.parallel.pool import jobs_checked
-from dynsim.parallel.speculative import Ahead
+from dynsim.parallel.speculative import SpeculativeRuns
 from dynsim.settings import Settings
 
 NOTE = (
@@ -36,14 +36,47 @@ def optimise(
     jobs: int | None = None,
     under: Callable[[Assembly], Assembly] = lambda assembly: assembly,
     conditions: str = "",
-    **options: Any,
+    strategy: str = "pruned",
+    over: str = "line",
+    margin: Margin | None = None,
+    snap: bool = False,
+    points: int = 6,
 ) -> tuple[SearchResult, Path]:
-    """Search, confirm, and write history.csv, best.json, best.glb, pictures and report.html into a directory.
+    """Search for the lightest design that stands, confirm it in Bullet, and write a report.
 
-    An interrupted search goes on from its history.csv when called again. jobs : simulations side by side, as many as
-    cores by default, whatever the number with the same history; under : puts each design under another
-    friction or gravity, and conditions says which. options : those of `blockstat.search` (strategy, over, margin, snap,
-    points). Returns the result and the report's path.
+    The directory gets history.csv, best.json, best.glb, pictures and report.html. An interrupted search goes on from
+    its history.csv when called again.
+
+    Parameters
+    ----------
+    building : Scene
+        A scene with ranges or values to search.
+    directory : Path
+        An existing directory.
+    names : sequence of str, optional
+        Parameters to move, in order; all ranges of the scene when None.
+    settings : Settings, optional
+        Of the dynamic verdicts, as in `verify`.
+    jobs : int, optional
+        Simulations side by side; all cores when None. The history is the same whatever the number.
+    under : callable
+        Puts each design under another friction or gravity.
+    conditions : str
+        Says which; a history under other conditions is not taken up.
+    strategy, over, margin, snap, points : optional
+        As in `blockstat.search`.
+
+    Returns
+    -------
+    result : SearchResult
+        The best design and the history.
+    report : Path
+        The file report.html.
+
+    Raises
+    ------
+    InputError
+        As `blockstat.search` does.
     """
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
@@ -58,12 +91,16 @@ def optimise(
             bar.update(task, completed=done, total=expected, description=f"{values}: {word}")
 
         memory, jobs = Memory(), jobs_checked(jobs)
-        with Ahead(partial(verify, settings=settings), jobs) as dynamic:
+        with SpeculativeRuns(partial(verify, settings=settings), jobs) as dynamic:
+
+            def begin(assembly: Assembly, interfaces: Interfaces | None = None) -> None:
+                dynamic.begin(assembly, interfaces=interfaces)
+
             result = search(
                 building,
                 static=lambda assembly: assess(assembly, memory=memory, score=False),
-                verify=dynamic,
-                begin=dynamic.begin if jobs > 1 else None,
+                verify=lambda assembly, interfaces=None: dynamic(assembly, interfaces=interfaces),
+                begin=begin if jobs > 1 else None,
                 speculative=jobs,
                 under=under,
                 memory=memory,
@@ -72,7 +109,11 @@ def optimise(
                 progress=progress,
                 remark=likely_reason,
                 conditions=f"{settings} {conditions}" if settings or conditions else "",
-                **options,
+                strategy=strategy,
+                over=over,
+                margin=margin,
+                snap=snap,
+                points=points,
             )
     figures = write_designs(result, directory, under=under)
     figures += _moved(result, directory, settings, under)
@@ -83,7 +124,7 @@ def optimise(
 def _moved(
     result: SearchResult, directory: Path, settings: Settings | None, under: Callable[[Assembly], Assembly]
 ) -> list[Figure]:
-    """The blocks that Bullet saw move: of the thinnest design that fell, else of the best one."""
+    """Draw the blocks that Bullet saw move: of the thinnest design that fell, else of the best one."""
     fallen = [c for c in result.history if c.dynamic in ("falls", "creeps")]
     chosen = min(fallen, key=lambda c: c.volume or 0.0).parameters if fallen else result.best_parameters
     if chosen is None:
@@ -95,7 +136,20 @@ def _moved(
 
 
 def picture_of_run(verdict: DynamicVerdict, place: Place) -> Place:
-    """The last frame of a run, displacements magnified to be seen, coloured by displacement."""
+    """Draw the last frame of a run, coloured by displacement, with displacements magnified to be seen.
+
+    Parameters
+    ----------
+    verdict : DynamicVerdict
+        Its run is drawn.
+    place : path or axes
+        Where to.
+
+    Returns
+    -------
+    path or axes
+        The place.
+    """
     run = verdict.run
     moved = verdict.displacement
     length = (moved**2).sum(axis=1) ** 0.5

@@ -32,7 +32,18 @@ class Shape:
 
 
 def shapes(assembly: Assembly) -> list[Shape]:
-    """Shapes of all blocks."""
+    """Return the shapes of all blocks as Bullet needs them.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+
+    Returns
+    -------
+    list of Shape
+        One a block.
+    """
     return [_shape(assembly, block) for block in range(assembly.n_blocks)]
 
 
@@ -110,9 +121,21 @@ def _pieces(local: Floats, faces: Sequence[np.ndarray], size: float) -> tuple[Fl
 
 
 def on_grid(points: Floats) -> Floats:
-    """Corners moved to the nearest that Bullet can keep, shape (k, 3).
+    """Return corners moved to the nearest that Bullet can keep.
 
-    It makes hulls in whole numbers: each axis of the bounding box is divided into `GRID` steps and coordinates are cut
+    Parameters
+    ----------
+    points : array of float, shape (k, 3)
+        Corners of a convex hull [m].
+
+    Returns
+    -------
+    array of float, shape (k, 3)
+        The corners on the grid [m].
+
+    Notes
+    -----
+    Bullet makes hulls in whole numbers: it divides each axis of the bounding box into `GRID` steps and cuts coordinates
     off towards its centre. Corners are put on the nearest step, and a quarter of one beyond it, to be cut off there.
     """
     lower, upper = points.min(axis=0), points.max(axis=0)
@@ -123,7 +146,18 @@ def on_grid(points: Floats) -> Floats:
 
 
 def hull_obj(pieces: Sequence[Floats]) -> str:
-    """Convex pieces as the text of an OBJ file, one object a piece."""
+    """Return convex pieces as the text of an OBJ file.
+
+    Parameters
+    ----------
+    pieces : sequence of arrays of float, shape (k, 3)
+        Corners of each piece [m].
+
+    Returns
+    -------
+    str
+        One object a piece.
+    """
     lines, offset = [], 1
     for number, points in enumerate(map(on_grid, pieces)):
         hull = _hull(points)

@@ -1,4 +1,4 @@
-"""What is asked of Bullet itself: its import, its engine settings, its turns."""
+"""Bullet's import, its engine parameters and its rotations."""
 
 from __future__ import annotations
 
@@ -40,14 +40,36 @@ def import_bullet() -> Any:
 
 
 def quaternion(rotation: Floats) -> Floats:
-    """Bullet's x, y, z, w of rotation matrices."""
+    """Return Bullet's quaternions of rotation matrices.
+
+    Parameters
+    ----------
+    rotation : array of float, shape (..., 3, 3)
+        Rotation matrices.
+
+    Returns
+    -------
+    array of float, shape (..., 4)
+        Quaternions x, y, z, w.
+    """
     from scipy.spatial.transform import Rotation
 
     return Rotation.from_matrix(rotation).as_quat()
 
 
 def matrices(quaternion: Floats) -> Floats:
-    """Rotation matrices of Bullet's x, y, z, w."""
+    """Return the rotation matrices of Bullet's quaternions.
+
+    Parameters
+    ----------
+    quaternion : array of float, shape (..., 4)
+        Quaternions x, y, z, w.
+
+    Returns
+    -------
+    array of float, shape (..., 3, 3)
+        Rotation matrices.
+    """
     from scipy.spatial.transform import Rotation
 
     return Rotation.from_quat(quaternion).as_matrix()

@@ -27,9 +27,21 @@ MOST_PIECES = 40
 
 
 def convex_pieces(vertices: Floats, triangles: Ints, size: float) -> list[Floats] | None:
-    """Corners of the convex pieces of a closed surface, shape (k, 3) each; None when it cannot be cut well.
+    """Cut a closed surface into convex pieces.
 
-    size : [m] that tolerances refer to.
+    Parameters
+    ----------
+    vertices : array of float, shape (n, 3)
+        Corners [m].
+    triangles : array of int, shape (k, 3)
+        Corners of each triangle, counter-clockwise seen from outside.
+    size : float
+        Length that tolerances refer to [m].
+
+    Returns
+    -------
+    list of arrays of float, shape (k, 3), or None
+        Corners of each piece [m]; None when the surface cannot be cut well.
     """
     surface = vertices[triangles]
     volume = float(np.einsum("ij,ij->i", surface[:, 0], np.cross(surface[:, 1], surface[:, 2])).sum()) / 6
@@ -78,7 +90,7 @@ def _distinct(points: Floats, size: float) -> Floats:
 
 
 def _deepest_reflex_edge(soup: Floats, shallow: float, size: float) -> tuple[Floats, Floats, Floats, Floats] | None:
-    """The reflex edge that is deepest: its ends and the normals of its triangles; None if all are shallow.
+    """Return the reflex edge that is deepest: its ends and the normals of its triangles; None if all are shallow.
 
     Cut faces are left open: they bound the piece from outside, so their edges are never reflex.
     """
@@ -132,7 +144,7 @@ def _above(soup: Floats, height: Floats) -> Floats:
 
 
 def _connected(soup: Floats, size: float) -> list[Floats]:
-    """The soup's parts that share no corner."""
+    """Return the soup's parts that share no corner."""
     if not len(soup):
         return []
     corner = _indices(soup, size)

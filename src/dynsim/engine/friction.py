@@ -1,8 +1,8 @@
-"""Friction of each joint from one number a block.
+"""The friction of each joint from one coefficient a block.
 
-Bullet multiplies the coefficients of two bodies that touch. With one friction mu everywhere each block has sqrt(mu);
-where joint laws give pairs of groups their own, numbers m with m_a m_b = mu_ab are looked for, for all pairs that
-touch as built. Pairs that meet later have the product.
+Bullet multiplies the coefficients of two bodies that touch. With one friction mu everywhere, each block has sqrt(mu).
+Where joint laws give pairs of groups their own friction, coefficients m with m_a m_b = mu_ab are found for all pairs
+that touch as built. Pairs that meet later have the product of their coefficients.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from blockstat.assembly import Assembly
-from blockstat.contact.interfaces import find_interfaces
+from blockstat.contact.interfaces import Interfaces
 from blockstat.contact.point_law import joint_friction
 from blockstat.errors import InputError
 from blockstat.typing import Floats
@@ -19,30 +19,73 @@ STICKY = 100.0  #: Bullet's stand-in for infinite friction
 EXACT = 1e-9  #: largest relative error of a product
 
 
-def block_friction(assembly: Assembly) -> Floats:
-    """Coefficient of each block, shape (n_blocks,).
+def has_own_friction(assembly: Assembly) -> bool:
+    """Return whether a joint law has a friction other than the assembly's.
 
-    Raises InputError naming two groups when no such numbers exist.
+    Parameters
+    ----------
+    assembly : Assembly
+        Its joint laws are looked at.
+
+    Returns
+    -------
+    bool
+        True where blocks may need coefficients of their own.
     """
-    usual = np.sqrt(min(assembly.friction, STICKY))
-    if all(law.friction in (None, assembly.friction) for law in assembly.joints):
-        return np.full(assembly.n_blocks, usual)
-    faces = find_interfaces(assembly)
-    wanted = np.minimum(joint_friction(assembly, faces), STICKY)
-    found = np.full(assembly.n_blocks, usual)
+    return any(law.friction not in (None, assembly.friction) for law in assembly.joints)
+
+
+def common_friction(assembly: Assembly) -> Floats:
+    """Return the coefficient of each block where all joints have the friction of the assembly.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Its friction counts.
+
+    Returns
+    -------
+    array of float, shape (n_blocks,)
+        The square root of the friction, the same for all blocks.
+    """
+    return np.full(assembly.n_blocks, np.sqrt(min(assembly.friction, STICKY)))
+
+
+def block_friction(assembly: Assembly, interfaces: Interfaces) -> Floats:
+    """Return the coefficient of each block where joints differ in friction.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Blocks and joint laws.
+    interfaces : Interfaces
+        Joints of the assembly.
+
+    Returns
+    -------
+    array of float, shape (n_blocks,)
+        Coefficients whose product over two blocks that touch is the friction of their joint.
+
+    Raises
+    ------
+    InputError
+        Naming two groups, when no such coefficients exist.
+    """
+    wanted = np.minimum(joint_friction(assembly, interfaces), STICKY)
+    found = common_friction(assembly)
     rough = np.zeros(assembly.n_blocks, dtype=bool)
-    rough[faces.pair[wanted > 0]] = True
+    rough[interfaces.pair[wanted > 0]] = True
     smooth = np.zeros(assembly.n_blocks, dtype=bool)
-    smooth[faces.pair[wanted == 0]] = True
+    smooth[interfaces.pair[wanted == 0]] = True
     found[smooth & ~rough] = 0.0
     rows = np.flatnonzero(wanted > 0)
     if len(rows):
-        logarithms = _logarithms(assembly.n_blocks, faces.pair[rows], np.log(wanted[rows]))
+        logarithms = _logarithms(assembly.n_blocks, interfaces.pair[rows], np.log(wanted[rows]))
         found[rough] = np.exp(logarithms[rough])
-    error = np.abs(np.prod(found[faces.pair], axis=1) - wanted) > EXACT * np.maximum(wanted, EXACT)
+    error = np.abs(np.prod(found[interfaces.pair], axis=1) - wanted) > EXACT * np.maximum(wanted, EXACT)
     if error.any():
         worst = int(np.argmax(error))
-        a, b = (assembly.groups[block] or assembly.names[block] for block in faces.pair[worst])
+        a, b = (assembly.groups[block] or assembly.names[block] for block in interfaces.pair[worst])
         raise InputError(
             f"friction {wanted[worst]:g} between {a} and {b}: Bullet multiplies one number a block, and none fit all "
             "joint laws at once"

@@ -1,7 +1,7 @@
-"""What Bullet would swallow without a word, and we do not give it.
+"""Checks of what Bullet would simulate wrongly and without an error.
 
-Bullet takes not-a-number positions, flat hulls, negative masses and unknown bodies as they come, and answers with
-nonsense. Files are checked where they are read; an assembly can be changed afterwards, so all is checked once more.
+Bullet accepts positions that are not numbers, flat hulls, negative masses and unknown bodies, and its answer is then
+wrong. Files are checked where they are read. An assembly can be changed afterwards, so all is checked again here.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from blockstat.assembly import Assembly
-from blockstat.contact.interfaces import find_interfaces
+from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError
 from blockstat.typing import Floats
 
@@ -25,7 +25,13 @@ OVERLAP = 0.05
 
 
 def check_assembly(assembly: Assembly) -> None:
-    """Raise InputError naming the first block that Bullet cannot simulate rightly."""
+    """Raise InputError for a scene that Bullet cannot simulate rightly; the message names the first block at fault.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        What is to be simulated.
+    """
     if not assembly.support.any():
         raise InputError(f'"{assembly.name}" has no supports; list the blocks that cannot move under "supports"')
     if assembly.support.all():
@@ -59,10 +65,37 @@ def _check_ratios(assembly: Assembly) -> None:
         free & (thickness(assembly) < THINNEST * size),
         f"is thinner than {THINNEST:g} of the size of most blocks; in Bullet it would not come to rest",
     )
-    mass = assembly.mass
-    if mass[free].max() <= MASSES * mass[free].min():
-        return
-    for a, b in find_interfaces(assembly).pair:
+
+
+def has_uneven_masses(assembly: Assembly) -> bool:
+    """Return whether some free block is so heavy that it must not rest on the lightest one.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+
+    Returns
+    -------
+    bool
+        True where `check_masses` is needed.
+    """
+    mass = assembly.mass[~assembly.support]
+    return bool(mass.max() > MASSES * mass.min())
+
+
+def check_masses(assembly: Assembly, interfaces: Interfaces) -> None:
+    """Raise InputError for a free block that touches one too light to carry it; the message names both.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    interfaces : Interfaces
+        Joints of the assembly.
+    """
+    free, mass = ~assembly.support, assembly.mass
+    for a, b in interfaces.pair:
         light, heavy = sorted((a, b), key=lambda block: mass[block])
         if free[a] and free[b] and mass[heavy] > MASSES * mass[light]:
             raise InputError(
@@ -72,7 +105,17 @@ def _check_ratios(assembly: Assembly) -> None:
 
 
 def check_overlap(assembly: Assembly, pair: tuple[int, int], depth: float) -> None:
-    """Raise InputError if two blocks start so far inside each other, by a depth [m], that they would fly apart."""
+    """Raise InputError for two blocks that start so far inside each other that they would fly apart.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    pair : tuple of two ints
+        The two blocks.
+    depth : float
+        How far they overlap [m].
+    """
     size = float(np.median(assembly.size[~assembly.support]))
     if depth > OVERLAP * size:
         a, b = (assembly.names[block] for block in pair)
@@ -83,7 +126,15 @@ def check_overlap(assembly: Assembly, pair: tuple[int, int], depth: float) -> No
 
 
 def check_rotations(assembly: Assembly, rotations: Floats) -> None:
-    """Raise InputError for an orientation, shape (n, 3, 3), that is not a rotation; Bullet would scale the block."""
+    """Raise InputError for an orientation that is not a rotation, by which Bullet would scale the block.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    rotations : array of float, shape (n_blocks, 3, 3)
+        Their orientations.
+    """
     product = np.einsum("nij,nik->njk", rotations, rotations)
     with np.errstate(invalid="ignore"):
         wrong = ~(np.abs(product - np.eye(3)).max(axis=(1, 2)) < 1e-6) | ~(np.linalg.det(rotations) > 0)
@@ -91,14 +142,33 @@ def check_rotations(assembly: Assembly, rotations: Floats) -> None:
 
 
 def check_blocks(assembly: Assembly, blocks: np.ndarray) -> None:
-    """Raise InputError for the number of a block that does not exist."""
+    """Raise InputError for the number of a block that does not exist.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    blocks : array of int
+        Numbers of blocks.
+    """
     for block in np.atleast_1d(blocks):
         if not 0 <= block < assembly.n_blocks:
             raise InputError(f"no block {block}; blocks are 0 to {assembly.n_blocks - 1}")
 
 
 def thickness(assembly: Assembly) -> Floats:
-    """Smallest extent of each block, shape (n,) [m], as of the box with its inertia."""
+    """Return the smallest extent of each block, as of the box with its inertia.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+
+    Returns
+    -------
+    array of float, shape (n_blocks,)
+        Extent [m].
+    """
     moments = np.linalg.eigvalsh(assembly.inertia)
     square = 6 * (moments[:, 0] + moments[:, 1] - moments[:, 2]) / assembly.mass
     return np.sqrt(np.maximum(square, 0.0))

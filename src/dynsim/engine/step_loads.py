@@ -1,51 +1,71 @@
-"""Forces and couples that act on the blocks for one time step, given to them as velocities.
+"""Forces and couples of one time step, applied as changes of velocity.
 
-Bullet's rows of friction leave the external torque of the step out (those of the normal force have it), so what leans
-on friction under an external torque creeps. A velocity they see.
+Bullet's friction rows do not include the external torque of the step (the rows of the normal force do), so a block that
+leans on friction under an external torque creeps. They do include velocities.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from blockstat.assembly import Assembly
 from blockstat.typing import Floats
-
-if TYPE_CHECKING:
-    from dynsim.engine.world import World
 
 
 class StepLoads:
-    """Collects what the actions add, and applies it once a step."""
+    """The forces and couples that actions add in a time step, and the velocities they lead to."""
 
-    def __init__(self, world: World) -> None:
-        assembly = world.assembly
-        self._world = world
+    def __init__(self, assembly: Assembly) -> None:
+        """Start with no loads.
+
+        Parameters
+        ----------
+        assembly : Assembly
+            The blocks that loads are added to.
+        """
+        self._mass = assembly.mass
         self._inverse = np.linalg.inv(assembly.inertia)
         self._sum = np.zeros((2, assembly.n_blocks, 3))  #: forces [N] and couples [N m]
         self._used = False
         self.inertia_scale = 1.0
         self.keep = 1.0  #: share of the velocities that damping leaves in a step; Bullet's own would take the loads too
 
+    @property
+    def idle(self) -> bool:
+        """Whether the velocities stay as they are."""
+        return not self._used and self.keep == 1.0
+
     def add(self, forces: Floats, couples: Floats) -> None:
-        """Forces at the centroids and couples, shape (n_blocks, 3) [N], [N m]."""
+        """Add forces at the centroids and couples to those of the next time step.
+
+        Parameters
+        ----------
+        forces, couples : array of float, shape (n_blocks, 3)
+            Forces [N] and couples [N m].
+        """
         self._sum += forces, couples
         self._used = True
 
-    def apply(self) -> None:
-        """Change the velocities."""
-        if not self._used and self.keep == 1.0:
-            return
-        world = self._world
-        rotation = world.poses()[1]
+    def take(self, rotation: Floats, linear: Floats, angular: Floats, time_step: float) -> tuple[Floats, Floats]:
+        """Return the velocities after what was added since the last call, and forget it.
+
+        Parameters
+        ----------
+        rotation : array of float, shape (n_blocks, 3, 3)
+            Rotation of the blocks since built.
+        linear, angular : array of float, shape (n_blocks, 3)
+            Velocities before [m/s], [1/s].
+        time_step : float
+            Time step [s].
+
+        Returns
+        -------
+        linear, angular : array of float, shape (n_blocks, 3)
+            Velocities after [m/s], [1/s].
+        """
         inverse = rotation @ self._inverse @ rotation.swapaxes(1, 2) / self.inertia_scale
-        linear, angular = (self.keep * value for value in world.velocities())
-        linear += self._sum[0] * (world.time_step / world.assembly.mass[:, None])
-        angular += np.einsum("nij,nj->ni", inverse, self._sum[1]) * world.time_step
-        blocks = world.assembly.free
-        if world.removed:
-            blocks = np.setdiff1d(blocks, list(world.removed))
-        world.set_velocities(blocks, linear[blocks], angular[blocks])
+        linear = self.keep * linear + self._sum[0] * (time_step / self._mass[:, None])
+        angular = self.keep * angular + np.einsum("nij,nj->ni", inverse, self._sum[1]) * time_step
         self._sum[:] = 0.0
         self._used = False
+        return linear, angular

@@ -1,4 +1,4 @@
-"""One Bullet client with the blocks of an assembly in it.
+"""One Bullet client with the blocks of an assembly in it, and what may act on them.
 
 The scene is simulated at a fixed scale: lengths so that the median block measures 0.3 m, gravity 9.81 m/s2,
 masses so that the median block weighs 100 kg. Rigid-block dynamics under Coulomb friction is scale-free with
@@ -10,20 +10,28 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from types import TracebackType
+from typing import Protocol
 
 import numpy as np
 
 from blockstat.assembly import Assembly
+from blockstat.contact.interfaces import Interfaces, find_interfaces
 from blockstat.errors import InputError
 from blockstat.typing import Floats, Ints
-from dynsim.bonds.glue import bonds_of
-from dynsim.engine.action import Action
 from dynsim.engine.bodies import Shape, hull_obj, shapes
 from dynsim.engine.bullet import ENGINE, import_bullet, matrices, quaternion
-from dynsim.engine.friction import block_friction
-from dynsim.engine.guards import check_assembly, check_blocks, check_overlap, check_rotations
+from dynsim.engine.friction import block_friction, common_friction, has_own_friction
+from dynsim.engine.guards import (
+    check_assembly,
+    check_blocks,
+    check_masses,
+    check_overlap,
+    check_rotations,
+    has_uneven_masses,
+)
 from dynsim.engine.step_loads import StepLoads
 from dynsim.settings import Settings
 
@@ -34,33 +42,107 @@ GRAVITY = 9.81  #: [m/s2] in the simulation
 ANCHOR = 1  #: a contact point that does not slide is held where it was
 
 
-class World:
-    """A context manager around one client; poses go in and out in the scene's own units."""
+class Action(Protocol):
+    """Something that acts on the blocks while they are simulated: a load, a bond, a spring.
 
-    def __init__(self, assembly: Assembly, settings: Settings, actions: Sequence[Action] = ()) -> None:
+    Everything it does goes through the methods of `World`, in the scene's own units. An action that must act at every
+    time step makes the run step from Python, a little more slowly.
+    """
+
+    @property
+    def each_step(self) -> bool:
+        """True: `act` comes before every time step; False: before every look."""
+        ...
+
+    def begin(self, world: World) -> None:
+        """Prepare for a run; called once, before settling.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        """
+        ...
+
+    def act(self, world: World, time: float) -> None:
+        """Act on the blocks; called through settling and the free run.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        time : float
+            Time since release [s], negative while settling.
+        """
+        ...
+
+
+class World:
+    """Blocks of an assembly in one Bullet client; a context manager.
+
+    Poses, forces and velocities go in and out in the scene's own units. The engine knows no bonds: whoever runs it
+    hands in those of the joint laws (`dynsim.bonds_of`) among the actions.
+    """
+
+    def __init__(
+        self,
+        assembly: Assembly,
+        settings: Settings,
+        actions: Sequence[Action] = (),
+        *,
+        interfaces: Interfaces | None = None,
+    ) -> None:
+        """Check the assembly and prepare its shapes; Bullet starts when the context is entered.
+
+        Parameters
+        ----------
+        assembly : Assembly
+            Blocks, supports, friction and gravity.
+        settings : Settings
+            Time step and iterations of the contact solver.
+        actions : sequence of Action
+            What acts on the blocks, the bonds of the joint laws among it.
+        interfaces : Interfaces, optional
+            Joints of the assembly; searched for when they are first needed.
+
+        Raises
+        ------
+        InputError
+            For a scene that Bullet cannot simulate rightly.
+        """
         check_assembly(assembly)
         free = ~assembly.support
         self.assembly = assembly
         self.settings = settings
+        if interfaces is not None:
+            self.interfaces = interfaces
+        if has_uneven_masses(assembly):
+            check_masses(assembly, self.interfaces)
         self.length = BLOCK_SIZE / float(np.median(assembly.size[free]))  #: simulation metres a scene metre
         strength = float(np.linalg.norm(assembly.gravity))
         self.time = float(np.sqrt(self.length * strength / GRAVITY))  #: simulation seconds a scene second
         self._mass = BLOCK_MASS / float(np.median(assembly.mass[free]))
         self._acceleration = GRAVITY / strength
         self.time_step = settings.time_step / self.time  #: [s]; `set_time_step` changes it
-        self.actions: tuple[Action, ...] = (*bonds_of(assembly), *actions)
+        self.actions = tuple(actions)
         self._stepwise = any(action.each_step for action in self.actions)
         self._shapes = shapes(assembly)
         check_rotations(assembly, np.stack([shape.rotation for shape in self._shapes]))
-        self._friction = block_friction(assembly)
+        own = has_own_friction(assembly)
+        self._friction = block_friction(assembly, self.interfaces) if own else common_friction(assembly)
         self._directory: tempfile.TemporaryDirectory[str] | None = None
         self._client = -1
-        self._loads = StepLoads(self) if self._stepwise else None
+        self._loads = StepLoads(assembly) if self._stepwise else None
         self._bodies: list[int] = []
         self._driven: dict[Action, Floats] = {}
         self._gravity = np.asarray(assembly.gravity, dtype=float)
         self._carried: set[int] = set()
         self.removed: set[int] = set()  #: blocks taken out by `remove`
+
+    @cached_property
+    def interfaces(self) -> Interfaces:
+        """The joints of the assembly as built; searched for when they are first asked for."""
+        return find_interfaces(self.assembly)
 
     def __enter__(self) -> World:
         self._directory = tempfile.TemporaryDirectory(prefix="dynsim-")
@@ -137,7 +219,13 @@ class World:
         return body
 
     def set_time_step(self, step: float) -> None:
-        """Time step from now on [s], in the time of `Settings`; a look stays as long as it is."""
+        """Set the time step from now on; the time between looks stays.
+
+        Parameters
+        ----------
+        step : float
+            Time step at simulation scale [s].
+        """
         self.settings = s = replace(self.settings, time_step=step)
         self.time_step = step / self.time
         self._bullet.setPhysicsEngineParameter(
@@ -146,7 +234,13 @@ class World:
         )  # fmt: skip
 
     def damp(self, value: float) -> None:
-        """Set linear and angular damping of all blocks; 1 takes all velocity away at every step."""
+        """Set the linear and angular damping of all blocks.
+
+        Parameters
+        ----------
+        value : float
+            Share of the velocity that a second at simulation scale takes away; 1 takes all of it away at every step.
+        """
         if self._loads is not None:
             self._loads.keep = (1.0 - value) ** self.settings.time_step
             value = 0.0
@@ -156,23 +250,61 @@ class World:
             )
 
     def advance(self, time: float = 0.0) -> None:
-        """Go forward by one look (`Settings.look_every` of simulated time); time : since release at its start [s]."""
+        """Go forward by one look, which is `Settings.look_every` at simulation scale.
+
+        Parameters
+        ----------
+        time : float
+            Time since release at the start of the look [s].
+        """
         steps = self.settings.substeps if self._stepwise else 1
         for step in range(steps):
             for action in self.actions:
                 if step == 0 or action.each_step:
                     action.act(self, time + step * self.time_step)
-            if self._loads is not None:
-                self._loads.apply()
+            self._apply_step_loads()
             self._bullet.stepSimulation(physicsClientId=self._client)
 
+    def _apply_step_loads(self) -> None:
+        """Give the blocks what acts on them for one time step, as velocities."""
+        if self._loads is None or self._loads.idle:
+            return
+        linear, angular = self._loads.take(self.poses()[1], *self.velocities(), self.time_step)
+        blocks = self.assembly.free
+        if self.removed:
+            blocks = np.setdiff1d(blocks, list(self.removed))
+        self.set_velocities(blocks, linear[blocks], angular[blocks])
+
     def set_gravity(self, gravity: Sequence[float] | Floats) -> None:
-        """Gravity from now on, shape (3,) [m/s2]."""
+        """Set gravity from now on.
+
+        Parameters
+        ----------
+        gravity : array of float, shape (3,)
+            Gravity [m/s2].
+        """
         self._gravity = np.asarray(gravity, dtype=float)
         self._bullet.setGravity(*(np.asarray(gravity) * self._acceleration), physicsClientId=self._client)
 
     def push(self, blocks: Sequence[int] | Ints, forces: Floats, points: Floats) -> None:
-        """Forces on some blocks until the end of the next step of `advance`; forces, points : shape (k, 3) [N], [m]."""
+        """Apply forces on some blocks until the end of Bullet's next call.
+
+        That is one time step where some action acts at each of them, and one look elsewhere.
+
+        Parameters
+        ----------
+        blocks : sequence of int, length k
+            Numbers of the blocks.
+        forces : array of float, shape (k, 3)
+            Forces [N].
+        points : array of float, shape (k, 3)
+            Where they act [m].
+
+        Raises
+        ------
+        InputError
+            For a block that does not exist and for values that are not finite.
+        """
         check_blocks(self.assembly, np.asarray(blocks))
         if not (np.isfinite(forces).all() and np.isfinite(points).all()):
             raise InputError("a force or its point is not a number")
@@ -184,15 +316,26 @@ class World:
             )
 
     def load(self, forces: Floats, couples: Floats) -> None:
-        """Forces at the centroids and couples for the next time step, shape (n_blocks, 3) [N], [N m].
+        """Apply forces at the centroids and couples for the next time step.
 
-        Only from actions that act at each step; for couples this is the way, see `dynsim.engine.step_loads`.
+        Only actions that act at each step may call it. For couples this is the way; see `dynsim.engine.step_loads`.
+
+        Parameters
+        ----------
+        forces, couples : array of float, shape (n_blocks, 3)
+            Forces [N] and couples [N m].
         """
         assert self._loads is not None
         self._loads.add(forces, couples)
 
     def scale_inertia(self, scale: float) -> None:
-        """Moments of inertia of all blocks times `scale` from now on; the masses stay."""
+        """Scale the moments of inertia of all blocks from now on; the masses stay.
+
+        Parameters
+        ----------
+        scale : float
+            Factor on the inertia as built.
+        """
         if self._loads is not None:
             self._loads.inertia_scale = scale
         for block in self.assembly.free:
@@ -203,9 +346,19 @@ class World:
             )  # fmt: skip
 
     def poses(self) -> tuple[Floats, Floats]:
-        """Displacement of each centroid from where it was built, shape (n, 3) [m], and rotation matrices (n, 3, 3).
+        """Return where the blocks are.
 
-        Raises RuntimeError when Bullet lost a block to NaN.
+        Returns
+        -------
+        displacement : array of float, shape (n_blocks, 3)
+            Of each centroid from where it was built [m].
+        rotation : array of float, shape (n_blocks, 3, 3)
+            Rotation since built.
+
+        Raises
+        ------
+        RuntimeError
+            When Bullet lost a block: its position is not a number.
         """
         answers = [
             self._bullet.getBasePositionAndOrientation(body, physicsClientId=self._client) for body in self._bodies
@@ -219,9 +372,17 @@ class World:
         return position - self.assembly.centroid, rotation
 
     def deepest_overlap(self) -> float:
-        """Deepest penetration between two blocks as they stand [m]; 0 for none.
+        """Return the deepest penetration between two blocks as they stand.
 
-        Raises InputError naming the two blocks for one that would throw them apart.
+        Returns
+        -------
+        float
+            Depth [m]; 0 for none.
+
+        Raises
+        ------
+        InputError
+            Naming two blocks that overlap so far that Bullet would throw them apart.
         """
         b = self._bullet
         b.performCollisionDetection(physicsClientId=self._client)
@@ -234,31 +395,74 @@ class World:
         return depth
 
     def drive(self, source: Action, acceleration: Floats) -> None:
-        """Accelerate every block by a body force on top of gravity, shape (3,) [m/s2]; sources add up."""
+        """Accelerate every block by a body force on top of gravity.
+
+        Parameters
+        ----------
+        source : Action
+            Who drives; what different sources give adds up.
+        acceleration : array of float, shape (3,)
+            Acceleration from now on [m/s2].
+        """
         self._driven[source] = np.asarray(acceleration, dtype=float)
         self.set_gravity(np.sum([self.assembly.gravity, *self._driven.values()], axis=0))
 
     def velocities(self) -> tuple[Floats, Floats]:
-        """Velocity of each centroid [m/s] and angular velocity [1/s], shape (n, 3) each."""
+        """Return the velocities of the blocks.
+
+        Returns
+        -------
+        linear : array of float, shape (n_blocks, 3)
+            Velocity of each centroid [m/s].
+        angular : array of float, shape (n_blocks, 3)
+            Angular velocity [1/s].
+        """
         answers = [self._bullet.getBaseVelocity(body, physicsClientId=self._client) for body in self._bodies]
         linear, angular = np.array(answers).swapaxes(0, 1)
         return linear * (self.time / self.length), angular * self.time
 
     def set_velocity(self, block: int, linear: Floats, angular: Floats) -> None:
-        """Velocity [m/s] and angular velocity [1/s] of a free block, shape (3,) each."""
+        """Set the velocity of a free block.
+
+        Parameters
+        ----------
+        block : int
+            Number of the block.
+        linear, angular : array of float, shape (3,)
+            Velocity of the centroid [m/s] and angular velocity [1/s].
+        """
         self.set_velocities([block], np.atleast_2d(linear), np.atleast_2d(angular))
 
     def set_velocities(self, blocks: Sequence[int] | Ints, linear: Floats, angular: Floats) -> None:
-        """Velocities [m/s] and angular velocities [1/s] of free blocks, shape (k, 3) each."""
+        """Set the velocities of free blocks.
+
+        Parameters
+        ----------
+        blocks : sequence of int, length k
+            Numbers of the blocks.
+        linear, angular : array of float, shape (k, 3)
+            Velocities of the centroids [m/s] and angular velocities [1/s].
+        """
         one, two = (linear * (self.length / self.time)).tolist(), (angular / self.time).tolist()
         for block, v, w in zip(blocks, one, two, strict=True):
             self._bullet.resetBaseVelocity(self._bodies[block], v, w, physicsClientId=self._client)
 
     def carry(self, support: int, displacement: Floats, velocity: Floats) -> None:
-        """Put a support at a displacement from where it was built [m], moving at a velocity [m/s], for one time step.
+        """Put a moving support in its place for one time step.
 
-        Bullet takes any static body to be at rest, so that it would slip under what stands on it: a support that
-        moves becomes a body of enormous mass, told its place and velocity before every step.
+        Parameters
+        ----------
+        support : int
+            Number of the block.
+        displacement : array of float, shape (3,)
+            Displacement from where it was built [m].
+        velocity : array of float, shape (3,)
+            Velocity [m/s].
+
+        Notes
+        -----
+        Bullet takes any static body to be at rest, so a static support would slip under what stands on it. A support
+        that moves becomes a body of enormous mass, told its place and velocity before every step.
         """
         b, body = self._bullet, self._bodies[support]
         if support not in self._carried:
@@ -276,7 +480,13 @@ class World:
         b.resetBaseVelocity(body, at.tolist(), [0.0, 0.0, 0.0], physicsClientId=self._client)
 
     def remove(self, block: int) -> None:
-        """Take a block out: nothing touches it any more, and `poses` tells where it last was."""
+        """Take a block out: nothing touches it any more, and `poses` tells where it last was.
+
+        Parameters
+        ----------
+        block : int
+            Number of the block.
+        """
         b, body = self._bullet, self._bodies[block]
         b.changeDynamics(body, -1, mass=0.0, physicsClientId=self._client)
         b.setCollisionFilterGroupMask(body, -1, 0, 0, physicsClientId=self._client)
@@ -284,10 +494,16 @@ class World:
         self.removed.add(block)
 
     def contact_forces(self) -> tuple[Ints, Floats, Floats]:
-        """Forces of the last time step at every contact point.
+        """Return the forces of the last time step at every contact point.
 
-        Returns the two blocks, shape (k, 2); the point, shape (k, 3) [m]; the force on the second block, normal and
-        friction together, shape (k, 3) [N].
+        Returns
+        -------
+        pairs : array of int, shape (k, 2)
+            The two blocks of each point.
+        point : array of float, shape (k, 3)
+            Where they touch [m].
+        force : array of float, shape (k, 3)
+            Force on the second block, normal and friction together [N].
         """
         found = self._bullet.getContactPoints(physicsClientId=self._client) or ()
         block = {body: i for i, body in enumerate(self._bodies)}

@@ -5,20 +5,29 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces, find_interfaces
+from blockstat.result import Result, Sentence
 from blockstat.typing import Floats, Ints
 
 #: A joint is cracked when it has opened or slid by more than this share of the smaller of its two blocks.
 CRACK = 1e-2
 
 
+class CrackOutcome(Sentence):
+    """Whether joints cracked; the value of each is the sentence that a user reads."""
+
+    SOUND = "Sound: no joint opened or slid by more than its threshold."
+    CRACKED = "Cracked: joints opened or slid by more than their threshold."
+
+
 @dataclass(frozen=True, eq=False)
-class Cracks:
-    """Every joint and how far it has opened and slid since release."""
+class Cracks(Result):
+    """All joints of an assembly, and how far each has opened and slid since release."""
 
     assembly: Assembly
     pair: Ints  #: shape (n_interfaces, 2), blocks a < b
@@ -32,21 +41,55 @@ class Cracks:
         return (self.opening > self.threshold) | (self.slip > self.threshold)
 
     @property
+    def outcome(self) -> CrackOutcome:
+        """Whether a joint is cracked."""
+        return CrackOutcome.CRACKED if self.n_cracks else CrackOutcome.SOUND
+
+    @property
     def n_cracks(self) -> int:
+        """Number of cracked joints."""
         return int(self.cracked.sum())
 
     def per_group(self) -> dict[str, int]:
-        """Cracked joints by group: within a wall under its name, between two under "a | b"; most first."""
+        """Return the number of cracked joints by group.
+
+        Returns
+        -------
+        dict of str to int
+            Joints within a group under its name, joints between two groups under "a | b"; most cracks first.
+        """
         groups = self.assembly.groups
         counts = Counter(" | ".join(sorted({groups[a], groups[b]})) for a, b in self.pair[self.cracked])
         return dict(sorted(counts.items(), key=lambda item: (-item[1], item[0])))
 
     def explain(self, limit: int = 5) -> str:
-        """The count in words, with the groups that cracked most."""
+        """Return the number of cracks in words, with the groups that cracked most.
+
+        Parameters
+        ----------
+        limit : int
+            How many groups are named at most.
+
+        Returns
+        -------
+        str
+            One line of plain text.
+        """
         rows = list(self.per_group().items())
         text = ", ".join(f"{name or 'no group'} {count}" for name, count in rows[:limit])
         more = f" and {len(rows) - limit} more groups" if len(rows) > limit else ""
-        return f"Cracks: {self.n_cracks} of {len(self.pair)} joints ({text}{more})."
+        count = f"Cracks: {self.n_cracks} of {len(self.pair)} joints"
+        return f"{count} ({text}{more})." if rows else f"{count}."
+
+    def summary(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {
+            "outcome": self.outcome.word,
+            "sentence": self.outcome.value,
+            "cracks": self.per_group(),
+            "n_cracks": self.n_cracks,
+            "n_interfaces": len(self.pair),
+        }
 
 
 def find_cracks(
@@ -57,10 +100,24 @@ def find_cracks(
     threshold: float | None = None,
     interfaces: Interfaces | None = None,
 ) -> Cracks:
-    """Opening and slip of each joint between two poses.
+    """Return the opening and the slip of each joint between two poses.
 
-    before, after : displacement of the centroids from where they were built, shape (n_blocks, 3) [m], and rotation,
-    shape (n_blocks, 3, 3). threshold [m] : from which a joint is cracked; None: a hundredth of its smaller block.
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks as built.
+    before, after : tuple of two arrays
+        Displacement of the centroids from where they were built, shape (n_blocks, 3) [m], and rotation since built,
+        shape (n_blocks, 3, 3).
+    threshold : float, optional
+        Opening or slip from which a joint is cracked [m]; None: a hundredth of the size of its smaller block.
+    interfaces : Interfaces, optional
+        Joints of the assembly; searched for when None.
+
+    Returns
+    -------
+    Cracks
+        All joints, and which of them are cracked.
     """
     faces = find_interfaces(assembly) if interfaces is None else interfaces
     relative = _jump(assembly, faces, *after) - _jump(assembly, faces, *before)

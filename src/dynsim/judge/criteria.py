@@ -1,7 +1,7 @@
-"""The displacement criteria of the procedural-masonry paper, and the full displacement beside them.
+"""The displacement criteria of the procedural-masonry paper, and the length of the displacement beside them.
 
-Both equations look down (along gravity) only: a wall that slides sideways passes them. So the length of the
-displacement and the rotation are judged too.
+Both equations measure displacement along gravity only: a wall that slides sideways passes them. So the length of the
+displacement and the rotation count too.
 """
 
 from __future__ import annotations
@@ -22,14 +22,36 @@ ARM = 0.5
 
 
 def default_threshold(assembly: Assembly) -> float:
-    """Displacement that counts as falling [m]."""
+    """Return the displacement that counts as falling.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks; supports do not count.
+
+    Returns
+    -------
+    float
+        Displacement [m].
+    """
     size = assembly.size[~assembly.support]
     tall = np.median(size) * COURSE_SHARE * courses(assembly) ** 2
     return float(max(np.median(size) * MEDIAN_SHARE, size.min() * SMALLEST_SHARE) + tall)
 
 
 def courses(assembly: Assembly) -> float:
-    """How many blocks are on top of each other: height of the free blocks over the median height of one."""
+    """Return how many blocks lie on top of each other.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks; supports do not count.
+
+    Returns
+    -------
+    float
+        Height of the free blocks over the median height of one, along gravity.
+    """
     free = ~assembly.support
     along = assembly.vertices @ (assembly.gravity / np.linalg.norm(assembly.gravity))
     low = np.minimum.reduceat(along, assembly.vertex_start[:-1])[free]
@@ -38,12 +60,42 @@ def courses(assembly: Assembly) -> float:
 
 
 def drops(assembly: Assembly, displacement: Floats) -> Floats:
-    """Eq. 2: how far each block went down along gravity [m]; displacement : shape (..., n_blocks, 3)."""
+    """Return how far each block went down (Eq. 2).
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Its gravity says what is down.
+    displacement : array of float, shape (..., 3)
+        Displacements [m].
+
+    Returns
+    -------
+    array of float, shape (...)
+        Component along gravity [m], positive downwards.
+    """
     return displacement @ (assembly.gravity / np.linalg.norm(assembly.gravity))
 
 
 def group_box_centre(assembly: Assembly, blocks: Ints, displacement: Floats, rotation: Floats) -> Floats:
-    """Eq. 1: centre of the bounding box of some blocks as they lie now, shape (3,) [m]."""
+    """Return the centre of the bounding box of some blocks as they lie now (Eq. 1).
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks as built.
+    blocks : array of int
+        Numbers of the blocks of the group.
+    displacement : array of float, shape (n_blocks, 3)
+        Displacement of the centroids since built [m].
+    rotation : array of float, shape (n_blocks, 3, 3)
+        Rotation since built.
+
+    Returns
+    -------
+    array of float, shape (3,)
+        Centre of the box [m].
+    """
     block = np.repeat(np.arange(assembly.n_blocks), np.diff(assembly.vertex_start))
     corner = np.flatnonzero(np.isin(block, blocks))
     owner = block[corner]
@@ -53,19 +105,47 @@ def group_box_centre(assembly: Assembly, blocks: Ints, displacement: Floats, rot
 
 
 def angles(rotation: Floats) -> Floats:
-    """Angle by which each block has turned since the first frame [rad]; rotation : shape (n_frames, n, 3, 3).
+    """Return the angle by which each block has turned since the first frame.
 
-    From the distance between the two matrices, 2 sqrt(2) sin(angle / 2), which is exact for small angles too.
+    Parameters
+    ----------
+    rotation : array of float, shape (n_frames, n_blocks, 3, 3)
+        Rotation matrices.
+
+    Returns
+    -------
+    array of float, shape (n_frames, n_blocks)
+        Angles [rad].
+
+    Notes
+    -----
+    The distance of two rotation matrices is 2 sqrt(2) sin(angle / 2), which is exact for small angles too.
     """
     apart = np.linalg.norm(rotation - rotation[0], axis=(2, 3))
     return 2 * np.arcsin(np.minimum(apart / (2 * np.sqrt(2)), 1.0))
 
 
 def rate(times: Floats, displacement: Floats, window: float) -> float:
-    """Speed of the fastest block at the end of a run [m/s], by where it was a window [s] before.
+    """Return the speed of the fastest block at the end of a run.
 
-    displacement : shape (n_frames, n, 3) [m]. Shaking is no creep: over a third of the run, if that is longer, it
-    averages out, so the slower of the two counts.
+    Parameters
+    ----------
+    times : array of float, shape (n_frames,)
+        Times [s].
+    displacement : array of float, shape (n_frames, n_blocks, 3)
+        Displacements [m].
+    window : float
+        Time over which the speed is taken [s].
+
+    Returns
+    -------
+    float
+        Speed [m/s].
+
+    Notes
+    -----
+    Shaking is no creep. Over a third of the run, if that is longer than the window, it averages out, so the smaller of
+    the two speeds counts.
     """
 
     def over(duration: float) -> float:

@@ -1,22 +1,23 @@
-"""Bullet's own limit load multiplier, by bracketing."""
+"""The limit load multiplier in Bullet, by bracketing."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import Enum
 from time import process_time
 from typing import Any
 
 import numpy as np
 
 from blockstat.analysis.limit_load import LoadOutcome, limit_load
-from blockstat.analysis.verdict import as_html
 from blockstat.assembly import Assembly
+from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError
 from blockstat.loads import as_load
+from blockstat.result import Result, Sentence, finite
 from blockstat.typing import Floats
-from dynsim.judge.verify import DynamicOutcome, verify
+from dynsim.judge.verdict import DynamicOutcome
+from dynsim.judge.verify import verify
 from dynsim.loads.loading import Constant
 from dynsim.settings import Settings
 
@@ -30,16 +31,12 @@ UNBOUNDED = 64.0
 BESIDE = 0.05
 
 
-class LimitOutcome(Enum):
-    """The answers; each value is the sentence a user reads."""
+class LimitOutcome(Sentence):
+    """How a bracketing ended; the value of each is the sentence that a user reads."""
 
     LIMIT = "Limit: in Bullet the assembly carries the load up to the lower multiplier, and moves at the upper one."
     UNBOUNDED = "Unbounded: no multiple of the load that was tried moves the assembly in Bullet."
     DEAD_LOAD_FALLS = "Falls under dead load: in Bullet the assembly does not stand without the load."
-
-    @property
-    def word(self) -> str:
-        return self.name.lower()
 
 
 @dataclass(frozen=True)
@@ -54,7 +51,7 @@ class Trial:
 
 
 @dataclass(frozen=True, eq=False)
-class DynamicLimit:
+class DynamicLimit(Result):
     """Bracket on the multiplier of a load at which an assembly ceases to stand in Bullet."""
 
     outcome: LimitOutcome
@@ -67,12 +64,12 @@ class DynamicLimit:
 
     @property
     def ratio(self) -> float | None:
-        """Middle of the bracket over the static upper bound; None where one of them is not finite."""
+        """Return the middle of the bracket over the static upper bound; None where one of them is not finite."""
         middle = (self.lower + self.upper) / 2
         return middle / self.static[1] if np.isfinite(middle) and np.isfinite(self.static[1]) else None
 
     def explain(self) -> str:
-        """The answer in a few lines of plain text."""
+        """Return the bracket, its ratio to the static limit and all runs in words, one fact a line."""
         lines = [self.outcome.value]
         if self.outcome is LimitOutcome.LIMIT:
             lines.append(f"Multiplier between {self.lower:.5g} and {self.upper:.5g}.")
@@ -83,25 +80,15 @@ class DynamicLimit:
         lines += [f"Warning: {text}" for text in self.warnings]
         return "\n".join(lines)
 
-    def __str__(self) -> str:
-        return self.explain()
-
-    def _repr_html_(self) -> str:
-        return as_html(self.explain())
-
     def summary(self) -> dict[str, Any]:
-        """Plain values for JSON; None for what is not finite."""
-
-        def plain(value: float) -> float | None:
-            return float(value) if np.isfinite(value) else None
-
+        """Return plain values for JSON; what is not finite is None."""
         return {
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,
-            "lower": plain(self.lower),
-            "upper": plain(self.upper),
-            "static_lower": plain(self.static[0]),
-            "static_upper": plain(self.static[1]),
+            "lower": finite(self.lower),
+            "upper": finite(self.upper),
+            "static_lower": finite(self.static[0]),
+            "static_upper": finite(self.static[1]),
             "ratio": self.ratio,
             "runs": len(self.trials),
             "trials": [vars(trial) for trial in self.trials],
@@ -117,22 +104,49 @@ def limit(
     settings: Settings | None = None,
     width: float = 0.01,
     check: bool = True,
+    interfaces: Interfaces | None = None,
     progress: Callable[[Trial], None] | None = None,
 ) -> DynamicLimit:
     """Bracket the multiplier of a load at which an assembly ceases to stand in Bullet.
 
-    load : three numbers, a direction of acceleration in units of the scene's gravity, or a wrench on each block,
-    shape (n_blocks, 6) [N, N m], as in `blockstat.limit_load`. The load is there from the start of settling on. The
-    search starts from the static limit. width : of the bracket, relative to its upper end. check : two more runs,
-    beside the bracket, which notice when verdicts do not change once only. progress : called after every run.
-    Whatever is not "stands" counts as beyond the limit. Raises InputError as `verify` does, or for a bad load.
+    The search starts from the static limit load. Whatever is not "stands" counts as beyond the limit.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Blocks, supports and joint laws.
+    load : sequence of three floats, or array of shape (n_blocks, 6)
+        A direction of acceleration, in units of the scene's gravity, or a wrench on each block about its centroid
+        [N, N m], as in `blockstat.limit_load`. The load acts from the start of settling on.
+    settings : Settings, optional
+        Of each run, as in `verify`.
+    width : float
+        Width of the bracket relative to its upper end, from 1e-4 to below 1.
+    check : bool
+        Two more runs beside the bracket, which notice when verdicts change more than once.
+    interfaces : Interfaces, optional
+        Joints of the assembly; searched for once when None.
+    progress : callable, optional
+        Called with the `Trial` of every run.
+
+    Returns
+    -------
+    DynamicLimit
+        The bracket, the static bracket and all runs.
+
+    Raises
+    ------
+    InputError
+        As `verify` does, or for a bad load or width.
     """
     if not 1e-4 <= width < 1:
         raise InputError(f"limit: width is {width!r}; it must be from 0.0001 to below 1")
     start = process_time()
     force = _as_force(assembly, load)
-    static = limit_load(assembly, load)
-    search = _Search(assembly, force, settings, width, progress)
+    static = limit_load(assembly, load, interfaces=interfaces)
+    if interfaces is None and static.interfaces.share is None:
+        interfaces = static.interfaces  # as they were found, not divided into cells for a joint law
+    search = _Search(assembly, force, settings, interfaces, width, progress)
     if static.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE and not search.stands(0.0):
         outcome, lower, upper = LimitOutcome.DEAD_LOAD_FALLS, -np.inf, -np.inf
     else:
@@ -148,7 +162,7 @@ def limit(
 
 
 def _as_force(assembly: Assembly, load: Any) -> Floats:
-    """What `Constant` takes: an acceleration where the load is one, which Bullet applies without stepping from here."""
+    """Return what `Constant` takes: of a direction an acceleration, which Bullet applies without stepping from here."""
     wrench = as_load(assembly, load)
     direction = np.asarray(load, dtype=float)
     if direction.shape != (3,):
@@ -164,17 +178,18 @@ class _Search:
         assembly: Assembly,
         force: Floats,
         settings: Settings | None,
+        interfaces: Interfaces | None,
         width: float,
         progress: Callable[[Trial], None] | None,
     ) -> None:
         self._assembly, self._force, self._settings = assembly, force, settings
-        self._width, self._progress = width, progress
+        self._interfaces, self._width, self._progress = interfaces, width, progress
         self.trials: list[Trial] = []
 
     def stands(self, multiplier: float) -> bool:
         """Run the protocol at a multiplier."""
         loads = [Constant(multiplier * self._force)] if multiplier else []
-        verdict = verify(self._assembly, settings=self._settings, loads=loads)
+        verdict = verify(self._assembly, settings=self._settings, loads=loads, interfaces=self._interfaces)
         run = verdict.run
         trial = Trial(
             float(multiplier), verdict.outcome.word, verdict.max_displacement, float(run.times[-1]), run.process_seconds
@@ -238,7 +253,7 @@ class _Search:
 
 
 def _warnings(trials: list[Trial], lower: float, upper: float) -> tuple[str, ...]:
-    """What the runs say that does not fit one limit."""
+    """Return what the runs say that does not fit one limit."""
     stood = [t.multiplier for t in trials if t.verdict == DynamicOutcome.STANDS.word]
     moved = [t.multiplier for t in trials if t.verdict != DynamicOutcome.STANDS.word]
     warnings = []

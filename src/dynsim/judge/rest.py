@@ -1,4 +1,4 @@
-"""How a run under loads that change is judged: which blocks count, from when on, and against what threshold."""
+"""Rest detection, and the criteria under loads: which blocks count, from when on, against what threshold."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 
 from blockstat.assembly import Assembly
 from blockstat.typing import Floats, Ints
-from dynsim.engine.action import Load
 from dynsim.judge.criteria import default_threshold
+from dynsim.loads.load import Load
 from dynsim.loads.loading import Removal
 
 #: Blocks rock for long: after the last change of a load a run may take this many times `Settings.end`.
@@ -25,40 +25,101 @@ LONGER = 2.0
 
 
 def last_change(loads: Sequence[Load]) -> float:
-    """Time since release of the last change of a load [s]; -inf where none changes."""
+    """Return when the loads change for the last time.
+
+    Parameters
+    ----------
+    loads : sequence of Load
+        Loads of a run.
+
+    Returns
+    -------
+    float
+        Time since release [s]; -inf where no load changes.
+    """
     return max((load.end for load in loads), default=-np.inf)
 
 
 def stays(assembly: Assembly, loads: Sequence[Load]) -> Ints:
-    """The free blocks that no load takes away."""
+    """Return the free blocks that no load takes away.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    loads : sequence of Load
+        Loads of a run.
+
+    Returns
+    -------
+    array of int
+        Numbers of blocks, ascending.
+    """
     gone = [assembly.blocks_named(load.blocks, "removal") for load in loads if isinstance(load, Removal)]
     return np.setdiff1d(assembly.free, np.concatenate(gone)) if gone else assembly.free
 
 
 def threshold_under(assembly: Assembly, loads: Sequence[Load]) -> float:
-    """Displacement that counts as falling [m]: of a block's size where loads shake, tilt or move the ground."""
+    """Return the displacement that counts as falling under some loads.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    loads : sequence of Load
+        Loads of a run.
+
+    Returns
+    -------
+    float
+        Displacement [m]: the default threshold, or the size of a block and what the loads move where a load changes.
+    """
     if np.isinf(last_change(loads)):
         return default_threshold(assembly)
     return float(np.median(assembly.size[assembly.free])) + sum(load.travel for load in loads)
 
 
-class Calm:
+class RestDetection:
     """Whether blocks are at rest, as seen look by look.
 
-    They are still: within a distance of one place for a time; or near where they were let go, within three such
-    distances for that time, and less far than in the time before. And they are quiet, or have been within the
-    distance of one place for longer.
+    Blocks rest when they are still and quiet. They are still when they stayed within a distance of one place for a
+    time. They are also still when they are near where they were released, moved by less than three such distances in
+    that time, and by less than in the time before. They are quiet when the root mean square of their motion is small.
+    Blocks that have been within the distance of one place for longer need not be quiet.
     """
 
     def __init__(self, distance: float, duration: float, small: float) -> None:
-        """small : how far from where they were let go blocks may be while their motion dies away [m]."""
+        """Set what counts as rest.
+
+        Parameters
+        ----------
+        distance : float
+            Displacement within which blocks are still [m].
+        duration : float
+            For how long they have to be [s].
+        small : float
+            How far from where they were released blocks may be while their motion dies away [m].
+        """
         self._distance, self._duration, self._small = distance, duration, small
         self._start, self._place = -np.inf, np.empty((0, 3))
         self._past: deque[tuple[float, Floats]] = deque()
         self.reached = False
 
-    def since(self, time: float, moved: Floats) -> bool:
-        """Look at displacements, shape (n, 3) [m], at a time; before 0 nothing is calm."""
+    def look(self, time: float, moved: Floats) -> bool:
+        """Take displacements in, and return whether the blocks are at rest.
+
+        Parameters
+        ----------
+        time : float
+            Time of the look [s]; before 0 nothing is at rest.
+        moved : array of float, shape (n_blocks, 3)
+            Displacements [m].
+
+        Returns
+        -------
+        bool
+            Whether the blocks are at rest.
+        """
         if time <= 0 or _furthest(moved - self._place) >= self._distance:
             self._start, self._place = max(time, 0.0), moved
         if time > 0:

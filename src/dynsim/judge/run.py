@@ -1,4 +1,4 @@
-"""Run the protocol: settle under full damping, then let go and watch."""
+"""The protocol of a run: settle under full damping, then release and record."""
 
 from __future__ import annotations
 
@@ -10,9 +10,12 @@ from time import process_time
 import numpy as np
 
 from blockstat.assembly import Assembly
+from blockstat.contact.interfaces import Interfaces, find_interfaces
 from blockstat.typing import Floats, Ints
-from dynsim.engine.action import Action
-from dynsim.engine.world import World
+from dynsim.bonds.glue import bonds_of
+from dynsim.engine.guards import check_assembly
+from dynsim.engine.world import Action, World
+from dynsim.loads.load import Loads, as_loads
 from dynsim.settings import Settings
 
 #: Taller scenes need longer to show a fall: times grow as sqrt(height) above this height at simulation scale.
@@ -30,12 +33,29 @@ class Contacts:
     force: Floats  #: on the second block, shape (k, 3) [N]
 
     def on(self, block: int) -> Floats:
-        """Sum of the forces on a block, shape (3,) [N]."""
+        """Return the sum of the contact forces on a block.
+
+        Parameters
+        ----------
+        block : int
+            Number of the block.
+
+        Returns
+        -------
+        array of float, shape (3,)
+            Force [N].
+        """
         second, first = (self.pairs[:, k] == block for k in (1, 0))
         return self.force[second].sum(axis=0) - self.force[first].sum(axis=0)
 
     def between(self) -> dict[tuple[int, int], Floats]:
-        """Force on the second block of every pair that touches, the smaller number first, shape (3,) [N] each."""
+        """Return the contact force between every two blocks that touch.
+
+        Returns
+        -------
+        dict of (int, int) to array of float, shape (3,)
+            Force on the block with the larger number [N], by pair, the smaller number first.
+        """
         ordered = np.sort(self.pairs, axis=1)
         force = np.where((ordered == self.pairs).all(axis=1)[:, None], self.force, -self.force)
         pairs, group = np.unique(ordered, axis=0, return_inverse=True)
@@ -77,20 +97,50 @@ def simulate(
     *,
     settings: Settings | None = None,
     stop: Callable[[float, Floats], bool] | None = None,
+    loads: Loads = (),
     actions: Sequence[Action] = (),
     hold: float = 0.0,
+    interfaces: Interfaces | None = None,
 ) -> Run:
-    """Settle an assembly and let it go.
+    """Settle an assembly under full damping, release it, and return its motion.
 
-    stop : called at every look with the simulated share of `Settings.end` that has gone since release and `hold`
-    (below 0 until then) and the displacement since release, shape (n_blocks, 3) [m]; True ends the run.
-    actions : what acts on the blocks meanwhile. hold : the free run is longer by this [s].
+    Parameters
+    ----------
+    assembly : Assembly
+        Blocks, supports and joint laws. The bonds of the joint laws are simulated too.
+    settings : Settings, optional
+        Time steps and durations; the default settings when None.
+    stop : callable, optional
+        Called at every look with two values: the part of `Settings.end` that has passed since release and `hold` [s]
+        (negative until then), and the displacement since release, shape (n_blocks, 3) [m]. True ends the run.
+    loads : Load, array of shape (n_blocks, 6), or a sequence of them
+        What acts besides the weight, as in `verify`.
+    actions : sequence of Action
+        What else acts on the blocks.
+    hold : float
+        The free run is longer by this time [s].
+    interfaces : Interfaces, optional
+        Joints of the assembly; searched for when None, and only where they are needed.
+
+    Returns
+    -------
+    Run
+        The trajectory of all blocks.
+
+    Raises
+    ------
+    InputError
+        As `verify` does, for a scene, a load or a joint law that cannot be simulated.
     """
     settings = settings or Settings()
+    check_assembly(assembly)
     start = process_time()
     times, displacement, rotation, kinetic = [], [], [], []
     removed = np.full(assembly.n_blocks, np.inf)
-    with World(assembly, settings, actions) as world:
+    if interfaces is None and assembly.joints:
+        interfaces = find_interfaces(assembly)
+    acting = (*bonds_of(assembly, interfaces=interfaces), *as_loads(assembly, loads), *actions)
+    with World(assembly, settings, acting, interfaces=interfaces) as world:
         overlap = world.deepest_overlap()
         stretch = np.sqrt(max(_height(assembly) * world.length / TALL, 1.0))
         look = settings.substeps * settings.time_step

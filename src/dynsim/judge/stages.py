@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.csgraph import dijkstra
 
 from blockstat.assembly import Assembly
-from blockstat.contact.interfaces import find_interfaces
+from blockstat.contact.interfaces import Interfaces
 from dynsim.settings import Settings
 
 #: Iterations of the contact solver for each joint between a block and the nearest support: the solver carries a force
@@ -29,11 +27,26 @@ class Stages:
     fine: Settings | None = None  #: the last word
 
 
-def stages(assembly: Assembly, settings: Settings) -> Stages:
-    """The runs of a verdict where nothing acts but weight."""
+def stages(assembly: Assembly, settings: Settings, interfaces: Interfaces) -> Stages:
+    """Return the runs of a verdict where nothing acts but weight.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    settings : Settings
+        What was asked for.
+    interfaces : Interfaces
+        Joints of the assembly.
+
+    Returns
+    -------
+    Stages
+        Settings of each run.
+    """
     if settings.fine_step >= settings.time_step:
         return Stages(settings)
-    depth = chain(assembly)
+    depth = chain(assembly, interfaces)
     coarse = settings.quick_step > settings.time_step
     settle = settings.settle_step or (settings.quick_step if coarse else None)
     first = replace(settings, iterations=max(settings.iterations, MIDDLE * depth), settle_step=settle)
@@ -44,9 +57,25 @@ def stages(assembly: Assembly, settings: Settings) -> Stages:
     return Stages(first, check, fine)
 
 
-def chain(assembly: Assembly) -> int:
-    """Joints between a support and the block furthest from any."""
-    pair = find_interfaces(assembly).pair
+def chain(assembly: Assembly, interfaces: Interfaces) -> int:
+    """Return the number of joints between a support and the block furthest from any.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    interfaces : Interfaces
+        Joints of the assembly.
+
+    Returns
+    -------
+    int
+        Number of joints on the shortest way.
+    """
+    from scipy import sparse
+    from scipy.sparse.csgraph import dijkstra
+
+    pair = interfaces.pair
     n = assembly.n_blocks
     graph = sparse.coo_array((np.ones(len(pair)), (pair[:, 0], pair[:, 1])), shape=(n, n)).tocsr()
     far = dijkstra(graph, directed=False, indices=np.flatnonzero(assembly.support), unweighted=True, min_only=True)

@@ -1,32 +1,27 @@
-"""What a dynamic check answers."""
+"""The dynamic verdict and the displacements behind it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum
 from typing import Any
 
-from blockstat.analysis.verdict import as_html
+from blockstat.result import Result, Sentence
 from blockstat.typing import Floats, Ints
 from dynsim.judge.cracks import Cracks
 from dynsim.judge.run import Run
 
 
-class DynamicOutcome(Enum):
-    """The three dynamic answers; each value is the sentence a user reads."""
+class DynamicOutcome(Sentence):
+    """The three dynamic answers; the value of each is the sentence that a user reads."""
 
     STANDS = "Stands: the blocks came to rest within the threshold."
     FALLS = "Falls: blocks moved further than the threshold."
     CREEPS = "Creeps: blocks stayed within the threshold and were still moving, slowly, at the end of the run."
 
-    @property
-    def word(self) -> str:
-        return self.name.lower()
-
 
 @dataclass(frozen=True, eq=False)
-class DynamicVerdict:
-    """What Bullet saw. Drops and displacements are since release, after settling [m]."""
+class DynamicVerdict(Result):
+    """The dynamic verdict. Drops and displacements are since release, after settling [m]."""
 
     outcome: DynamicOutcome
     group: str  #: group of Eq. 1, "" for the whole assembly
@@ -47,15 +42,17 @@ class DynamicVerdict:
 
     @property
     def passes_eq1(self) -> bool:
+        """Whether the group of Eq. 1 dropped by less than its threshold."""
         return self.group_drop < self.roof_threshold
 
     @property
     def passes_eq2(self) -> bool:
+        """Whether every block dropped by less than its threshold."""
         return self.max_drop < self.brick_threshold
 
     @property
     def process_seconds(self) -> float:
-        """Process time of the runs behind it, wherever they took place."""
+        """Process time of all runs behind the verdict [s], wherever they took place."""
         return self.run.process_seconds
 
     @property
@@ -64,7 +61,18 @@ class DynamicVerdict:
         return self.run.since_release[-1]
 
     def explain(self, limit: int = 5) -> str:
-        """The verdict in words."""
+        """Return the outcome and the displacements behind it in words, one fact a line.
+
+        Parameters
+        ----------
+        limit : int
+            How many moved blocks are named at most.
+
+        Returns
+        -------
+        str
+            Lines of plain text.
+        """
         lines = [
             self.outcome.value,
             f"Eq. 1: {self.group or 'whole assembly'} dropped {1e3 * self.group_drop:.2g} mm "
@@ -84,14 +92,8 @@ class DynamicVerdict:
         lines += [f"Warning: {text}" for text in self.warnings]
         return "\n".join(lines)
 
-    def __str__(self) -> str:
-        return self.explain()
-
-    def _repr_html_(self) -> str:
-        return as_html(self.explain())
-
     def summary(self) -> dict[str, Any]:
-        """Plain values for JSON."""
+        """Return plain values for JSON."""
         return {
             "verdict": self.outcome.word,
             "sentence": self.outcome.value,

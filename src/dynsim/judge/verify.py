@@ -1,4 +1,4 @@
-"""Simulate an assembly and judge what it did."""
+"""The dynamic verdict on an assembly: simulate it, and judge it by how far its blocks moved."""
 
 from __future__ import annotations
 
@@ -9,66 +9,100 @@ from math import degrees
 import numpy as np
 
 from blockstat.assembly import Assembly
+from blockstat.contact.interfaces import Interfaces, find_interfaces
 from blockstat.typing import Floats, Ints
 from dynsim.bonds.glue import weakened
 from dynsim.bonds.stiffness import caveats
-from dynsim.engine.action import Action, Load
 from dynsim.engine.guards import check_assembly
+from dynsim.engine.world import Action
 from dynsim.judge.cracks import find_cracks
 from dynsim.judge.criteria import ARM, angles, default_threshold, drops, group_box_centre, rate
-from dynsim.judge.rest import AFTERWARDS, Calm, last_change, stays, threshold_under
+from dynsim.judge.rest import AFTERWARDS, RestDetection, last_change, stays, threshold_under
 from dynsim.judge.run import Run, simulate
 from dynsim.judge.stages import SAME_FALL, Stages, stages
 from dynsim.judge.verdict import DynamicOutcome, DynamicVerdict
+from dynsim.loads.load import Load, Loads, as_loads
 from dynsim.settings import Settings
-
-__all__ = ["DynamicOutcome", "DynamicVerdict", "verify"]
 
 
 def verify(
     assembly: Assembly,
     *,
     settings: Settings | None = None,
-    loads: Sequence[Load] = (),
+    loads: Loads = (),
     actions: Sequence[Action] = (),
+    interfaces: Interfaces | None = None,
 ) -> DynamicVerdict:
     """Simulate an assembly in Bullet and judge it by displacement.
 
-    Falls: a block went beyond its threshold, by Eq. 1, Eq. 2, the length of its displacement or its rotation.
-    Stands: it did not, and at the end all blocks moved by less than `Settings.rest` thresholds in
-    `Settings.rest_after`. Creeps: neither. A run ends early on a fall and on a rest. Where nothing acts but weight,
-    a fall that is not clear is believed only if a run with another time step sees the same one (see
-    `dynsim.judge.stages`). Glue of more than the weight of all blocks a joint is tried at that first.
+    It falls when a block goes beyond its threshold: by Eq. 1, by Eq. 2, by the length of its displacement or by its
+    rotation. It stands when none does and, at the end, all blocks move by less than `Settings.rest` thresholds in
+    `Settings.rest_after`. It creeps when neither holds.
 
-    loads : what acts on it besides its weight (`dynsim.loads.loading`, `dynsim.loads.ground`). Under loads that last
-    or change,
-    blocks rock and slide and come to rest elsewhere, so the default threshold is then the size of a block, and what
-    the loads themselves move is not counted. actions : what else acts on the blocks, such as `AngularSprings` or
-    `InertiaScale`; the bonds of the joint laws come by themselves.
+    Parameters
+    ----------
+    assembly : Assembly
+        Blocks, supports and joint laws. The bonds of the joint laws are simulated too.
+    settings : Settings, optional
+        Time steps, durations and thresholds; the default settings when None.
+    loads : Load, array of shape (n_blocks, 6), or a sequence of them
+        What acts besides the weight. An array holds wrenches about the centroids [N, N m], as in `blockstat.assess`.
+        Under loads that last or change, blocks rock and slide and come to rest elsewhere. The default threshold is then
+        the size of a block, and what the loads themselves move is not counted.
+    actions : sequence of Action
+        What else acts on the blocks, such as `AngularSprings` or `InertiaScale`.
+    interfaces : Interfaces, optional
+        Joints of the assembly as `blockstat.find_interfaces` finds them; searched for once when None.
 
-    Raises InputError when nothing is supported or nothing is free, the group of Eq. 1 does not exist, a load names a
-    block that does not, a joint law cannot be simulated (see `dynsim.bonds.glue`), or for what Bullet cannot simulate.
+    Returns
+    -------
+    DynamicVerdict
+        The outcome, the displacements behind it, the cracks and the run.
+
+    Raises
+    ------
+    InputError
+        When nothing is supported or nothing is free, when the group of Eq. 1 or a block of a load does not exist, when
+        a joint law cannot be simulated (see `dynsim.bonds.glue`), or for a scene that Bullet cannot simulate.
+
+    Notes
+    -----
+    A run ends early on a fall and on a rest. Where nothing acts but weight, a fall that is not clear is believed only
+    if a run with another time step sees the same one (see `dynsim.judge.stages`). Glue stronger than the weight of all
+    blocks is tried at that weight first: what stands with weaker glue stands with stronger glue.
+
+    Examples
+    --------
+    >>> from blockstat.model import arch, assemble
+    >>> from dynsim import Removal, verify
+    >>> ring = assemble(arch(span=2.0, thickness=0.4, depth=0.5, voussoirs=9, springers=0.3), friction=0.7)
+    >>> verify(ring).outcome.word
+    'stands'
+    >>> verify(ring, loads=[Removal("arch.5")]).outcome.word
+    'falls'
     """
     settings = settings or Settings()
     check_assembly(assembly)
-    if np.isfinite(last_change(loads)):
+    acting = as_loads(assembly, loads)
+    if np.isfinite(last_change(acting)):
         settings = replace(settings, end=AFTERWARDS * settings.end)
     glued = any(law.strong for law in assembly.joints)
     if glued:
         settings = replace(settings, settle=settings.settle + GLUE_SETTLES)
-    judge = _Judge(assembly, settings, loads, actions)
-    if not (loads or actions) and (weak := weakened(assembly)) is not None:
-        verdict = _Judge(weak, settings, loads, actions)(settings, ())
+    interfaces = find_interfaces(assembly) if interfaces is None else interfaces
+    evaluate = _Evaluator(assembly, settings, acting, actions, interfaces)
+    if not (acting or actions) and (weak := weakened(assembly, interfaces)) is not None:
+        verdict = _Evaluator(weak, settings, acting, actions, interfaces)(settings)
         if verdict.outcome is DynamicOutcome.STANDS:
             return replace(verdict, run=replace(verdict.run, assembly=assembly), warnings=(*verdict.warnings, WEAKER))
-    if loads or actions or glued:
-        return judge(settings, [*loads, *actions])
-    return _staged(judge, stages(assembly, settings))
+    if acting or actions or glued:
+        return evaluate(settings)
+    return _staged(evaluate, stages(assembly, settings, interfaces))
 
 
-def _staged(judge: _Judge, runs: Stages) -> DynamicVerdict:
-    """The verdict of the first run that is believed, with the process time of all."""
-    verdict = judge(runs.first, ())
+def _staged(evaluate: _Evaluator, runs: Stages) -> DynamicVerdict:
+    """Return the verdict of the first run that is believed, with the process time of all."""
+    verdict = evaluate(runs.first)
     if runs.fine is None or verdict.outcome is DynamicOutcome.STANDS:
         return verdict
     fell = _fall_time(verdict)
@@ -77,11 +111,11 @@ def _staged(judge: _Judge, runs: Stages) -> DynamicVerdict:
     spent = verdict.run.process_seconds
     if runs.check is not None and verdict.outcome is DynamicOutcome.FALLS:
         longest = min(max(SAME_FALL * fell, runs.check.rest_after), runs.check.end)
-        check = judge(replace(runs.check, end=longest), ())
+        check = evaluate(replace(runs.check, end=longest))
         spent += check.run.process_seconds
         if fell / SAME_FALL <= _fall_time(check) <= fell * SAME_FALL:
             return replace(verdict, run=replace(verdict.run, process_seconds=spent))
-    return judge(runs.fine, (), spent)
+    return evaluate(runs.fine, spent)
 
 
 def _fall_time(verdict: DynamicVerdict) -> float:
@@ -98,13 +132,18 @@ WEAKER = (
 SMALL = 0.1
 
 
-class _Judge:
+class _Evaluator:
     """What counts in one assembly, and the verdict on a run of it."""
 
     def __init__(
-        self, assembly: Assembly, settings: Settings, loads: Sequence[Load], actions: Sequence[Action]
+        self,
+        assembly: Assembly,
+        settings: Settings,
+        loads: Sequence[Load],
+        actions: Sequence[Action],
+        interfaces: Interfaces,
     ) -> None:
-        self._assembly = assembly
+        self._assembly, self._interfaces = assembly, interfaces
         self._group, blocks = _roof(assembly, settings.group)
         self._judged = stays(assembly, loads)
         self._blocks = np.intersect1d(blocks, self._judged)
@@ -113,23 +152,36 @@ class _Judge:
         self._brick = settings.brick_threshold or limit
         self._hold = max(last_change(loads), 0.0)
         self._rest, self._small = (share * default_threshold(assembly) for share in (settings.rest, SMALL))
-        self._actions = actions
+        self._loads, self._actions = loads, actions
         self._crack = settings.crack_threshold
 
-    def __call__(self, settings: Settings, actions: Sequence[Action], spent: float = 0.0) -> DynamicVerdict:
-        calm = Calm(self._rest, settings.rest_after, self._small)
+    def __call__(self, settings: Settings, spent: float = 0.0) -> DynamicVerdict:
+        rest = RestDetection(self._rest, settings.rest_after, self._small)
         furthest = max(self._brick, self._roof)
 
         def decided(elapsed: float, moved: Floats) -> bool:
             here = moved[self._judged]
-            return bool(np.linalg.norm(here, axis=1).max() >= furthest) or calm.since(elapsed, here)
+            return bool(np.linalg.norm(here, axis=1).max() >= furthest) or rest.look(elapsed, here)
 
-        run = simulate(self._assembly, settings=settings, stop=decided, actions=actions, hold=self._hold)
+        run = simulate(
+            self._assembly, settings=settings, stop=decided, loads=self._loads, actions=self._actions, hold=self._hold,
+            interfaces=self._interfaces,
+        )  # fmt: skip
         run = replace(run, process_seconds=run.process_seconds + spent)
-        return self._verdict(run, settings.rest_after / run.pace, calm.reached)
+        return self._verdict(run, settings.rest_after / run.pace, rest.reached)
 
     def _verdict(self, run: Run, window: float, resting: bool) -> DynamicVerdict:
-        """window [s] : in which blocks at rest move by less than the rest distance; resting : the run ended on that."""
+        """Return the verdict on a run.
+
+        Parameters
+        ----------
+        run : Run
+            What is judged.
+        window : float
+            Time in which blocks at rest move by less than the rest distance [s].
+        resting : bool
+            Whether the run ended on a rest.
+        """
         assembly, judged = self._assembly, self._judged
         since = np.zeros_like(run.displacement)
         since[:, judged] = run.since_release[:, judged]
@@ -155,7 +207,7 @@ class _Judge:
             first_time=float(run.times[frame]) if len(ever) else None,
             cracks=find_cracks(
                 assembly, (run.displacement[0], run.rotation[0]), (run.displacement[-1], run.rotation[-1]),
-                threshold=self._crack,
+                threshold=self._crack, interfaces=self._interfaces,
             ),
             run=run, warnings=(*caveats(self._actions), *_warnings(run, settling, self._brick)),
         )  # fmt: skip

@@ -1,4 +1,4 @@
-"""What may act on an assembly while it is simulated: tilting or shaking ground, settlements, removals, pushes.
+"""Loads: what acts on an assembly while it is simulated, and comes to an end.
 
-This room imports `engine` and the root.
+This room imports the root and `engine`, and of `blockstat` the root.
 """

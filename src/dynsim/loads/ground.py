@@ -7,16 +7,14 @@ acceleration, on top of gravity, and displacements are relative to the ground. N
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from blockstat.errors import InputError
 from blockstat.typing import Floats
 from dynsim.checks import not_negative, positive, vector_of
-
-if TYPE_CHECKING:
-    from dynsim.engine.world import World
+from dynsim.engine.world import World
 
 #: Shapes of a pulse over its duration, x from 0 to 1.
 SHAPES = {
@@ -28,19 +26,46 @@ SHAPES = {
 
 
 class Ground:
-    """What all motions of the ground share."""
+    """The common part of all motions of the ground."""
 
     each_step = True
     travel = 0.0
 
     def at(self, time: float) -> Floats:
-        """Acceleration of the ground, shape (3,) [m/s2]."""
+        """Return the acceleration of the ground.
+
+        Parameters
+        ----------
+        time : float
+            Time since release [s].
+
+        Returns
+        -------
+        array of float, shape (3,)
+            Acceleration [m/s2].
+        """
         raise NotImplementedError
 
     def begin(self, world: World) -> None:
+        """Do nothing: the ground is at rest until release.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        """
         pass
 
     def act(self, world: World, time: float) -> None:
+        """Accelerate all blocks against the ground's acceleration in the middle of the next time step.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        time : float
+            Time since release [s], negative while settling.
+        """
         if time >= 0:
             # The middle of the step, so that a jump at its start counts once.
             world.drive(self, -self.at(time + 0.5 * world.settings.time_step / world.time))
@@ -48,7 +73,7 @@ class Ground:
 
 @dataclass(frozen=True, eq=False)
 class Ramp(Ground):
-    """Acceleration of the ground grows at a constant rate to a value, and stays there."""
+    """The acceleration of the ground grows at a constant rate to a value, and stays there."""
 
     to: Any  #: shape (3,) [m/s2]
     duration: float  #: [s]
@@ -59,9 +84,22 @@ class Ramp(Ground):
 
     @property
     def end(self) -> float:
+        """Time at which the acceleration has its last value [s]."""
         return self.duration
 
     def at(self, time: float) -> Floats:
+        """Return the acceleration of the ground.
+
+        Parameters
+        ----------
+        time : float
+            Time since release [s].
+
+        Returns
+        -------
+        array of float, shape (3,)
+            Acceleration [m/s2].
+        """
         return min(time / self.duration, 1.0) * np.asarray(self.to, dtype=float)
 
 
@@ -83,9 +121,22 @@ class Pulse(Ground):
 
     @property
     def end(self) -> float:
+        """Time at which the pulse is over [s]."""
         return self.start + self.duration
 
     def at(self, time: float) -> Floats:
+        """Return the acceleration of the ground.
+
+        Parameters
+        ----------
+        time : float
+            Time since release [s].
+
+        Returns
+        -------
+        array of float, shape (3,)
+            Acceleration [m/s2].
+        """
         share = (time - self.start) / self.duration
         inside = 0 <= share < 1
         return (SHAPES[self.shape](share) if inside else 0.0) * np.asarray(self.peak, dtype=float)
@@ -93,7 +144,7 @@ class Pulse(Ground):
 
 @dataclass(frozen=True, eq=False)
 class Record(Ground):
-    """Acceleration given at points in time, with straight lines between them and nothing before and after."""
+    """Accelerations of the ground at points in time, with straight lines between them and zero before and after."""
 
     times: Floats  #: shape (k,) [s], ascending
     acceleration: Floats  #: shape (k, 3) [m/s2]
@@ -114,9 +165,22 @@ class Record(Ground):
 
     @property
     def end(self) -> float:
+        """Time of the last point of the record [s]."""
         return float(self.times[-1])
 
     def at(self, time: float) -> Floats:
+        """Return the acceleration of the ground.
+
+        Parameters
+        ----------
+        time : float
+            Time since release [s].
+
+        Returns
+        -------
+        array of float, shape (3,)
+            Acceleration [m/s2].
+        """
         if not self.times[0] <= time <= self.times[-1]:
             return np.zeros(3)
         return np.array([np.interp(time, self.times, self.acceleration[:, k]) for k in range(3)])

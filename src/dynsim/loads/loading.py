@@ -1,28 +1,25 @@
-"""What may act on an assembly: tilting ground, shaking ground, supports that settle, blocks that go, pushes.
+"""Tilting ground, supports that settle, blocks that are removed, pushes and constant loads.
 
-The ground's motion is simulated in the frame that moves with it: every block gets a body force, minus its mass times
-the acceleration of the ground. Displacements are therefore relative to the ground. Times are since release [s].
+Times are since release [s].
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from blockstat.errors import InputError
 from blockstat.typing import Floats
 from dynsim.checks import not_negative, positive, vector_of
-
-if TYPE_CHECKING:
-    from dynsim.engine.world import World
+from dynsim.engine.world import World
 
 
 @dataclass(frozen=True, eq=False)
 class Tilt:
-    """The ground tilts about a horizontal axis at a constant rate, as slowly as the rate says."""
+    """The ground tilts about a horizontal axis at a constant rate."""
 
     axis: Any  #: shape (3,), of the right-handed rotation of gravity
     to: float  #: [degrees]
@@ -37,16 +34,44 @@ class Tilt:
 
     @property
     def end(self) -> float:
+        """Time at which the ground has its last tilt [s]."""
         return abs(self.to) / self.rate
 
     def angle(self, time: float) -> float:
-        """[degrees] at a time."""
+        """Return the tilt of the ground.
+
+        Parameters
+        ----------
+        time : float
+            Time since release [s].
+
+        Returns
+        -------
+        float
+            Angle [degrees], with the sign of `to`.
+        """
         return float(np.sign(self.to) * min(max(time, 0.0) * self.rate, abs(self.to)))
 
     def begin(self, world: World) -> None:
+        """Do nothing: the ground is level until release.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        """
         pass
 
     def act(self, world: World, time: float) -> None:
+        """Turn gravity, which is what tilting ground does to blocks.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        time : float
+            Time since release [s], negative while settling.
+        """
         from scipy.spatial.transform import Rotation
 
         axis = np.asarray(self.axis, dtype=float) / np.linalg.norm(self.axis)
@@ -74,10 +99,12 @@ class Settlement:
 
     @property
     def travel(self) -> float:
+        """Largest distance of the supports from where they were built [m]."""
         return float(np.linalg.norm(self._corners, axis=1).max())
 
     @property
     def end(self) -> float:
+        """Time at which the supports come to rest [s]."""
         return self.start + float(self._length[-1]) / self.speed
 
     @property
@@ -90,17 +117,49 @@ class Settlement:
         return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(self._corners, axis=0), axis=1))])
 
     def displacement(self, time: float) -> Floats:
-        """Of the supports at a time, shape (3,) [m]."""
+        """Return the displacement of the supports.
+
+        Parameters
+        ----------
+        time : float
+            Time since release [s].
+
+        Returns
+        -------
+        array of float, shape (3,)
+            Displacement from where they were built [m].
+        """
         gone = (time - self.start) * self.speed
         return np.array([np.interp(gone, self._length, self._corners[:, k]) for k in range(3)])
 
     def begin(self, world: World) -> None:
+        """Check that the blocks named exist and are supports.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+
+        Raises
+        ------
+        InputError
+            For a block that does not exist or is no support.
+        """
         chosen = world.assembly.blocks_named(self.supports, "settlement")
         loose = chosen[~world.assembly.support[chosen]]
         if len(loose):
             raise InputError(f'settlement: "{world.assembly.names[loose[0]]}" is no support; only supports are moved')
 
     def act(self, world: World, time: float) -> None:
+        """Put the supports where they are at the end of the next time step.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        time : float
+            Time since release [s], negative while settling.
+        """
         step = world.settings.time_step / world.time
         if time + step <= self.start:
             return
@@ -111,7 +170,7 @@ class Settlement:
 
 @dataclass(frozen=True, eq=False)
 class Removal:
-    """Blocks are taken out at a time: a centring struck, a voussoir lost. It happens at the next look."""
+    """Blocks are taken out at a time: a centring is struck, a voussoir is lost. It happens at the next look."""
 
     blocks: Sequence[int | str] | int | str
     time: float = 0.0  #: [s]
@@ -123,14 +182,36 @@ class Removal:
 
     @property
     def end(self) -> float:
+        """Time at which the blocks are taken out [s]."""
         return self.time
 
     def begin(self, world: World) -> None:
+        """Check that the blocks named exist and that others are left.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+
+        Raises
+        ------
+        InputError
+            For a block that does not exist, or when no free block is left.
+        """
         chosen = world.assembly.blocks_named(self.blocks, "removal")
         if not np.setdiff1d(world.assembly.free, chosen).size:
             raise InputError("removal: nothing that can move is left")
 
     def act(self, world: World, time: float) -> None:
+        """Take the blocks out once their time has come.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        time : float
+            Time since release [s], negative while settling.
+        """
         if time < self.time:
             return
         for block in world.assembly.blocks_named(self.blocks, "removal"):
@@ -140,7 +221,7 @@ class Removal:
 
 @dataclass(frozen=True, eq=False)
 class Push:
-    """A sudden change of a block's velocity, given as it is or as an impulse, at the next look."""
+    """A sudden change of a block's velocity, as a velocity or an impulse, at the look nearest to its time."""
 
     block: int | str
     velocity: Any = None  #: shape (3,) [m/s]
@@ -164,14 +245,36 @@ class Push:
 
     @property
     def end(self) -> float:
+        """Time of the push [s]."""
         return self.time
 
     def begin(self, world: World) -> None:
+        """Check that the block named exists and is free.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+
+        Raises
+        ------
+        InputError
+            For a block that does not exist or is a support.
+        """
         block = world.assembly.blocks_named(self.block, "push")[0]
         if world.assembly.support[block]:
             raise InputError(f'push: "{world.assembly.names[block]}" is a support, which cannot move')
 
     def act(self, world: World, time: float) -> None:
+        """Change the velocity of the block at the look nearest to its time.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        time : float
+            Time since release [s], negative while settling.
+        """
         look = world.settings.substeps * world.settings.time_step / world.time
         if np.floor((time - self.time) / look + 0.5) != 0:
             return
@@ -191,10 +294,13 @@ class Push:
 
 @dataclass(frozen=True, eq=False)
 class Constant:
-    """A load that is there from the first step of settling on: what a static limit load is about.
+    """A load that acts from the first step of settling on, as that of a static limit load.
 
-    load : body acceleration, shape (3,) [m/s2], or a wrench on each block about its centroid, shape (n_blocks, 6)
-    [N, N m]. Wrenches keep their direction and go with the block's centroid.
+    Parameters
+    ----------
+    load : array of shape (3,) or (n_blocks, 6)
+        A body acceleration [m/s2], or a wrench on each block about its centroid [N, N m]. Wrenches keep their direction
+        and go with the block's centroid.
     """
 
     load: Any
@@ -203,13 +309,30 @@ class Constant:
 
     @property
     def each_step(self) -> bool:
+        """Whether it acts at each time step: wrenches do, an acceleration is set once."""
         return np.shape(self.load) != (3,)
 
     def begin(self, world: World) -> None:
+        """Set an acceleration, which stays.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        """
         if not self.each_step:
             world.drive(self, np.asarray(self.load, dtype=float))
 
     def act(self, world: World, time: float) -> None:
+        """Apply wrenches for the next time step.
+
+        Parameters
+        ----------
+        world : World
+            What the action acts on.
+        time : float
+            Time since release [s], negative while settling.
+        """
         if self.each_step:
             wrench = np.where(world.assembly.support[:, None], 0.0, np.asarray(self.load, dtype=float))
             world.load(wrench[:, :3], wrench[:, 3:])

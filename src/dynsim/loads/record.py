@@ -16,12 +16,29 @@ FORM = "a line holds a time [s] and one, two or three accelerations [m/s2], sepa
 
 
 def read_record(path: str | Path, *, direction: Sequence[float] = (1.0, 0.0, 0.0), scale: float = 1.0) -> Record:
-    """Read a ground motion.
+    """Read a ground motion from a CSV file.
 
-    One column of accelerations acts along `direction`; two are x and y, three x, y and z. Lines that start with # and
-    one line of headings are passed over. scale : factor on the accelerations (9.81 for a file in g).
-    Raises InputError with the file and the line for a bad number, a missing or surplus column, or a time that does
-    not grow.
+    A line holds a time [s] and one to three accelerations. Lines that start with # and one line of headings are passed
+    over.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file, text in UTF-8.
+    direction : sequence of three floats
+        Direction of a single column of accelerations; two columns are x and y, three are x, y and z.
+    scale : float
+        Factor on the accelerations to have them in m/s2: 9.81 for a file in g.
+
+    Returns
+    -------
+    Record
+        The motion, a load of `verify`.
+
+    Raises
+    ------
+    InputError
+        Naming the file and the line: for a bad number, a missing or surplus column, or a time that does not grow.
     """
     path = Path(path)
     along = vector_of(direction, "record: direction")

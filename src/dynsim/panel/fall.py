@@ -15,7 +15,7 @@ from dynsim.panel.work import Fallen, Film, Refused, let_fall
 if TYPE_CHECKING:
     from blockstat.app.page import Page
     from blockstat.app.words import Known
-    from dynsim.judge.verify import DynamicVerdict
+    from dynsim.judge.verdict import DynamicVerdict
 
 SMALL = "margin:0 10px;font-size:.85em;line-height:1.45"
 TONES = {"stands": "#0072B2", "falls": "#D55E00", "creeps": "#CC79A7"}
@@ -24,9 +24,16 @@ SHORT = 2.5
 
 
 class FallPanel:
-    """Runs Bullet in another process; a change of the design ends the run, a closed browser does not."""
+    """Run Bullet in another process; a change of the design ends the run, a closed browser does not."""
 
     def attach(self, page: Page) -> None:
+        """Add the tab to a page.
+
+        Parameters
+        ----------
+        page : Page
+            The live page.
+        """
         self._page = page
         self._worker: Worker | None = None
         self._known: Known | None = None
@@ -44,10 +51,18 @@ class FallPanel:
         self._say("Bullet has not been asked about this design.")
 
     def opened(self) -> None:
+        """Forget what is known of the scene before."""
         self._known = None
         self._forget("Bullet has not been asked about this design.")
 
     def judged(self, known: Known) -> None:
+        """Take the design on show in, and end the run of another one.
+
+        Parameters
+        ----------
+        known : Known
+            The design and its static verdict.
+        """
         self._known = known
         self._forget("Bullet has not been asked about this design.")
 
@@ -123,7 +138,20 @@ class FallPanel:
 
 
 def side_by_side(known: Known, fallen: Fallen) -> str:
-    """Static and dynamic verdicts next to each other, and the criteria against their thresholds."""
+    """Return static and dynamic verdicts next to each other, and the criteria against their thresholds.
+
+    Parameters
+    ----------
+    known : Known
+        The design and its static verdict.
+    fallen : Fallen
+        Bullet's verdict.
+
+    Returns
+    -------
+    str
+        HTML.
+    """
     verdict = fallen.verdict
     word = verdict.outcome.word
     moved = (
@@ -146,7 +174,18 @@ def side_by_side(known: Known, fallen: Fallen) -> str:
 
 
 def criteria(verdict: DynamicVerdict) -> list[tuple[str, float, float]]:
-    """Name, displacement and threshold [m] of Eq. 1, Eq. 2 and the length of the displacement."""
+    """Return the criteria of a verdict.
+
+    Parameters
+    ----------
+    verdict : DynamicVerdict
+        Bullet's verdict.
+
+    Returns
+    -------
+    list of (str, float, float)
+        Name, displacement and threshold [m] of Eq. 1, Eq. 2 and the length of the displacement.
+    """
     roof = escape(verdict.group or "whole assembly")
     return [
         (f"Eq. 1, {roof} down", verdict.group_drop, verdict.roof_threshold),

@@ -26,9 +26,16 @@ OFF = -1e9  #: a dot that is not seen: the plot takes no value for missing
 
 
 class OptimisePanel:
-    """Searches in another process; cancelling ends it at once and keeps the history."""
+    """Search in another process; cancelling ends it at once and keeps the history."""
 
     def attach(self, page: Page) -> None:
+        """Add the tab to a page.
+
+        Parameters
+        ----------
+        page : Page
+            The live page.
+        """
         self._page = page
         self._worker: Worker | None = None
         self._rows: list[Any] = []
@@ -52,6 +59,7 @@ class OptimisePanel:
         self._cancel.on_click(lambda _: page.post(self.cancel))
 
     def opened(self) -> None:
+        """Show the parameters of the scene that was opened."""
         self._end()
         self._clear()
         for choice in self._choices.values():
@@ -70,6 +78,13 @@ class OptimisePanel:
             self._say("Statics prune, Bullet confirms; parameters that are not chosen stay as they are.")
 
     def judged(self, known: Known) -> None:
+        """Do nothing: a search goes on while the design on show changes.
+
+        Parameters
+        ----------
+        known : Known
+            The design and its static verdict.
+        """
         pass
 
     def start(self) -> None:
@@ -121,7 +136,7 @@ class OptimisePanel:
         self._page.set_values(best)
 
     def _add_row(self, number: int, candidate: Candidate) -> None:
-        """A row is a button that puts the design on show."""
+        """Add a row: a button that puts the design on show."""
         gui, page = self._page.server.gui, self._page
         values = " / ".join(f"{value:g}" for value in candidate.parameters.values())
         volume = "" if candidate.volume is None else f", {candidate.volume:.2f} m³"
@@ -178,9 +193,18 @@ class OptimisePanel:
 
 
 def plotted(history: list[Candidate]) -> tuple[np.ndarray, ...]:
-    """Number of each design and its volume [m3] under its kind, far off the plot under the others.
+    """Return what the plot of a history shows.
 
-    There is an empty place at either end, so that no dot lies on the frame.
+    Parameters
+    ----------
+    history : list of Candidate
+        Designs in the order in which they were judged.
+
+    Returns
+    -------
+    tuple of arrays of float
+        Number of each design, and its volume [m3] under its kind, far off the plot under the others. There is an empty
+        place at either end, so that no dot lies on the frame.
     """
     volume = np.array([OFF, *(OFF if c.volume is None else c.volume for c in history), OFF])
     kinds = np.array(["", *(c.dynamic for c in history), ""])

@@ -1,4 +1,4 @@
-"""What workers of the page do with Bullet; each message is sent as soon as it is known."""
+"""What processes of the page do with Bullet; each message is sent as soon as it is known."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ from blockstat.errors import InputError
 from blockstat.typing import Floats
 from dynsim.comparison.causes import likely_reason
 from dynsim.judge.run import Run, simulate
-from dynsim.judge.verify import DynamicVerdict, verify
+from dynsim.judge.verdict import DynamicVerdict
+from dynsim.judge.verify import verify
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -52,7 +53,7 @@ class Refused:
 
 @dataclass(frozen=True)
 class Step:
-    """One more design of a search was judged."""
+    """One more design of a search was evaluated."""
 
     done: int
     expected: int
@@ -67,7 +68,15 @@ class Found:
 
 
 def let_fall(channel: Channel, static: Verdict) -> None:
-    """Verify an assembly in Bullet; of one that falls, go on until the fall can be seen."""
+    """Verify an assembly in Bullet; of one that falls, go on until the fall can be seen.
+
+    Parameters
+    ----------
+    channel : Channel
+        What is known is sent through it: `Fallen`, then `Film`, or `Refused`.
+    static : Verdict
+        On the design on show.
+    """
     assembly = static.assembly
     try:
         verdict = verify(assembly)
@@ -87,7 +96,19 @@ def _film(run: Run) -> Film:
 
 
 def optimise(channel: Channel, model: Model, values: dict[str, float], names: list[str]) -> None:
-    """Search some parameters of a scene, the others at their present values; statics prune, Bullet confirms."""
+    """Search some parameters of a scene; statics prune, Bullet confirms.
+
+    Parameters
+    ----------
+    channel : Channel
+        What is known is sent through it: a `Step` a design, then `Found`, or `Refused`.
+    model : Model
+        The scene on show.
+    values : dict of str to float
+        Present values of its parameters.
+    names : list of str
+        Parameters to move; the others stay.
+    """
     memory = Memory()
 
     def under(assembly: Assembly) -> Assembly:

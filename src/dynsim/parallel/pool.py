@@ -1,4 +1,4 @@
-"""Many designs side by side, each in a process that may die without harm to the others."""
+"""A pool of processes for many designs, each in a process that may die without harm to the others."""
 
 from __future__ import annotations
 
@@ -17,9 +17,12 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from blockstat.assembly import Assembly
+from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError
-from dynsim.engine.action import Action, Load
-from dynsim.judge.verify import DynamicVerdict, verify
+from dynsim.engine.world import Action
+from dynsim.judge.verdict import DynamicVerdict
+from dynsim.judge.verify import verify
+from dynsim.loads.load import Loads
 from dynsim.settings import Settings
 
 T = TypeVar("T")
@@ -33,7 +36,7 @@ ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPEN
 
 @dataclass(frozen=True)
 class Row(Generic[T]):
-    """What came of one task."""
+    """The result of one task, or why there is none."""
 
     name: str
     result: T | None  #: None when there is none
@@ -43,7 +46,7 @@ class Row(Generic[T]):
 
 @dataclass(frozen=True)
 class Rows(Generic[T]):
-    """What came of all tasks, in the order they were given."""
+    """The results of all tasks, in the order of the tasks."""
 
     rows: tuple[Row[T], ...]
     finished: bool  #: False after an interrupt; what was done by then is kept
@@ -62,20 +65,98 @@ def verify_many(
     designs: Iterable[Assembly],
     *,
     settings: Settings | None = None,
-    loads: Sequence[Load] = (),
+    loads: Loads = (),
     actions: Sequence[Action] = (),
+    interfaces: Sequence[Interfaces] | None = None,
     jobs: int | None = None,
     timeout: float | None = None,
     progress: Callable[[int, Row[DynamicVerdict]], None] | None = None,
 ) -> Rows[DynamicVerdict]:
-    """`dynsim.verify` of many assemblies, the same bit by bit whatever the number of processes.
+    """Return `dynsim.verify` of many assemblies, the same bit by bit whatever the number of processes.
 
-    settings, loads, actions : as in `verify`; jobs, timeout, progress : as in `run_many`.
+    Parameters
+    ----------
+    designs : iterable of Assembly
+        What is verified.
+    settings, loads, actions : optional
+        As in `verify`, the same for all.
+    interfaces : sequence of Interfaces, optional
+        Joints, of each assembly its own; searched for when None.
+    jobs, timeout, progress : optional
+        As in `run_many`.
+
+    Returns
+    -------
+    Rows of DynamicVerdict
+        In the order of the designs.
+
+    Raises
+    ------
+    InputError
+        For a bad number of processes or timeout, or interfaces of another number of assemblies.
+
+    Examples
+    --------
+    >>> from blockstat.model import arch, assemble
+    >>> from dynsim import verify_many
+    >>> ring = assemble(arch(span=2.0, thickness=0.4, depth=0.5, voussoirs=9, springers=0.3), friction=0.7)
+    >>> rows = verify_many([ring, ring.with_(friction=0.1)], jobs=1)
+    >>> [row.result.outcome.word for row in rows]
+    ['stands', 'falls']
     """
     designs = list(designs)
-    judge = partial(verify, settings=settings, loads=tuple(loads), actions=tuple(actions))
     names = [design.name for design in designs]
-    return run_many(judge, designs, names=names, jobs=jobs, timeout=timeout, progress=progress)
+    function = partial(with_options, partial(verify, settings=settings, loads=loads, actions=tuple(actions)))
+    tasks = paired(designs, interfaces)
+    return run_many(function, tasks, names=names, jobs=jobs, timeout=timeout, progress=progress)
+
+
+def paired(
+    designs: Sequence[Assembly], interfaces: Sequence[Interfaces] | None
+) -> list[tuple[Assembly, dict[str, Any]]]:
+    """Return each design with the options for it alone.
+
+    Parameters
+    ----------
+    designs : sequence of Assembly
+        The designs.
+    interfaces : sequence of Interfaces or None
+        Their joints; None where they have to be searched for.
+
+    Returns
+    -------
+    list of (Assembly, dict)
+        What `with_options` takes.
+
+    Raises
+    ------
+    InputError
+        For interfaces of another number of designs.
+    """
+    if interfaces is None:
+        return [(design, {}) for design in designs]
+    if len(interfaces) != len(designs):
+        raise InputError(f"interfaces of {len(interfaces)} assemblies are given; there are {len(designs)} assemblies")
+    return [(design, {"interfaces": joints}) for design, joints in zip(designs, interfaces, strict=True)]
+
+
+def with_options(function: Callable[..., T], task: tuple[Any, dict[str, Any]]) -> T:
+    """Call a function; what a process of the pool does where each argument has options of its own.
+
+    Parameters
+    ----------
+    function : callable
+        Called with the argument.
+    task : tuple of object and dict
+        The argument and its options.
+
+    Returns
+    -------
+    object
+        What the function returns.
+    """
+    argument, options = task
+    return function(argument, **options)
 
 
 def run_many(
@@ -92,9 +173,30 @@ def run_many(
     A call that fails, dies or takes too long loses its own row only, which says why. An interrupt (Ctrl-C) ends what
     runs, and rows done by then are kept.
 
-    function : one that can be imported, from a module. names : of the rows. jobs : processes at a time; all cores by
-    default. timeout : of one call by the clock, with the start of its process (about a second) where it needs one [s].
-    progress : called with the number and row of each task as it ends.
+    Parameters
+    ----------
+    function : callable
+        One that can be imported from a module.
+    arguments : sequence
+        What it is called with, one argument a call.
+    names : sequence of str, optional
+        Names of the rows; numbers when None.
+    jobs : int, optional
+        Processes at a time; all cores when None.
+    timeout : float, optional
+        Time by the clock that one call may take, with the start of its process (about a second) where it needs one [s].
+    progress : callable, optional
+        Called with the number and the row of each task as it ends.
+
+    Returns
+    -------
+    Rows
+        In the order of the arguments.
+
+    Raises
+    ------
+    InputError
+        For a bad number of processes or timeout.
     """
     names = [str(i) for i in range(len(arguments))] if names is None else list(names)
     jobs = min(jobs_checked(jobs), max(len(arguments), 1))
@@ -128,7 +230,23 @@ def run_many(
 
 
 def jobs_checked(jobs: int | None) -> int:
-    """The number of processes: as asked, or one a core that this process may use."""
+    """Return the number of processes: as asked, or one a core that this process may use.
+
+    Parameters
+    ----------
+    jobs : int or None
+        What was asked for.
+
+    Returns
+    -------
+    int
+        At least 1.
+
+    Raises
+    ------
+    InputError
+        For a number below 1.
+    """
     if jobs is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     if jobs < 1:
@@ -137,12 +255,23 @@ def jobs_checked(jobs: int | None) -> int:
 
 
 def ready(function: Callable[[Any], Any]) -> bool:
-    """What a process does that starts early: to have been told of the function it has imported it."""
+    """Import a function ahead of the first task: a process that is told of it has imported it.
+
+    Parameters
+    ----------
+    function : callable
+        What the process will be asked to call.
+
+    Returns
+    -------
+    bool
+        True.
+    """
     return callable(function)
 
 
 class Line(threading.Thread):
-    """One process at a time that takes waiting tasks; a new one after a death."""
+    """A thread with one process at a time that takes waiting tasks; a process that dies is replaced."""
 
     def __init__(
         self,
@@ -155,18 +284,37 @@ class Line(threading.Thread):
         *,
         early: bool = False,
     ) -> None:
-        """early : whether the process starts before there is a task."""
+        """Prepare a process; it starts with the first task.
+
+        Parameters
+        ----------
+        function : callable
+            What is called.
+        arguments : sequence
+            What it is called with.
+        waiting : queue of int or None
+            Numbers of tasks; None ends the line.
+        done : queue of (int, Answer)
+            Gets what came of each task.
+        timeout : float or None
+            Time that one task may take [s].
+        scratch : str
+            Directory of temporary files.
+        early : bool
+            Whether the process starts before there is a task.
+        """
         super().__init__(daemon=True)
         self._early = early
         self._function, self._arguments = function, arguments
         self._waiting, self._done, self._timeout = waiting, done, timeout
-        path = os.pathsep.join([str(Path(__file__).parents[1]), *filter(None, sys.path)])
+        path = os.pathsep.join([str(Path(__file__).parents[2]), *filter(None, sys.path)])
         self._environment = os.environ | ONE_THREAD | {"PYTHONPATH": path, "TMPDIR": scratch}
         self._lock = threading.Lock()
         self._stopped = False
         self._process: subprocess.Popen[bytes] | None = None
 
     def run(self) -> None:
+        """Take tasks until there are no more."""
         if self._early:
             self._ask(ready, self._function)
         while not self._stopped and (index := self._waiting.get()) is not None:
@@ -215,7 +363,7 @@ class Line(threading.Thread):
                 timer.cancel()
 
     def _living(self) -> subprocess.Popen[bytes] | None:
-        """The process, a new one if the last has died; None when told to stop."""
+        """Return the process, a new one if the last has died; None when told to stop."""
         with self._lock:
             if self._stopped:
                 return None

@@ -12,7 +12,7 @@ import numpy as np
 from blockstat.assembly import Assembly
 from blockstat.errors import InputError
 from blockstat.io.files import write
-from blockstat.model.scene import read
+from blockstat.spec import read
 from blockstat.typing import Floats
 from dynsim.judge.run import Contacts, Run
 from dynsim.view.film import film_strip
@@ -24,7 +24,25 @@ FORMAT = 1  #: of the NPZ
 
 
 def write_run(run: Run, path: str | Path) -> Path:
-    """Write a run by the suffix of the path: .glb (animation), .npz (everything) or .png, .svg, .pdf (film strip)."""
+    """Write a run as a file.
+
+    Parameters
+    ----------
+    run : Run
+        What `simulate` returns, or the `run` of a verdict.
+    path : str or Path
+        Its suffix says how: .glb (animation), .npz (everything), or .png, .svg, .pdf (film strip).
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        For another suffix, or a directory that does not exist.
+    """
     path = check_path(path)
     if path.suffix.lower() == ".glb":
         return write_glb(run, path)
@@ -34,7 +52,23 @@ def write_run(run: Run, path: str | Path) -> Path:
 
 
 def check_path(path: str | Path) -> Path:
-    """The path, if `write_run` can write there; better asked before a long run than after."""
+    """Return the path if `write_run` can write there; better asked before a long run than after.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        For an unknown suffix, or a directory that does not exist.
+    """
     path = Path(path)
     suffixes = (".glb", ".npz", *PICTURES)
     if path.suffix.lower() not in suffixes:
@@ -45,7 +79,20 @@ def check_path(path: str | Path) -> Path:
 
 
 def write_glb(run: Run, path: str | Path) -> Path:
-    """Write a run as an animated GLB in its own time, coloured by how far each block moves; returns the path."""
+    """Write a run as an animated GLB in its own time, coloured by how far each block moves.
+
+    Parameters
+    ----------
+    run : Run
+        What is written.
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    Path
+        The file.
+    """
     from blockstat.view.animation import write_motion
 
     keys = np.unique(np.linspace(0, len(run.times) - 1, KEYS).round().astype(np.int64))
@@ -58,9 +105,21 @@ def write_glb(run: Run, path: str | Path) -> Path:
 
 
 def write_npz(run: Run, path: str | Path) -> Path:
-    """Write a run, its assembly included; returns the path.
+    """Write a run, its assembly included, as a file that `read_run` reads.
 
     Poses are kept in single precision (displacement and quaternion), all else in double.
+
+    Parameters
+    ----------
+    run : Run
+        What is written.
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    Path
+        The file.
     """
     path = check_path(path)
     with path.open("wb") as file:
@@ -77,7 +136,23 @@ def write_npz(run: Run, path: str | Path) -> Path:
 
 
 def read_run(path: str | Path) -> Run:
-    """Read what `write_npz` wrote. Raises InputError for a file that is no run."""
+    """Read a run that `write_run` wrote as .npz.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    Run
+        The run; its poses are those of single precision.
+
+    Raises
+    ------
+    InputError
+        For a file that is no run.
+    """
     from scipy.spatial.transform import Rotation
 
     path = Path(path)
@@ -107,7 +182,7 @@ def _others() -> list[str]:
 
 
 def _packed(assembly: Assembly) -> np.ndarray:
-    """The assembly in the native format, as bytes."""
+    """Return the assembly in the native format, as bytes."""
     with tempfile.TemporaryDirectory(prefix="dynsim-") as directory:
         return np.frombuffer(write(assembly, Path(directory) / "assembly.json").read_bytes(), dtype=np.uint8)
 

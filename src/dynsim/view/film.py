@@ -29,11 +29,32 @@ def film_strip(
     azimuth: float = -55.0,
     elevation: float = 25.0,
 ) -> Path:
-    """Draw moments of a run side by side and save a PNG (or any format matplotlib writes); returns the path.
+    """Draw moments of a run side by side.
 
-    Colours tell how far each block has moved since release, and blocks that were taken out are not drawn.
-    frames : how many moments, evenly spread from release to the end; times : the moments themselves instead [s].
-    azimuth, elevation : from where one looks, in degrees. Raises InputError for a bad path, moment or number.
+    Colours tell how far each block has moved since release. Blocks that were taken out are not drawn.
+
+    Parameters
+    ----------
+    run : Run
+        What is drawn.
+    path : str or Path
+        A PNG, or any format that matplotlib writes.
+    frames : int
+        How many moments, evenly spread from release to the end.
+    times : sequence of float, optional
+        The moments themselves instead [s].
+    azimuth, elevation : float
+        From where one looks [degrees].
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        For a bad path, moment or number.
     """
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable

@@ -7,6 +7,7 @@ import numpy as np
 from blockstat.assembly import Block
 from blockstat.errors import InputError
 from blockstat.model.arches.profile import at_least, half_joints, number_of, positive, profile, whole_joints
+from blockstat.model.quantities import Count, Length, Size
 from blockstat.model.solids import prism
 from blockstat.typing import Floats
 
@@ -16,31 +17,55 @@ BATTER = 0.5  #: of the outer faces of springers, width over height: a springer 
 def arch(
     shape: str = "semicircular",
     *,
-    span: float,
-    rise: float | None = None,
-    thickness: float,
-    depth: float,
+    span: Length,
+    rise: Length | None = None,
+    thickness: Length,
+    depth: Length,
     voussoirs: int | None = None,
-    voussoir: float | None = None,
+    voussoir: Length | None = None,
     joints: str = "radial",
-    springers: float = 0.0,
+    springers: Size = 0.0,
 ) -> list[Block]:
-    """An arch in the plane x, z over -span/2 <= x <= span/2, springing at z = 0, centred at y = 0.
+    """An arch of straight-sided voussoirs in the plane x, z, springing at z = 0, centred on its origin.
 
-    Neighbouring voussoirs share the corners of their joint. Their straight intrados is inside the curve's arc by
-    the sagitta of one voussoir.
+    Neighbouring voussoirs share the corners of their joint. Their straight intrados is inside the curve's arc by the
+    sagitta of one voussoir. See `jack_arch` for a flat arch.
 
     Parameters
     ----------
-    shape : "semicircular", "segmental", "horseshoe", "pointed" or "elliptic"; see `jack_arch` for a flat one.
-    span, rise : clear, at the intrados [m]. thickness : normal to the intrados [m]. depth : along y [m].
-    voussoirs, voussoir : their number, or their length along the intrados [m]; of equal length there.
-    joints : "radial" (normal to the intrados) or "vertical"; the beds at the springings are normal in both.
-    springers : height of the two fixed blocks under the springings [m], 0 for none.
+    shape : str
+        Of the intrados: semicircular, segmental, horseshoe, pointed or elliptic.
+    span : float
+        Clear, at the intrados [m].
+    rise : float, optional
+        At the intrados [m]; not for semicircular.
+    thickness : float
+        Normal to the intrados [m].
+    depth : float
+        Along y [m].
+    voussoirs : int, optional
+        Their number.
+    voussoir : float, optional
+        Or their length along the intrados [m]; voussoirs are of equal length there.
+    joints : str
+        Radial (normal to the intrados) or vertical; the beds at the springings are normal in both.
+    springers : float
+        Height of the blocks under the springings, 0 for none [m].
 
     Returns
     -------
-    Blocks of group "arch" from left to right, then "springer.left" and "springer.right".
+    list of Block
+        Group "arch" from left to right, then "springer.left" and "springer.right".
+
+    Raises
+    ------
+    InputError
+        Naming the option that cannot be built, or does not fit the others.
+
+    Examples
+    --------
+    >>> [block.name for block in arch(span=2.0, thickness=0.3, depth=0.5, voussoirs=3)]
+    ['arch.0', 'arch.1', 'arch.2']
     """
     half = profile(shape, span, rise)
     number = number_of(voussoirs, voussoir, 2 * half.length, even=half.crown_joint)
@@ -49,14 +74,36 @@ def arch(
 
 
 def jack_arch(
-    *, span: float, thickness: float, depth: float, voussoirs: int, skew: float = 20.0, springers: float = 0.0
+    *, span: Length, thickness: Length, depth: Length, voussoirs: Count, skew: float = 20.0, springers: Size = 0.0
 ) -> list[Block]:
-    """A flat (jack) arch: horizontal intrados and extrados, joints towards one point below.
+    """A flat (jack) arch in the plane x, z, its intrados at z = 0, centred on its origin.
 
-    span : clear, at the intrados [m]. thickness : its height [m]. depth : along y [m]. voussoirs : their number, of
-    equal length at the intrados. skew : inclination of the skewbacks against the vertical [degrees], 0 for vertical
-    joints. springers : height of the fixed blocks with the skewbacks below the intrados [m], 0 for none.
-    Groups as those of `arch`.
+    Intrados and extrados are horizontal. The joints point to one place below.
+
+    Parameters
+    ----------
+    span : float
+        Clear, at the intrados [m].
+    thickness : float
+        Its height [m].
+    depth : float
+        Along y [m].
+    voussoirs : int
+        Their number; they are of equal length at the intrados.
+    skew : float
+        Of the skewbacks against the vertical, 0 for vertical joints [degrees].
+    springers : float
+        Height of the blocks with the skewbacks, below the intrados, 0 for none [m].
+
+    Returns
+    -------
+    list of Block
+        Groups as those of `arch`.
+
+    Raises
+    ------
+    InputError
+        Naming the option that cannot be built.
     """
     positive(span=span, thickness=thickness)
     at_least(1, voussoirs=voussoirs)
@@ -71,19 +118,47 @@ def jack_arch(
 def rib(
     shape: str = "semicircular",
     *,
-    span: float,
-    rise: float | None = None,
-    thickness: float,
-    depth: float,
+    span: Length,
+    rise: Length | None = None,
+    thickness: Length,
+    depth: Length,
     voussoirs: int | None = None,
-    voussoir: float | None = None,
-    springers: float = 0.0,
+    voussoir: Length | None = None,
+    springers: Size = 0.0,
 ) -> list[Block]:
-    """A transverse rib under a barrel vault, in the plane x, z, springing at z = 0, centred at y = 0.
+    """A transverse rib under a barrel vault that spans x, in the plane x, z, springing at z = 0, centred on its origin.
 
-    shape, span, rise, voussoirs, voussoir : of the vault above. The corners of the rib's extrados are those of the
-    vault's intrados, so that each of its voussoirs carries one course. thickness : inwards from there [m]; depth :
-    along y [m]. The rest as in `arch`; groups "rib", "springer.left" and "springer.right".
+    The corners of its extrados are the corners of the vault's intrados, so that each of its voussoirs carries one
+    course.
+
+    Parameters
+    ----------
+    shape : str
+        Of the vault above, as of an arch.
+    span : float
+        Of the vault above [m].
+    rise : float, optional
+        Of the vault above [m].
+    thickness : float
+        Inwards from the vault's intrados [m].
+    depth : float
+        Along y [m].
+    voussoirs : int, optional
+        Of the vault above.
+    voussoir : float, optional
+        Or their length along the vault's intrados [m].
+    springers : float
+        Height of the blocks under the springings, 0 for none [m].
+
+    Returns
+    -------
+    list of Block
+        Groups "rib", "springer.left" and "springer.right".
+
+    Raises
+    ------
+    InputError
+        Naming the option that cannot be built, or does not fit the others.
     """
     positive(thickness=thickness)
     half = profile(shape, span, rise)

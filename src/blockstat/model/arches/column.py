@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 
 from blockstat.assembly import Block
 from blockstat.errors import InputError
 from blockstat.model.arches.profile import at_least, positive
+from blockstat.model.quantities import Count, Length, Lengths, Size, Three
 from blockstat.model.solids import box, prism
 
 PIER_BONDS = ("single", "halves")
@@ -16,13 +18,37 @@ SPREAD = 0.5  #: of a plinth beyond what stands on it, relative to its own heigh
 
 
 def pier(
-    *, size: tuple[float, float], height: float, courses: int, bond: str = "single", plinth: float = 0.0
+    *,
+    size: Lengths,
+    height: Length,
+    courses: Count,
+    bond: Literal["single", "halves"] = "single",
+    plinth: Size = 0.0,
 ) -> list[Block]:
-    """A rectangular pier of courses from z = 0 up, centred at the origin.
+    """A rectangular pier of courses from z = 0 up, centred on its origin.
 
-    size : along x and y [m]; height [m]; courses : their number. bond : "single" for one stone a course, "halves" for
-    two, whose joint is across x and across y in turn. plinth : height of the fixed block under it [m], 0 for none.
-    Groups "pier" and "plinth".
+    Parameters
+    ----------
+    size : tuple of float
+        Along x and y [m].
+    height : float
+        Of all courses together [m].
+    courses : int
+        Their number.
+    bond : str
+        One stone a course ("single"), or two ("halves") with a joint across x and across y in turn.
+    plinth : float
+        Height of the block under the foot, 0 for none [m].
+
+    Returns
+    -------
+    list of Block
+        Groups "pier" and "plinth".
+
+    Raises
+    ------
+    InputError
+        Naming the option that cannot be built.
     """
     if not (isinstance(size, Sequence) and len(size) == 2):
         raise InputError(f"size is {size!r}; it must be the two lengths along x and y [m]")
@@ -45,13 +71,34 @@ def pier(
 
 
 def column(
-    *, diameter: float, height: float, drums: int, sides: int = 16, top: float | None = None, plinth: float = 0.0
+    *, diameter: Length, height: Length, drums: Count, sides: Three = 16, top: Length | None = None, plinth: Size = 0.0
 ) -> list[Block]:
-    """A round column of drums from z = 0 up, about the z axis.
+    """A round column of drums from z = 0 up, about its origin.
 
-    diameter : at the foot, of the circle round its polygon of `sides` sides [m]; top : at the top, by default the same.
-    height [m]; drums : their number. plinth : height of the fixed square block under it [m], 0 for none.
-    Groups "column" and "plinth".
+    Parameters
+    ----------
+    diameter : float
+        At the foot, of the circle round its polygon [m].
+    height : float
+        Of all drums together [m].
+    drums : int
+        Their number.
+    sides : int
+        Of the polygon.
+    top : float, optional
+        Diameter at the top, by default that of the foot [m].
+    plinth : float
+        Height of the square block under the foot, 0 for none [m].
+
+    Returns
+    -------
+    list of Block
+        Groups "column" and "plinth".
+
+    Raises
+    ------
+    InputError
+        Naming the option that cannot be built.
     """
     top = diameter if top is None else top
     positive(diameter=diameter, height=height, top=top)

@@ -31,10 +31,29 @@ class Profile:
     crown_joint: bool = False  #: whether the crown is an edge, which needs a joint there
 
     def joints(self, s: Floats, thickness: float, kind: str = "radial") -> Floats:
-        """Joints as (intrados, extrados) points, shape (n, 2, 2) [m].
+        """The joints at places of the intrados.
 
-        Vertical joints cut the same extrados; the bed at the springing stays normal to the intrados, and a joint at
-        the crown is vertical in either case.
+        Vertical joints cut the same extrados; the bed at the springing stays normal to the intrados, and a joint at the
+        crown is vertical in either case.
+
+        Parameters
+        ----------
+        s : ndarray
+            Places from 0 (springing) to 1 (crown), shape (n,).
+        thickness : float
+            Normal to the intrados [m].
+        kind : str
+            "radial" or "vertical".
+
+        Returns
+        -------
+        ndarray
+            Points x, z on the intrados and on the extrados, shape (n, 2, 2) [m].
+
+        Raises
+        ------
+        InputError
+            For another kind.
         """
         if kind not in JOINTS:
             raise InputError(f"joints is {kind!r}; it must be one of: {', '.join(JOINTS)}")
@@ -47,7 +66,18 @@ class Profile:
         return np.stack([inner, outer], axis=1)
 
     def where(self, x: float) -> float:
-        """The s at which the intrados is x [m] from the axis, above its widest place."""
+        """The place s at which the intrados is at a distance from the axis, above its widest place.
+
+        Parameters
+        ----------
+        x : float
+            Distance from the axis [m].
+
+        Returns
+        -------
+        float
+            s, from 0 (springing) to 1 (crown).
+        """
         low, high = float(self.curve(np.linspace(0, 1, 257))[:, 0].argmax()) / 256, 1.0
         for _ in range(60):
             middle = (low + high) / 2
@@ -56,10 +86,29 @@ class Profile:
 
 
 def profile(shape: str, span: float, rise: float | None = None) -> Profile:
-    """The profile of a clear span and rise at the intrados [m].
+    """The profile of a clear span and rise at the intrados.
 
-    semicircular : rise span / 2; segmental : an arc of less than half a circle; horseshoe : of more, with the span
-    at the springing; pointed : two arcs with centres on the springing line; elliptic : half an ellipse.
+    Semicircular: the rise is span / 2. Segmental: an arc of less than half a circle. Horseshoe: an arc of more, with
+    the span at the springing. Pointed: two arcs with centres on the springing line. Elliptic: half an ellipse.
+
+    Parameters
+    ----------
+    shape : str
+        One of `SHAPES`.
+    span : float
+        Clear, at the springing [m].
+    rise : float, optional
+        At the crown [m]; a semicircular profile needs none.
+
+    Returns
+    -------
+    Profile
+        The right half of the intrados.
+
+    Raises
+    ------
+    InputError
+        For an unknown shape, or a rise that the shape cannot have over this span.
     """
     positive(span=span)
     if shape not in SHAPES:
@@ -136,9 +185,34 @@ def _ellipse(half: float, rise: float) -> Profile:
 
 
 def half_joints(shape: str, span: float, rise: float | None, thickness: float, voussoirs: int, kind: str) -> Floats:
-    """Joints of the right half of an arch of equal voussoirs, springing first, shape (n, 2, 2) [m].
+    """Joints of the right half of an arch of equal voussoirs, springing first.
 
     The last is the crown joint of an even number, the nearer side of the keystone of an odd one.
+
+    Parameters
+    ----------
+    shape : str
+        Of the intrados, see `profile`.
+    span : float
+        Clear [m].
+    rise : float or None
+        At the intrados [m].
+    thickness : float
+        Normal to the intrados [m].
+    voussoirs : int
+        Their number in the whole arch.
+    kind : str
+        "radial" or "vertical".
+
+    Returns
+    -------
+    ndarray
+        Points x, z on the intrados and on the extrados, shape (n, 2, 2) [m].
+
+    Raises
+    ------
+    InputError
+        For a number of voussoirs or a kind of joints that the shape cannot have.
     """
     positive(thickness=thickness)
     half = profile(shape, span, rise)
@@ -152,27 +226,86 @@ def half_joints(shape: str, span: float, rise: float | None, thickness: float, v
 
 
 def whole_joints(half: Floats, voussoirs: int) -> Floats:
-    """All joints of an arch from left to right, shape (voussoirs + 1, 2, 2), from those of its right half."""
+    """All joints of an arch from left to right, from those of its right half.
+
+    Parameters
+    ----------
+    half : ndarray
+        As `half_joints` gives them, shape (n, 2, 2) [m].
+    voussoirs : int
+        Their number in the whole arch.
+
+    Returns
+    -------
+    ndarray
+        Shape (voussoirs + 1, 2, 2) [m].
+    """
     left = half * (-1.0, 1.0)
     return np.concatenate([left if voussoirs % 2 else left[:-1], half[::-1]])
 
 
 def positive(**lengths: float) -> None:
-    """Raise InputError for a length that is not a finite number above 0."""
+    """Check that lengths are finite numbers above 0.
+
+    Parameters
+    ----------
+    **lengths : float
+        By the name that a message gives them [m].
+
+    Raises
+    ------
+    InputError
+        Naming the first that is not.
+    """
     for name, value in lengths.items():
         if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not 0 < value < math.inf:
             raise InputError(f"{name} is {value!r}; it must be a length above 0 [m]")
 
 
 def at_least(least: int, **numbers: int) -> None:
-    """Raise InputError for a number that is not whole or too small."""
+    """Check that numbers are whole and not too small.
+
+    Parameters
+    ----------
+    least : int
+        The smallest allowed.
+    **numbers : int
+        By the name that a message gives them.
+
+    Raises
+    ------
+    InputError
+        Naming the first that is not.
+    """
     for name, value in numbers.items():
         if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
             raise InputError(f"{name} is {value!r}; it must be a whole number of at least {least}")
 
 
 def number_of(voussoirs: int | None, voussoir: float | None, length: float, *, even: bool = False) -> int:
-    """The number of voussoirs given, or the one nearest to a size [m] along an intrados of a length [m]."""
+    """The number of voussoirs given, or the one nearest to a size along an intrados.
+
+    Parameters
+    ----------
+    voussoirs : int or None
+        Their number.
+    voussoir : float or None
+        Or their length along the intrados [m].
+    length : float
+        Of the intrados [m].
+    even : bool
+        Whether a size makes an even number of them.
+
+    Returns
+    -------
+    int
+        The number of voussoirs.
+
+    Raises
+    ------
+    InputError
+        Unless one of both is given.
+    """
     if (voussoirs is None) == (voussoir is None):
         raise InputError("give either voussoirs (their number) or voussoir (their length along the intrados [m])")
     if voussoir is None:

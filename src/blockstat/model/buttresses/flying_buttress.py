@@ -12,6 +12,7 @@ from blockstat.geometry import clipping as clip
 from blockstat.model.arches.column import pier as pier_blocks
 from blockstat.model.arches.profile import at_least, positive
 from blockstat.model.placing import moved
+from blockstat.model.quantities import Count, Length, Lengths, Size, Two
 from blockstat.model.solids import box, prism
 from blockstat.model.walling.run import one_of
 from blockstat.typing import Floats
@@ -22,30 +23,55 @@ FORMS = ("arc", "straight")
 def flying_buttress(
     form: str = "arc",
     *,
-    span: float,
-    low: float,
-    high: float,
-    depth: float,
-    width: float,
-    voussoirs: int,
-    pier: tuple[float, float] | None = None,
-    pier_height: float | None = None,
-    courses: int = 1,
-    pinnacle: float = 0.0,
+    span: Length,
+    low: Size,
+    high: Length,
+    depth: Length,
+    width: Length,
+    voussoirs: Two,
+    pier: Lengths | None = None,
+    pier_height: Length | None = None,
+    courses: Count = 1,
+    pinnacle: Size = 0.0,
 ) -> list[Block]:
-    """A flyer in the plane x, z from a wall's face at x = 0 to a pier's face at x = span, centred at y = 0.
+    """A raking arch in the plane x, z from a wall's face at x = 0 to a pier's face at x = span, centred at y = 0.
 
     Its ends are the upright planes of those faces.
 
     Parameters
     ----------
-    form : "arc", a ring whose soffit is level at the wall, or "straight", a raking strut with joints square to it.
-    span : clear between the faces [m]; low, high : heights of the soffit at the pier and at the wall [m].
-    depth : of the voussoirs, normal to the soffit; width : along y [m]. voussoirs : their number.
-    pier : its size along x and y [m], None for no pier; pier_height : by default the top of the flyer there [m];
-    courses : of the pier. pinnacle : height of a block on the pier that weighs it down [m], 0 for none.
+    form : str
+        A ring whose soffit is level at the wall ("arc"), or a strut with joints square to it ("straight").
+    span : float
+        Clear between the faces [m].
+    low : float
+        Height of the soffit at the pier [m].
+    high : float
+        Height of the soffit at the wall [m].
+    depth : float
+        Of the voussoirs, normal to the soffit [m].
+    width : float
+        Along y [m].
+    voussoirs : int
+        Their number.
+    pier : tuple of float, optional
+        Its size along x and y, none by default [m].
+    pier_height : float, optional
+        By default the top of the flyer there [m].
+    courses : int
+        Of the pier.
+    pinnacle : float
+        Height of a block that weighs the pier down, 0 for none [m].
 
-    Groups "flyer" (named from the wall outwards), "pier" and "pinnacle".
+    Returns
+    -------
+    list of Block
+        Groups "flyer" (named from the wall outwards), "pier" and "pinnacle".
+
+    Raises
+    ------
+    InputError
+        Naming the option that cannot be built, or does not fit the others.
     """
     positive(span=span, high=high, depth=depth, width=width)
     at_least(2, voussoirs=voussoirs)

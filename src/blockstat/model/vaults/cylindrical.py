@@ -20,8 +20,10 @@ import numpy as np
 from blockstat.assembly import Block
 from blockstat.errors import InputError
 from blockstat.model.arches.profile import at_least, half_joints, number_of, positive, profile, whole_joints
-from blockstat.model.solids import below, fuse, prism
-from blockstat.model.walling.short_bond import SLIVER, brick_length, lay_row
+from blockstat.model.quantities import Groins, Length, Lengths, Size, Three
+from blockstat.model.solids import below, fuse, hexahedron, prism
+from blockstat.model.walling.brickwork import SLIVER
+from blockstat.model.walling.pattern import plain_row
 from blockstat.typing import Floats
 
 SIDES = {(0, 1): "east", (0, -1): "west", (1, 1): "north", (1, -1): "south"}  #: by axis and sign
@@ -31,34 +33,65 @@ GROINS = ("solid", "mitred")
 def barrel_vault(
     shape: str = "semicircular",
     *,
-    span: float,
-    length: float,
-    thickness: float,
-    brick: float,
-    rise: float | None = None,
+    span: Length,
+    rise: Length | None = None,
+    length: Length,
+    thickness: Length,
+    brick: Length,
     voussoirs: int | None = None,
-    voussoir: float | None = None,
-    springers: float = 0.0,
+    voussoir: Length | None = None,
+    springers: Size = 0.0,
 ) -> list[Block]:
-    """A barrel along x, springing at z = 0 from y = -span/2 and y = span/2, centred at the origin.
+    """A barrel along x, springing at z = 0 from its sides y = -span/2 and y = span/2, centred on its origin.
 
-    length : along x [m]; brick : nominal length of its voussoirs along x, laid in running bond [m]; the rest as in
-    `blockstat.model.arches.arch`. Groups "vault", "springer.south" and "springer.north".
+    Each course from springing to springing is a row of running bond along x.
+
+    Parameters
+    ----------
+    shape : str
+        Of the intrados, as of an arch.
+    span : float
+        Clear, along y [m].
+    rise : float, optional
+        At the intrados [m]; not for semicircular.
+    length : float
+        Along x [m].
+    thickness : float
+        Normal to the intrados [m].
+    brick : float
+        Nominal length of a voussoir along x [m].
+    voussoirs : int, optional
+        Number of courses round the arch.
+    voussoir : float, optional
+        Or their length along the intrados [m].
+    springers : float
+        Height of the blocks under the springings, 0 for none [m].
+
+    Returns
+    -------
+    list of Block
+        Groups "vault", "springer.south" and "springer.north".
+
+    Raises
+    ------
+    InputError
+        Naming the option that cannot be built, or does not fit the others.
     """
     positive(length=length, brick=brick)
     half = profile(shape, span, rise)
     number = number_of(voussoirs, voussoir, 2 * half.length, even=half.crown_joint)
     joints = whole_joints(half_joints(shape, span, rise, thickness, number, "radial"), number)
-    size = brick_length(length, brick)
+    rows = plain_row(length, brick)
 
     def across(outline: Floats, x: float) -> Floats:
         return np.column_stack([np.full(len(outline), x - length / 2), outline])
 
     blocks = []
     for course, (a, b) in enumerate(zip(joints[:-1], joints[1:], strict=True)):
-        outline = np.array([*a, *b[::-1]])
-        for i, (x0, x1) in enumerate(lay_row(length, size, course)):
-            blocks.append(prism(across(outline, x0), across(outline, x1), name=f"vault.{course}.{i}", group="vault"))
+        outline = np.array([a[0], b[0], b[1], a[1]])
+        cuts = [across(outline, x) for x in rows[course % 2].tolist()]
+        for i, ends in enumerate(zip(cuts, cuts[1:], strict=False)):
+            blocks.append(hexahedron(*ends, name=f"vault.{course}.{i}", group="vault"))
     if springers:
         positive(springers=springers)
         for side, bed in (("south", joints[0]), ("north", joints[-1])):
@@ -143,31 +176,47 @@ def _bay(
 def groin_vault(
     shape: str = "semicircular",
     *,
-    spans: tuple[float, float],
-    thickness: float,
-    voussoirs: int,
-    brick: float,
-    rise: float | None = None,
-    groins: str = "solid",
-    springers: float = 0.0,
+    spans: Lengths,
+    rise: Length | None = None,
+    thickness: Length,
+    voussoirs: Three,
+    brick: Length,
+    groins: Groins = "solid",
+    springers: Size = 0.0,
 ) -> list[Block]:
-    """A groin (cross) vault over a bay, springing at z = 0 from its four corners, centred at the origin.
+    """A groin (cross) vault over a bay, springing at z = 0 from its corners, centred on its origin.
 
     It reaches beyond the clear spans by its thickness at the springing, so that each corner rests on a rectangle.
 
     Parameters
     ----------
-    shape, rise : profile along x, as in `blockstat.model.arches.arch`; "horseshoe" is not for vaults.
-    spans : clear, along x and y [m]. thickness : normal to the intrados, where the profile is that along x [m].
-    voussoirs : number of courses of a whole barrel; an odd number has a crown course and a keystone.
-    brick : nominal length of a voussoir along its course [m].
-    groins : "solid" for L-shaped stones that belong to both webs, "mitred" for a joint in the diagonal plane.
-    springers : height of the fixed blocks under the corners [m], 0 for none.
+    shape : str
+        Of the profile along x, as of an arch; not horseshoe.
+    spans : tuple of float
+        Clear, along x and y [m].
+    rise : float, optional
+        At the intrados [m]; not for semicircular.
+    thickness : float
+        Normal to the intrados, where the profile is that along x [m].
+    voussoirs : int
+        Number of courses of a whole barrel; an odd number has a keystone and a crown course.
+    brick : float
+        Nominal length of a voussoir along its course [m].
+    groins : str
+        Stones of both webs in one ("solid"), or a joint in the diagonal plane ("mitred").
+    springers : float
+        Height of the blocks under the corners, 0 for none [m].
 
     Returns
     -------
-    Blocks of groups "vault.north" (the web at y > 0), "vault.east", ..., "vault.groin.ne", ..., "vault.key" and
-    "springer.ne", ...
+    list of Block
+        Groups "vault.north" (the web at y > 0), "vault.east", ..., "vault.groin.ne", ..., "vault.key" and
+        "springer.ne", ...
+
+    Raises
+    ------
+    InputError
+        Naming the option that cannot be built, or does not fit the others.
     """
     bay = _bay(shape, spans, rise, thickness, voussoirs, brick, groins)
     blocks = []
@@ -232,19 +281,46 @@ def _crown(bay: _Bay) -> Iterator[Block]:
 def pavilion_vault(
     shape: str = "semicircular",
     *,
-    spans: tuple[float, float],
-    thickness: float,
-    voussoirs: int,
-    brick: float,
-    rise: float | None = None,
-    groins: str = "solid",
-    springers: float = 0.0,
+    spans: Lengths,
+    rise: Length | None = None,
+    thickness: Length,
+    voussoirs: Three,
+    brick: Length,
+    groins: Groins = "solid",
+    springers: Size = 0.0,
 ) -> list[Block]:
-    """A pavilion (cloister) vault over a bay, springing at z = 0 from its four sides, centred at the origin.
+    """A pavilion (cloister) vault over a bay, springing at z = 0 from its sides, centred on its origin.
 
-    Each course is a closed ring of four sides. Parameters as those of `groin_vault`; an odd number of voussoirs has a
-    keystone, an even one comes to a point. Groups "vault.north", ..., "vault.groin.ne", ..., "vault.key" and
-    "springer.north", ...
+    Each course is a closed ring of four sides.
+
+    Parameters
+    ----------
+    shape : str
+        Of the profile along x, as of an arch; not horseshoe.
+    spans : tuple of float
+        Clear, along x and y [m].
+    rise : float, optional
+        At the intrados [m]; not for semicircular.
+    thickness : float
+        Normal to the intrados, where the profile is that along x [m].
+    voussoirs : int
+        Number of courses of a whole barrel; an odd number has a keystone, an even one comes to a point.
+    brick : float
+        Nominal length of a voussoir along its course [m].
+    groins : str
+        Stones of both webs in one ("solid"), or a joint in the diagonal plane ("mitred").
+    springers : float
+        Height of the blocks under the sides, 0 for none [m].
+
+    Returns
+    -------
+    list of Block
+        Groups "vault.north", ..., "vault.groin.ne", ..., "vault.key" and "springer.north", ...
+
+    Raises
+    ------
+    InputError
+        Naming the option that cannot be built, or does not fit the others.
     """
     bay = _bay(shape, spans, rise, thickness, voussoirs, brick, groins)
     blocks = [bay.key()] if bay.keyed else []

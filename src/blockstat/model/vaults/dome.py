@@ -9,6 +9,7 @@ import numpy as np
 from blockstat.assembly import Block
 from blockstat.errors import InputError
 from blockstat.model.arches.profile import at_least, positive, profile
+from blockstat.model.quantities import Bond, Count, Length, Size, Three
 from blockstat.model.solids import below, fuse, prism
 from blockstat.typing import Floats
 
@@ -18,16 +19,16 @@ BONDS = ("running", "stack")
 def dome(
     shape: str = "semicircular",
     *,
-    span: float,
-    thickness: float,
-    rings: int,
-    voussoirs: int,
-    rise: float | None = None,
-    oculus: float = 0.0,
-    bond: str = "running",
-    springers: float = 0.0,
+    span: Length,
+    rise: Length | None = None,
+    thickness: Length,
+    rings: Count,
+    voussoirs: Three,
+    oculus: Size = 0.0,
+    bond: Bond = "running",
+    springers: Size = 0.0,
 ) -> list[Block]:
-    """A dome about the z axis, springing at z = 0.
+    """A dome about its origin, springing at z = 0.
 
     Its plan is a polygon of 2 x `voussoirs` sides on the circle of the span. Each voussoir has two of them, so that in
     running bond its neighbours above and below meet half of it each. All joints are planar: beds are trapezia that lie
@@ -35,16 +36,39 @@ def dome(
 
     Parameters
     ----------
-    shape, rise : profile of a meridian section, as in `blockstat.model.arches.arch`. span : clear diameter [m].
-    thickness : normal to the intrados [m]. rings : number of rings, of equal height along the intrados.
-    voussoirs : in each ring.
-    oculus : clear diameter of the opening at the crown [m]; 0 for a keystone half a ring high instead.
-    bond : "running" for head joints over the middle of the voussoir below, "stack" for continuous meridian joints.
-    springers : height of the fixed blocks under the first ring [m], 0 for none.
+    shape : str
+        Of a meridian section, as of an arch.
+    span : float
+        Clear diameter [m].
+    rise : float, optional
+        At the intrados [m]; not for semicircular.
+    thickness : float
+        Normal to the intrados [m].
+    rings : int
+        Their number, of equal height along the intrados.
+    voussoirs : int
+        In each ring.
+    oculus : float
+        Clear diameter of the opening at the crown, 0 for a keystone half a ring high [m].
+    bond : str
+        Head joints over the middle of the voussoir below ("running"), or continuous along meridians ("stack").
+    springers : float
+        Height of the blocks under the first ring, 0 for none [m].
 
     Returns
     -------
-    Blocks of groups "dome.0" (the lowest ring), "dome.1", ..., "dome.key" and "springer".
+    list of Block
+        Groups "dome.0" (the lowest ring), "dome.1", ..., "dome.key" and "springer".
+
+    Raises
+    ------
+    InputError
+        Naming the option that cannot be built, or does not fit the others.
+
+    Examples
+    --------
+    >>> len(dome(span=4.0, thickness=0.3, rings=3, voussoirs=8))  # and a keystone
+    25
     """
     positive(span=span, thickness=thickness)
     at_least(1, rings=rings)
@@ -70,12 +94,36 @@ def dome(
 
 
 def drum(
-    *, span: float, thickness: float, height: float, courses: int, voussoirs: int, bond: str = "running"
+    *, span: Length, thickness: Length, height: Length, courses: Count, voussoirs: Three, bond: Bond = "running"
 ) -> list[Block]:
-    """The round wall under a dome of the same span and voussoirs, from z = 0 up, about the z axis.
+    """The round wall under a dome of the same span and voussoirs, from z = 0 up, about its origin.
 
-    span : clear diameter [m]; thickness [m], at least that of the dome; height [m]; courses : their number. Its plan is
-    the polygon of the dome's, and so are its stones. Groups "drum.0" (the lowest course), "drum.1", ...
+    Its plan is the polygon of the dome's, and so are its stones.
+
+    Parameters
+    ----------
+    span : float
+        Clear diameter [m].
+    thickness : float
+        Radial, at least that of the dome [m].
+    height : float
+        Of all courses together [m].
+    courses : int
+        Their number.
+    voussoirs : int
+        Stones in each course.
+    bond : str
+        Staggered head joints ("running"), or continuous ones ("stack").
+
+    Returns
+    -------
+    list of Block
+        Groups "drum.0" (the lowest course), "drum.1", ...
+
+    Raises
+    ------
+    InputError
+        Naming the option that cannot be built, or does not fit the others.
     """
     positive(span=span, thickness=thickness, height=height)
     at_least(1, courses=courses)

@@ -10,6 +10,7 @@ import numpy as np
 from blockstat.assembly import Block
 from blockstat.errors import InputError
 from blockstat.model.arches.profile import at_least, positive
+from blockstat.model.quantities import Bond, Count, Edge, Ends, Size, Two
 from blockstat.model.solids import FACES, fuse, polyhedron
 from blockstat.model.vaults.dome import BONDS
 from blockstat.typing import Floats
@@ -21,17 +22,32 @@ PLANE = 1e-12
 
 
 def height_field(
-    height: Callable[[Floats, Floats], Any],
-    *,
-    x: tuple[float, float],
-    y: tuple[float, float],
-    courses: int,
-    voussoirs: int,
+    height: Callable[[Floats, Floats], Any], *, x: Ends, y: Ends, courses: Two, voussoirs: Count
 ) -> Floats:
-    """Points of a surface z = height(x, y) for `freeform`, shape (courses + 1, 2 voussoirs + 1, 3) [m].
+    """Points of a surface z = height(x, y) for `freeform`.
 
-    height : takes arrays x and y [m] and returns z [m]; x, y : ends of the rectangle [m]; courses : along y, each of so
-    many voussoirs along x.
+    Parameters
+    ----------
+    height : callable
+        Takes arrays x and y [m] and returns z [m].
+    x : tuple of float
+        Ends of the rectangle along x [m].
+    y : tuple of float
+        Ends of the rectangle along y [m].
+    courses : int
+        Their number along y.
+    voussoirs : int
+        In each course, along x.
+
+    Returns
+    -------
+    ndarray
+        Shape (courses + 1, 2 voussoirs + 1, 3) [m].
+
+    Raises
+    ------
+    InputError
+        For an empty rectangle, or a height that is not finite.
     """
     at_least(2, courses=courses)
     at_least(1, voussoirs=voussoirs)
@@ -52,11 +68,11 @@ def freeform(
     points: Any,
     *,
     thickness: Any,
-    supports: Sequence[str] = ("south", "north"),
-    springers: float = 0.0,
-    bond: str = "running",
+    supports: Sequence[Edge] = ("south", "north"),
+    springers: Size = 0.0,
+    bond: Bond = "running",
 ) -> list[Block]:
-    """A vault whose middle surface is a grid of points.
+    """A vault in bonded courses whose middle surface is a grid of points.
 
     The normals come from differences between neighbouring points. A voussoir is two cells of the grid long, so that in
     running bond its neighbours above and below meet half of it each and every corner is shared by all that meet
@@ -65,16 +81,32 @@ def freeform(
 
     Parameters
     ----------
-    points : shape (courses + 1, 2 voussoirs + 1, 3) [m]: a course lies between two rows and runs along them.
-    thickness : normal to the surface [m]; a number, one for each point, or a function of x and y.
-    supports : edges that rest on springers: "south" (the first row), "north" (the last), "west" (the first column) and
-        "east".
-    springers : length by which these fixed blocks carry on the surface beyond the edge [m], 0 for none.
-    bond : "running", courses beginning with a whole and a half voussoir in turn, or "stack".
+    points : array_like
+        Shape (courses + 1, 2 voussoirs + 1, 3) [m]: a course lies between two rows and runs along them.
+    thickness : float, ndarray or callable
+        Normal to the surface [m]: a number, one for each point, or a function of x and y.
+    supports : sequence of str
+        Edges that have springers: south (the first row), north (the last), west (the first column) and east.
+    springers : float
+        Length of the blocks that carry on the surface beyond these edges, 0 for none [m].
+    bond : str
+        Courses that begin with a whole and a half voussoir in turn ("running"), or continuous joints ("stack").
 
     Returns
     -------
-    Blocks of groups "vault.0" (the first course), "vault.1", ..., and "springer.south", ...
+    list of Block
+        Groups "vault.0" (the first course), "vault.1", ..., and "springer.south", ...
+
+    Raises
+    ------
+    InputError
+        For points without a normal, and where the vault is thicker than its surface is curved.
+
+    Examples
+    --------
+    >>> points = height_field(lambda x, y: 2.0 - y**2 / 4, x=(-1, 1), y=(-2, 2), courses=4, voussoirs=2)
+    >>> [block.name for block in freeform(points, thickness=0.2)][:3]
+    ['vault.0.0', 'vault.0.1', 'vault.1.0']
     """
     points = _checked(points, supports, bond)
     along, across = (np.gradient(points, axis=axis, edge_order=2) for axis in (1, 0))
@@ -153,7 +185,20 @@ def _check_edges(sides: Floats, points: Floats) -> None:
 
 
 def stones(columns: int, course: int) -> list[tuple[int, int]]:
-    """Columns between which the stones of a course lie."""
+    """Columns of a grid between which the stones of a course lie.
+
+    Parameters
+    ----------
+    columns : int
+        Cells of the grid along the course, an even number.
+    course : int
+        An even course begins with a whole stone, an odd one with half a stone.
+
+    Returns
+    -------
+    list of tuple
+        First and last column of each stone.
+    """
     cuts = list(range(0, columns + 1, 2)) if course % 2 == 0 else [0, *range(1, columns, 2), columns]
     return list(zip(cuts[:-1], cuts[1:], strict=True))
 
@@ -165,7 +210,15 @@ class Cells:
         self.corners = corners  #: shape (2, rows, columns, 3): intrados and extrados
 
     def extend(self, axis: int, step: Floats) -> None:
-        """Put the outermost rows or columns a step beyond the edge, shape (rows - 2, columns - 2, 3) [m]."""
+        """Put the outermost rows or columns a step beyond the edge.
+
+        Parameters
+        ----------
+        axis : int
+            0 for rows, 1 for columns.
+        step : ndarray
+            Shape (rows - 2, columns - 2, 3) [m].
+        """
         inner = self.corners[:, 1:-1, 1:-1]
         ends = (0, -1)
         for end, sign in zip(ends, (-1, 1), strict=True):
@@ -173,6 +226,24 @@ class Cells:
             self.corners[place] = inner.take(end, axis=1 + axis) + sign * step.take(end, axis=axis)
 
     def block(self, course: int, columns: range, name: str, group: str) -> Block:
+        """One stone of some cells of a course.
+
+        Parameters
+        ----------
+        course : int
+            Row of the cells.
+        columns : range
+            Columns of the cells.
+        name : str
+            Of the block.
+        group : str
+            Of the block.
+
+        Returns
+        -------
+        Block
+            The cells fused.
+        """
         return fuse([self._cell(course + 1, column + 1) for column in columns], name=name, group=group)
 
     def _cell(self, i: int, j: int) -> Block:
@@ -188,7 +259,21 @@ class Cells:
 def split_face(vertices: Floats, face: Sequence[int], rank: Any) -> list[list[int]]:
     """A plane quadrilateral as it is, another one as two triangles.
 
-    Judged and split by the order of its corners in the grid, so that both blocks that share it do the same.
+    It is judged and split by the order of its corners in the grid, so that both blocks that share it do the same.
+
+    Parameters
+    ----------
+    vertices : ndarray
+        Corners of the block, shape (n, 3) [m].
+    face : sequence of int
+        Its four corners.
+    rank : array_like
+        Place of each corner in the order of the grid, shape (n,).
+
+    Returns
+    -------
+    list of list of int
+        One face or two.
     """
     first = min(range(4), key=lambda k: rank[face[k]])
     a, b, c, d = (face[(first + k) % 4] for k in range(4))

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from blockstat.assembly import Block
 from blockstat.errors import InputError
 from blockstat.model.arches.profile import positive
+from blockstat.model.quantities import Count, Ends, Length, Size, Two
 from blockstat.model.solids import polyhedron
 from blockstat.model.vaults.freeform import split_face
 from blockstat.typing import Floats
@@ -26,26 +27,37 @@ def mesh_vault(
     vertices: Any,
     faces: Sequence[Sequence[int]],
     *,
-    thickness: float,
-    supports: str = "lowest",
-    springers: float = 0.0,
+    thickness: Length,
+    supports: Literal["lowest", "all"] = "lowest",
+    springers: Size = 0.0,
 ) -> list[Block]:
-    """A vault whose voussoirs are the faces of a mesh, its middle surface.
+    """A vault whose voussoirs are the faces of a mesh, its middle surface, with joints normal to it.
 
-    Joints are normal to the surface: each edge is thickened along the normals at its ends, the area-weighted means of
-    those of the faces there. Neighbours share all corners of their joint; a joint that is not plane is two triangles,
-    the same on both sides.
+    Each edge is thickened along the normals at its ends, the area-weighted means of those of the faces there.
+    Neighbours share all corners of their joint; a joint that is not plane is two triangles, the same on both sides.
 
     Parameters
     ----------
-    vertices, faces : corners, shape (n, 3) [m], and their indices in each face, all faces turned the same way.
-    thickness : normal to the surface [m].
-    supports : edges of the boundary that rest on springers: the "lowest", or "all".
-    springers : length by which these fixed blocks carry on the surface beyond its boundary [m], 0 for none.
+    vertices : array_like
+        Corners of the mesh, shape (n, 3) [m].
+    faces : sequence of sequences of int
+        Indices of the corners of each face, all faces turned the same way.
+    thickness : float
+        Normal to the surface [m].
+    supports : str
+        Edges of the boundary that have springers: the lowest, or all.
+    springers : float
+        Length of the blocks that carry on the surface beyond these edges, 0 for none [m].
 
     Returns
     -------
-    Blocks of groups "vault" and "springer".
+    list of Block
+        Groups "vault" and "springer".
+
+    Raises
+    ------
+    InputError
+        For a mesh that is folded, or without a boundary at its lowest level where springers are asked for.
     """
     corners = np.array(vertices, dtype=float)
     positive(thickness=thickness)
@@ -74,15 +86,39 @@ def surface_points(
     vertices: Any,
     faces: Sequence[Sequence[int]],
     *,
-    x: tuple[float, float] | None,
-    y: tuple[float, float] | None,
-    courses: int,
-    voussoirs: int,
+    x: Ends | None = None,
+    y: Ends | None = None,
+    courses: Two,
+    voussoirs: Count,
 ) -> Floats:
     """Points of a mesh for `freeform`: its height over a grid, as `height_field` has it.
 
-    x, y : ends of the rectangle [m], by default those of the mesh. Polygons are cut into triangles from their first
-    corner; where the surface is over itself the highest counts. Raises InputError where there is no surface.
+    Polygons are cut into triangles from their first corner; where the surface is over itself the highest counts.
+
+    Parameters
+    ----------
+    vertices : array_like
+        Corners of the mesh, shape (n, 3) [m].
+    faces : sequence of sequences of int
+        Indices of the corners of each face.
+    x : tuple of float, optional
+        Ends of the rectangle along x [m]; by default those of the mesh.
+    y : tuple of float, optional
+        Ends of the rectangle along y [m]; by default those of the mesh.
+    courses : int
+        Their number along y.
+    voussoirs : int
+        In each course, along x.
+
+    Returns
+    -------
+    ndarray
+        Shape (courses + 1, 2 voussoirs + 1, 3) [m].
+
+    Raises
+    ------
+    InputError
+        Where there is no surface.
     """
     from blockstat.model.vaults.freeform import height_field
 

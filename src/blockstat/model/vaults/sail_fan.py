@@ -9,6 +9,7 @@ import numpy as np
 from blockstat.assembly import Block
 from blockstat.errors import InputError
 from blockstat.model.arches.profile import at_least, positive
+from blockstat.model.quantities import Count, Edge, Length, Lengths, Size, Two
 from blockstat.model.solids import below, fuse
 from blockstat.model.vaults.freeform import Cells, freeform, height_field, stones
 from blockstat.typing import Floats
@@ -18,18 +19,42 @@ CORNERS = {"ne": (1, 1), "nw": (-1, 1), "sw": (-1, -1), "se": (1, -1)}
 
 def sail_vault(
     *,
-    spans: Sequence[float],
-    rise: float,
-    thickness: float,
-    courses: int,
-    voussoirs: int,
-    supports: Sequence[str] = ("south", "north", "west", "east"),
-    springers: float = 0.0,
+    spans: Lengths,
+    rise: Length,
+    thickness: Length,
+    courses: Two,
+    voussoirs: Count,
+    supports: Sequence[Edge] = ("south", "north", "west", "east"),
+    springers: Size = 0.0,
 ) -> list[Block]:
-    """A sail vault: a sphere over a rectangle, through its four corners at z = 0, centred at the origin.
+    """A sail vault: a sphere over a rectangle through its corners at z = 0, centred on its origin.
 
-    spans : along x and y [m]; rise : of the crown above the corners, less than half the diagonal [m]; thickness :
-    normal to the middle surface, which is the sphere [m]. The rest as in `freeform`, and so are the groups.
+    Parameters
+    ----------
+    spans : tuple of float
+        Along x and y [m].
+    rise : float
+        Of the crown above the corners, less than half the diagonal [m].
+    thickness : float
+        Normal to the sphere, which is the middle surface [m].
+    courses : int
+        Their number along y.
+    voussoirs : int
+        In each course.
+    supports : sequence of str
+        Edges that have springers: south, north, west and east.
+    springers : float
+        Length of the blocks beyond these edges, 0 for none [m].
+
+    Returns
+    -------
+    list of Block
+        Groups as those of `freeform`.
+
+    Raises
+    ------
+    InputError
+        Naming the option that cannot be built, or does not fit the others.
     """
     _check_spans(spans)
     positive(rise=rise)
@@ -45,24 +70,40 @@ def sail_vault(
 
 
 def fan_vault(
-    *, spans: Sequence[float], rise: float, thickness: float, foot: float, rings: int, voussoirs: int,
-    springers: float = 0.0,
-) -> list[Block]:  # fmt: skip
-    """A fan vault: four conoids about the corners of a bay that meet over its middle lines, springing at z = 0.
+    *, spans: Lengths, rise: Length, thickness: Length, foot: Length, rings: Two, voussoirs: Two, springers: Size = 0.0
+) -> list[Block]:
+    """A fan vault: four conoids about the corners of a bay, springing at z = 0, centred on its origin.
 
     Each conoid is a quarter of the surface that a quarter ellipse makes as it turns about the vertical through its
-    corner: upright at the springing, level over the middle of the bay. Bays side by side meet plane to plane.
+    corner: upright at the springing, level over the middle of the bay. The conoids meet over the middle lines, and bays
+    side by side meet plane to plane.
 
     Parameters
     ----------
-    spans : between the axes of the conoids, along x and y [m]. rise : of the intrados at the middle of the bay [m].
-    thickness : normal to the surface [m]. foot : radius of the conoids' intrados at the springing, at least the
-    thickness [m]. rings, voussoirs : rings of each quarter conoid, and voussoirs in each (even).
-    springers : height of the fixed blocks under the conoids [m], 0 for none.
+    spans : tuple of float
+        Between the axes of the conoids, along x and y [m].
+    rise : float
+        Of the intrados at the middle of the bay [m].
+    thickness : float
+        Normal to the surface [m].
+    foot : float
+        Radius of the conoids' intrados at the springing, at least the thickness [m].
+    rings : int
+        Of each quarter conoid.
+    voussoirs : int
+        In each ring of a quarter, an even number.
+    springers : float
+        Height of the blocks under the conoids, 0 for none [m].
 
     Returns
     -------
-    Blocks of groups "vault.ne", ... and "springer.ne", ...
+    list of Block
+        Groups "vault.ne", ... and "springer.ne", ...
+
+    Raises
+    ------
+    InputError
+        Naming the option that cannot be built, or does not fit the others.
     """
     _check_spans(spans)
     positive(rise=rise, thickness=thickness, foot=foot)

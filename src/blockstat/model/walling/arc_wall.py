@@ -12,15 +12,17 @@ import numpy as np
 from blockstat.assembly import Block
 from blockstat.errors import InputError
 from blockstat.model.arches.profile import positive
+from blockstat.model.quantities import Length, Lengths, Size
 from blockstat.model.walling.brickwork import SLIVER, brickwork, head_stones
 from blockstat.model.walling.heads import Head, heads
-from blockstat.model.walling.levels import bed_levels
 from blockstat.model.walling.pattern import HEADER, Pattern, fitted
 from blockstat.model.walling.row import Gap, Row
 from blockstat.model.walling.run import Run
-from blockstat.model.walling.strip import Edge, Ring, Strip, upright
+from blockstat.model.walling.strip import Edge, Ring, Strip, bed_levels, upright
 from blockstat.model.walling.walls import check_sizes
 
+#: Keys of a run that say nothing about a round one.
+STRAIGHT = ("name", "present", "path", "align", "closed", "gable")
 WIDEST = math.radians(60.0)  #: angle of one stone or opening: a straight side of it is then inside the thickness
 
 
@@ -28,39 +30,61 @@ def arc_wall(
     name: str = "round",
     *,
     centre: Sequence[float] = (0.0, 0.0),
-    radius: float,
+    radius: Length,
     start: float = 0.0,
     end: float = 360.0,
-    tails: tuple[float, float] = (0.0, 0.0),
-    thickness: float,
-    height: float,
-    brick: tuple[float, float] = (0.5, 0.25),
+    tails: tuple[Size, Size] = (0.0, 0.0),
+    brick: Lengths = (0.5, 0.25),
     sliver: float = SLIVER,
     **options: Any,
 ) -> list[Block]:
-    """A round wall from z = 0 up: an apse, or with a full turn a tower.
+    """A round wall from z = 0 up about its origin: an apse, or with a full turn a tower.
 
-    Bricks have straight sides; their corners lie on the two circles.
+    Bricks have straight sides; their corners lie on the two circles. Joints of all leaves are above each other in plan,
+    so that their straight sides match. Openings have jambs towards the centre and lintels; `Opening.at` is measured
+    along the middle of the wall from its start. The batter is that of the inner and of the outer face.
 
     Parameters
     ----------
-    centre, radius : of the middle of the wall [m]. start, end : angles from the x axis, counter-clockwise [degrees];
-    360 apart for a closed ring. tails : lengths of straight stretches before and after the arc, along its tangents [m],
-    in the same bond.
-    thickness, height : [m]. brick, sliver : as in `walls`.
-    options : those of `Run` (bond, leaves, half, through, batter (inner and outer face), coping, openings). Joints of
-    all leaves are above each other in plan, so that their straight sides match. Openings have jambs towards the centre
-    and lintels; `Opening.at` is measured along the middle of the wall from its start.
+    name : str
+        Of its group "wall.<name>".
+    centre : sequence of float
+        x and y of the middle of the arc [m].
+    radius : float
+        Of the middle of the wall [m].
+    start : float
+        Angle from the x axis, counter-clockwise [degrees].
+    end : float
+        360 beyond the start for a closed ring [degrees].
+    tails : tuple of float
+        Lengths of straight stretches before and after the arc, along its tangents and in the same bond [m].
+    brick : tuple of float
+        Nominal length and height [m].
+    sliver : float
+        A rest shorter than this fraction of a brick is joined to its neighbour.
+    **options
+        Those of `Run`: thickness, height, bond, leaves, half, closers, through, batter, coping and openings.
 
-    Returns blocks of the groups "wall.<name>", "wall.<name>.lintel" and "wall.<name>.coping".
+    Returns
+    -------
+    list of Block
+        Groups "wall.<name>", "wall.<name>.lintel" and "wall.<name>.coping".
+
+    Raises
+    ------
+    InputError
+        Naming the option that cannot be built, or does not exist.
     """
-    known = set(Run.__dataclass_fields__) - {"name", "path", "thickness", "height", "align", "closed", "gable"}
+    known = set(Run.__struct_fields__) - set(STRAIGHT)
     for key in options:
         if key not in known:
             raise InputError(f'arc_wall: no option "{key}"; options are: {", ".join(sorted(known))}')
-    run = Run(name=name, path=[(0.0, 0.0), (1.0, 0.0)], thickness=thickness, height=height, **options)
+    for key in ("thickness", "height"):
+        if key not in options:
+            raise InputError(f"arc_wall: {key} is missing; a round wall needs one [m]")
+    run = Run(name=name, path=[(0.0, 0.0), (1.0, 0.0)], **options)
     check_sizes([run], brick, sliver)
-    strip = _strip(run, centre, radius, (start, end), tails, bed_levels([height], brick[1], sliver))
+    strip = _strip(run, centre, radius, (start, end), tails, bed_levels([run.height], brick[1], sliver))
     closed = math.isclose(end - start, 360.0)
     pattern = _closed(strip, brick[0]) if closed else fitted(run, brick[0], (0.0, None), (strip.axis.length, None))
     pattern = replace(pattern, staggered=False)
@@ -91,6 +115,8 @@ def _strip(
     if any(tails) and turn > 180:
         raise InputError(f"{label}: tails of an arc of more than 180 degrees run into each other")
     for k, opening in enumerate(run.openings):
+        if not opening.present:
+            continue
         if opening.head != "lintel":
             raise InputError(f"{label}: openings[{k}]: head is {opening.head!r}; a round wall has lintels only")
         if opening.width / radius > WIDEST:

@@ -13,7 +13,20 @@ from blockstat.typing import Floats
 
 
 def slopes(strip: Strip, foot: tuple[float, float]) -> tuple[Gap, Gap]:
-    """Left and right slope as ends of the courses above the eaves. foot : where they begin along the strip [m]."""
+    """Left and right slope of a gable as ends of the courses above the eaves.
+
+    Parameters
+    ----------
+    strip : Strip
+        The wall with the gable.
+    foot : tuple of float
+        Where the slopes begin along the strip [m].
+
+    Returns
+    -------
+    tuple of Gap
+        Left and right.
+    """
     z0, z1 = strip.levels[strip.top], strip.levels[strip.ridge]
     run = (foot[1] - foot[0]) / 2 / (z1 - z0)  # along the wall for each metre of height
     left = (foot[0] - run * z0, 0.0, run)
@@ -22,7 +35,24 @@ def slopes(strip: Strip, foot: tuple[float, float]) -> tuple[Gap, Gap]:
 
 
 def raked_coping(strip: Strip, foot: tuple[float, float], coping: Coping, brick: tuple[float, float]) -> list[Block]:
-    """Coping stones on both slopes, of the group "wall.<run>.coping", from left to right."""
+    """Coping stones on both slopes of a gable.
+
+    Parameters
+    ----------
+    strip : Strip
+        The wall with the gable.
+    foot : tuple of float
+        Where the slopes begin along the strip [m].
+    coping : Coping
+        Sizes of the stones.
+    brick : tuple of float
+        Length and height of a brick, from which default sizes follow [m].
+
+    Returns
+    -------
+    list of Block
+        Group "wall.<run>.coping", from left to right.
+    """
     group, over = f"{strip.group}.coping", coping.overhang
     faces = ((strip.right[0] - over, strip.right[1]), (strip.left[0] + over, strip.left[1]))
     sections = _stones(strip, foot, coping.height or brick[1], coping.length or 2 * brick[0])

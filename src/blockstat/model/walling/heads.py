@@ -13,10 +13,9 @@ import numpy as np
 from blockstat.errors import InputError
 from blockstat.geometry import clipping as clip
 from blockstat.model.arches.profile import at_least, half_joints, positive, profile, whole_joints
-from blockstat.model.walling.levels import nearest
 from blockstat.model.walling.row import Gap
 from blockstat.model.walling.run import Opening, spaced
-from blockstat.model.walling.strip import Strip, upright
+from blockstat.model.walling.strip import Strip, nearest, upright
 from blockstat.typing import Floats
 
 FLATTEST = 1.0  #: slope of the top facets of an extrados: the feather edge of a brick over it has at least 45 degrees
@@ -34,10 +33,25 @@ class Head:
 
 
 def heads(strip: Strip, brick: float, nominal: float) -> list[Head]:
-    """All openings of a strip, in the order given. brick, nominal : length and height of a brick [m]."""
+    """All openings of a strip with what spans them, in the order given.
+
+    Parameters
+    ----------
+    strip : Strip
+        A stretch of a run.
+    brick : float
+        Length of a brick [m].
+    nominal : float
+        Nominal height of a course [m].
+
+    Returns
+    -------
+    list of Head
+        One for each opening; several where an opening is repeated.
+    """
     found: list[Head] = []
     for k, opening in enumerate(strip.run.openings):
-        if opening.segment != strip.segment:
+        if opening.segment != strip.segment or not opening.present:
             continue
         label = f'wall "{strip.run.name}": openings[{k}]'
         for centre in centres(opening, strip, label):
@@ -46,12 +60,37 @@ def heads(strip: Strip, brick: float, nominal: float) -> list[Head]:
 
 
 def centres(opening: Opening, strip: Strip, label: str) -> list[float]:
-    """Where the centres of an opening are along its strip [m]."""
+    """Where the centres of an opening are along its strip.
+
+    Parameters
+    ----------
+    opening : Opening
+        One or several equal ones.
+    strip : Strip
+        The stretch of wall that they are in.
+    label : str
+        What messages call the opening.
+
+    Returns
+    -------
+    list of float
+        Distances from the beginning of the strip [m].
+
+    Raises
+    ------
+    InputError
+        For a place beyond the wall, or more openings than fit.
+    """
+    length = strip.axis.length
     if opening.at is None:
-        return spaced(strip.axis.length, opening.number)
+        if opening.number * opening.width > length * (1 - 1e-9):
+            raise InputError(
+                f"{label}: {opening.number} openings of {opening.width:.3g} m width do not fit {length:.3g} m of wall"
+            )
+        return spaced(length, opening.number)
     places = [float(s) for s in opening.at]
-    if not all(0 < s < strip.axis.length for s in places):
-        raise InputError(f"{label}: at is {opening.at!r}; the wall is {strip.axis.length:g} m long")
+    if not all(0 < s < length for s in places):
+        raise InputError(f"{label}: at is {opening.at!r}; the wall is {length:g} m long")
     return places
 
 
@@ -71,7 +110,10 @@ def _head(opening: Opening, strip: Strip, centre: float, brick: float, nominal: 
     else:
         chain, stones = _arch(opening, levels[top:] - levels[top], nominal, label)
     if chain is None or stones is None:
-        raise InputError(f"{label}: a {opening.head} head over it reaches above the wall of {levels[-1]:.3g} m")
+        reach = f"sill and height reach {levels[top]:.3g} m"
+        raise InputError(
+            f"{label}: {reach}; a {opening.head} head over it reaches above the wall of {levels[-1]:.3g} m"
+        )
     x, z = chain.T
     for course in range(top, len(levels) - 1):
         low, high = (levels[k] - levels[top] for k in (course, course + 1))

@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
 
 from blockstat.errors import InputError
 from blockstat.model.walling.run import HEADER_BONDS
-from blockstat.model.walling.strip import Edge, Face, Line, Strip
+from blockstat.model.walling.strip import Edge, Line, Strip
 
 LEAST_ANGLE = 30.0  #: between two runs that meet [degrees]; below it the overlap is longer than two thicknesses
 
@@ -31,45 +32,95 @@ class Join:
     bonded: bool
 
     def owns(self, course: int) -> bool:
-        """Whether the overlap is the strip's in a course."""
+        """Whether the overlap is the strip's in a course.
+
+        Parameters
+        ----------
+        course : int
+            Counted from the ground.
+
+        Returns
+        -------
+        bool
+            True where stones of the strip fill the overlap.
+        """
         if course >= self.other.top:
             return True
         return self.first if not self.bonded else (course % 2 == 0) == self.first
 
     def edges(self, course: int) -> tuple[Edge, Edge]:
-        """Planes of the other's faces in coordinates of the strip, lower s first; upright above the other's top."""
+        """Planes of the other's faces in coordinates of the strip; upright above the other's top.
+
+        Parameters
+        ----------
+        course : int
+            Counted from the ground.
+
+        Returns
+        -------
+        tuple of Edge
+            Lower s first.
+        """
         if course < self.other.top:
             faces = self.other.faces(course)
         else:
             z = self.other.levels[self.other.top]
             faces = tuple((c + k * z, 0.0) for c, k in (self.other.right, self.other.left))
-        edges = [_across(self.strip, self.other, face) for face in faces]
+        offset, across, slope = self._plan
+        edges = [((c - offset) / slope, across / slope, k / slope) for c, k in faces]
         return (edges[0], edges[1]) if edges[0][0] < edges[1][0] else (edges[1], edges[0])
 
+    @cached_property
+    def _plan(self) -> tuple[float, float, float]:
+        """Of the other's axis in coordinates of the strip: offset, and slopes across and along the strip."""
+        a, b = self.strip.axis, self.other.axis
+        assert isinstance(a, Line)
+        assert isinstance(b, Line)
+        return float((a.origin - b.origin) @ b.across), -float(a.across @ b.across), float(a.along @ b.across)
+
     def joints(self, course: int) -> list[Edge]:
-        """Where the other's stones end beside the overlap and in it: its faces, and joints between leaves that headers
-        cover in the next course.
+        """Where the other's stones end beside the overlap and in it.
+
+        These are its faces, and joints between leaves that headers cover in the next course.
+
+        Parameters
+        ----------
+        course : int
+            Counted from the ground.
+
+        Returns
+        -------
+        list of Edge
+            In the order of s.
         """
         low, high = np.array(self.edges(course))
         leaves = self.other.run.leaves_laid if self.other.run.bond in HEADER_BONDS else 1
         return [tuple(map(float, low + (high - low) * k / leaves)) for k in range(leaves + 1)]  # type: ignore[misc]
 
 
-def _across(strip: Strip, other: Strip, face: Face) -> Edge:
-    """A face of the other strip as a plane across this one."""
-    a, b = strip.axis, other.axis
-    assert isinstance(a, Line)
-    assert isinstance(b, Line)
-    slope = float(a.along @ b.across)
-    offset = float((a.origin - b.origin) @ b.across)
-    return ((face[0] - offset) / slope, -float(a.across @ b.across) / slope, face[1] / slope)
-
-
 def joins(strips: Sequence[Strip], loose: Sequence[tuple[int, int]] = (), *, bonded: bool = True) -> list[list[Join]]:
     """The junctions of each strip, in order along it.
 
-    loose : pairs of strips that are not bonded. Of two strips the one that passes has the overlap in even courses, else
-    the one listed first. Raises InputError where strips overlap in a way that is no junction.
+    Of two strips the one that passes has the overlap in even courses, else the one listed first.
+
+    Parameters
+    ----------
+    strips : sequence of Strip
+        All of the work.
+    loose : sequence of tuple of int
+        Pairs of strips that are not bonded.
+    bonded : bool
+        False for straight joints everywhere.
+
+    Returns
+    -------
+    list of list of Join
+        For each strip.
+
+    Raises
+    ------
+    InputError
+        Where strips overlap in a way that is no junction.
     """
     found: list[list[Join]] = [[] for _ in strips]
     for i, j in combinations(range(len(strips)), 2):

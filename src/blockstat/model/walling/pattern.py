@@ -34,10 +34,39 @@ class Pattern:
     staggered: bool = True  #: whether joints of neighbouring leaves are half a brick apart in running bond
 
     def leaves_in(self, course: int) -> int:
+        """The number of leaves in a course.
+
+        Parameters
+        ----------
+        course : int
+            Counted from the ground.
+
+        Returns
+        -------
+        int
+            1 in a course of headers.
+        """
         return 1 if self.bond == "english" and course % 2 else self.leaves
 
     def joints(self, course: int, leaf: int, low: float, high: float) -> Floats:
-        """Head joints of a leaf between two places, ascending [m]."""
+        """Head joints of a leaf between two places.
+
+        Parameters
+        ----------
+        course : int
+            Counted from the ground.
+        leaf : int
+            Counted from the right face.
+        low : float
+            From here along the strip [m].
+        high : float
+            To here [m].
+
+        Returns
+        -------
+        ndarray
+            Places along the strip, ascending, shape (n,) [m].
+        """
         if self.bond == "flemish":
             return np.empty(0)
         if self.bond == "english" and course % 2:
@@ -46,7 +75,22 @@ class Pattern:
         return self._lattice(self._offset(turn), self.brick, low, high)
 
     def headers(self, course: int, low: float, high: float) -> Floats:
-        """Stones through the thickness that reach into a stretch, as (start, end), shape (n, 2) [m]."""
+        """Stones through the thickness that reach into a stretch.
+
+        Parameters
+        ----------
+        course : int
+            Counted from the ground.
+        low : float
+            From here along the strip [m].
+        high : float
+            To here [m].
+
+        Returns
+        -------
+        ndarray
+            (start, end) of each, shape (n, 2) [m].
+        """
         if self.bond == "flemish":
             start = self.brick if (course + self.phase) % 2 == 0 else self.brick / 4
             first = self._lattice(start, (1 + HEADER) * self.brick, low - HEADER * self.brick, high)
@@ -74,9 +118,24 @@ class Pattern:
 def fitted(run: Run, nominal: float, start: tuple[float, int | None], end: tuple[float, int | None]) -> Pattern:
     """The bond whose bricks are nearest to a nominal length and fit whole between two places.
 
-    start, end : place [m] and phase there, None for a free end. In running bond a course between two free ends is whole
-    bricks and one half brick: LongitudeRow = NumberOfPoints x SizeOfBrick + HalfBrick (the procedural-masonry paper,
-    Eq. 4).
+    In running bond a course between two free ends is whole bricks and one half brick: LongitudeRow = NumberOfPoints x
+    SizeOfBrick + HalfBrick (the procedural-masonry paper, Eq. 4).
+
+    Parameters
+    ----------
+    run : Run
+        Says the bond.
+    nominal : float
+        Length of a brick [m].
+    start : tuple
+        Place [m] and phase there, None for a free end.
+    end : tuple
+        The same at the other end.
+
+    Returns
+    -------
+    Pattern
+        With the length of its bricks.
     """
     half = run.half if run.bond == "running" else 0.5
     choices = [(p, q) for p in _phases(start[1]) for q in _phases(end[1])]
@@ -91,6 +150,34 @@ def fitted(run: Run, nominal: float, start: tuple[float, int | None], end: tuple
             best = (misfit, p, brick)
     assert best is not None
     return Pattern(run.bond, best[2], start[0], best[1], half, run.leaves_laid, run.through)
+
+
+def plain_row(length: float, nominal: float) -> tuple[Floats, Floats]:
+    """Ends of the bricks of an even and of an odd course of running bond between two free ends.
+
+    Each course is whole bricks and one half brick: last in even courses, first in odd ones (the procedural-masonry
+    paper, Eq. 4).
+
+    Parameters
+    ----------
+    length : float
+        Of the course [m].
+    nominal : float
+        Length of a brick; that laid is the nearest that fits [m].
+
+    Returns
+    -------
+    tuple of ndarray
+        From 0 to the length, in an even and in an odd course [m].
+
+    Examples
+    --------
+    >>> [ends.tolist() for ends in plain_row(5.0, 2.0)]
+    [[0.0, 2.0, 4.0, 5.0], [0.0, 1.0, 3.0, 5.0]]
+    """
+    whole = max(round(length / nominal - 0.5), 1)
+    edges = length / (whole + 0.5) * np.arange(whole + 1)
+    return np.append(edges, length), np.append(0.0, length - edges[::-1])
 
 
 def _phases(phase: int | None) -> tuple[int, ...]:
@@ -108,9 +195,19 @@ def _brick(bond: str, clear: float, nominal: float, rest: float, same: bool) -> 
 
 
 def bands(avoid: Sequence[tuple[float, float]], lap: float) -> Floats:
-    """Stretches where a course has no joint, (low, high), ascending and apart, shape (n, 2) [m].
+    """Stretches where a course has no joint.
 
-    avoid : (low, high) of each place along the strip where the courses above and below have joints; lap : kept from it.
+    Parameters
+    ----------
+    avoid : sequence of tuple of float
+        (low, high) of each place along the strip where the courses above and below have joints [m].
+    lap : float
+        Distance kept from them [m].
+
+    Returns
+    -------
+    ndarray
+        (low, high), ascending and apart, shape (n, 2) [m].
     """
     found: list[list[float]] = []
     for low, high in sorted((low - lap, high + lap) for low, high in avoid):
@@ -122,7 +219,22 @@ def bands(avoid: Sequence[tuple[float, float]], lap: float) -> Floats:
 
 
 def spread(joints: Floats, bands: Floats, *, drop: bool) -> Floats:
-    """Joints kept out of bands: moved to the nearer end, or dropped; ascending joints, also those returned."""
+    """Joints kept out of bands: moved to the nearer end, or dropped.
+
+    Parameters
+    ----------
+    joints : ndarray
+        Ascending places, shape (n,) [m].
+    bands : ndarray
+        As `bands` gives them, shape (m, 2) [m].
+    drop : bool
+        Whether a joint in a band is dropped.
+
+    Returns
+    -------
+    ndarray
+        Ascending places [m].
+    """
     if not len(joints) or not len(bands):
         return joints
     low, high = bands[np.maximum(np.searchsorted(bands[:, 0], joints) - 1, 0)].T

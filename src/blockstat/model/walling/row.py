@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -34,34 +36,96 @@ class Row:
     avoid: list[tuple[float, float]] = field(default_factory=list)  #: where courses above and below are cut
     pointed: bool = False  #: whether it may run out to an edge (under the ridge of a gable)
 
+    @property
+    def kind(self) -> Any:
+        """What decides how bricks lie in a course between upright planes: equal in courses laid alike, else None."""
+        planes = [plane for gap in (self.start, self.end, *self.gaps) for plane in (gap.low, gap.high)]
+        if any(plane[1] or plane[2] for plane in planes):
+            return None
+        return self.course % 2, *planes, *self.avoid
+
     def span(self, edge: Edge) -> tuple[float, float]:
-        """Least and largest s of a plane inside the course."""
+        """Least and largest s of a plane inside the course.
+
+        Parameters
+        ----------
+        edge : Edge
+            The plane.
+
+        Returns
+        -------
+        tuple of float
+            Least and largest [m].
+        """
         s = self.corners(edge)
-        return float(s.min()), float(s.max())
+        return min(s), max(s)
 
     def at_faces(self, edge: Edge) -> list[tuple[float, float]]:
-        """Least and largest s of a plane on the right face and on the left face."""
-        sides = self.corners(edge).reshape(2, 2).T
-        return [(float(s.min()), float(s.max())) for s in sides]
+        """Least and largest s of a plane on the right face and on the left face.
 
-    def corners(self, edge: Edge) -> Floats:
-        """s of a plane at the four edges of the course, shape (4,)."""
-        z = np.repeat(self.strip.bed(self.course), 2)
-        right, left = self.strip.faces(self.course)
-        d = [c + k * h for h, (c, k) in zip(z, (right, left) * 2, strict=True)]
-        return edge[0] + edge[1] * np.array(d) + edge[2] * z
+        Parameters
+        ----------
+        edge : Edge
+            The plane.
+
+        Returns
+        -------
+        list of tuple of float
+            Right, then left [m].
+        """
+        s = self.corners(edge)
+        return [(min(side), max(side)) for side in (s[0::2], s[1::2])]
+
+    def corners(self, edge: Edge) -> list[float]:
+        """Return s of a plane at the four edges of the course.
+
+        Parameters
+        ----------
+        edge : Edge
+            The plane.
+
+        Returns
+        -------
+        list of float
+            Lower right, lower left, upper right, upper left [m].
+        """
+        return [edge[0] + edge[1] * d + edge[2] * z for d, z in self._edges]
+
+    @cached_property
+    def _edges(self) -> list[tuple[float, float]]:
+        """(d, z) of the four edges of the course."""
+        faces = self.strip.faces(self.course)
+        return [(c + k * z, z) for z in self.strip.bed(self.course) for c, k in faces]
 
     def stretches(self, least: float) -> list[tuple[Edge, Edge]]:
-        """The solid parts between the gaps. Raises InputError for one narrower than `least` [m]."""
-        gaps = sorted(self.gaps, key=lambda gap: self.corners(gap.low).mean())
+        """The solid parts between the gaps.
+
+        Parameters
+        ----------
+        least : float
+            Width below which a part is refused, unless the run's `closers` allow it [m].
+
+        Returns
+        -------
+        list of tuple of Edge
+            First and last plane of each.
+
+        Raises
+        ------
+        InputError
+            For a part that is too narrow, naming what it lies between.
+        """
+        gaps = sorted(self.gaps, key=lambda gap: sum(self.corners(gap.low)))
         found = []
         for before, after in zip([self.start, *gaps], [*gaps, self.end], strict=True):
-            width = self.corners(after.low) - self.corners(before.high)
-            if np.abs(width).max() < 1e-9 * least:
+            widths = [b - a for a, b in zip(self.corners(before.high), self.corners(after.low), strict=True)]
+            width = min(widths)
+            if max(map(abs, widths)) < 1e-9 * least:
                 continue
-            if width.min() < least * (1 - 1e-9) and not (self.pointed and width.min() > -1e-9 * least):
+            narrow = self.pointed or self.strip.run.closers
+            if width < least * (1 - 1e-9) and not (narrow and width > -1e-9 * least):
                 at = f"at a height of {self.strip.bed(self.course)[0]:.3g} m"
-                left = f"{width.min():.3g} m is left between" if width.min() > 0 else "nothing is left between"
+                left = f"{width:.3g} m is left between" if width > 0 else "nothing is left between"
                 raise InputError(
                     f'"{self.strip.group}": {left} {before.what} and {after.what} {at}; leave at least {least:.3g} m'
                 )
@@ -70,9 +134,23 @@ class Row:
 
 
 def lay(row: Row, pattern: Pattern, sliver: float) -> tuple[Floats, Floats]:
-    """Bricks of a row: their end planes, shape (n, 2, 3), and the leaves they fill, shape (n, 2), see `Strip.bricks`.
+    """Bricks of a row.
 
-    sliver : a stretch, or the rest of a brick at its end, shorter than this is joined to its neighbour [m].
+    Parameters
+    ----------
+    row : Row
+        One course.
+    pattern : Pattern
+        Its bond.
+    sliver : float
+        A stretch, or the rest of a brick at its end, shorter than this is joined to its neighbour [m].
+
+    Returns
+    -------
+    ends : ndarray
+        The planes that bound each brick, shape (n, 2, 3).
+    leaves : ndarray
+        The leaves that each fills, shape (n, 2), see `Strip.bricks`.
     """
     ends: list[tuple[Edge, Edge]] = []
     leaves: list[tuple[float, float]] = []
@@ -82,7 +160,7 @@ def lay(row: Row, pattern: Pattern, sliver: float) -> tuple[Floats, Floats]:
     for first, last in row.stretches(sliver):
         low, high = row.span(first)[1] + sliver, row.span(last)[0] - sliver
         headers = pattern.headers(row.course, low, high)
-        marks = _within(spread(np.unique(headers), closed, drop=drop), low, high, sliver)
+        marks = _within(spread(np.unique(headers), closed, drop=drop), low, high, sliver) if len(headers) else []
         bounds = [first, *map(upright, marks), last]
         for a, b in zip(bounds, bounds[1:], strict=False):
             inner, outer = row.span(a)[1], row.span(b)[0]

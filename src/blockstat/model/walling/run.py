@@ -1,13 +1,19 @@
-"""What a mason is told about a wall: runs, openings, copings, through-stones, buttresses."""
+"""What a mason is told about a wall: runs, openings, copings, through-stones, buttresses.
+
+These records are the tables of a scene file and the arguments of `walls` alike.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import Literal
+
+import msgspec
 
 from blockstat.errors import InputError
 from blockstat.model.arches.profile import at_least, positive
+from blockstat.model.quantities import Count, Ends, Length, Number, Size, Two
 
 ALIGN = ("centre", "left", "right")
 BONDS = ("running", "stack", "english", "flemish")
@@ -15,83 +21,69 @@ HEADER_BONDS = ("english", "flemish")  #: with stones through the thickness, so 
 HEADS = ("lintel", "flat", "semicircular", "segmental", "pointed", "elliptic")
 
 
-@dataclass(frozen=True, kw_only=True)
-class Opening:
-    """One or several equal openings of a run: doors (sill 0) or windows.
+class Opening(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
+    """One or several equal openings of a run; sill and springing go to the nearest bed.
 
-    width : clear [m]. height : of the jambs, from the sill to the springing or to the soffit of a lintel [m]; sill and
-    springing go to the nearest bed. segment : which stretch of a path with several. at : where their centres are
-    along it from its first point [m]; without it `number` of them are evenly spaced, at length x k / (number + 1).
-    head : "lintel", "flat" (a jack arch) or the shape of a voussoir arch, with its `rise` [m] (none for
-    "semicircular"). depth : of lintel or arch, normal to the soffit [m], by default one course; a lintel's goes to
-    whole courses. voussoirs : their number, by default as many as courses are high. bearing : of a lintel on each
-    side [m], by default half a brick. skew : of the skewbacks of a flat arch against the vertical [degrees].
+    Doors have their sill at 0. Evenly spaced ones are at length x k / (number + 1).
     """
 
-    width: float
-    height: float
-    sill: float = 0.0
-    number: int = 1
-    at: Sequence[float] | None = None
-    segment: int = 0
-    head: str = "lintel"
-    rise: float | None = None
-    depth: float | None = None
-    voussoirs: int | None = None
-    bearing: float | None = None
-    skew: float = 20.0
+    present: bool = True  #: true, false or "search"
+    width: Length  #: clear [m]
+    height: Length  #: of the jambs, from the sill to the springing or to the soffit of a lintel [m]
+    sill: Size = 0.0  #: above the ground, 0 for a door [m]
+    number: Number = 1  #: evenly spaced along the run
+    at: Sequence[float] | None = None  #: or where their centres are along the run from its first point [m]
+    segment: int = 0  #: which stretch of a path with several
+    head: str = "lintel"  #: lintel, flat, semicircular, segmental, pointed or elliptic
+    rise: Length | None = None  #: of an arch [m]; none for semicircular
+    depth: Length | None = None  #: of lintel or arch, normal to the soffit, by default one course [m]
+    voussoirs: Count | None = None  #: their number, by default as many as courses are high
+    bearing: Length | None = None  #: of a lintel on each side, by default half a brick [m]
+    skew: float = 20.0  #: of the skewbacks of a flat arch against the vertical [degrees]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Coping:
+class Coping(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
     """The last course, or the slopes of a gable, in longer stones that overhang both faces.
 
-    overhang : beyond each face [m]; length : of the stones [m], by default two bricks; height : of raked stones on
-    a gable, normal to the slope [m], by default one course. Raked stones have no kneelers: they slide off a slope that
-    is steeper than the angle of friction.
+    Raked stones have no kneelers: they slide off a slope that is steeper than the angle of friction.
     """
 
-    overhang: float = 0.05
-    length: float | None = None
-    height: float | None = None
+    overhang: Size = 0.05  #: beyond each face [m]
+    length: Length | None = None  #: of the stones, by default two bricks [m]
+    height: Length | None = None  #: of raked stones on a gable, normal to the slope, by default one course [m]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Through:
-    """Through-stones of a wall of several leaves: every so many courses, every so many bricks along the course."""
+class Through(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
+    """Through-stones of a wall of several leaves."""
 
-    courses: int = 3
-    bricks: int = 3
+    courses: Count = 3  #: every so many courses
+    bricks: Two = 3  #: every so many bricks along the course
 
 
-@dataclass(frozen=True, kw_only=True)
-class Run:
+class Run(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
     """A straight wall, or a chain of them along a polyline, from z = 0 up.
 
-    name : its group is "wall.<name>". path : points (x, y) [m]; closed : whether the last joins the first.
-    thickness, height [m]. align : where the wall lies: the path is its centre line ("centre"), or the wall is to the
-    "left" or the "right" of it, looking along the path.
-    bond : "running" (each leaf of half-overlapping stretchers), "stack" (head joints above each other), "english"
-    (courses of stretchers and of headers in turn) or "flemish" (a stretcher and a header in turn).
-    leaves : in the thickness, through which headers and through-stones reach; 2 for English and Flemish bond.
-    half : length of the half brick of running bond, as a fraction of a whole one. batter : inward slope of the left
-    and of the right face [m per m of height]. gable : height of the ridge above `height` [m], 0 for none.
+    Bonds: "running" (each leaf of half-overlapping stretchers), "stack" (head joints above each other), "english"
+    (courses of stretchers and of headers in turn) or "flemish" (a stretcher and a header in turn). Headers and
+    through-stones reach through all leaves.
     """
 
-    name: str
-    path: Sequence[Sequence[float]]
-    thickness: float
-    height: float
-    align: str = "centre"
-    closed: bool = False
-    bond: str = "running"
-    leaves: int = 1
-    half: float = 0.5
-    through: Through | None = None
-    batter: tuple[float, float] = (0.0, 0.0)
-    gable: float = 0.0
-    coping: Coping | None = None
-    openings: Sequence[Opening] = ()
+    name: str = ""  #: its group is "wall.<name>"; in a scene the key of its table
+    present: bool = True  #: true, false or "search"
+    path: Sequence[Ends]  #: points x, y [m]
+    thickness: Length  #: [m]
+    height: Length  #: [m]
+    align: Literal["centre", "left", "right"] = "centre"  #: where the wall lies, looking along the path
+    closed: bool = False  #: whether the last point joins the first
+    bond: Literal["running", "stack", "english", "flemish"] = "running"  #: how its bricks are laid
+    leaves: Count = 1  #: in the thickness; 2 for English and Flemish bond
+    half: float = 0.5  #: length of the half brick of running bond, as a fraction of a whole one
+    closers: bool = False  #: whether a stretch too narrow for a brick is one cut stone; otherwise it is refused
+    through: Through | None = None  #: through-stones
+    batter: Ends = (0.0, 0.0)  #: inward slope of the left and of the right face [m per m of height]
+    gable: Size = 0.0  #: height of the ridge above the height, 0 for none [m]
+    coping: Coping | None = None  #: longer stones on top
+    openings: Sequence[Opening] = ()  #: doors and windows
 
     @property
     def leaves_laid(self) -> int:
@@ -99,35 +91,41 @@ class Run:
         return max(self.leaves, 2) if self.bond in HEADER_BONDS else self.leaves
 
 
-@dataclass(frozen=True, kw_only=True)
-class Buttress:
+class Buttress(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
     """Buttresses of one run, perpendicular to it.
 
-    wall : name of the run; segment : which stretch of its path; side : "left" or "right" of the path, where they stand.
-    width : along the wall; projection : from its face; height [m]. number : of evenly spaced ones, at
-    length x k / (number + 1) (the procedural-masonry paper, Eqs. 3-5), or at : where their centres are [m].
-    bonded : whether every other course passes through the wall; else they stand against it.
-    steps : (height, projection) pairs, lowest first: above that height the projection is reduced to that. weathering :
-    height over which a step slopes back [m], in whole courses, 0 for a flat step. rake : slope of the outer face
-    [m per m of height].
+    A bonded one passes through the wall in every other course; else it stands against the wall.
     """
 
-    wall: str
-    width: float
-    projection: float
-    height: float
-    number: int = 1
-    at: Sequence[float] | None = None
-    segment: int = 0
-    side: str = "right"
-    bonded: bool = True
-    steps: Sequence[tuple[float, float]] = ()
-    weathering: float = 0.0
-    rake: float = 0.0
+    present: bool = True  #: true, false or "search"
+    wall: str  #: name of the run
+    width: Length  #: along the wall [m]
+    projection: Length  #: from its face [m]
+    height: Length  #: [m]
+    number: Number = 1  #: evenly spaced, by Eqs. 3-5 of the procedural-masonry paper
+    at: Sequence[float] | None = None  #: or where their centres are along the run from its first point [m]
+    segment: int = 0  #: which stretch of a path with several
+    side: Literal["left", "right"] = "right"  #: of the path
+    bonded: bool = True  #: into the wall, or standing against it
+    courses: Count | None = None  #: of one stone each with beds of its own, where it stands against an upright face
+    steps: Sequence[Ends] = ()  #: height and projection above it, lowest first [m]
+    weathering: Size = 0.0  #: height over which a step slopes back, in whole courses, 0 for a flat step [m]
+    rake: Size = 0.0  #: slope of the outer face [m per m of height]
 
 
 def check_run(run: Run) -> None:
-    """Raise InputError naming the run and what about it cannot be built."""
+    """Check that a run can be built.
+
+    Parameters
+    ----------
+    run : Run
+        As it was written.
+
+    Raises
+    ------
+    InputError
+        Naming the run and what about it cannot be built.
+    """
     label = f'wall "{run.name}"'
     if not run.name or not isinstance(run.name, str):
         raise InputError(f"name of a run is {run.name!r}; it must be a word")
@@ -142,23 +140,41 @@ def check_run(run: Run) -> None:
         raise InputError(f"{label}: batter is {run.batter!r}; it must be two slopes from 0 to 1, left and right face")
     if sum(run.batter) * (run.height + run.gable) >= 0.9 * run.thickness:
         raise InputError(f"{label}: batter {run.batter!r} leaves no thickness at the top")
-    if not 0 <= run.gable < math.inf:
-        raise InputError(f"{label}: gable is {run.gable!r}; it must be the height of the ridge above the wall [m]")
-    if run.gable and (len(run.path) > 2 or run.closed):
-        raise InputError(f"{label}: a gable needs a straight path of two points")
-    if run.coping is not None and not run.coping.overhang >= 0:
-        raise InputError(f"{label}: coping.overhang is {run.coping.overhang!r}; it must be at least 0 [m]")
+    _check_top(run, label)
     if run.through is not None:
         at_least(1, **{f"{label}: through.courses": run.through.courses})
         at_least(2, **{f"{label}: through.bricks": run.through.bricks})
         if run.leaves < 2 or run.bond not in ("running", "stack"):
             raise InputError(f"{label}: through-stones need several leaves in running or stack bond")
     for k, opening in enumerate(run.openings):
-        check_opening(f"{label}: openings[{k}]", opening)
+        if opening.present:
+            check_opening(f"{label}: openings[{k}]", opening)
+
+
+def _check_top(run: Run, label: str) -> None:
+    if not 0 <= run.gable < math.inf:
+        raise InputError(f"{label}: gable is {run.gable!r}; it must be the height of the ridge above the wall [m]")
+    if run.gable and (len(run.path) > 2 or run.closed):
+        raise InputError(f"{label}: a gable needs a straight path of two points")
+    if run.coping is not None and not run.coping.overhang >= 0:
+        raise InputError(f"{label}: coping.overhang is {run.coping.overhang!r}; it must be at least 0 [m]")
 
 
 def check_opening(label: str, opening: Opening) -> None:
-    """Raise InputError naming the opening."""
+    """Check that an opening can be built.
+
+    Parameters
+    ----------
+    label : str
+        What messages call it.
+    opening : Opening
+        As it was written.
+
+    Raises
+    ------
+    InputError
+        Naming the opening.
+    """
     positive(**{f"{label}: width": opening.width, f"{label}: height": opening.height})
     one_of(label, head=(opening.head, HEADS))
     at_least(0, **{f"{label}: number": opening.number})
@@ -177,16 +193,46 @@ def check_opening(label: str, opening: Opening) -> None:
 
 
 def one_of(label: str, **words: tuple[str, Sequence[str]]) -> None:
-    """Raise InputError for a word that is not among those allowed."""
+    """Check words against those allowed.
+
+    Parameters
+    ----------
+    label : str
+        What messages call the whole.
+    **words : tuple
+        By key: the word given, and those allowed.
+
+    Raises
+    ------
+    InputError
+        For a word that is not among them.
+    """
     for key, (given, allowed) in words.items():
         if given not in allowed:
             raise InputError(f"{label}: {key} is {given!r}; it must be one of: {', '.join(allowed)}")
 
 
 def spaced(length: float, number: int) -> list[float]:
-    """Centres of things evenly spaced along a wall [m].
+    """Centres of things evenly spaced along a wall.
 
     DistanceAmongButtresses = LongitudeRow / (number + 1), centred between the wall's ends (the procedural-masonry
     paper, Eqs. 3-5).
+
+    Parameters
+    ----------
+    length : float
+        Of the wall [m].
+    number : int
+        Of the things.
+
+    Returns
+    -------
+    list of float
+        Distances from the beginning of the wall [m].
+
+    Examples
+    --------
+    >>> spaced(6.0, 2)
+    [2.0, 4.0]
     """
     return [length * (k + 1) / (number + 1) for k in range(number)]

@@ -6,11 +6,14 @@ in them: beds z = const, faces d = c + k z, ends s = s0 + kd d + kz z (`Edge`).
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from blockstat.assembly import Block
+from blockstat.errors import InputError
 from blockstat.model.solids import FACES, polyhedron, prism
 from blockstat.model.walling.run import Run
 from blockstat.typing import Floats
@@ -22,7 +25,18 @@ Face = tuple[float, float]
 
 
 def upright(s: float) -> Edge:
-    """The plane across a strip at s."""
+    """The upright plane square to a strip.
+
+    Parameters
+    ----------
+    s : float
+        Place along the strip [m].
+
+    Returns
+    -------
+    Edge
+        The plane.
+    """
     return (float(s), 0.0, 0.0)
 
 
@@ -34,12 +48,26 @@ class Line:
     along: Floats  #: unit vector, shape (2,)
     length: float
 
-    @property
+    @cached_property
     def across(self) -> Floats:
+        """Unit vector to the left, shape (2,)."""
         return np.array([-self.along[1], self.along[0]])
 
     def place(self, s: Floats, d: Floats) -> Floats:
-        """Points x, y, shape (..., 2)."""
+        """Points in plan.
+
+        Parameters
+        ----------
+        s : ndarray
+            Along the axis [m].
+        d : ndarray
+            To the left of it [m].
+
+        Returns
+        -------
+        ndarray
+            x, y, shape (..., 2) [m].
+        """
         return self.origin + s[..., None] * self.along + d[..., None] * self.across
 
 
@@ -55,10 +83,24 @@ class Ring:
 
     @property
     def length(self) -> float:
+        """Length of the arc and its tails [m]."""
         return self.arc + sum(self.tails)
 
     def place(self, s: Floats, d: Floats) -> Floats:
-        """Points x, y, shape (..., 2)."""
+        """Points in plan.
+
+        Parameters
+        ----------
+        s : ndarray
+            Along the axis [m].
+        d : ndarray
+            Towards the centre [m].
+
+        Returns
+        -------
+        ndarray
+            x, y, shape (..., 2) [m].
+        """
         beyond = s - self.tails[0]
         on_arc = np.clip(beyond, 0.0, self.arc) if any(self.tails) else beyond
         angle = self.start + on_arc / self.radius
@@ -88,18 +130,51 @@ class Strip:
         return self.top - 1 if self.run.coping is not None and self.ridge == self.top else -1
 
     def bed(self, course: int) -> tuple[float, float]:
-        """Heights of the lower and upper bed of a course [m]."""
+        """Heights of the beds of a course.
+
+        Parameters
+        ----------
+        course : int
+            Counted from the ground.
+
+        Returns
+        -------
+        tuple of float
+            Lower and upper [m].
+        """
         return self.levels[course], self.levels[course + 1]
 
     def faces(self, course: int) -> tuple[Face, Face]:
-        """Right and left face in a course; a coping's are upright and overhang."""
+        """Right and left face in a course; a coping's are upright and overhang.
+
+        Parameters
+        ----------
+        course : int
+            Counted from the ground.
+
+        Returns
+        -------
+        tuple of Face
+            Right, then left.
+        """
         if course != self.coped or self.run.coping is None:
             return self.right, self.left
         z, over = self.levels[course], self.run.coping.overhang
         return (self.right[0] + self.right[1] * z - over, 0.0), (self.left[0] + self.left[1] * z + over, 0.0)
 
     def far_end(self, course: int) -> Edge:
-        """The plane of the free far end in a course."""
+        """The plane of the free far end in a course.
+
+        Parameters
+        ----------
+        course : int
+            Counted from the ground.
+
+        Returns
+        -------
+        Edge
+            The plane.
+        """
         if not self.ends:
             return upright(self.axis.length)
         z0, z1 = self.bed(course)
@@ -111,32 +186,84 @@ class Strip:
         raise AssertionError("the corners of a far end are on beds")
 
     def points(self, s: Floats, d: Floats, z: Floats) -> Floats:
-        """Points x, y, z, shape (..., 3)."""
+        """Points in space.
+
+        Parameters
+        ----------
+        s : ndarray
+            Along the strip [m].
+        d : ndarray
+            Across it, to the left [m].
+        z : ndarray
+            Up [m].
+
+        Returns
+        -------
+        ndarray
+            x, y, z, shape (..., 3) [m].
+        """
         return np.concatenate([self.axis.place(s, d), z[..., None]], axis=-1)
 
-    def bricks(self, course: int, ends: Floats, leaves: Floats, names: list[str], group: str) -> list[Block]:
-        """Blocks of one course.
+    def bricks(
+        self, courses: Sequence[int], ends: Floats, leaves: Floats, names: Sequence[str], groups: Sequence[str]
+    ) -> list[Block]:
+        """Blocks between two beds, two edges and two places across the strip.
 
-        ends : the edges that bound each, shape (n, 2, 3); leaves : from right face (0) to left (1), shape (n, 2).
+        Parameters
+        ----------
+        courses : sequence of int
+            The course of each, length n.
+        ends : ndarray
+            The edges that bound each, shape (n, 2, 3).
+        leaves : ndarray
+            From right face (0) to left (1), shape (n, 2).
+        names : sequence of str
+            Length n.
+        groups : sequence of str
+            Length n.
+
+        Returns
+        -------
+        list of Block
+            In the same order.
         """
         if not len(ends):
             return []
-        z = np.repeat(self.bed(course), 4)
-        (rc, rk), (lc, lk) = self.faces(course)
+        number = np.array(courses)
+        z = np.repeat(np.array(self.levels)[np.stack([number, number + 1], axis=1)], 4, axis=1)
+        faces = np.array([self.faces(course) for course in range(max(courses) + 1)])[number]
+        (rc, rk), (lc, lk) = faces.transpose(1, 2, 0)[..., None]
         share = np.concatenate([leaves[:, (0, 0, 1, 1)]] * 2, axis=1)
         right = rc + rk * z
         d = right + share * (lc + lk * z - right)
         edge = ends[:, (0, 1, 1, 0, 0, 1, 1, 0)]
         s = edge[..., 0] + edge[..., 1] * d + edge[..., 2] * z
-        corners = self.points(s, d, np.broadcast_to(z, s.shape))
+        corners = self.points(s, d, z)
         pointed = np.abs(s[:, (1, 2, 5, 6)] - s[:, (0, 3, 4, 7)]).min(axis=1) < 1e-9 * np.ptp(s, axis=1)
         return [
             polyhedron(_meeting(v), FACES, name=name, group=group) if sharp else Block(v, FACES, name, group)
-            for v, name, sharp in zip(corners, names, pointed, strict=True)
+            for v, name, group, sharp in zip(corners, names, groups, pointed.tolist(), strict=True)
         ]
 
     def slab(self, section: Floats, name: str, group: str, faces: tuple[Face, Face] | None = None) -> Block:
-        """A block through the whole thickness with an outline in s, z, shape (k, 2), at its right face and its left."""
+        """A block through the whole thickness.
+
+        Parameters
+        ----------
+        section : ndarray
+            Its outline in s, z at the right face and at the left, shape (k, 2) [m].
+        name : str
+            Of the block.
+        group : str
+            Of the block.
+        faces : tuple of Face, optional
+            Right and left, by default those of the strip.
+
+        Returns
+        -------
+        Block
+            A prism.
+        """
         s, z = section.T
         sides = [self.points(s, c + k * z, z) for c, k in faces or (self.right, self.left)]
         return prism(*sides, name=name, group=group)
@@ -150,3 +277,56 @@ def _meeting(corners: Floats) -> Floats:
         if np.abs(out[i] - out[j]).max() < limit:
             out[j] = out[i]
     return out
+
+
+def bed_levels(heights: Iterable[float], nominal: float, sliver: float) -> tuple[float, ...]:
+    """Levels of the beds from 0 up through all heights, in courses as near the nominal height as fit between two.
+
+    Parameters
+    ----------
+    heights : iterable of float
+        Where there must be a bed [m].
+    nominal : float
+        Height of a course [m].
+    sliver : float
+        Least course, as a fraction of the nominal one.
+
+    Returns
+    -------
+    tuple of float
+        Ascending, the first 0 [m].
+
+    Raises
+    ------
+    InputError
+        Where two heights are nearer to each other than the least course.
+    """
+    marks = [0.0, *sorted(set(heights))]
+    levels = [0.0]
+    for low, high in zip(marks, marks[1:], strict=False):
+        if high - low < sliver * nominal:
+            raise InputError(
+                f"heights {low:g} and {high:g} m are nearer to each other than {sliver * nominal:.3g} m, the least "
+                "course; make them equal or set them apart"
+            )
+        number = max(round((high - low) / nominal), 1)
+        levels += [float(z) for z in np.linspace(low, high, number + 1)[1:]]
+    return tuple(levels)
+
+
+def nearest(levels: Sequence[float] | Floats, height: float) -> int:
+    """Index of the level nearest to a height.
+
+    Parameters
+    ----------
+    levels : sequence of float
+        Ascending [m].
+    height : float
+        Any [m].
+
+    Returns
+    -------
+    int
+        The lower of two that are as near.
+    """
+    return int(np.abs(np.asarray(levels) - height).argmin())

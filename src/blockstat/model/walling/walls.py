@@ -9,27 +9,27 @@ import numpy as np
 from blockstat.assembly import Block
 from blockstat.errors import InputError
 from blockstat.model.arches.profile import positive
-from blockstat.model.buttresses.buttress import buttress_strips
+from blockstat.model.quantities import Lengths
 from blockstat.model.walling.brickwork import SLIVER, Numbers, brickwork, head_stones
 from blockstat.model.walling.gable import raked_coping, slopes
 from blockstat.model.walling.heads import Head, heads
 from blockstat.model.walling.junction import Join, joins
-from blockstat.model.walling.levels import bed_levels, nearest
 from blockstat.model.walling.pattern import Pattern, fitted
 from blockstat.model.walling.row import Gap, Row
 from blockstat.model.walling.run import Buttress, Run, check_run
-from blockstat.model.walling.strip import Line, Strip, upright
+from blockstat.model.walling.stems import coursed_stem, stem_strip, stems
+from blockstat.model.walling.strip import Line, Strip, bed_levels, nearest, upright
 
 
 def walls(
     runs: Sequence[Run] | Run,
     *,
-    brick: tuple[float, float] = (0.5, 0.25),
+    brick: Lengths = (0.5, 0.25),
     buttresses: Sequence[Buttress] = (),
     bonded: bool = True,
     sliver: float = SLIVER,
 ) -> list[Block]:
-    """Walls along straight runs and polylines, from z = 0 up, bonded at corners and T-junctions.
+    """Walls along straight runs and polylines, from z = 0 up, bonded at their corners and T-junctions.
 
     All runs share their beds: every height is met exactly by courses as near the nominal height as fit. Where two runs
     meet, the stones of one reach through the other in every second course. At a free end, and between two of them, a
@@ -38,36 +38,77 @@ def walls(
 
     Parameters
     ----------
-    runs : see `Run`; of two runs that meet at a corner the one listed first has the corner stone of the lowest course.
-    brick : nominal length and height of a brick [m].
-    buttresses : see `Buttress`.
-    bonded : False leaves straight joints where runs meet.
-    sliver : a rest shorter than this fraction of a brick is joined to its neighbour; where that cannot be done, as
-        between an opening and a corner, the input is refused.
+    runs : sequence of Run
+        Of two runs that meet at a corner the first has the corner stone of the lowest course.
+    brick : tuple of float
+        Nominal length and height [m].
+    buttresses : sequence of Buttress
+        Of the runs.
+    bonded : bool
+        False leaves straight joints where runs meet.
+    sliver : float
+        A rest shorter than this fraction of a brick is joined to its neighbour.
 
     Returns
     -------
-    Convex blocks of the groups "wall.<run>", "wall.<run>.lintel", "wall.<run>.arch" (voussoirs), "wall.<run>.coping"
-    and "buttress.<run>.<k>". Names are group, course and number in the course; for heads and raked coping stones the
-    number of the opening or 0, and of the stone.
+    list of Block
+        Convex blocks of the groups "wall.<run>", "wall.<run>.lintel", "wall.<run>.arch" (voussoirs),
+        "wall.<run>.coping" and "buttress.<run>.<k>". Names are group, course and number in the course; for heads and
+        raked coping stones the number of the opening or 0, and of the stone.
+
+    Raises
+    ------
+    InputError
+        Naming the run and what about it cannot be built. Where a rest cannot be joined to a neighbour, as between an
+        opening and a corner, the run is refused unless its `closers` allow it.
+
+    Examples
+    --------
+    >>> run = Run(name="south", path=[(0, 0), (2, 0)], thickness=0.3, height=0.5)
+    >>> [block.name for block in walls(run)][:2]
+    ['wall.south.0.0', 'wall.south.0.1']
     """
-    runs = [runs] if isinstance(runs, Run) else list(runs)
+    given = [runs] if isinstance(runs, Run) else list(runs)
+    runs = [run for run in given if run.present]
+    if given and not runs:
+        return []
     check_sizes(runs, brick, sliver)
     marks = [h for run in runs for h in ((run.height, run.height + run.gable) if run.gable else (run.height,))]
     levels = bed_levels(marks, brick[1], sliver)
     strips = [strip for run in runs for strip in _strips(run, levels)]
     loose: list[tuple[int, int]] = []
-    for host, strip, tied in buttress_strips(strips, buttresses):
-        loose += [] if tied else [(host, len(strips))]
-        strips.append(strip)
+    beside: list[Block] = []
+    absent = {run.name for run in given if not run.present}
+    for stem in list(stems(strips, buttresses, absent)):
+        if stem.spec.courses is not None:
+            beside += coursed_stem(strips[stem.host], stem)
+            continue
+        loose += [] if stem.tied else [(stem.host, len(strips))]
+        strips.append(stem_strip(strips[stem.host], stem))
     blocks: list[Block] = []
     numbers: Numbers = {}
     for strip, of_strip in zip(strips, joins(strips, loose, bonded=bonded), strict=True):
         blocks += _build(strip, of_strip, brick, sliver, numbers)
-    return blocks
+    return blocks + beside
 
 
 def check_sizes(runs: Sequence[Run], brick: Sequence[float], sliver: float) -> None:
+    """Check what concerns all runs together, and each run.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        As they were written.
+    brick : sequence of float
+        Nominal length and height [m].
+    sliver : float
+        Fraction of a brick.
+
+    Raises
+    ------
+    InputError
+        Naming what cannot be built.
+    """
     if len(brick) != 2:
         raise InputError(f"brick is {brick!r}; it must be its nominal length and height [m]")
     positive(**{"brick[0]": brick[0], "brick[1]": brick[1]})
@@ -99,7 +140,7 @@ def _strips(run: Run, levels: tuple[float, ...]) -> list[Strip]:
         top, ridge = nearest(levels, run.height), nearest(levels, run.height + run.gable)
         strips.append(Strip(run, axis, (low, right), (low + t, -left), levels, top, ridge, f"wall.{run.name}", k))
     for opening in run.openings:
-        if not 0 <= opening.segment < len(strips):
+        if opening.present and not 0 <= opening.segment < len(strips):
             raise InputError(
                 f'wall "{run.name}": segment of an opening is {opening.segment}; its path has {len(strips)} stretches'
             )

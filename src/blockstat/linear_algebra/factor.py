@@ -31,11 +31,33 @@ class Factor(Protocol):
     """A symmetric positive definite matrix of a fixed pattern, factored for some values."""
 
     def update(self, upper: sparse.csr_array) -> None:
-        """Factor a matrix given by its upper triangle, diagonal included. Raises ArithmeticError if it fails."""
+        """Factor a matrix.
+
+        Parameters
+        ----------
+        upper
+            Its upper triangle, diagonal included, of the pattern of the matrices before it.
+
+        Raises
+        ------
+        ArithmeticError
+            When the matrix is not positive definite.
+        """
         ...
 
     def solve(self, right: Floats) -> Floats:
-        """Solve for one or more right-hand sides, shape (n,) or (n, k)."""
+        """Solve with the last matrix.
+
+        Parameters
+        ----------
+        right
+            One or more right-hand sides, shape (n,) or (n, k).
+
+        Returns
+        -------
+        Floats
+            The solutions, of the same shape.
+        """
         ...
 
 
@@ -56,6 +78,13 @@ class SuperLU:
         self._lu: Any = None
 
     def update(self, upper: sparse.csr_array) -> None:
+        """Factor a matrix; see `Factor.update`.
+
+        Parameters
+        ----------
+        upper
+            Its upper triangle.
+        """
         from scipy.sparse.linalg import splu
 
         full = sparse.csc_array(upper + sparse.triu(upper, 1).T)
@@ -66,6 +95,13 @@ class SuperLU:
             raise ArithmeticError(str(error)) from None
 
     def solve(self, right: Floats) -> Floats:
+        """Solve with the last matrix; see `Factor.solve`.
+
+        Parameters
+        ----------
+        right
+            Right-hand sides, shape (n,) or (n, k).
+        """
         return self._lu.solve(right)
 
 
@@ -83,6 +119,13 @@ class Pardiso:
         self._values = np.empty(0)
 
     def update(self, upper: sparse.csr_array) -> None:
+        """Factor a matrix; see `Factor.update`.
+
+        Parameters
+        ----------
+        upper
+            Its upper triangle.
+        """
         fresh = self._index is None
         if fresh:
             self._index = upper.indptr.astype(np.int32), upper.indices.astype(np.int32)
@@ -93,6 +136,13 @@ class Pardiso:
         self._call(12 if fresh else 22, np.zeros(len(upper.indptr) - 1))
 
     def solve(self, right: Floats) -> Floats:
+        """Solve with the last matrix; see `Factor.solve`.
+
+        Parameters
+        ----------
+        right
+            Right-hand sides, shape (n,) or (n, k).
+        """
         return self._call(33, np.asfortranarray(right))
 
     def _call(self, phase: int, right: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""Options that say how a design is judged."""
+"""Options of the criteria by which a design is verified."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fnmatch import fnmatchcase
 from itertools import product
 from typing import Any
@@ -15,11 +15,12 @@ from blockstat.contact.penetration import overlaps
 from blockstat.errors import InputError
 from blockstat.joint import JointLaw
 from blockstat.model.ground import ground
-from blockstat.model.kinds import blocks_of
 from blockstat.model.placing import moved, rotation
-from blockstat.spec import Composition, Plan, parameters, resolve
-from blockstat.spec.composition import GROUND
+from blockstat.spec.chapel import lowered
+from blockstat.spec.composition import GROUND, Composition, Plan, resolve
 from blockstat.spec.element import Element, Repeat, repeats_of
+from blockstat.spec.elements import blocks_of
+from blockstat.spec.scene import Scene, parameters
 
 MOST_COPIES = 10_000
 #: Depth of an overlap of elements that is an error, relative to the smaller block; rounding makes less.
@@ -28,15 +29,39 @@ OVERLAP = 1e-4
 FOOT = 1e-6
 
 
-def compose(composition: Composition) -> Assembly:
-    """The assembly of a composition.
+def build(scene: Scene) -> Assembly:
+    """The assembly of a scene of either form.
 
     A block of the element "nave" has names and groups that begin with "nave."; where the element is repeated, its
-    copies are "nave.1", "nave.2", ... Raises InputError naming the element or the key at fault, and two elements that
-    overlap.
+    copies are "nave.1", "nave.2", ... The groups of a `Building` are those of `lowered`.
+
+    Parameters
+    ----------
+    scene : Building or Composition
+        Its ranges count with their values.
+
+    Returns
+    -------
+    Assembly
+        On its supports.
+
+    Raises
+    ------
+    InputError
+        Naming the element or the key at fault, and two elements that overlap.
+
+    Examples
+    --------
+    >>> from blockstat import build, scene_from
+    >>> post = {"kind": "pier", "size": [0.5, 0.5], "height": 1.0, "courses": 2}
+    >>> build(scene_from({"name": "gate", "elements": {"post": post}})).names
+    ('ground', 'post.pier.0.0', 'post.pier.1.0')
     """
-    plan = resolve(composition)
-    blocks = [block for name, element in plan.elements.items() for block in _placed(name, element)]
+    plan = resolve(scene) if isinstance(scene, Composition) else lowered(scene)
+    try:
+        blocks = [block for name, element in plan.elements.items() for block in _placed(name, element)]
+    except InputError as error:
+        raise InputError(_said(str(error), plan.keys)) from None
     if not blocks:
         raise InputError(f'"{plan.name}": no element is present; there is nothing to build')
     if GROUND in plan.supports:
@@ -50,12 +75,20 @@ def compose(composition: Composition) -> Assembly:
         friction=plan.material.friction,
         joints=[JointLaw(**msgspec.structs.asdict(joint)) for joint in plan.joints],
         metadata={
-            "parameters": {path: found.value for path, found in parameters(composition).items()},
+            "parameters": {path: found.value for path, found in parameters(scene).items()},
             "material": msgspec.to_builtins(plan.material),
         },
     )
-    _check_elements_apart(assembly)
+    if not plan.apart:
+        _check_elements_apart(assembly)
     return assembly
+
+
+def _said(message: str, keys: Mapping[str, str]) -> str:
+    """A message in the words of the scene."""
+    for part, key in keys.items():
+        message = message.replace(part, key)
+    return message
 
 
 def _placed(name: str, element: Element) -> Iterator[Block]:
@@ -69,11 +102,10 @@ def _placed(name: str, element: Element) -> Iterator[Block]:
     if len(copies) > MOST_COPIES:
         raise InputError(f"elements.{name}.repeat: it makes {len(copies)} copies; at most {MOST_COPIES} are built")
     for number, steps in enumerate(copies, 1):
-        prefix = f"{name}.{number}." if len(copies) > 1 else f"{name}."
+        parts = [name if element.prefix is None else element.prefix, str(number) if len(copies) > 1 else ""]
+        prefix = "".join(f"{part}." for part in parts if part)
         turn, place = _pose(element, repeats, steps)
-        for block in moved(own, place, turn=turn, prefix=prefix):
-            density = element.density if block.density is None else block.density
-            yield Block(block.vertices, block.faces, block.name.rstrip("."), block.group.rstrip("."), density)
+        yield from moved(own, place, turn=turn, prefix=prefix, density=element.density)
 
 
 def _pose(element: Element, repeats: Sequence[Repeat], steps: Sequence[int]) -> tuple[float, list[float]]:
@@ -87,8 +119,9 @@ def _pose(element: Element, repeats: Sequence[Repeat], steps: Sequence[int]) -> 
 
 
 def _check_feet(blocks: Sequence[Block]) -> None:
-    low = np.array([block.vertices[:, 2].min() for block in blocks])
-    high = np.array([block.vertices[:, 2].max() for block in blocks])
+    z = np.concatenate([block.vertices for block in blocks])[:, 2]
+    start = np.cumsum([0, *(len(block.vertices) for block in blocks[:-1])])
+    low, high = np.minimum.reduceat(z, start), np.maximum.reduceat(z, start)
     room = FOOT * (high - low)
     deepest = int((low + room).argmin())
     if low[deepest] < -room[deepest]:

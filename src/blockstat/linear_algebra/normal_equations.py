@@ -20,7 +20,7 @@ from weakref import WeakValueDictionary
 import numpy as np
 from scipy import sparse
 
-from blockstat.solve.factor import Factor, make_factor
+from blockstat.linear_algebra.factor import Factor, make_factor
 from blockstat.typing import Floats, Ints
 
 #: Added to the diagonal relative to itself: a block that turns freely about two points leaves S singular.
@@ -46,7 +46,22 @@ known = _Known()
 
 
 def normal_equations(pair: Ints, n_blocks: int, width: int) -> BlockNormal:
-    """The normal equations of rows with these pairs of blocks: those of an earlier program, if it had the same."""
+    """Return the normal equations of rows that each touch two blocks.
+
+    Parameters
+    ----------
+    pair
+        Blocks a and b of each row, -1 for a support, shape (n_rows, 2).
+    n_blocks
+        The number of blocks.
+    width
+        Unknowns a block.
+
+    Returns
+    -------
+    BlockNormal
+        That of an earlier program of this thread with the same rows, if there is one: its ordering is known.
+    """
     key = (n_blocks, width, _digest(pair))
     normal = known.normals.pop(key, None) or BlockNormal(pair, n_blocks, width)
     if n_blocks <= KEPT_BLOCKS:
@@ -68,7 +83,7 @@ class BlockNormal:
     """
 
     def __init__(self, pair: Ints, n_blocks: int, width: int) -> None:
-        """pair : blocks a and b of each row, -1 for a support, shape (n_rows, 2)."""
+        """Take the blocks a and b of each row, shape (n_rows, 2), -1 for a support."""
         low, high = np.minimum(pair[:, 0], pair[:, 1]), np.maximum(pair[:, 0], pair[:, 1])
         key = (low + 1) * (n_blocks + 1) + high + 1
         _, first, member, count = np.unique(key, return_index=True, return_inverse=True, return_counts=True)
@@ -86,7 +101,20 @@ class BlockNormal:
         self._graph = graph
 
     def update(self, rows: Floats, ridge: float = 0.0) -> None:
-        """Form and factor S + ridge I from rows of shape (n_rows, 2 width). Raises ArithmeticError if it fails."""
+        """Form and factor S + ridge I.
+
+        Parameters
+        ----------
+        rows
+            Entries of each row in the columns of its blocks, shape (n_rows, 2 width).
+        ridge
+            Added to the diagonal.
+
+        Raises
+        ------
+        ArithmeticError
+            When the factorisation fails.
+        """
         graph = self._graph
         w = graph.width
         for count, first, last, where in self._chunks:
@@ -100,7 +128,23 @@ class BlockNormal:
         graph.refactor(ridge)
 
     def solve(self, right: Floats) -> Floats:
-        """S^-1 times one or more right-hand sides, shape (n,) or (n, k)."""
+        """Return S^-1 times one or more right-hand sides.
+
+        Parameters
+        ----------
+        right
+            Shape (n,) or (n, k).
+
+        Returns
+        -------
+        Floats
+            Of the same shape.
+
+        Raises
+        ------
+        RuntimeError
+            When another program with the same graph has been factored since.
+        """
         if self._graph.holder is not self:
             raise RuntimeError("these normal equations were updated by another program")
         return self._graph.factor.solve(right)
@@ -110,7 +154,7 @@ class _Graph:
     """The pattern of S: one block a pair of touching blocks and one on the diagonal for each, and its factor."""
 
     def __init__(self, pairs: Ints, n_blocks: int, width: int) -> None:
-        """pairs : blocks a and b, -1 for a support, shape (n_pairs, 2), no two the same."""
+        """Take the pairs of blocks a and b, shape (n_pairs, 2), -1 for a support, no two the same."""
         self._pairs, self.width, self._n = pairs, width, n_blocks
         self._upper, self._place = self._pattern()
         self._sum = self._diagonal_sum()

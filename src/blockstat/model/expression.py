@@ -27,15 +27,47 @@ LONGEST = 500  #: characters of an expression
 
 
 def is_expression(node: Any) -> bool:
-    """Whether a value of a scene is to be computed."""
+    """Whether a value of a scene is to be computed.
+
+    Parameters
+    ----------
+    node : object
+        A value of a scene.
+
+    Returns
+    -------
+    bool
+        True for a text that begins with "=".
+    """
     return isinstance(node, str) and node.lstrip().startswith("=")
 
 
 def evaluate(text: str, value_of: Callable[[str], float], names: Mapping[str, Any]) -> float:
-    """The number that an expression stands for; a comparison is 1 or 0. Angles are in radians.
+    """The number that an expression stands for; a comparison is 1 or 0.
 
-    value_of : gives the number of a parameter; names : the parameters there are.
-    Raises InputError that says which word or sign is wrong.
+    Parameters
+    ----------
+    text : str
+        Arithmetic that begins with "="; angles are in radians.
+    value_of : callable
+        Gives the number of a parameter.
+    names : mapping
+        The parameters there are.
+
+    Returns
+    -------
+    float
+        A finite number.
+
+    Raises
+    ------
+    InputError
+        Saying which word or sign is wrong.
+
+    Examples
+    --------
+    >>> evaluate("= 2 * t + max(1, 3)", {"t": 0.5}.__getitem__, {"t": 0.5})
+    4.0
     """
     body = text.strip()[1:].strip()
     try:

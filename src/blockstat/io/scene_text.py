@@ -1,0 +1,48 @@
+"""A scene as TOML (version 1.0): what `load_scene` reads back to the same scene."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import Any
+
+import msgspec
+
+PLAIN = re.compile(r"[A-Za-z0-9_-]+")
+
+
+def scene_text(scene: Any) -> str:
+    """The text of a scene file; every key is written, those with their defaults too, comments are lost."""
+    return _table(msgspec.to_builtins(scene), "")
+
+
+def _table(data: dict[str, Any], path: str) -> str:
+    """A table under its heading: its own values first, then the tables in it; what is None is left out."""
+    own = [f"{_key(k)} = {_value(v)}\n" for k, v in data.items() if v is not None and not _nested(v)]
+    text = "".join(own)
+    for key, value in data.items():
+        inner = f"{path}.{_key(key)}" if path else _key(key)
+        if isinstance(value, dict) and _nested(value):
+            text += f"\n[{inner}]\n{_table(value, inner)}"
+    return text
+
+
+def _nested(value: Any) -> bool:
+    """Whether a value gets a heading; ranges {value, min, max, step} and empty tables stand on one line."""
+    return isinstance(value, dict) and bool(value) and "min" not in value
+
+
+def _key(name: str) -> str:
+    return name if PLAIN.fullmatch(name) else json.dumps(name)
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{_key(k)} = {_value(v)}" for k, v in value.items() if v is not None) + " }"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(_value(v) for v in value) + "]"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return json.dumps(value)
+    return repr(value)

@@ -1,0 +1,91 @@
+"""Scene files in TOML, and assemblies from any file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import tomllib
+
+from blockstat.assembly import Assembly
+from blockstat.errors import InputError
+from blockstat.io.files import blaming, read_parts
+from blockstat.spec.compose import build
+from blockstat.spec.scene import Scene, scene_from
+
+BLOCKS = (".json", ".obj", ".glb", ".stl", ".ply")  #: suffixes of files that are no scenes
+
+
+def load_scene(path: str | Path) -> Scene:
+    """Read a scene; a mesh file named in it is looked for beside it.
+
+    Parameters
+    ----------
+    path : str or Path
+        A file in TOML.
+
+    Returns
+    -------
+    Building or Composition
+        What the file says.
+
+    Raises
+    ------
+    InputError
+        With the line for bad TOML and the key for a bad value.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
+    if path.suffix.lower() in BLOCKS:
+        raise InputError(f"{path}: a scene file (.toml) is needed; this holds blocks, which have no parameters")
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: not valid TOML: {error}") from None
+    data.setdefault("name", path.stem)
+    elements = data.get("elements")
+    for element in elements.values() if isinstance(elements, dict) else ():
+        if isinstance(element, dict) and isinstance(element.get("file"), str):
+            element["file"] = str(path.parent / element["file"])
+    try:
+        return scene_from(data)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def read(path: str | Path, *, supports: Iterable[int | str] | None = None, units: str | None = None) -> Assembly:
+    """Read an assembly of any file.
+
+    Files are native or COMPAS JSON, a scene in TOML (built on the spot), a mesh with one solid a block, or a directory
+    of PLY or STL files with one block a file (named like it, groups are directories).
+
+    Parameters
+    ----------
+    path : str or Path
+        A file or a directory.
+    supports : iterable of int or str, optional
+        Replaces the supports named in the file; a mesh without them needs this.
+    units : str, optional
+        Of the coordinates in the file ("mm", "cm", "in", ...); they are converted to metres.
+
+    Returns
+    -------
+    Assembly
+        In metres.
+
+    Raises
+    ------
+    InputError
+        Naming the file and the block or key at fault.
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".toml" or path.is_dir():
+        parts = read_parts(path, supports=supports, units=units)
+        return blaming(path, parts.assembled)
+    if supports is not None:
+        raise InputError(f"{path}: a scene stands on its ground; supports cannot be chosen for it")
+    if units not in (None, "m"):
+        raise InputError(f"{path}: a scene is in metres; units cannot be chosen for it")
+    scene = load_scene(path)
+    return blaming(path, lambda: build(scene))
