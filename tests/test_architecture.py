@@ -20,7 +20,7 @@ ORDER = """
     blockstat.model.vaults blockstat.model.buttresses blockstat.model blockstat.spec
     blockstat.geometry_repair blockstat.linear_algebra blockstat.program blockstat.certificate blockstat.solve
     blockstat.analysis blockstat.sensitivity blockstat.design_search blockstat.view blockstat.view.three_d
-    blockstat.app blockstat.cli blockstat
+    blockstat.view.report blockstat blockstat.app blockstat.cli
     dynsim.settings dynsim.checks dynsim.engine dynsim.loads dynsim.bonds dynsim.judge dynsim.parallel
     dynsim.comparison dynsim.design_search dynsim.view dynsim.panel dynsim.cli dynsim
 """.split()
@@ -133,6 +133,21 @@ def test_no_function_handed_to_users_has_the_name_of_a_module():
     for package in (blockstat, dynsim):
         for name in package.__all__:
             assert f"{package.__name__}.{name}" not in MODULES
+
+
+def test_every_public_name_of_blockstat_has_one_home():
+    import blockstat
+
+    declared = {}
+    for node in ast.walk(ast.parse(MODULES["blockstat"].read_text())):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("blockstat."):
+            declared |= {alias.name: node.module.removeprefix("blockstat.") for alias in node.names}
+    assert declared == blockstat._HOMES
+    assert sorted(declared) == blockstat.__all__
+    for name in blockstat.__all__:
+        assert getattr(blockstat, name) is not None
+    with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
+        blockstat.nothing  # noqa: B018
 
 
 def test_the_order_names_rooms_that_exist():

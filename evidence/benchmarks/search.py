@@ -69,7 +69,7 @@ def side_by_side(chapel: Scene, alone: SearchResult) -> dict:
     """The same with a simulation on each core, timed by the clock, as `dynsim optimise` does it."""
     jobs, begin = jobs_checked(None), perf_counter()
     with SpeculativeRuns(verify, jobs) as dynamic:
-        _, result = pruned(chapel, verify=dynamic, begin=dynamic.begin, ahead=jobs)
+        _, result = pruned(chapel, verify=dynamic, begin=dynamic.begin, speculative=jobs)
     seconds = perf_counter() - begin
     words = [[(c.parameters, c.static, c.dynamic) for c in found.history] for found in (alone, result)]
     return {"jobs": jobs, "seconds": seconds, "same": words[0] == words[1]}

@@ -7,7 +7,7 @@ from pathlib import Path
 from PIL import Image, ImageChops
 
 from blockstat import Assembly, assess, build, load_scene
-from blockstat.view.plot import picture
+from blockstat.view.plot import plot
 from evidence.pages.elements import ELEMENTS
 from evidence.paths import DOCS, EXAMPLES
 from evidence.tables import head, row
@@ -45,7 +45,7 @@ def small(path: Path) -> None:
 def shown(name: str, words: str, alt: str, assembly: Assembly, options: dict) -> str:
     """Draw an assembly and judge it; a row of a table. alt : for who does not see the picture."""
     verdict = assess(assembly)
-    small(picture(assembly, DOCS / "gallery" / f"{name}.png", **options))
+    small(plot(assembly, DOCS / "gallery" / f"{name}.png", **options))
     figures = (assembly.n_blocks, verdict.interfaces.n_interfaces, verdict.outcome.word)
     print(f"{name}:", *figures, flush=True)
     return row([f'<img src="gallery/{name}.png" height="180" alt="{alt}">', words, *figures]) + "\n"

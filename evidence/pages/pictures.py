@@ -1,8 +1,8 @@
 """The pictures of the README and the docs."""
 
 from blockstat import assess, build, limit_load, load_scene, with_values
-from blockstat.view.plot import picture_of_help, picture_of_mechanism, picture_of_verdict
-from blockstat.view.utilisation import picture_of_utilisation
+from blockstat.view.plot import plot_mechanism, plot_stone_sensitivity, plot_verdict
+from blockstat.view.utilisation import plot_utilisation
 from evidence.paths import DOCS, EXAMPLES
 
 ACROSS = (0, 1, 0)
@@ -14,12 +14,12 @@ def main() -> None:
     for name, thickness in (("chapel", 0.6), ("chapel-thin", 0.3)):
         assembly = build(with_values(chapel, {"wall.thickness": thickness}))
         assembly = assembly.with_(name=f"walls of {thickness:g} m")
-        pictures.append(picture_of_verdict(assess(assembly), DOCS / f"{name}.png"))
+        pictures.append(plot_verdict(assess(assembly), DOCS / f"{name}.png"))
     assembly = build(chapel)
-    pictures.append(picture_of_utilisation(assess(assembly), DOCS / "chapel-joints.png"))
+    pictures.append(plot_utilisation(assess(assembly), DOCS / "chapel-joints.png"))
     limit = limit_load(assembly, ACROSS)
-    pictures.append(picture_of_mechanism(limit, DOCS / "chapel-pushed.png"))
-    pictures.append(picture_of_help(limit, ACROSS, DOCS / "chapel-stone.png"))
+    pictures.append(plot_mechanism(limit, DOCS / "chapel-pushed.png"))
+    pictures.append(plot_stone_sensitivity(limit, ACROSS, DOCS / "chapel-stone.png"))
     print(*pictures, sep="\n")
 
 

@@ -1,61 +1,224 @@
 """Certified rigid-block statics of masonry: does it stand, and which block moves first?
 
 Lengths are in metres, forces in newtons, z is up unless gravity says otherwise.
+
+Every name that a user is handed is in this module. A room is imported when one of its names is first asked for, so
+`import blockstat` costs next to nothing. Builders of walls, arches and vaults are in `blockstat.model`.
 """
 
-from blockstat.analysis.assess import assess
-from blockstat.analysis.certificate_cache import Memory
-from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, limit_load
-from blockstat.analysis.thrust import load_domain, settlement, thrust_range
-from blockstat.analysis.tilt_friction import friction_limit, tilt_limit
-from blockstat.analysis.verdict import Outcome, Verdict
-from blockstat.assembly import Assembly, Block, glued
-from blockstat.contact.interfaces import Interfaces, find_interfaces
-from blockstat.design_search.search import search
-from blockstat.errors import InputError, InputWarning
-from blockstat.geometry_repair.repair import heal
-from blockstat.io.files import write
-from blockstat.joint import JointLaw
-from blockstat.loads import acceleration, point_load
-from blockstat.spec import Building, Composition, build, load_scene, parameters, read, scene_from, with_values
-from blockstat.view.attributes import write_verdict
-from blockstat.view.three_d.page import show
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from blockstat.analysis.assess import assess
+    from blockstat.analysis.certificate_cache import Memory
+    from blockstat.analysis.coulomb import CoulombState
+    from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, limit_load
+    from blockstat.analysis.thrust import (
+        DomainOutcome,
+        LoadDomain,
+        Settlement,
+        SettlementOutcome,
+        ThrustOutcome,
+        ThrustRange,
+        load_domain,
+        settlement,
+        thrust_range,
+    )
+    from blockstat.analysis.tilt_friction import Bracket, BracketOutcome, friction_limit, tilt_limit
+    from blockstat.analysis.verdict import Outcome, Verdict
+    from blockstat.assembly import Assembly, Block, glued
+    from blockstat.certificate.check import Certificate
+    from blockstat.contact.interfaces import Dropped, Interfaces, find_interfaces
+    from blockstat.contact.penetration import overlaps
+    from blockstat.design_search.candidate import Candidate, SearchOutcome, SearchResult
+    from blockstat.design_search.margin import Margin
+    from blockstat.design_search.search import search
+    from blockstat.design_search.space import Space, space_of
+    from blockstat.design_search.sweep import SweepOutcome, SweepResult, grid, latin_hypercube, sweep
+    from blockstat.errors import InputError, InputWarning
+    from blockstat.geometry_repair.repair import Change, RepairOutcome, RepairReport, repair
+    from blockstat.io.files import write
+    from blockstat.io.scene_text import scene_text
+    from blockstat.joint import JointLaw
+    from blockstat.loads import acceleration, point_load
+    from blockstat.model.solids import box
+    from blockstat.program.bonds import Bonds
+    from blockstat.result import Result, Sentence
+    from blockstat.sensitivity.parameters import limit_load_gradient, score_gradient, stone_sensitivity
+    from blockstat.sensitivity.vertices import PointGradient, limit_load_by_point, score_by_point, shared_points
+    from blockstat.spec import (
+        Building,
+        Composition,
+        Range,
+        Scene,
+        build,
+        load_scene,
+        parameters,
+        read,
+        scene_from,
+        with_values,
+    )
+    from blockstat.view.animation import write_mechanism, write_motion
+    from blockstat.view.attributes import write_verdict
+    from blockstat.view.plot import (
+        mechanism_pose,
+        plot,
+        plot_forces,
+        plot_mechanism,
+        plot_stone_sensitivity,
+        plot_verdict,
+    )
+    from blockstat.view.three_d.page import interactive_html, show
+    from blockstat.view.utilisation import plot_utilisation, utilisation
 
 __version__ = "0.1.0"
 __all__ = [
     "Assembly",
     "Block",
+    "Bonds",
+    "Bracket",
+    "BracketOutcome",
     "Building",
+    "Candidate",
+    "Certificate",
+    "Change",
     "Composition",
+    "CoulombState",
+    "DomainOutcome",
+    "Dropped",
     "InputError",
     "InputWarning",
     "Interfaces",
     "JointLaw",
     "LimitLoad",
+    "LoadDomain",
     "LoadOutcome",
+    "Margin",
     "Memory",
     "Outcome",
+    "PointGradient",
+    "Range",
+    "RepairOutcome",
+    "RepairReport",
+    "Result",
+    "Scene",
+    "SearchOutcome",
+    "SearchResult",
+    "Sentence",
+    "Settlement",
+    "SettlementOutcome",
+    "Space",
+    "SweepOutcome",
+    "SweepResult",
+    "ThrustOutcome",
+    "ThrustRange",
     "Verdict",
     "acceleration",
     "assess",
+    "box",
     "build",
     "find_interfaces",
     "friction_limit",
     "glued",
-    "heal",
+    "grid",
+    "interactive_html",
+    "latin_hypercube",
     "limit_load",
+    "limit_load_by_point",
+    "limit_load_gradient",
     "load_domain",
     "load_scene",
+    "mechanism_pose",
+    "overlaps",
     "parameters",
+    "plot",
+    "plot_forces",
+    "plot_mechanism",
+    "plot_stone_sensitivity",
+    "plot_utilisation",
+    "plot_verdict",
     "point_load",
     "read",
+    "repair",
     "scene_from",
+    "scene_text",
+    "score_by_point",
+    "score_gradient",
     "search",
     "settlement",
+    "shared_points",
     "show",
+    "space_of",
+    "stone_sensitivity",
+    "sweep",
     "thrust_range",
     "tilt_limit",
+    "utilisation",
     "with_values",
     "write",
+    "write_mechanism",
+    "write_motion",
     "write_verdict",
 ]
+
+#: The module of each name.
+_HOMES = {
+    name: module
+    for module, names in {
+        "analysis.assess": "assess",
+        "analysis.certificate_cache": "Memory",
+        "analysis.coulomb": "CoulombState",
+        "analysis.limit_load": "LimitLoad LoadOutcome limit_load",
+        "analysis.thrust": "DomainOutcome LoadDomain Settlement SettlementOutcome ThrustOutcome ThrustRange "
+        "load_domain settlement thrust_range",
+        "analysis.tilt_friction": "Bracket BracketOutcome friction_limit tilt_limit",
+        "analysis.verdict": "Outcome Verdict",
+        "assembly": "Assembly Block glued",
+        "certificate.check": "Certificate",
+        "contact.interfaces": "Dropped Interfaces find_interfaces",
+        "contact.penetration": "overlaps",
+        "design_search.candidate": "Candidate SearchOutcome SearchResult",
+        "design_search.margin": "Margin",
+        "design_search.search": "search",
+        "design_search.space": "Space space_of",
+        "design_search.sweep": "SweepOutcome SweepResult grid latin_hypercube sweep",
+        "errors": "InputError InputWarning",
+        "geometry_repair.repair": "Change RepairOutcome RepairReport repair",
+        "io.files": "write",
+        "io.scene_text": "scene_text",
+        "joint": "JointLaw",
+        "loads": "acceleration point_load",
+        "model.solids": "box",
+        "program.bonds": "Bonds",
+        "result": "Result Sentence",
+        "sensitivity.parameters": "limit_load_gradient score_gradient stone_sensitivity",
+        "sensitivity.vertices": "PointGradient limit_load_by_point score_by_point shared_points",
+        "spec": "Building Composition Range Scene build load_scene parameters read scene_from with_values",
+        "view.animation": "write_mechanism write_motion",
+        "view.attributes": "write_verdict",
+        "view.plot": "mechanism_pose plot plot_forces plot_mechanism plot_stone_sensitivity plot_verdict",
+        "view.three_d.page": "interactive_html show",
+        "view.utilisation": "plot_utilisation utilisation",
+    }.items()
+    for name in names.split()
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Return a public name, or a module of this package, on its first use."""
+    if name in _HOMES:
+        value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+        globals()[name] = value
+        return value
+    if not name.startswith("_"):
+        try:
+            return import_module(f"{__name__}.{name}")
+        except ModuleNotFoundError as error:
+            if error.name != f"{__name__}.{name}":
+                raise
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from blockstat.errors import HUGE, InputError, InputWarning, check_density, check_friction, check_gravity
+from blockstat.errors import HUGE, InputError, InputWarning, check_density, check_friction, check_gravity, no_such
 from blockstat.geometry.polyhedron import Polyhedra
 from blockstat.geometry.validity import check_geometry
 from blockstat.joint import JointLaw, check_laws
@@ -28,8 +28,18 @@ FRICTION = 0.7
 class Block:
     """One block before it joins an assembly: a closed polyhedron with outward faces.
 
-    vertices : shape (n, 3) [m]; faces : corner indices of each face, counter-clockwise seen from outside;
-    density : [kg/m3], None for that of the assembly; group : dotted, for joint laws, loads and criteria.
+    Parameters
+    ----------
+    vertices : array_like, shape (n, 3)
+        Corners [m].
+    faces : sequence of sequences of int
+        Corner indices of each face, counter-clockwise seen from outside.
+    name : str, optional
+        Unique in the assembly; by default the block's number with "block" before it.
+    group : str, optional
+        Dotted, as "wall.north": for joint laws, loads and criteria.
+    density : float, optional
+        [kg/m3]; by default that of the assembly.
     """
 
     vertices: Any
@@ -68,9 +78,42 @@ class Assembly(Polyhedra):
     ) -> Assembly:
         """Stack blocks into arrays and check them.
 
-        supports : indices or names of the blocks that cannot move.
-        Raises InputError, naming the block, for bad coordinates, an open or inverted surface, no volume,
-        a repeated name, an unknown support, or a bad density, friction or gravity.
+        Parameters
+        ----------
+        blocks : iterable of Block
+            The blocks, at least one.
+        supports : iterable of int or str, optional
+            Numbers or names of the blocks that cannot move.
+        name : str, optional
+            Name of the assembly.
+        density : float, optional
+            Of the blocks that have none of their own [kg/m3].
+        friction : float, optional
+            Coefficient of Coulomb friction of all joints; may be inf.
+        gravity : sequence of float, shape (3,), optional
+            [m/s2].
+        metadata : dict, optional
+            Kept as it is.
+        joints : sequence of JointLaw, optional
+            Laws of particular joints.
+
+        Returns
+        -------
+        Assembly
+
+        Raises
+        ------
+        InputError
+            Naming the block, for bad coordinates, an open or inverted surface, no volume, a repeated name, an unknown
+            support, or a bad density, friction or gravity.
+
+        Examples
+        --------
+        >>> from blockstat import Assembly, box
+        >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (1, 1, 1), name="cube")]
+        >>> assembly = Assembly.from_blocks(blocks, supports=["ground"], density=2000.0)
+        >>> assembly.n_blocks, assembly.mass[1].round(6).item()
+        (2, 2000.0)
         """
         blocks = list(blocks)
         if not blocks:
@@ -138,25 +181,71 @@ class Assembly(Polyhedra):
         return float(self.mass[~self.support].sum() * np.linalg.norm(self.gravity))
 
     def blocks_named(self, given: Iterable[int | str] | int | str, what: str = "blocks") -> Ints:
-        """Return the indices of blocks given by name or number, at least one; see `block_indices`."""
+        """Return the indices of blocks given by name or number, at least one.
+
+        Parameters
+        ----------
+        given : str, int, or an iterable of them
+            As in `block_indices`.
+        what : str, optional
+            What the blocks are given for; the message of an error begins with it.
+
+        Returns
+        -------
+        array of int, shape (n_given,)
+
+        Raises
+        ------
+        InputError
+            For a name or a number that no block has, or for none at all.
+        """
         found = block_indices(self.names, given, what)
         if not len(found):
             raise InputError(f"{what}: no blocks are given")
         return found
 
     def in_group(self, group: str) -> Ints:
-        """Indices of the blocks of a group or of its subgroups ("wall" takes "wall.north" along).
+        """Return the indices of the blocks of a group and of its subgroups.
 
-        Raises InputError naming the groups there are when none matches.
+        Parameters
+        ----------
+        group : str
+            Name of the group; "wall" takes "wall.north" along.
+
+        Returns
+        -------
+        array of int, shape (n,)
+
+        Raises
+        ------
+        InputError
+            Naming the groups there are when none matches.
         """
         found = [i for i, g in enumerate(self.groups) if g == group or g.startswith(group + ".")]
         if not found:
-            known = ", ".join(sorted({g for g in self.groups if g})) or "none"
-            raise InputError(f'no group "{group}"; groups are: {known}')
+            raise no_such("group", group, sorted({g for g in self.groups if g}))
         return np.array(found, dtype=np.int64)
 
     def with_(self, **changes: Any) -> Assembly:
-        """A copy with some fields replaced; friction, gravity and joint laws are checked."""
+        """Return a copy with some fields replaced.
+
+        Parameters
+        ----------
+        **changes
+            New values of fields.
+
+        Returns
+        -------
+        Assembly
+
+        Raises
+        ------
+        InputError
+            For an unknown field, or a bad friction, gravity or joint law.
+        """
+        for name in changes:
+            if name not in self.__dataclass_fields__:
+                raise no_such("field", name, self.__dataclass_fields__)
         if "friction" in changes:
             changes["friction"] = check_friction(changes["friction"])
         if "gravity" in changes:
@@ -168,11 +257,31 @@ class Assembly(Polyhedra):
 
 
 def glued(assembly: Assembly, strength: float, *, moment: float | None = None) -> Assembly:
-    """The assembly with glue in every joint: a bond of so much force, whatever the joint's area.
+    """Return an assembly with glue in every joint: a bond of so much force, whatever the joint's area.
 
-    strength [N] : tension that each joint holds, and with friction mu it holds mu x strength more in shear. moment
-    [N m] : if given, the bond sits at the centre of the joint and holds `strength` in tension, `strength` in shear
-    and `moment` in bending and in torsion, each by itself (see `JointLaw`). Other laws of the assembly stay.
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks; other laws of their joints stay.
+    strength : float
+        Tension that each joint holds [N]; with friction mu it holds mu x strength more in shear.
+    moment : float, optional
+        If given, the bond sits at the centre of the joint and holds `strength` in tension, `strength` in shear and
+        `moment` [N m] in bending and in torsion, each by itself (see `JointLaw`).
+
+    Returns
+    -------
+    Assembly
+
+    Examples
+    --------
+    A block hangs from its support by a glue that is stronger than its weight.
+
+    >>> from blockstat import Assembly, assess, box, glued
+    >>> blocks = [box((0, 0, 1), (1, 1, 2), name="beam"), box((0, 0, 0), (1, 1, 1), name="load")]
+    >>> hanging = Assembly.from_blocks(blocks, supports=["beam"], density=1000.0)
+    >>> [assess(glued(hanging, strength)).outcome.word for strength in (9000.0, 10000.0)]
+    ['unstable', 'stable']
     """
     everywhere = JointLaw(("*", "*"), bond=strength, bond_moment=moment)
     return assembly.with_(

@@ -1,8 +1,11 @@
-"""The one exception that bad input raises, and checks of single physical values that raise it."""
+"""The one exception that bad input raises, and checks of options and of single values that raise it."""
 
 from __future__ import annotations
 
-from typing import Any
+import inspect
+from collections.abc import Callable, Iterable
+from functools import wraps
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 
@@ -20,6 +23,104 @@ class InputError(ValueError):
 
 class InputWarning(UserWarning):
     """The input can be used, but a person should look at it."""
+
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def known_options(function: Callable[P, R]) -> Callable[P, R]:
+    """Make a function refuse unknown keyword arguments with an InputError that names the known ones.
+
+    Parameters
+    ----------
+    function : callable
+        A function with keyword-only options. Used as a decorator.
+
+    Returns
+    -------
+    callable
+        The same function, with the same signature.
+
+    Examples
+    --------
+    >>> @known_options
+    ... def span(length, *, unit="m"):
+    ...     return f"{length} {unit}"
+    >>> span(3, units="ft")
+    Traceback (most recent call last):
+    ...
+    blockstat.errors.InputError: span: unknown option "units"; options are: unit
+    """
+    signature = inspect.signature(function)
+    known = set(signature.parameters)
+    options = [name for name, found in signature.parameters.items() if found.kind is found.KEYWORD_ONLY]
+
+    @wraps(function)
+    def checked(*args: P.args, **kwargs: P.kwargs) -> R:
+        if not known.issuperset(kwargs):
+            unknown = next(name for name in kwargs if name not in known)
+            raise InputError(
+                f'{function.__name__}: unknown option "{unknown}"; options are: {", ".join(options) or "none"}'
+            )
+        return function(*args, **kwargs)
+
+    return checked
+
+
+def no_such(what: str, given: Any, existing: Iterable[str], *, plural: str = "", limit: int = 20) -> InputError:
+    """Return the error for a name that nothing has; raise what it returns.
+
+    Parameters
+    ----------
+    what : str
+        What was looked for, in the singular: "group".
+    given : object
+        The name that was given.
+    existing : iterable of str
+        The names that exist.
+    plural : str, optional
+        The plural of `what` where it is not `what` with an s.
+    limit : int, optional
+        At most so many names are listed.
+
+    Examples
+    --------
+    >>> str(no_such("group", "wal", ["ground", "wall"]))
+    'no group "wal"; groups are: ground, wall'
+    """
+    names = list(existing)
+    listed = ", ".join(names[:limit]) + (f", ... ({len(names)} in all)" if len(names) > limit else "")
+    return InputError(f'no {what} "{given}"; {plural or what + "s"} are: {listed or "none"}')
+
+
+def check_choice(option: str, given: Any, choices: Iterable[str]) -> None:
+    """Raise InputError unless the value of an option is one of its choices.
+
+    Parameters
+    ----------
+    option : str
+        The name of the option.
+    given : object
+        The value.
+    choices : iterable of str
+        The values that the option may have.
+
+    Raises
+    ------
+    InputError
+        For any other value.
+
+    Examples
+    --------
+    >>> check_choice("flow", "plastic", ["associated", "coulomb"])
+    Traceback (most recent call last):
+    ...
+    blockstat.errors.InputError: flow is 'plastic'; it must be one of: associated, coulomb
+    """
+    choices = list(choices)
+    if given not in choices:
+        raise InputError(f"{option} is {given!r}; it must be one of: {', '.join(choices)}")
 
 
 def check_density(label: str, value: Any) -> float:

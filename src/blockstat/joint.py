@@ -20,7 +20,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from blockstat.errors import InputError
+from blockstat.errors import InputError, no_such
 
 #: Cells along each side of a joint that may crush, unless the law says how many.
 CELLS = 8
@@ -83,8 +83,8 @@ def check_laws(laws: Sequence[JointLaw], groups: Sequence[str]) -> None:
     for law in laws:
         for name in law.between:
             if name != "*" and not any(fits(name, group) for group in groups):
-                known = ", ".join(sorted({group for group in groups if group})) or "none"
-                raise InputError(f'joint law: no group "{name}"; groups are: {known}')
+                found = no_such("group", name, sorted({group for group in groups if group}))
+                raise InputError(f"joint law: {found}")
 
 
 def fits(name: str, group: str) -> bool:

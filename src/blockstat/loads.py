@@ -18,9 +18,33 @@ if TYPE_CHECKING:
 
 
 def acceleration(assembly: Assembly, direction: Sequence[float], *, group: str | None = None) -> Floats:
-    """Mass-proportional load in a direction, as strong as gravity: the multiplier is in units of the scene's g.
+    """Make a mass-proportional load in a direction, as strong as gravity: a multiplier is in units of the scene's g.
 
-    group : only on the blocks of a group.
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    direction : sequence of float, shape (3,)
+        Direction of the acceleration, of any length.
+    group : str, optional
+        Load only the blocks of this group.
+
+    Returns
+    -------
+    array, shape (n_blocks, 6)
+        Force [N] and moment about the centroid [N m] on each block.
+
+    Raises
+    ------
+    InputError
+        For a direction that is none, or an unknown group.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, acceleration, box
+    >>> cube = Assembly.from_blocks([box((0, 0, 0), (1, 1, 1))], density=1000.0)
+    >>> acceleration(cube, (2, 0, 0)).round(3).tolist()
+    [[9810.0, 0.0, 0.0, 0.0, 0.0, 0.0]]
     """
     unit = _direction(direction)
     load = np.zeros((assembly.n_blocks, 6))
@@ -30,7 +54,36 @@ def acceleration(assembly: Assembly, direction: Sequence[float], *, group: str |
 
 
 def point_load(assembly: Assembly, block: int | str, point: Sequence[float], force: Sequence[float]) -> Floats:
-    """A force [N] at a point [m] of a block, given by index or name."""
+    """Make the load of a force at a point of a block.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    block : str or int
+        Name or number of the block.
+    point : sequence of float, shape (3,)
+        Where the force acts [m].
+    force : sequence of float, shape (3,)
+        The force [N].
+
+    Returns
+    -------
+    array, shape (n_blocks, 6)
+        Force [N] and moment about the centroid [N m] on each block.
+
+    Raises
+    ------
+    InputError
+        For an unknown block.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box, point_load
+    >>> cube = Assembly.from_blocks([box((0, 0, 0), (1, 1, 1), name="cube")])
+    >>> point_load(cube, "cube", (0.5, 0.5, 1.0), (10, 0, 0)).round(6).tolist()
+    [[10.0, 0.0, 0.0, 0.0, 5.0, 0.0]]
+    """
     (index,) = assembly.blocks_named(block, "load")
     load = np.zeros((assembly.n_blocks, 6))
     load[index, :3] = force
@@ -39,7 +92,25 @@ def point_load(assembly: Assembly, block: int | str, point: Sequence[float], for
 
 
 def as_load(assembly: Assembly, load: Any) -> Floats:
-    """A load given as three numbers (an acceleration direction) or as wrenches, shape (n_blocks, 6)."""
+    """Return a load as wrenches on the blocks.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    load : array_like, shape (3,) or (n_blocks, 6)
+        Direction of an acceleration as strong as gravity, or a wrench on each block [N, N m].
+
+    Returns
+    -------
+    array, shape (n_blocks, 6)
+        Force [N] and moment about the centroid [N m] on each block.
+
+    Raises
+    ------
+    InputError
+        For another shape, or a load that is zero on every free block.
+    """
     values = np.asarray(load, dtype=float)
     if values.shape == (3,):
         return acceleration(assembly, list(values))

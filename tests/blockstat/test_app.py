@@ -12,8 +12,8 @@ from blockstat.analysis.certificate_cache import Memory
 from blockstat.app.background import Crashed, Ended, Worker
 from blockstat.app.controls import named
 from blockstat.app.design import Failed, Judged, Question, open_model
+from blockstat.app.evaluation import evaluated
 from blockstat.app.follow import Follower
-from blockstat.app.judge import judged
 from blockstat.app.words import Known, block_card, headline, numbers
 from blockstat.io.scene_text import scene_text
 from blockstat.view.three_d.arrows import force_arrows, thrust_arrows
@@ -140,11 +140,11 @@ def test_an_assembly_has_only_its_material_to_move(tmp_path):
 
 def test_a_question_that_cannot_be_built_is_answered_with_its_reason(hut):
     model = open_model(hut)
-    answer = judged(Question(7, model, {**model.start, "windows.north.number": 2.0}), Memory())
+    answer = evaluated(Question(7, model, {**model.start, "windows.north.number": 2.0}), Memory())
     assert isinstance(answer, Failed)
     assert (answer.number, answer.ours) == (7, False)
     assert "windows.north" in answer.message
-    good = judged(Question(8, model, model.start), Memory())
+    good = evaluated(Question(8, model, model.start), Memory())
     assert isinstance(good, Judged)
     assert good.verdict.outcome is assess(model.built(model.start)).outcome
 
@@ -250,7 +250,7 @@ def test_the_newest_question_wins(hut):
     assert [m.number for m in answers] == sorted(m.number for m in answers)
 
 
-def test_a_judge_that_is_killed_is_replaced(hut):
+def test_an_evaluator_that_is_killed_is_replaced(hut):
     import queue
 
     calls, told = queue.Queue(), []
@@ -260,8 +260,8 @@ def test_a_judge_that_is_killed_is_replaced(hut):
     try:
         follower.ask(model, model.start, "+y")
         wait(lambda: answered(calls, follower))
-        follower._judge._process.kill()
-        wait(lambda: not follower._judge.running)
+        follower._evaluator._process.kill()
+        wait(lambda: not follower._evaluator.running)
         follower.ask(model, {**model.start, "wall.thickness": 0.5}, "+y")
         wait(lambda: answered(calls, follower))
     finally:
@@ -272,8 +272,8 @@ def test_a_judge_that_is_killed_is_replaced(hut):
 def test_the_scores_that_memory_leaves_open_come_later(hut):
     model, memory = open_model(hut), Memory()
     thin = {**model.start, "wall.thickness": 0.15}
-    judged(Question(1, model, thin), memory)
-    again = judged(Question(2, model, thin), memory)
+    evaluated(Question(1, model, thin), memory)
+    again = evaluated(Question(2, model, thin), memory)
     assert isnan(again.verdict.score)
     assert "…" in numbers(Known(again.verdict, "+y"))
     assert "not known yet" in colouring("tension", again.verdict).legend

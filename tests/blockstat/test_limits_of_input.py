@@ -15,7 +15,7 @@ from blockstat import (
     settlement,
     tilt_limit,
 )  # fmt: skip
-from blockstat.view.utilisation import picture_of_utilisation
+from blockstat.view.utilisation import plot_utilisation
 from evidence.scenes.small import arch, assembly, box, flat_arch, stack
 
 EVERY = ("*", "*")
@@ -87,7 +87,7 @@ def test_pictures_of_cells(tmp_path):
     for cells in (1, 2, 3):
         verdict = assess(bonded(stack(2), cells=cells))
         assert verdict.outcome is Outcome.STABLE
-        assert picture_of_utilisation(verdict, tmp_path / f"{cells}.png").is_file()
+        assert plot_utilisation(verdict, tmp_path / f"{cells}.png").is_file()
 
 
 @pytest.mark.parametrize("bad", [

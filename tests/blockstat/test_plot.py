@@ -9,14 +9,14 @@ from blockstat.model import assemble, dome, pavilion_vault
 from blockstat.view.painter import face_order, paint_order, view_of, visible, with_copies
 from blockstat.view.plot import (
     mechanism_pose,
-    picture,
-    picture_of_forces,
-    picture_of_help,
-    picture_of_mechanism,
-    picture_of_verdict,
+    plot,
+    plot_forces,
+    plot_mechanism,
+    plot_stone_sensitivity,
+    plot_verdict,
     resultants,
 )
-from blockstat.view.utilisation import picture_of_utilisation
+from blockstat.view.utilisation import plot_utilisation
 from evidence.scenes.small import arch, assembly, box, running_bond
 
 
@@ -86,10 +86,10 @@ def test_pictures_have_something_on_them(tmp_path):
 
     stands, falls = arch(12, 0.2), arch(12, 0.08)
     for name, asm in (("stands", stands), ("falls", falls)):
-        path = picture_of_verdict(assess(asm), tmp_path / f"{name}.png")
+        path = plot_verdict(assess(asm), tmp_path / f"{name}.png")
         pixels = imread(path)[..., :3]
         assert (pixels < 0.99).any(axis=2).mean() > 0.02
-    plain = picture(stands, tmp_path / "plain.png")
+    plain = plot(stands, tmp_path / "plain.png")
     assert plain.stat().st_size > 5000
 
 
@@ -98,10 +98,10 @@ def test_pictures_go_into_axes(tmp_path):
 
     axes = Figure(figsize=(12, 4)).subplots(1, 4)
     stands, limit = assess(arch(12, 0.2)), limit_load(arch(12, 0.2), (1, 0, 0))
-    assert picture_of_verdict(stands, axes[0]) is axes[0]
-    picture_of_mechanism(limit, axes[1])
-    picture_of_forces(stands, axes[2])
-    picture_of_utilisation(stands, axes[3])
+    assert plot_verdict(stands, axes[0]) is axes[0]
+    plot_mechanism(limit, axes[1])
+    plot_forces(stands, axes[2])
+    plot_utilisation(stands, axes[3])
     # Every panel has its blocks, in front of the eye; the thrust line is drawn over them.
     assert all(np.ptp(panel.dataLim.get_points(), axis=0).min() > 0.5 for panel in axes)
     assert [bool(panel.lines) for panel in axes] == [False, False, True, False]
@@ -118,9 +118,9 @@ def test_verdicts_and_limits_explain_themselves_in_a_notebook():
 
 def test_bad_picture_paths(tmp_path):
     with pytest.raises(InputError, match="no such directory"):
-        picture(arch(4, 0.2), tmp_path / "gone" / "x.png")
+        plot(arch(4, 0.2), tmp_path / "gone" / "x.png")
     with pytest.raises(InputError, match=r"x\.xyz"):
-        picture(arch(4, 0.2), tmp_path / "x.xyz")
+        plot(arch(4, 0.2), tmp_path / "x.xyz")
 
 
 def test_the_mechanism_is_drawn_at_the_amplitude_asked_for():
@@ -153,7 +153,7 @@ def test_the_thrust_line_stays_inside_the_arch_and_carries_its_weight():
 
 def test_pictures_of_forces(tmp_path):
     for name, asm in (("stands", arch(12, 0.2)), ("falls", arch(12, 0.08))):
-        path = picture_of_forces(assess(asm), tmp_path / f"{name}.png")
+        path = plot_forces(assess(asm), tmp_path / f"{name}.png")
         assert path.read_bytes()[:4] == b"\x89PNG"
 
 
@@ -185,8 +185,8 @@ def test_the_ghost_shows_where_the_blocks_were(tmp_path):
     limit = limit_load(assembly([box((-3, -3, -1), (3, 3, 0)), box((0, 0, 0), (1, 1, 4))]), (1, 0, 0))
     assert limit.upper == pytest.approx(0.25, rel=1e-6)
     look = {"azimuth": -90.0, "elevation": 0.0, "amplitude": 2.0}
-    with_ghost = pixels_of(picture_of_mechanism(limit, tmp_path / "ghost.png", **look))
-    alone = pixels_of(picture_of_mechanism(limit, tmp_path / "alone.png", ghosts=None, **look))
+    with_ghost = pixels_of(plot_mechanism(limit, tmp_path / "ghost.png", **look))
+    alone = pixels_of(plot_mechanism(limit, tmp_path / "alone.png", ghosts=None, **look))
     blank = (alone > 0.99).all(axis=2)
     grey = blank & (with_ghost < 0.99).any(axis=2)
     # Against the white paper the ghost fills its share of the picture, and it is pale and grey.
@@ -200,11 +200,11 @@ def test_the_ghost_shows_where_the_blocks_were(tmp_path):
 
 def test_what_does_not_move_has_no_picture_of_a_mechanism(tmp_path):
     with pytest.raises(InputError, match="no mechanism to show, the verdict is stable"):
-        picture_of_mechanism(assess(arch(12, 0.2)), tmp_path / "x.png")
+        plot_mechanism(assess(arch(12, 0.2)), tmp_path / "x.png")
     with pytest.raises(InputError, match="the limit load is unbounded"):
-        picture_of_mechanism(limit_load(arch(12, 0.2), (0, 0, -1)), tmp_path / "x.png")
+        plot_mechanism(limit_load(arch(12, 0.2), (0, 0, -1)), tmp_path / "x.png")
     with pytest.raises(InputError, match="amplitude is -1"):
-        picture_of_mechanism(assess(arch(12, 0.08)), tmp_path / "x.png", amplitude=-1.0)
+        plot_mechanism(assess(arch(12, 0.08)), tmp_path / "x.png", amplitude=-1.0)
 
 
 def test_the_picture_of_help_is_blue_where_a_stone_helps(tmp_path):
@@ -212,7 +212,7 @@ def test_the_picture_of_help_is_blue_where_a_stone_helps(tmp_path):
     tower = assembly([box((-3, -3, -1), (3, 3, 0)), *(box((0, 0, k), (1, 1, k + 1)) for k in range(4))], friction=2.0)
     limit = limit_load(tower, (1, 0, 0))
     assert limit.lower == pytest.approx(0.25, rel=1e-5)
-    pixels = pixels_of(picture_of_help(limit, (1, 0, 0), tmp_path / "help.png", azimuth=-90.0, elevation=0.0))
+    pixels = pixels_of(plot_stone_sensitivity(limit, (1, 0, 0), tmp_path / "help.png", azimuth=-90.0, elevation=0.0))
     pixels = pixels[:, : int(0.8 * pixels.shape[1])]  # without the colour bar
     blue = np.argwhere(pixels[..., 2] - pixels[..., 0] > 0.2)[:, 0]
     red = np.argwhere(pixels[..., 0] - pixels[..., 2] > 0.2)[:, 0]

@@ -215,10 +215,10 @@ def test_wild_numbers_and_types(tmp_path):
 
 
 def test_a_picture_needs_a_suffix(tmp_path):
-    from blockstat.view.plot import picture
+    from blockstat.view.plot import plot
 
     with pytest.raises(InputError, match="needs a suffix"):
-        picture(stack(1), tmp_path / "picture")
+        plot(stack(1), tmp_path / "picture")
 
 
 def test_scene_without_json_but_with_a_name_from_its_file(tmp_path):

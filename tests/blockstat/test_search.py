@@ -174,9 +174,7 @@ def test_nothing_stands():
 def test_only_the_named_parameters_move():
     result, _ = run(names=["vault.thickness"])
     assert {tuple(c.parameters) for c in result.history} == {("vault.thickness",)}
-    with pytest.raises(
-        InputError, match=r'no parameter "roof" to search; ranges are: wall\.thickness, vault\.thickness'
-    ):
+    with pytest.raises(InputError, match=r'no parameter "roof"; parameters are: wall\.thickness, vault\.thickness'):
         run(names=["roof"])
     with pytest.raises(InputError, match="may be named once"):
         run(names=["wall.thickness", "wall.thickness"])
@@ -188,8 +186,8 @@ def test_only_the_named_parameters_move():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"strategy": "magic"}, 'strategy is "magic"; it must be one of: paper, pruned, gradient, pareto'),
-        ({"over": "sphere"}, 'over is "sphere"; it must be one of: line, grid'),
+        ({"strategy": "magic"}, "strategy is 'magic'; it must be one of: paper, pruned, gradient, pareto"),
+        ({"over": "sphere"}, "over is 'sphere'; it must be one of: line, grid"),
         ({"margin": Margin()}, "margin and snap are for strategies"),
     ],
 )
@@ -251,7 +249,7 @@ def test_looking_ahead_changes_nothing_in_the_history(tmp_path, ahead):
             unforeseen.append(assembly)
         return verifier(assembly)
 
-    quick = remembered(tmp_path / "quick.csv", verify=verify, begin=begun.append, ahead=ahead)
+    quick = remembered(tmp_path / "quick.csv", verify=verify, begin=begun.append, speculative=ahead)
     assert rows(quick) == rows(whole)
     assert lines(tmp_path / "quick.csv") == lines(tmp_path / "whole.csv")
     assert not unforeseen
@@ -263,8 +261,8 @@ def test_looking_ahead_changes_nothing_in_the_history(tmp_path, ahead):
             if done == stop_after:
                 raise KeyboardInterrupt
 
-        remembered(path, progress=interrupt, begin=begun.append, ahead=ahead)
-        assert rows(remembered(path, begin=begun.append, ahead=ahead)) == rows(whole)
+        remembered(path, progress=interrupt, begin=begun.append, speculative=ahead)
+        assert rows(remembered(path, begin=begun.append, speculative=ahead)) == rows(whole)
         assert lines(path) == lines(tmp_path / "whole.csv")
 
 

@@ -5,7 +5,7 @@ import pytest
 import shapely
 
 from blockstat import JointLaw, assess, find_interfaces
-from blockstat.view.utilisation import eccentricity, picture_of_utilisation, utilisation
+from blockstat.view.utilisation import eccentricity, plot_utilisation, utilisation
 from evidence.scenes.small import arch, assembly, box, hexahedron, stack
 
 
@@ -84,6 +84,6 @@ def test_pictures_of_utilisation(tmp_path):
     from matplotlib.image import imread
 
     for name, asm in (("stands", arch(12, 0.2)), ("falls", arch(12, 0.08))):
-        path = picture_of_utilisation(assess(asm), tmp_path / f"{name}.png", azimuth=30.0)
+        path = plot_utilisation(assess(asm), tmp_path / f"{name}.png", azimuth=30.0)
         pixels = imread(path)[..., :3]
         assert (np.ptp(pixels, axis=2) > 0.3).mean() > 0.01

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from blockstat import InputError, assess, build, find_interfaces, heal, scene_from, write
+from blockstat import InputError, assess, build, find_interfaces, repair, scene_from, write
 from blockstat.model import (
     assemble,
     barrel_vault,
@@ -249,17 +249,17 @@ def test_blocks_of_a_file_among_elements(tmp_path):
 
 
 @pytest.mark.parametrize("noise", [1e-5, 1e-3])
-def test_a_rough_curved_vault_is_mended_without_being_flattened(noise):
+def test_a_rough_curved_vault_is_repaired_without_being_flattened(noise):
     # Joints of twisted quadrilaterals are pairs of triangles: corners are brought together, no plane is forced on them.
     vertices, faces = quad_mesh(5)
     vertices[:, 2] += 0.08 * vertices[:, 0] * vertices[:, 1] ** 2
     exact = assemble(mesh_vault(vertices, faces, thickness=0.3, supports="all", springers=0.3))
     rng = np.random.default_rng(3)
     step = noise * exact.size[exact.vertex_block][:, None] * rng.uniform(-1, 1, exact.vertices.shape)
-    mended, report = heal(exact.with_(vertices=exact.vertices + step))
-    before, after = find_interfaces(exact), find_interfaces(mended)
+    repaired, report = repair(exact.with_(vertices=exact.vertices + step))
+    before, after = find_interfaces(exact), find_interfaces(repaired)
     assert after.gap.max() < 1e-9 * exact.size.max()
     assert set(map(tuple, after.pair.tolist())) == set(map(tuple, before.pair.tolist()))
     # The springers have quadrilaterals that are not quite flat; these are made so.
-    assert np.abs(mended.vertices - exact.vertices).max() <= (noise + 2e-3) * exact.size.max()
+    assert np.abs(repaired.vertices - exact.vertices).max() <= (noise + 2e-3) * exact.size.max()
     assert len(report.changed) == exact.n_blocks

@@ -15,7 +15,7 @@ from blockstat.analysis.verdict import Outcome, Verdict, unit_motion
 from blockstat.certificate.check import Certificate
 from blockstat.contact.edges import edge_warnings
 from blockstat.contact.interfaces import GAP, Interfaces
-from blockstat.errors import InputError
+from blockstat.errors import check_choice, known_options
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.solve.answer import Answer, Status
 from blockstat.solve.cvxpy import solve_on_paper
@@ -31,6 +31,7 @@ FLOWS = ("associated", "coulomb")
 NOTHING_TO_CHECK = Certificate(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
+@known_options
 def assess(
     assembly: Assembly,
     *,
@@ -105,10 +106,8 @@ def assess(
     >>> assess(assembly, gravity=(9.0, 0.0, -9.81), friction=0.7).outcome.word
     'unstable'
     """
-    if solver not in CHOICES:
-        raise InputError(f"no solver {solver!r}; solvers are: {', '.join(CHOICES)}")
-    if flow not in FLOWS:
-        raise InputError(f"no flow {flow!r}; flows are: {', '.join(FLOWS)}")
+    check_choice("solver", solver, CHOICES)
+    check_choice("flow", flow, FLOWS)
     problem = pose(assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
     timings = dict(problem.timings)
     answer = checked = state = None
@@ -186,7 +185,9 @@ def _verdict(problem: Problem, answer: Answer | None, checked: Answer | None, ti
             outcome = Outcome.UNDECIDED  # loads that happen to balance on nothing
     blocked: list[str] = []
     if outcome is Outcome.UNSTABLE:
-        blocked = edge_warnings(problem, unit_motion(problem.assembly, mechanism))
+        blocked = edge_warnings(
+            problem.assembly, problem.interfaces, problem.gap, unit_motion(problem.assembly, mechanism)
+        )
         outcome = Outcome.UNDECIDED if blocked else outcome
     return Verdict(
         outcome=outcome,

@@ -8,7 +8,6 @@ upper bound from a mechanism that our own code has checked.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from enum import Enum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,15 +17,16 @@ from blockstat.analysis.bounds import Bound, lower_bound, upper_bound
 from blockstat.analysis.coulomb import coulomb_state
 from blockstat.analysis.decision import decide, outcome_of
 from blockstat.analysis.problem import Problem, pose, timed
-from blockstat.analysis.verdict import Outcome, as_html, unit_motion
+from blockstat.analysis.verdict import Outcome, unit_motion
 from blockstat.certificate import check as certificate
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.contact.point_law import joint_friction
-from blockstat.errors import InputError
+from blockstat.errors import InputError, check_choice, known_options
 from blockstat.geometry.rigid_motion import point_velocity
 from blockstat.loads import as_load
 from blockstat.program.bonds import Bonds
 from blockstat.program.conic import conic_program
+from blockstat.result import Result, Sentence, finite
 from blockstat.solve.answer import Answer, Status
 from blockstat.solve.dispatch import CHOICES, solve
 from blockstat.solve.penalty import solve_penalty
@@ -46,7 +46,7 @@ ROUNDING = 1e-9
 SHARP, CHEAP, LOOSE = 1e-7, 2_000, 1e-3
 
 
-class LoadOutcome(Enum):
+class LoadOutcome(Sentence):
     """The answers of a limit analysis; each value is the sentence a user reads."""
 
     LIMIT = "Limit: the assembly carries the load up to the lower bound, and not beyond the upper one."
@@ -54,13 +54,9 @@ class LoadOutcome(Enum):
     DEAD_LOAD_UNSTABLE = "Infeasible under dead load: the assembly does not stand without the load."
     UNDECIDED = "Undecided: the bounds could not be proven."
 
-    @property
-    def word(self) -> str:
-        return self.name.lower()
-
 
 @dataclass(frozen=True, eq=False)
-class LimitLoad:
+class LimitLoad(Result):
     """A bracket on the limit load multiplier and the evidence for it."""
 
     outcome: LoadOutcome
@@ -125,19 +121,13 @@ class LimitLoad:
             lines.append(f"Joints of the mechanism: {counts}.")
         return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
 
-    def __str__(self) -> str:
-        return self.explain()
-
-    def _repr_html_(self) -> str:
-        return as_html(self.explain())
-
     def summary(self) -> dict[str, Any]:
         """Plain values for JSON; infinite bounds are None."""
         return {
             "status": self.outcome.word,
             "sentence": self.outcome.value,
-            "lower": self.lower if np.isfinite(self.lower) else None,
-            "upper": self.upper if np.isfinite(self.upper) else None,
+            "lower": finite(self.lower),
+            "upper": finite(self.upper),
             "coulomb_lower": None if self.coulomb is None else self.coulomb[0],
             "coulomb_upper": None if self.coulomb is None else self.coulomb[1],
             "branch": None if self.coulomb is None else "from rest, without self-stress",
@@ -171,16 +161,18 @@ def relative_motion(assembly: Assembly, interfaces: Interfaces, mechanism: Float
     return np.einsum("nij,nj->ni", interfaces.frame[k], b - a)
 
 
+@known_options
 def limit_load(
     assembly: Assembly,
     load: Any,
     *,
     friction: float | None = None,
     gravity: Any = None,
+    loads: Floats | None = None,
     gap: float = GAP,
     interfaces: Interfaces | None = None,
-    flow: str = "associated",
     solver: str = "auto",
+    flow: str = "associated",
 ) -> LimitLoad:
     """Find the largest multiplier of a load that an assembly carries on top of its weight.
 
@@ -233,11 +225,9 @@ def limit_load(
     >>> print(f"{found.lower:.6f} {found.upper:.6f}")
     0.500000 0.500000
     """
-    if solver not in CHOICES:
-        raise InputError(f"no solver {solver!r}; solvers are: {', '.join(CHOICES)}")
-    if flow not in FLOWS:
-        raise InputError(f"no flow {flow!r}; flows are: {', '.join(FLOWS)}")
-    problem = pose(assembly, friction=friction, gravity=gravity, loads=None, gap=gap, interfaces=interfaces)
+    check_choice("solver", solver, CHOICES)
+    check_choice("flow", flow, FLOWS)
+    problem = pose(assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
     if not len(problem.assembly.free):
         raise InputError(f'"{assembly.name}": all blocks are supports; there is nothing to load')
     direction = as_load(problem.assembly, load)

@@ -12,14 +12,15 @@ from blockstat.analysis.bounds import SHARES
 from blockstat.analysis.decision import decide, outcome_of
 from blockstat.analysis.limit_load import LoadOutcome, limit_load
 from blockstat.analysis.problem import Problem, pose
-from blockstat.analysis.verdict import Outcome
+from blockstat.analysis.verdict import Outcome, corner_speed
 from blockstat.certificate import check as certificate
-from blockstat.contact.interfaces import GAP, find_interfaces
-from blockstat.errors import InputError
+from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
+from blockstat.errors import InputError, check_choice, known_options
 from blockstat.loads import as_load
 from blockstat.program.conic import conic_program
 from blockstat.program.equilibrium import column_rates
-from blockstat.solve.dispatch import solve
+from blockstat.result import Result, Sentence, finite
+from blockstat.solve.dispatch import CHOICES, solve
 from blockstat.solve.penalty import solve_penalty
 from blockstat.typing import Floats, Ints
 
@@ -28,63 +29,253 @@ if TYPE_CHECKING:
 
 #: Two loads whose cosine is nearer to one than this are one load.
 PARALLEL = 1e-9
+#: Blocks whose fastest corner moves by less than this, for unit movement of the supports, are at rest.
+MOVING = 0.01
+
+
+class ThrustOutcome(Sentence):
+    """The answers of `thrust_range`; each value is the sentence a user reads."""
+
+    BOUNDED = "Bounded: the thrust lies between a least and a greatest value, each carried by a proven force field."
+    UNBOUNDED = "Unbounded: self-stress can raise the thrust without end; the least value is proven."
+
+
+class SettlementOutcome(Sentence):
+    """The answers of `settlement`; each value is the sentence a user reads."""
+
+    PUSHES = "Pushes: the assembly pushes the moving supports along."
+    RESISTS = "Resists: the assembly pushes against the movement of the supports."
+
+
+class DomainOutcome(Sentence):
+    """The answer of `load_domain`; the value is the sentence a user reads."""
+
+    BOUNDED = "Bounded: every pair of multipliers in the inner polygon is carried, none outside the outer one."
 
 
 @dataclass(frozen=True, eq=False)
-class ThrustRange:
+class ThrustRange(Result):
     """Least and greatest force on some supports in one direction [N], each carried by a proven force field."""
 
-    least: float
-    greatest: float  #: inf when self-stress can raise it without end
+    least: float  #: [N]
+    greatest: float  #: [N], inf when self-stress can raise it without end
     least_forces: Floats  #: shape (n_points, 3) [N]
-    greatest_forces: Floats
+    greatest_forces: Floats  #: shape (n_points, 3) [N]
+    interfaces: Interfaces
+    assembly: Assembly
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def outcome(self) -> ThrustOutcome:
+        """Whether the thrust has a greatest value."""
+        return ThrustOutcome.BOUNDED if np.isfinite(self.greatest) else ThrustOutcome.UNBOUNDED
+
+    def explain(self) -> str:
+        """Return the answer and its evidence in words, one fact a line."""
+        lines = [self.outcome.value, f"{self.least:.6g} N <= thrust <= {self.greatest:.6g} N"]
+        return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
+
+    def summary(self) -> dict[str, Any]:
+        """Return plain values for JSON; an infinite thrust is None."""
+        return {
+            "outcome": self.outcome.word,
+            "sentence": self.outcome.value,
+            "least": finite(self.least),
+            "greatest": finite(self.greatest),
+            "blocks": self.assembly.n_blocks,
+            "interfaces": self.interfaces.n_interfaces,
+            "warnings": list(self.warnings),
+        }
 
 
 @dataclass(frozen=True, eq=False)
-class Settlement:
+class Settlement(Result):
     """What happens when a support begins to move."""
 
     mechanism: Floats  #: shape (n_blocks, 6), for unit movement of the supports [m/m, rad/m]
     forces: Floats  #: shape (n_points, 3) [N], the one state of the settling assembly
     reaction: float  #: force of the assembly on the moving supports along the movement [N]
+    interfaces: Interfaces
+    assembly: Assembly
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def outcome(self) -> SettlementOutcome:
+        """Whether the assembly pushes with the movement or against it."""
+        return SettlementOutcome.PUSHES if self.reaction >= 0 else SettlementOutcome.RESISTS
+
+    def explain(self, limit: int = 5) -> str:
+        """Return the answer and its evidence in words, one fact a line; at most `limit` blocks are named."""
+        lines = [self.outcome.value, f"Force on the moving supports along the movement: {self.reaction:.6g} N."]
+        speed = corner_speed(self.assembly, self.mechanism)
+        order = np.argsort(-speed, kind="stable")
+        names = [self.assembly.names[i] for i in order[(speed[order] > MOVING) & ~self.assembly.support[order]]]
+        if names:
+            more = f" and {len(names) - limit} more" if len(names) > limit else ""
+            lines.append(f"Blocks that move with them: {', '.join(names[:limit])}{more}.")
+        return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
+
+    def summary(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {
+            "outcome": self.outcome.word,
+            "sentence": self.outcome.value,
+            "reaction": finite(self.reaction),
+            "blocks": self.assembly.n_blocks,
+            "interfaces": self.interfaces.n_interfaces,
+            "warnings": list(self.warnings),
+        }
 
 
 @dataclass(frozen=True, eq=False)
-class LoadDomain:
+class LoadDomain(Result):
     """Pairs of multipliers (x, y) of two loads that are carried: between two polygons."""
 
     inner: Floats  #: shape (n, 2), proven by force fields, counter-clockwise
     outer: Floats  #: shape (n, 3), rows (a, b, c) of half-planes a x + b y <= c, proven by mechanisms
 
+    @property
+    def outcome(self) -> DomainOutcome:
+        """The domain is bounded; `load_domain` refuses others."""
+        return DomainOutcome.BOUNDED
 
+    def explain(self) -> str:
+        """Return the answer and its evidence in words, one fact a line."""
+        (x0, y0), (x1, y1) = self.inner.min(axis=0), self.inner.max(axis=0)
+        return "\n".join(
+            [
+                self.outcome.value,
+                f"Inner polygon: {len(self.inner)} corners, x from {x0:.6g} to {x1:.6g}, y from {y0:.6g} to {y1:.6g}.",
+                f"Outer polygon: {len(self.outer)} half-planes.",
+            ]
+        )
+
+    def summary(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {
+            "outcome": self.outcome.word,
+            "sentence": self.outcome.value,
+            "inner": self.inner.tolist(),
+            "outer": self.outer.tolist(),
+        }
+
+
+@known_options
 def thrust_range(
-    assembly: Assembly, supports: Sequence[int | str], direction: Sequence[float], *, gap: float = GAP, **options: Any
+    assembly: Assembly,
+    supports: Sequence[int | str],
+    direction: Sequence[float],
+    *,
+    friction: float | None = None,
+    gravity: Any = None,
+    loads: Floats | None = None,
+    gap: float = GAP,
+    interfaces: Interfaces | None = None,
+    solver: str = "auto",
 ) -> ThrustRange:
-    """Least and greatest force that the assembly can exert on some supports along a direction.
+    """Find the least and the greatest force that an assembly can exert on some supports along a direction.
 
-    supports : names or indices of support blocks; direction : of the thrust, for an arch horizontal and outwards.
-    Other options as in `assess`. Raises InputError when the assembly does not stand.
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks; they must stand.
+    supports : sequence of str or int
+        Names or numbers of support blocks.
+    direction : sequence of float, shape (3,)
+        Direction of the thrust, of any length; for an arch horizontal and outwards.
+    friction, gravity, loads, gap, interfaces, solver
+        As in `blockstat.assess`.
+
+    Returns
+    -------
+    ThrustRange
+
+    Raises
+    ------
+    InputError
+        When the assembly does not stand, or for a block that is no support.
+
+    Notes
+    -----
+    The thrust is linear in the contact forces, so both ends are conic programs over the admissible force fields.
+
+    References
+    ----------
+    Heyman, J. (1966). The stone skeleton. Int. J. Solids Struct. 2, 249-279.
+
+    Examples
+    --------
+    A brick that leans on nothing pushes its ground down with its weight.
+
+    >>> import blockstat
+    >>> from blockstat import Assembly, Block
+    >>> from blockstat import box
+    >>> ground, brick = box((0, 0, -1), (1, 1, 0), name="ground"), box((0, 0, 0), (1, 1, 1), name="brick")
+    >>> wall = Assembly.from_blocks([ground, brick], supports=["ground"], density=1000.0)
+    >>> found = blockstat.thrust_range(wall, ["ground"], (0, 0, -1))
+    >>> print(f"{found.least:.1f} N to {found.greatest:.1f} N")
+    9810.0 N to 9810.0 N
     """
-    problem, inside = _standing(assembly, gap, options)
+    problem, inside = _standing(
+        assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces, solver=solver
+    )
     thrust = _functional(problem, _support_indices(problem.assembly, supports), direction)
-    solver = options.get("solver", "auto")
     least, least_forces = _extreme(problem, -thrust, inside, solver)
     greatest, greatest_forces = _extreme(problem, thrust, inside, solver)
-    return ThrustRange(-least, greatest, least_forces, greatest_forces)
+    return ThrustRange(
+        least=-least,
+        greatest=greatest,
+        least_forces=least_forces,
+        greatest_forces=greatest_forces,
+        interfaces=problem.interfaces,
+        assembly=problem.assembly,
+        warnings=problem.warnings,
+    )
 
 
+@known_options
 def settlement(
-    assembly: Assembly, supports: Sequence[int | str], direction: Sequence[float], *, gap: float = GAP, **options: Any
+    assembly: Assembly,
+    supports: Sequence[int | str],
+    direction: Sequence[float],
+    *,
+    friction: float | None = None,
+    gravity: Any = None,
+    loads: Floats | None = None,
+    gap: float = GAP,
+    interfaces: Interfaces | None = None,
+    solver: str = "auto",
 ) -> Settlement:
-    """Mechanism, forces and reaction when supports begin to move along a direction.
+    """Find mechanism, forces and reaction when supports begin to move along a direction.
 
-    Minimises -w' u over motions with the supports' velocity given (the state of least potential energy): the forces
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks; they must stand.
+    supports : sequence of str or int
+        Names or numbers of support blocks that move together.
+    direction : sequence of float, shape (3,)
+        Direction of the movement, of any length.
+    friction, gravity, loads, gap, interfaces, solver
+        As in `blockstat.assess`.
+
+    Returns
+    -------
+    Settlement
+
+    Raises
+    ------
+    InputError
+        When the assembly does not stand, jams, or for a block that is no support.
+
+    Notes
+    -----
+    Minimises -w' u over motions with the supports' velocity given (the state of least potential energy). The forces
     are those of the thrust that resists the movement least.
-
-    supports : names or indices of support blocks that move together; direction : of the movement, any length.
-    Other options as in `assess`. Raises InputError when the assembly does not stand or jams.
     """
-    problem, inside = _standing(assembly, gap, options)
+    problem, inside = _standing(
+        assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces, solver=solver
+    )
     program = problem.program
     assert program is not None
     moving = _support_indices(problem.assembly, supports)
@@ -94,22 +285,65 @@ def settlement(
     imposed[moving, :3] = unit / np.linalg.norm(unit)
     rate = column_rates(problem.assembly, problem.eq, imposed)
     moved = conic_program(program, -program.load, offset=rate.reshape(-1))
-    answer = solve(moved, solver=options.get("solver", "auto"))
+    answer = solve(moved, solver=solver)
     if answer.status.is_infeasible:
         raise InputError(f'"{assembly.name}": the supports cannot move so; the blocks are jammed between them')
     force = _admissible(problem, certificate.balance(program, answer.force), inside)
     reaction = _value(problem, thrust, force)
-    return Settlement(problem.to_blocks(answer.twist) + imposed, problem.to_points(force), reaction)
+    return Settlement(
+        mechanism=problem.to_blocks(answer.twist) + imposed,
+        forces=problem.to_points(force),
+        reaction=reaction,
+        interfaces=problem.interfaces,
+        assembly=problem.assembly,
+        warnings=problem.warnings,
+    )
 
 
-def load_domain(assembly: Assembly, one: Any, two: Any, *, directions: int = 32, **options: Any) -> LoadDomain:
-    """The pairs of multipliers of two loads that the assembly carries, probed along rays from the dead load.
+@known_options
+def load_domain(
+    assembly: Assembly,
+    one: Any,
+    two: Any,
+    *,
+    directions: int = 32,
+    friction: float | None = None,
+    gravity: Any = None,
+    loads: Floats | None = None,
+    gap: float = GAP,
+    interfaces: Interfaces | None = None,
+    solver: str = "auto",
+) -> LoadDomain:
+    """Find the pairs of multipliers of two loads that an assembly carries, along rays from the dead load.
 
-    one, two : loads as in `limit_load`. directions : number of rays, evenly spread. Other options as in `assess`.
-    Raises InputError when the assembly does not stand or carries a combination without end.
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks; they must stand.
+    one, two : array_like
+        The two loads, each as in `blockstat.limit_load`.
+    directions : int, optional
+        Number of rays, evenly spread; at least 3.
+    friction, gravity, loads, gap, interfaces, solver
+        As in `blockstat.assess`.
+
+    Returns
+    -------
+    LoadDomain
+
+    Raises
+    ------
+    InputError
+        When the assembly does not stand, carries a combination without end, or the two loads are one.
+
+    Notes
+    -----
+    Every ray is a limit analysis. Its force field is a corner of the inner polygon, its mechanism a half-plane of the
+    outer one; the domain is convex because the friction is associated.
     """
+    assembly = assembly if gravity is None else assembly.with_(gravity=gravity)
     first, second = as_load(assembly, one), as_load(assembly, two)
-    shared = {"interfaces": find_interfaces(assembly, gap=options.pop("gap", GAP)), **options}
+    shared = find_interfaces(assembly, gap=gap) if interfaces is None else interfaces
     if directions < 3:
         raise InputError(f"directions is {directions!r}; a polygon needs at least 3")
     cosine = float((first * second).sum() / np.sqrt((first**2).sum() * (second**2).sum()))
@@ -118,7 +352,10 @@ def load_domain(assembly: Assembly, one: Any, two: Any, *, directions: int = 32,
     inner, outer = [], []
     for angle in np.linspace(0, 2 * np.pi, directions, endpoint=False):
         x, y = np.cos(angle), np.sin(angle)
-        limit = limit_load(assembly, x * first + y * second, **shared)
+        limit = limit_load(
+            assembly, x * first + y * second,
+            friction=friction, loads=loads, gap=gap, interfaces=shared, solver=solver,
+        )  # fmt: skip
         if limit.outcome is not LoadOutcome.LIMIT:
             raise InputError(f"along ({x:.3g}, {y:.3g}): {limit.outcome.value}")
         inner.append((limit.lower * x, limit.lower * y))
@@ -127,12 +364,10 @@ def load_domain(assembly: Assembly, one: Any, two: Any, *, directions: int = 32,
     return LoadDomain(np.array(inner), np.array(outer))
 
 
-def _standing(assembly: Assembly, gap: float, options: dict[str, Any]) -> tuple[Problem, Floats]:
-    """The problem and a force field with room in its cones."""
-    defaults = {"friction": None, "gravity": None, "loads": None, "interfaces": None, "solver": "auto"}
-    given = defaults | options
-    solver = given.pop("solver")
-    problem = pose(assembly, gap=gap, **given)
+def _standing(assembly: Assembly, *, solver: str, **options: Any) -> tuple[Problem, Floats]:
+    """The problem and a force field strictly inside its cones; the other options are those of `pose`."""
+    check_choice("solver", solver, CHOICES)
+    problem = pose(assembly, **options)
     if problem.program is not None and not len(problem.floating):
         posed = {"solver": solver, "motions": problem.motions}
         found = decide(problem.program, solve_penalty(problem.program, **posed), **posed)

@@ -14,8 +14,10 @@ from blockstat.analysis.limit_load import LoadOutcome, limit_load
 from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.contact.point_law import LEAST_FRICTION
-from blockstat.errors import InputError
+from blockstat.errors import InputError, check_choice, known_options
 from blockstat.loads import acceleration
+from blockstat.result import Result, Sentence, finite
+from blockstat.solve.dispatch import CHOICES
 from blockstat.typing import Floats
 
 if TYPE_CHECKING:
@@ -28,29 +30,106 @@ STEP = 5.0
 WIDTH = 1e-6
 
 
+class BracketOutcome(Sentence):
+    """The answers of `tilt_limit` and `friction_limit`; each value is the sentence a user reads."""
+
+    LIMIT = "Limit: the assembly stands on one side of the limit and not on the other."
+    ALWAYS_STANDS = "Always stands: the assembly is stable in the whole range."
+    NEVER_STANDS = "Never stands: the assembly is stable nowhere in the range."
+
+
 @dataclass(frozen=True)
-class Bracket:
+class Bracket(Result):
     """Two neighbouring values of a parameter with proven verdicts on both sides of a limit."""
 
     stands: float  #: the assembly is statically stable here; nan if nowhere
     falls: float  #: and unstable here; nan if nowhere in the range
+    parameter: str = "parameter"  #: what is varied, "tilt" or "friction"
+    unit: str = ""  #: of both values, "deg" or none
 
     @property
     def value(self) -> float:
         """The end that is certain: the one at which the assembly stands."""
         return self.stands
 
+    @property
+    def outcome(self) -> BracketOutcome:
+        """Whether there is a limit in the range."""
+        if math.isnan(self.stands):
+            return BracketOutcome.NEVER_STANDS
+        return BracketOutcome.ALWAYS_STANDS if math.isnan(self.falls) else BracketOutcome.LIMIT
 
+    def explain(self) -> str:
+        """Return the answer in words, one fact a line."""
+        lines, unit = [self.outcome.value], f" {self.unit}" if self.unit else ""
+        if not math.isnan(self.stands):
+            lines.append(f"Stable at a {self.parameter} of {self.stands:.9g}{unit}.")
+        if not math.isnan(self.falls):
+            lines.append(f"Not stable at a {self.parameter} of {self.falls:.9g}{unit}.")
+        return "\n".join(lines)
+
+    def summary(self) -> dict[str, Any]:
+        """Return plain values for JSON; a side that does not exist is None."""
+        return {
+            "outcome": self.outcome.word,
+            "sentence": self.outcome.value,
+            "parameter": self.parameter,
+            "unit": self.unit,
+            "stands": finite(self.stands),
+            "falls": finite(self.falls),
+        }
+
+
+@known_options
 def tilt_limit(
-    assembly: Assembly, axis: str | Sequence[float], *, friction: float | None = None, gap: float = GAP
+    assembly: Assembly,
+    axis: str | Sequence[float],
+    *,
+    friction: float | None = None,
+    gravity: Any = None,
+    loads: Floats | None = None,
+    gap: float = GAP,
+    interfaces: Interfaces | None = None,
+    solver: str = "auto",
 ) -> Bracket:
-    """Angle [deg] by which gravity may be rotated about an axis before the assembly falls, in 0 to 180.
+    """Find the angle by which gravity may be rotated about an axis before the assembly falls, from 0 to 180 degrees.
 
-    axis : "x", "y", "z" or three numbers; the rotation is right-handed, so -axis tilts the other way.
-    friction, gap : as in `assess`.
-    Up to a right angle this is the limit load of a horizontal acceleration, tan(angle); beyond, and where joints have
-    a strength that does not grow with the weight, verdicts are asked for angle by angle. `falls` is nan when the
-    assembly stands at every angle.
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    axis : str or sequence of float, shape (3,)
+        "x", "y", "z" or three numbers. The rotation is right-handed, so -axis tilts the other way.
+    friction, gravity, loads, gap, interfaces, solver
+        As in `blockstat.assess`. `loads` stay as they are while gravity rotates.
+
+    Returns
+    -------
+    Bracket
+        Angles [deg]. `falls` is nan when the assembly stands at every angle, `stands` is nan when it does not stand as
+        it is.
+
+    Raises
+    ------
+    InputError
+        For a bad axis or option.
+
+    Notes
+    -----
+    Up to a right angle the tilt is the limit load of a horizontal acceleration, tan(angle). Beyond it, with permanent
+    loads, and where joints have a strength that does not grow with the weight, verdicts are asked for angle by angle.
+
+    Examples
+    --------
+    A block half as thick as it is high tips at atan(1/2) = 26.565 degrees.
+
+    >>> import blockstat
+    >>> from blockstat import Assembly
+    >>> from blockstat import box
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0)), box((0, 0, 0), (1, 1, 2))]
+    >>> tower = Assembly.from_blocks(blocks, supports=[0], friction=1.0)
+    >>> print(f"{blockstat.tilt_limit(tower, 'y').value:.3f} degrees")
+    26.565 degrees
     """
     direction = np.asarray(AXES[axis] if isinstance(axis, str) and axis in AXES else axis, dtype=object)
     try:
@@ -61,32 +140,40 @@ def tilt_limit(
         raise InputError(f"axis is {axis!r}; it must be x, y, z or three numbers, not all zero")
     unit = unit / np.abs(unit).max()
     unit = unit / np.linalg.norm(unit)
+    check_choice("solver", solver, CHOICES)
     if not len(assembly.free):
-        return Bracket(180.0, math.nan)
-    asm = assembly if friction is None else assembly.with_(friction=friction)
-    interfaces = find_interfaces(asm, gap=gap)
+        return _tilts(180.0, math.nan)
+    changes = {name: value for name, value in (("friction", friction), ("gravity", gravity)) if value is not None}
+    asm = assembly.with_(**changes) if changes else assembly
+    shared = find_interfaces(asm, gap=gap) if interfaces is None else interfaces
     sideways = np.cross(unit, asm.gravity)
     size = float(np.linalg.norm(asm.gravity))
 
     def verdict(degrees: float) -> Verdict:
         turned = _rotate(asm.gravity, unit, math.radians(degrees))
-        return assess(asm, gravity=turned, interfaces=interfaces)
+        return assess(asm, gravity=turned, loads=loads, interfaces=shared, solver=solver)
 
     if np.linalg.norm(sideways) < 1e-9 * size:
-        return Bracket(180.0, math.nan) if verdict(0.0).outcome is Outcome.STABLE else Bracket(math.nan, 0.0)
-    if abs(unit @ asm.gravity) < 1e-9 * size and not any(law.strong for law in asm.joints):
-        limit = limit_load(asm, acceleration(asm, sideways.tolist()), interfaces=interfaces)
+        stable = verdict(0.0).outcome is Outcome.STABLE
+        return _tilts(180.0, math.nan) if stable else _tilts(math.nan, 0.0)
+    follows = loads is None and not any(law.strong for law in asm.joints)  # all forces grow with the weight
+    if abs(unit @ asm.gravity) < 1e-9 * size and follows:
+        limit = limit_load(asm, acceleration(asm, sideways.tolist()), interfaces=shared, solver=solver)
         if limit.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE:
-            return Bracket(math.nan, 0.0)
+            return _tilts(math.nan, 0.0)
         if limit.outcome is LoadOutcome.LIMIT:
-            return Bracket(math.degrees(math.atan(limit.lower)), math.degrees(math.atan(limit.upper)))
-    return _scan(lambda degrees: verdict(degrees).outcome, 180.0)
+            return _tilts(math.degrees(math.atan(limit.lower)), math.degrees(math.atan(limit.upper)))
+    return _tilts(*_scan(lambda degrees: verdict(degrees).outcome, 180.0))
 
 
-def _scan(outcome: Callable[[float], Outcome], top: float) -> Bracket:
+def _tilts(stands: float, falls: float) -> Bracket:
+    return Bracket(stands, falls, "tilt", "deg")
+
+
+def _scan(outcome: Callable[[float], Outcome], top: float) -> tuple[float, float]:
     """First change from stable to not stable on the way up in steps, then by bisection."""
     if outcome(0.0) is not Outcome.STABLE:
-        return Bracket(math.nan, 0.0)
+        return math.nan, 0.0
     low = 0.0
     while low < top:
         high = min(low + STEP, top)
@@ -94,10 +181,12 @@ def _scan(outcome: Callable[[float], Outcome], top: float) -> Bracket:
             low = high
             continue
         return _halve(outcome, low, high)
-    return Bracket(top, math.nan)
+    return top, math.nan
 
 
-def _halve(outcome: Callable[[float], Outcome], stands: float, falls: float, width: float = WIDTH) -> Bracket:
+def _halve(
+    outcome: Callable[[float], Outcome], stands: float, falls: float, width: float = WIDTH
+) -> tuple[float, float]:
     """Bisect between a value that stands and one that does not; undecided values count as neither and end it."""
     while abs(falls - stands) > width:
         middle = (stands + falls) / 2
@@ -105,35 +194,74 @@ def _halve(outcome: Callable[[float], Outcome], stands: float, falls: float, wid
         if found is Outcome.UNDECIDED:
             break
         stands, falls = (middle, falls) if found is Outcome.STABLE else (stands, middle)
-    return Bracket(stands, falls)
+    return stands, falls
 
 
+@known_options
 def friction_limit(
     assembly: Assembly,
     *,
     gravity: Any = None,
     loads: Floats | None = None,
     gap: float = GAP,
+    interfaces: Interfaces | None = None,
+    solver: str = "auto",
     top: float = 10.0,
     width: float = WIDTH,
 ) -> Bracket:
-    """Least coefficient of friction with which the assembly still stands, between two values at most `width` apart.
+    """Find the least coefficient of friction with which an assembly still stands.
 
-    gravity, loads, gap : as in `assess`. top : the most friction that is tried.
-    More friction only adds admissible forces, so bisection is exact. `stands` is nan when not even `top` is enough;
-    `falls` is nan when the assembly stands without friction (or, with cohesion, with the least that it may go with).
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks; their own coefficient of friction plays no part.
+    gravity, loads, gap, interfaces, solver
+        As in `blockstat.assess`.
+    top : float, optional
+        The most friction that is tried.
+    width : float, optional
+        The two coefficients that are returned are at most so far apart.
+
+    Returns
+    -------
+    Bracket
+        Coefficients of friction. `stands` is nan when not even `top` is enough. `falls` is nan when the assembly stands
+        without friction (or, with cohesion, with the least friction that cohesion may go with).
+
+    Raises
+    ------
+    InputError
+        For a bad option.
+
+    Notes
+    -----
+    More friction only adds admissible forces, so bisection is exact.
+
+    Examples
+    --------
+    A block on a slope of 20 degrees needs a friction of tan(20 deg) = 0.364.
+
+    >>> import blockstat, math
+    >>> from blockstat import Assembly
+    >>> from blockstat import box
+    >>> slope = [9.81 * math.sin(math.radians(20)), 0, -9.81 * math.cos(math.radians(20))]
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0)), box((0, 0, 0), (1, 1, 0.5))]
+    >>> pair = Assembly.from_blocks(blocks, supports=[0], gravity=slope)
+    >>> print(f"{blockstat.friction_limit(pair).value:.3f}")
+    0.364
     """
-    interfaces: Interfaces = find_interfaces(assembly, gap=gap)
+    shared = find_interfaces(assembly, gap=gap) if interfaces is None else interfaces
 
     def outcome(mu: float) -> Outcome:
-        return assess(assembly, friction=mu, gravity=gravity, loads=loads, interfaces=interfaces).outcome
+        found = assess(assembly, friction=mu, gravity=gravity, loads=loads, interfaces=shared, solver=solver)
+        return found.outcome
 
     if outcome(top) is not Outcome.STABLE:
-        return Bracket(math.nan, top)
+        return Bracket(math.nan, top, "friction")
     least = LEAST_FRICTION if any(law.cohesion for law in assembly.joints) else 0.0
     if outcome(least) is Outcome.STABLE:
-        return Bracket(least, math.nan)
-    return _halve(outcome, top, least, width)
+        return Bracket(least, math.nan, "friction")
+    return Bracket(*_halve(outcome, top, least, width), "friction")
 
 
 def _rotate(vector: Floats, axis: Floats, angle: float) -> Floats:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from enum import Enum
-from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,13 +13,14 @@ from blockstat.contact.interfaces import Interfaces
 from blockstat.contact.point_law import point_law
 from blockstat.geometry.rigid_motion import point_velocity
 from blockstat.program.bonds import Bonds
+from blockstat.result import Result, Sentence, finite
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
 
-class Outcome(Enum):
+class Outcome(Sentence):
     """The static answers; each value is the sentence a user reads."""
 
     STABLE = "Stable: a force field within every friction cone balances every block."
@@ -31,13 +30,9 @@ class Outcome(Enum):
     UNSTABLE = "Unstable: no admissible force field exists; the blocks move as the mechanism shows."
     UNDECIDED = "Undecided: too close to the limit to prove either way at the accuracy of the numbers."
 
-    @property
-    def word(self) -> str:
-        return self.name.lower()
-
 
 @dataclass(frozen=True, eq=False)
-class Verdict:
+class Verdict(Result):
     """A static verdict with the evidence for it.
 
     Stable is a statement about forces: an admissible field exists. Friction is not associated and jammed
@@ -124,27 +119,21 @@ class Verdict:
         lines += [f"Warning: {text}" for text in self.warnings]
         return "\n".join(lines)
 
-    def __str__(self) -> str:
-        return self.explain()
-
-    def _repr_html_(self) -> str:
-        return as_html(self.explain())
-
     def summary(self) -> dict[str, Any]:
         """Plain values for JSON; an infinite score or force is None."""
         proof = self.certificate
         return {
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,
-            "score": _finite(self.score),
+            "score": finite(self.score),
             "moving": [self.assembly.names[i] for i in self.moving],
             "floating": [self.assembly.names[i] for i in self.floating],
             "certificate": {
-                "residual": _finite(proof.residual),
-                "cone_violation": _finite(proof.cone_violation),
-                "work": _finite(proof.work),
-                "mechanism_violation": _finite(proof.mechanism_violation),
-                "required_force": _finite(proof.required_force),
+                "residual": finite(proof.residual),
+                "cone_violation": finite(proof.cone_violation),
+                "work": finite(proof.work),
+                "mechanism_violation": finite(proof.mechanism_violation),
+                "required_force": finite(proof.required_force),
             },
             "blocks": self.assembly.n_blocks,
             "interfaces": self.interfaces.n_interfaces,
@@ -155,15 +144,6 @@ class Verdict:
             "warnings": list(self.warnings),
             "timings": self.timings,
         }
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
-
-
-def as_html(text: str) -> str:
-    """An explanation as notebooks show it."""
-    return f'<pre style="white-space: pre-wrap">{escape(text)}</pre>'
 
 
 def corner_speed(assembly: Assembly, twist: Floats) -> Floats:

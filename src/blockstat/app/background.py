@@ -11,7 +11,7 @@ from typing import Any
 #: Imported once by the process that all workers are forked from, so that each starts in milliseconds.
 PRELOADED = (
     "__main__",
-    "blockstat.app.judge",
+    "blockstat.app.evaluation",
     "blockstat.model",
     "blockstat.solve.interior_point",
     "scipy.sparse.linalg",

@@ -45,9 +45,9 @@ def blocks_file(model: Model, values: dict[str, float], known: Known) -> Saved:
 
 def picture_file(model: Model, values: dict[str, float], known: Known) -> Saved:
     """A picture of the verdict as PNG."""
-    from blockstat.view.plot import picture_of_verdict
+    from blockstat.view.plot import plot_verdict
 
-    return _written(f"{_stem(model)}.png", lambda path: picture_of_verdict(known.verdict, path))
+    return _written(f"{_stem(model)}.png", lambda path: plot_verdict(known.verdict, path))
 
 
 def report_file(model: Model, values: dict[str, float], known: Known) -> Saved:

@@ -1,4 +1,4 @@
-"""Keep a judge busy with the newest question, and a second worker with the dearer numbers of its answer."""
+"""Keep an evaluator busy with the newest question, and a second worker with the dearer numbers of its answer."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 from blockstat.app.background import Crashed, Ended, Worker
 from blockstat.app.design import Began, Failed, Judged, Model, Question
-from blockstat.app.judge import dearer_numbers, judge_designs
+from blockstat.app.evaluation import dearer_numbers, evaluate_designs
 
 if TYPE_CHECKING:
     from blockstat.analysis.verdict import Verdict
 
-#: A judge that still works on an older design this long after a newer one was asked for is replaced [s].
+#: An evaluator that still works on an older design this long after a newer one was asked for is replaced [s].
 PATIENCE = 2.0
 #: The dearer numbers are asked for once nothing has moved for so long [s].
 QUIET = 0.25
@@ -29,7 +29,7 @@ class Follower:
 
     def __init__(self, post: Callable[[Callable[[], None]], None], tell: Callable[[Any], None]) -> None:
         self._post, self._tell = post, tell
-        self._judge: Worker | None = None
+        self._evaluator: Worker | None = None
         self._dear: Worker | None = None
         self._question: Question | None = None
         self._began, self._answered = 0, 0
@@ -49,9 +49,9 @@ class Follower:
         self._stop_dear()
         if self._overdue is None:
             self._overdue = monotonic()
-        if self._judge is None or not self._judge.running:
-            self._judge = Worker(judge_designs, report=self._reported)
-        self._judge.send(self._question)
+        if self._evaluator is None or not self._evaluator.running:
+            self._evaluator = Worker(evaluate_designs, report=self._reported)
+        self._evaluator.send(self._question)
         return number
 
     def again(self, verdict: Verdict, push: str) -> None:
@@ -62,14 +62,14 @@ class Follower:
         self._due = monotonic(), verdict
 
     def tick(self) -> None:
-        """Replace a judge that does not let go of an old question; start the dearer numbers when it is quiet."""
+        """Replace an evaluator that does not let go of an old question; start the dearer numbers when it is quiet."""
         now = monotonic()
         stuck = self._overdue is not None and now - self._overdue > PATIENCE
         if stuck and self._question is not None and self._answered < self._began < self._question.number:
-            if self._judge is not None:
-                self._judge.stop()
-            self._judge, self._overdue = Worker(judge_designs, report=self._reported), now
-            self._judge.send(self._question)
+            if self._evaluator is not None:
+                self._evaluator.stop()
+            self._evaluator, self._overdue = Worker(evaluate_designs, report=self._reported), now
+            self._evaluator.send(self._question)
         if self._due is not None and now >= self._due[0] and self._question is not None:
             verdict, self._due = self._due[1], None
             number, push = self._question.number, self._question.push
@@ -78,8 +78,8 @@ class Follower:
     def stop(self) -> None:
         """End both workers."""
         self._stop_dear()
-        if self._judge is not None:
-            self._judge.stop()
+        if self._evaluator is not None:
+            self._evaluator.stop()
 
     def _stop_dear(self) -> None:
         if self._dear is not None:
@@ -90,10 +90,10 @@ class Follower:
         self._post(lambda: self._handle(worker, message))
 
     def _handle(self, worker: Worker, message: Any) -> None:
-        if self._question is None or worker not in (self._judge, self._dear):
+        if self._question is None or worker not in (self._evaluator, self._dear):
             return
         if isinstance(message, Ended):
-            if isinstance(message, Crashed) and worker is self._judge:
+            if isinstance(message, Crashed) and worker is self._evaluator:
                 self._answered = self._question.number
                 self._tell(Failed(self._answered, f"the worker ended: {message.message}", ours=True))
             return
@@ -101,7 +101,7 @@ class Follower:
             self._began = message.number
             self._overdue = None if message.number == self._question.number else self._overdue
             return
-        if worker is self._judge:
+        if worker is self._evaluator:
             self._answered = max(self._answered, message.number)
         elif message.number != self._question.number:
             return

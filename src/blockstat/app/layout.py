@@ -2,27 +2,62 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
-from blockstat.app.design import PUSHES, SUFFIXES
+from blockstat.app.design import PUSHES, SUFFIXES, Model
 from blockstat.app.files import SAVES, opened
-from blockstat.app.words import NO_BLOCK, waiting
+from blockstat.app.words import NO_BLOCK, Known, waiting
 from blockstat.errors import InputError
 from blockstat.view.three_d.colouring import CHOICES
 
 if TYPE_CHECKING:
     import viser
 
-    from blockstat.app.page import Page
-
 LEFT, RIGHT = 300, 330  #: widths [px]
+
+
+class Host(Protocol):
+    """What the layout asks of the page that it is part of."""
+
+    model: Model
+    values: dict[str, float]
+    known: Known | None
+
+    def post(self, call: Callable[[], None]) -> None:
+        """Run a call in the page's thread."""
+        ...
+
+    def open(self, model: Model) -> None:
+        """Show another model."""
+        ...
+
+    def say(self, message: str) -> None:
+        """Show what went wrong."""
+        ...
+
+    def repaint(self) -> None:
+        """Draw the same design after a control of the picture was moved."""
+        ...
+
+    def animate(self) -> None:
+        """Show the mechanism as its controls say."""
+        ...
+
+    def click(self, origin: Any, direction: Any) -> None:
+        """Choose the block that a ray hits."""
+        ...
+
+    def push_changed(self) -> None:
+        """Ask for the limit load in another direction."""
+        ...
 
 
 class Layout:
     """The parts of the page that text is put into, and the controls that every model has."""
 
-    def __init__(self, server: viser.ViserServer, page: Page) -> None:
+    def __init__(self, server: viser.ViserServer, page: Host) -> None:
         self._page, gui = page, server.gui
         self._gui = gui
         gui.configure_theme(show_logo=False, show_share_button=False, brand_color=(0, 114, 178))
@@ -73,7 +108,7 @@ class Layout:
         self.forces = gui.add_checkbox("joint forces", False, hint="resultant of each joint at its centre of pressure")
         self.thrust = gui.add_checkbox("thrust", False, hint="what presses on the supports")
         for control in (self.colours, self.forces, self.thrust):
-            control.on_update(lambda _: page.post(page.view.again))
+            control.on_update(lambda _: page.post(page.repaint))
         with gui.add_folder("Mechanism"):
             self.mechanism = gui.add_html("")
             self.amplitude = gui.add_slider(
@@ -81,7 +116,7 @@ class Layout:
             )
             self.swing = gui.add_checkbox("animate", False, hint="to and fro")
         for control in (self.amplitude, self.swing):
-            control.on_update(lambda _: page.post(lambda: page.view.animate(page.player)))
+            control.on_update(lambda _: page.post(page.animate))
         self._push = gui.add_dropdown("limit load along", tuple(PUSHES), initial_value="+y")
         self._push.on_update(lambda _: page.post(page.push_changed))
 
@@ -120,4 +155,4 @@ class Layout:
 
     def _clicked(self, event: Any) -> None:
         page, origin, direction = self._page, event.ray_origin, event.ray_direction
-        page.post(lambda: page.view.click(origin, direction))
+        page.post(lambda: page.click(origin, direction))

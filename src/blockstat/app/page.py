@@ -133,6 +133,18 @@ class Page:
             self.layout.numbers.content = numbers(self.known)
             self.follower.again(self.known.verdict, self.layout.push)
 
+    def repaint(self) -> None:
+        """Draw the same design after a control of the picture was moved."""
+        self.view.again()
+
+    def animate(self) -> None:
+        """Show the mechanism as its controls say."""
+        self.view.animate(self.player)
+
+    def click(self, origin: Any, direction: Any) -> None:
+        """Choose the block that a ray hits."""
+        self.view.click(origin, direction)
+
     def say(self, message: str) -> None:
         """Show what went wrong, nothing for an empty message."""
         self.layout.trouble.content = trouble(message)
@@ -177,7 +189,7 @@ class Page:
             self.view.canvas.recentre(judged.verdict.assembly)
             self._fresh = False
         self.view.show(known)
-        self.view.animate(self.player)
+        self.animate()
         self.known = replace(known, seconds={**known.seconds, "draw": process_time() - begin})
         self.layout.numbers.content = numbers(self.known)
         for panel in self._panels:

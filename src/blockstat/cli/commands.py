@@ -1,4 +1,4 @@
-"""The command `blockstat`: build, convert, heal, check, limit, tilt, plot."""
+"""The command `blockstat`: build, convert, repair, check, limit, tilt, plot."""
 
 from __future__ import annotations
 
@@ -75,23 +75,24 @@ def convert(
     typer.echo(f"{output}: {assembly.n_blocks} blocks")
 
 
-@app.command()
-def heal(
+@app.command("heal", hidden=True)  # the name of this command before it was `repair`
+@app.command("repair")
+def repair_command(
     file: FileArgument,
-    output: Annotated[Path, typer.Option("-o", "--output", help="Where to write what was mended.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Where to write the repaired blocks.")],
     gap: Annotated[
         float | None, typer.Option(help="Largest gap that is closed, relative to block size; 0 closes none.")
     ] = None,
     supports: Supports = None,
     units: Units = None,
 ) -> None:
-    """Mend rough geometry: merge vertices, turn and flatten faces, close joints; says what it changed."""
+    """Repair rough geometry: merge vertices, turn and flatten faces, close joints; says what it changed."""
     from blockstat.contact.interfaces import GAP
-    from blockstat.geometry_repair.repair import heal as mend
+    from blockstat.geometry_repair.repair import repair
     from blockstat.io.files import write
 
     chosen = supports.split(",") if supports else None
-    assembly, report = mend(file, gap=GAP if gap is None else gap, supports=chosen, units=units)
+    assembly, report = repair(file, gap=GAP if gap is None else gap, supports=chosen, units=units)
     write(assembly, output)
     typer.echo(report.explain())
 
@@ -197,8 +198,8 @@ def app_command(file: FileArgument, supports: Supports = None, port: Port = PORT
     serve(file, supports=supports or "", port=port)
 
 
-@app.command()
-def plot(
+@app.command("plot")
+def plot_command(
     file: FileArgument,
     output: Annotated[
         Path, typer.Option("-o", "--output", help="Picture to write (.png, .svg, .pdf, with --mechanism .glb).")
@@ -224,8 +225,8 @@ def plot(
     """Draw the blocks, coloured by the static verdict or by what is asked for."""
     from blockstat.analysis.assess import assess
     from blockstat.analysis.limit_load import limit_load
-    from blockstat.view.plot import picture, picture_of_forces, picture_of_help, picture_of_verdict
-    from blockstat.view.utilisation import picture_of_utilisation
+    from blockstat.view.plot import plot, plot_forces, plot_stone_sensitivity, plot_verdict
+    from blockstat.view.utilisation import plot_utilisation
 
     azimuth, elevation = numbers(view, 2, "--view", "AZIMUTH,ELEVATION")
     look: dict[str, Any] = {"azimuth": azimuth, "elevation": elevation}
@@ -240,13 +241,13 @@ def plot(
     direction = None if load is None else numbers(load, 3, "--load", "AX,AY,AZ")
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
     if plain:
-        picture(assembly, output, title=assembly.name, **look)
+        plot(assembly, output, title=assembly.name, **look)
     elif stone and direction is not None:
-        picture_of_help(limit_load(assembly, direction), direction, output, **look)
+        plot_stone_sensitivity(limit_load(assembly, direction), direction, output, **look)
     elif mechanism:
         _plot_mechanism(assembly, direction, output, look)
     else:
-        draw = picture_of_forces if forces else picture_of_utilisation if joints else picture_of_verdict
+        draw = plot_forces if forces else plot_utilisation if joints else plot_verdict
         draw(assess(assembly), output, **look)
     typer.echo(str(output))
 
@@ -256,7 +257,7 @@ def _plot_mechanism(assembly: Assembly, direction: list[float] | None, output: P
     from blockstat.analysis.assess import assess
     from blockstat.analysis.limit_load import limit_load
     from blockstat.view.animation import write_mechanism
-    from blockstat.view.plot import picture_of_mechanism
+    from blockstat.view.plot import plot_mechanism
 
     if direction is None:
         result = assess(assembly)
@@ -270,7 +271,7 @@ def _plot_mechanism(assembly: Assembly, direction: list[float] | None, output: P
     if output.suffix.lower() == ".glb":
         write_mechanism(result, output)
     else:
-        picture_of_mechanism(result, output, **look)
+        plot_mechanism(result, output, **look)
 
 
 def main() -> None:

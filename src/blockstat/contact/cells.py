@@ -20,9 +20,18 @@ SPECK = 1e-9
 
 
 def refine(interfaces: Interfaces, divisions: Ints) -> Interfaces:
-    """The interfaces with cells in place of corners where asked.
+    """Put cells in place of the corners of some interfaces.
 
-    divisions : cells along each side of each interface, shape (n_interfaces,); 0 leaves its corners alone.
+    Parameters
+    ----------
+    interfaces : Interfaces
+        The interfaces.
+    divisions : array of int, shape (n_interfaces,)
+        Cells along each side of each interface; 0 leaves its corners as they are.
+
+    Returns
+    -------
+    Interfaces
     """
     points, shares, counts = [], [], []
     for k, cells in enumerate(divisions):
@@ -41,7 +50,20 @@ def refine(interfaces: Interfaces, divisions: Ints) -> Interfaces:
 
 
 def centres(interfaces: Interfaces, rows: Ints) -> Floats:
-    """Centroids of the patches of some interfaces, shape (n, 3) [m]."""
+    """Return the centroids of the patches of some interfaces.
+
+    Parameters
+    ----------
+    interfaces : Interfaces
+        The interfaces.
+    rows : array of int, shape (n,)
+        Numbers of the interfaces asked for.
+
+    Returns
+    -------
+    array, shape (n, 3)
+        Centroids [m].
+    """
     found = np.empty((len(rows), 3))
     for i, k in enumerate(rows):
         own = slice(interfaces.start[k], interfaces.start[k + 1])

@@ -6,14 +6,19 @@ that no moving corner or edge presses into a face it rests on without a patch.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from blockstat.analysis.problem import Problem
+from blockstat.contact.interfaces import Interfaces
 from blockstat.contact.penetration import overlaps
 from blockstat.geometry.broad_phase import near_pairs
 from blockstat.geometry.polyhedron import members, next_in_face
 from blockstat.geometry.rigid_motion import point_velocity
 from blockstat.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
 
 #: Points along an edge that are looked at.
 SAMPLES = 5
@@ -23,12 +28,28 @@ INSIDE = 1e-3
 SLOW = 1e-6
 
 
-def edge_warnings(problem: Problem, mechanism: Floats) -> list[str]:
-    """Warnings about pairs of blocks that a mechanism drives into each other where only an edge or corner touches."""
-    assembly, gap = problem.assembly, problem.gap
+def edge_warnings(assembly: Assembly, interfaces: Interfaces, gap: float, mechanism: Floats) -> list[str]:
+    """Warn of pairs of blocks that a mechanism drives into each other where only an edge or a corner touches.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    interfaces : Interfaces
+        The contacts that the model has.
+    gap : float
+        Tolerance of the contact search, relative to block size.
+    mechanism : array, shape (n_blocks, 6)
+        Velocity [m] and rotation [rad] of each block; the fastest corner moves by 1 m.
+
+    Returns
+    -------
+    list of str
+        One warning that names a pair, or none.
+    """
     lower, upper = assembly.bounds
     pairs = near_pairs(lower, upper, gap * assembly.size)
-    joined = {tuple(pair) for pair in problem.interfaces.pair.tolist()}
+    joined = {tuple(pair) for pair in interfaces.pair.tolist()}
     moves = np.abs(mechanism).max(axis=1) > 0
     hidden = [pair for pair in overlaps(assembly, gap=gap)[0].tolist() if tuple(sorted(pair)) not in joined]
     hidden = [pair for pair in hidden if moves[pair].any()]
@@ -41,7 +62,7 @@ def edge_warnings(problem: Problem, mechanism: Floats) -> list[str]:
     bare = np.array([tuple(pair) not in joined for pair in pairs.tolist()], dtype=bool)
     pairs = pairs[bare & moves[pairs].any(axis=1)]
     both = np.concatenate([pairs, pairs[:, ::-1]])
-    found = np.unique(np.sort(both[_presses(problem, both, mechanism)], axis=1), axis=0)
+    found = np.unique(np.sort(both[_presses(assembly, both, gap, mechanism)], axis=1), axis=0)
     if not len(found):
         return []
     one, two = (assembly.names[i] for i in found[0])
@@ -51,26 +72,25 @@ def edge_warnings(problem: Problem, mechanism: Floats) -> list[str]:
     ]
 
 
-def _presses(problem: Problem, pairs: Ints, mechanism: Floats) -> Ints:
+def _presses(assembly: Assembly, pairs: Ints, gap: float, mechanism: Floats) -> Ints:
     """Pairs of which a point on an edge of the first rests inside a face of the second and moves into it."""
-    row, face, points = _near(problem, pairs)
-    inside = _depth(problem, face, points) > INSIDE * _sizes(problem, pairs[row])
+    row, face, points = _near(assembly, pairs, gap)
+    inside = _depth(assembly, face, points) > INSIDE * _sizes(assembly, pairs[row])
     row, face, points = row[inside], face[inside], points[inside]
-    one, two = (point_velocity(problem.assembly, mechanism, pairs[row, side], points) for side in (0, 1))
-    speed = np.einsum("ij,ij->i", one - two, problem.assembly.planes.normal[face])
+    one, two = (point_velocity(assembly, mechanism, pairs[row, side], points) for side in (0, 1))
+    speed = np.einsum("ij,ij->i", one - two, assembly.planes.normal[face])
     return np.unique(row[speed < -SLOW])
 
 
-def _sizes(problem: Problem, pairs: Ints) -> Floats:
-    return problem.assembly.size[pairs].min(axis=1)
+def _sizes(assembly: Assembly, pairs: Ints) -> Floats:
+    return assembly.size[pairs].min(axis=1)
 
 
-def _near(problem: Problem, pairs: Ints) -> tuple[Ints, Ints, Floats]:
+def _near(assembly: Assembly, pairs: Ints, gap: float) -> tuple[Ints, Ints, Floats]:
     """Points along the edges of the first block of a pair that lie in the plane of a face of the second.
 
     Returns for each its pair, the face, and itself, shape (k, 3) [m].
     """
-    assembly = problem.assembly
     bound = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks + 1))
     first, count = bound[:-1], np.diff(bound)
     row, face = members(first[pairs[:, 1]], count[pairs[:, 1]])
@@ -86,15 +106,14 @@ def _near(problem: Problem, pairs: Ints) -> tuple[Ints, Ints, Floats]:
     low, high = (np.einsum("ij,ij->i", assembly.vertices[end[edge]] - centre, normal) for end in (tail, head))
     share = np.linspace(0, 1, SAMPLES)
     height = np.outer(low, 1 - share) + np.outer(high, share)
-    which, sample = np.nonzero(np.abs(height) <= problem.gap * _sizes(problem, pairs[row])[:, None])
+    which, sample = np.nonzero(np.abs(height) <= gap * _sizes(assembly, pairs[row])[:, None])
     part = share[sample][:, None]
     points = (1 - part) * assembly.vertices[tail[edge[which]]] + part * assembly.vertices[head[edge[which]]]
     return row[which], face[which], points
 
 
-def _depth(problem: Problem, face: Ints, points: Floats) -> Floats:
+def _depth(assembly: Assembly, face: Ints, points: Floats) -> Floats:
     """How far inside the outline of a convex face the foot of each point is [m]."""
-    assembly = problem.assembly
     corners = assembly.vertices[assembly.face_vertices]
     edges = corners[next_in_face(assembly.face_start)] - corners
     inward = np.cross(np.repeat(assembly.planes.normal, np.diff(assembly.face_start), axis=0), edges)

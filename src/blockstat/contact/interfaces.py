@@ -69,10 +69,12 @@ class Interfaces:
 
     @property
     def n_interfaces(self) -> int:
+        """Number of interfaces."""
         return len(self.pair)
 
     @property
     def n_points(self) -> int:
+        """Number of contact points."""
         return len(self.point)
 
     @property
@@ -88,17 +90,52 @@ class Interfaces:
         return (1.0 / np.maximum(np.diff(self.start), 1))[self.point_interface]
 
     def outline(self, interface: int) -> Floats:
-        """Corners of a patch in order, shape (n, 3) [m]."""
+        """Return the corners of a patch in order.
+
+        Parameters
+        ----------
+        interface : int
+            Number of the interface.
+
+        Returns
+        -------
+        array, shape (n, 3)
+            Corners [m].
+        """
         if self.outlines is not None:
             return self.outlines[interface]
         return self.point[self.start[interface] : self.start[interface + 1]]
 
 
 def find_interfaces(assembly: Assembly, *, gap: float = GAP, near: Ints | None = None) -> Interfaces:
-    """Interfaces between all blocks that touch; those between two supports are left out.
+    """Find the interfaces between all blocks that touch; those between two supports are left out.
 
-    gap : largest gap or overlap of a joint, relative to the size (cube root of volume) of the smaller block; for
-    plates and needles no more than a quarter of their thickness. near : what `near_blocks` gives, None to ask it.
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    gap : float, optional
+        Largest gap or overlap of a joint, relative to the size (cube root of volume) of the smaller block. For plates
+        and needles it is no more than a quarter of their thickness.
+    near : array of int, shape (n, 2), optional
+        Pairs of blocks among which to look, as `near_blocks` gives them.
+
+    Returns
+    -------
+    Interfaces
+
+    Raises
+    ------
+    InputError
+        When `gap` is not between 0 and 0.2.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box, find_interfaces
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0)), box((0, 0, 0), (1, 1, 1))]
+    >>> found = find_interfaces(Assembly.from_blocks(blocks, supports=[0]))
+    >>> found.pair.tolist(), found.n_points, found.area.tolist()
+    ([[0, 1]], 4, [1.0])
     """
     near = near_blocks(assembly, gap=gap) if near is None else near
     allowed = _allowed(assembly, gap)
@@ -108,7 +145,25 @@ def find_interfaces(assembly: Assembly, *, gap: float = GAP, near: Ints | None =
 
 
 def near_blocks(assembly: Assembly, *, gap: float = GAP) -> Ints:
-    """Pairs of blocks whose boxes touch, or nearly so; not two supports. Shape (n, 2), sorted."""
+    """Find the pairs of blocks whose boxes touch, or nearly so, without those of two supports.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    gap : float, optional
+        As in `find_interfaces`.
+
+    Returns
+    -------
+    array of int, shape (n, 2)
+        Pairs a < b, sorted.
+
+    Raises
+    ------
+    InputError
+        When `gap` is not between 0 and 0.2.
+    """
     if not (isinstance(gap, (int, float)) and 0 < gap < 0.2):
         raise InputError(f"gap is {gap!r}; it must be between 0 and 0.2 of the block size")
     lower, upper = assembly.bounds

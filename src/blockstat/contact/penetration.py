@@ -25,7 +25,27 @@ DEEP = 0.1
 
 
 def check_overlaps(assembly: Assembly, *, gap: float, near: Ints | None = None) -> list[str]:
-    """Warnings about shallow overlaps; raises InputError naming two blocks that overlap deeply."""
+    """Refuse deep overlaps of blocks and warn of shallow ones.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    gap : float
+        Overlaps up to this fraction of the size of the smaller block are joints.
+    near : array of int, shape (n, 2), optional
+        Pairs of blocks among which to look; None for all.
+
+    Returns
+    -------
+    list of str
+        A warning about shallow overlaps, if there are any.
+
+    Raises
+    ------
+    InputError
+        Naming the two blocks that overlap most, when the overlap is deeper than a tenth of the smaller one.
+    """
     pairs, depth = overlaps(assembly, gap=gap, near=near)
     if not len(pairs):
         return []
@@ -40,17 +60,51 @@ def check_overlaps(assembly: Assembly, *, gap: float, near: Ints | None = None) 
 
 
 def tell(assembly: Assembly, pairs: Ints, depth: Floats) -> str:
-    """How many pairs overlap, and which is the worst for its size."""
+    """Say how many pairs overlap, and which is the worst for its size.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    pairs : array of int, shape (n, 2)
+        Pairs that overlap, at least one.
+    depth : array, shape (n,)
+        Depths [m].
+
+    Returns
+    -------
+    str
+    """
     worst = int((depth / assembly.size[pairs].min(axis=1)).argmax())
     a, b = (assembly.names[i] for i in pairs[worst])
     return f'{len(pairs)} pairs of blocks overlap, the worst "{a}" and "{b}" by {depth[worst]:.2g} m'
 
 
 def overlaps(assembly: Assembly, *, gap: float, near: Ints | None = None) -> tuple[Ints, Floats]:
-    """Pairs of convex blocks that overlap by more than gap x size, shape (n, 2), and depths, shape (n,) [m].
+    """Find pairs of convex blocks that overlap.
 
-    The depth is the diameter of the largest ball inside both. Two supports may overlap. near : pairs among which to
-    look (see `blockstat.contact.interfaces.near_blocks`), None for all.
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks. Two supports may overlap.
+    gap : float
+        Overlaps up to this fraction of the size of the smaller block do not count.
+    near : array of int, shape (n, 2), optional
+        Pairs among which to look, as `blockstat.contact.interfaces.near_blocks` gives them; None for all.
+
+    Returns
+    -------
+    pairs : array of int, shape (n, 2)
+    depth : array, shape (n,)
+        Diameter of the largest ball inside both blocks [m].
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box, overlaps
+    >>> blocks = [box((0, 0, 0), (1, 1, 1)), box((0, 0, 0.9), (1, 1, 2))]
+    >>> pairs, depth = overlaps(Assembly.from_blocks(blocks, supports=[0]), gap=0.01)
+    >>> pairs.tolist(), depth.round(6).tolist()
+    ([[0, 1]], [0.1])
     """
     lower, upper = assembly.bounds
     pairs = near_pairs(lower, upper, np.zeros(assembly.n_blocks)) if near is None else near
@@ -67,7 +121,19 @@ def overlaps(assembly: Assembly, *, gap: float, near: Ints | None = None) -> tup
 
 
 def convex_blocks(assembly: Assembly, *, tolerance: float = 1e-6) -> np.ndarray:
-    """Mask of the blocks with no vertex outside a face plane by more than tolerance x size, shape (n_blocks,)."""
+    """Return which blocks are convex.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    tolerance : float, optional
+        A vertex may lie outside a face plane by this fraction of the size of its block.
+
+    Returns
+    -------
+    array of bool, shape (n_blocks,)
+    """
     planes = assembly.planes
     block = assembly.face_block
     face, vertex = members(assembly.vertex_start[block], np.diff(assembly.vertex_start)[block])

@@ -27,7 +27,19 @@ class PointLaw:
 
 
 def joint_friction(assembly: Assembly, interfaces: Interfaces) -> Floats:
-    """Coefficient of friction of each interface, shape (n_interfaces,)."""
+    """Return the coefficient of friction of each interface.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Has the joint laws and the friction of joints without one.
+    interfaces : Interfaces
+        The interfaces.
+
+    Returns
+    -------
+    array, shape (n_interfaces,)
+    """
     friction = np.full(interfaces.n_interfaces, assembly.friction)
     for law, rows in laws_of(assembly, interfaces):
         if law.friction is not None:
@@ -36,7 +48,25 @@ def joint_friction(assembly: Assembly, interfaces: Interfaces) -> Floats:
 
 
 def point_law(assembly: Assembly, interfaces: Interfaces) -> PointLaw:
-    """The law of each contact point. Raises InputError for cohesion on a joint with next to no friction."""
+    """Return the joint law of each contact point.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Has the joint laws.
+    interfaces : Interfaces
+        The interfaces with their contact points.
+
+    Returns
+    -------
+    PointLaw
+        Arrays over the points; strengths [N] are shares of those of the joint.
+
+    Raises
+    ------
+    InputError
+        For cohesion on a joint with next to no friction, whose cone has no apex.
+    """
     k = interfaces.point_interface
     friction = joint_friction(assembly, interfaces)
     n = interfaces.n_interfaces
@@ -57,7 +87,20 @@ def point_law(assembly: Assembly, interfaces: Interfaces) -> PointLaw:
 
 
 def laws_of(assembly: Assembly, interfaces: Interfaces) -> list[tuple[JointLaw, np.ndarray]]:
-    """Each law with the mask of the interfaces it fits, shape (n_interfaces,), in order."""
+    """Return each joint law with the interfaces that it fits.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Has the joint laws.
+    interfaces : Interfaces
+        The interfaces.
+
+    Returns
+    -------
+    list of (JointLaw, array of bool, shape (n_interfaces,))
+        In the order of the laws; the last one that fits a joint counts.
+    """
     found = []
     for law in assembly.joints:
         one, two = (np.array([fits(name, group) for group in assembly.groups]) for name in law.between)
@@ -67,7 +110,20 @@ def laws_of(assembly: Assembly, interfaces: Interfaces) -> list[tuple[JointLaw, 
 
 
 def last_law(assembly: Assembly, interfaces: Interfaces) -> list[JointLaw | None]:
-    """The law that counts for each interface, None where none fits."""
+    """Return the joint law that counts for each interface.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Has the joint laws.
+    interfaces : Interfaces
+        The interfaces.
+
+    Returns
+    -------
+    list of JointLaw or None
+        One an interface, None where no law fits.
+    """
     chosen: list[JointLaw | None] = [None] * interfaces.n_interfaces
     for law, rows in laws_of(assembly, interfaces):
         for row in np.flatnonzero(rows):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from blockstat.result import Result, Sentence
 from blockstat.spec import Scene
 
 PRUNED = "pruned"  #: statics ruled it out, so nothing was simulated
@@ -16,7 +17,7 @@ SOLVED, FORCES, MECHANISM = "solved", "forces", "mechanism"  #: what a static ve
 
 @dataclass(frozen=True)
 class Candidate:
-    """One design that was judged: a row of the history."""
+    """One design that was evaluated: a row of the history."""
 
     parameters: dict[str, float]
     static: str  #: "stable", "unstable", "undecided", ..., or "error" when it could not be built
@@ -44,17 +45,61 @@ class Candidate:
         return not self.excluded and self.dynamic in ("stands", BY_STATICS)
 
 
+class SearchOutcome(Sentence):
+    """The answers of a search; each value is the sentence a user reads."""
+
+    FOUND = "Found: the search has a design that stands."
+    NONE_STANDS = "None stands: no design of the space stood."
+    INTERRUPTED = "Interrupted: the search was ended before all designs were evaluated."
+
+
 @dataclass(frozen=True)
-class SearchResult:
+class SearchResult(Result):
     """History and best design of a search."""
 
     building: Scene  #: where the search started: every parameter at its largest
     best: Scene | None  #: None when no design stood
     best_parameters: dict[str, float] | None
-    history: tuple[Candidate, ...]  #: one a design, in the order in which they were judged
-    confirmation: Any = field(default=None, repr=False)  #: dynamic verdict of the best design, if judged in this run
+    history: tuple[Candidate, ...]  #: one a design, in the order in which they were evaluated
+    confirmation: Any = field(default=None, repr=False)  #: dynamic verdict of the best design, if simulated in this run
     finished: bool = True  #: False when it was interrupted
     front: tuple[Candidate, ...] = ()  #: strategy "pareto": designs none of which is better than another in all
+
+    @property
+    def outcome(self) -> SearchOutcome:
+        """Whether the search was finished, and whether any design stood."""
+        if not self.finished:
+            return SearchOutcome.INTERRUPTED
+        return SearchOutcome.FOUND if self.best is not None else SearchOutcome.NONE_STANDS
+
+    def explain(self) -> str:
+        """Return the best design and how many designs were evaluated in which way, one fact a line."""
+        lines = [self.outcome.value]
+        if self.best_parameters is not None:
+            lines.append(f"Best: {', '.join(f'{name} {value:g}' for name, value in self.best_parameters.items())}.")
+        pruned = sum(c.dynamic == PRUNED for c in self.history)
+        lines.append(
+            f"{len(self.history)} designs: {self.static_solves} static solves, {self.certificates_reused} decided by "
+            f"earlier certificates, {pruned} pruned, {self.dynamic_runs} simulated."
+        )
+        if self.disagreements:
+            lines.append(f"Statics and dynamics disagree on {len(self.disagreements)}.")
+        return "\n".join(lines)
+
+    def summary(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {
+            "outcome": self.outcome.word,
+            "sentence": self.outcome.value,
+            "best": self.best_parameters,
+            "designs": len(self.history),
+            "static_solves": self.static_solves,
+            "certificates_reused": self.certificates_reused,
+            "dynamic_runs": self.dynamic_runs,
+            "disagreements": len(self.disagreements),
+            "front": [{**c.parameters, "volume": c.volume, "reserve": c.reserve} for c in self.front],
+            "finished": self.finished,
+        }
 
     @property
     def static_solves(self) -> int:

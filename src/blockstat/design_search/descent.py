@@ -16,7 +16,7 @@ from time import process_time
 import numpy as np
 
 from blockstat.design_search.candidate import BY_STATICS, ERROR, PRUNED, SOLVED, UNASKED, Candidate
-from blockstat.design_search.evaluator import Judge
+from blockstat.design_search.evaluator import Evaluator
 from blockstat.design_search.margin import TOP, Margin, measure
 from blockstat.design_search.space import Values, is_discrete
 from blockstat.errors import InputError
@@ -41,29 +41,29 @@ DESIGNS, GAIN, CLOSE = 60, 1e-7, 1e-6
 class Descent:
     """Least volume at one combination of what is counted."""
 
-    judge: Judge
+    evaluator: Evaluator
     margin: Margin
     counted: Values
     moved: tuple[str, ...]
 
     def measured(self, x: Floats) -> Candidate:
         """The candidate at scaled parameters x, each from 0 (least) to 1 (most)."""
-        judge, low, high = self.judge, *self._bounds()
+        evaluator, low, high = self.evaluator, *self._bounds()
         place = dict(zip(self.moved, np.clip(low + x * (high - low), low, high).round(12).tolist(), strict=True))
-        values = {name: place.get(name, self.counted.get(name, 0.0)) for name in judge.space.names}
+        values = {name: place.get(name, self.counted.get(name, 0.0)) for name in evaluator.space.names}
         key = tuple(values.values())
-        before = judge.rows.get(key, judge.known.get(key))
+        before = evaluator.rows.get(key, evaluator.known.get(key))
         if before is not None and before.reserve is not None:
-            return judge.enter(key, before, new=False)
-        judge.check_cancelled()
-        return judge.enter(key, self._computed(values, before), new=True)
+            return evaluator.enter(key, before, new=False)
+        evaluator.check_cancelled()
+        return evaluator.enter(key, self._computed(values, before), new=True)
 
     def _bounds(self) -> tuple[Floats, Floats]:
-        ranges = [self.judge.space.ranges[name] for name in self.moved]
+        ranges = [self.evaluator.space.ranges[name] for name in self.moved]
         return np.array([r.min for r in ranges]), np.array([r.max for r in ranges])
 
     def _computed(self, values: Values, before: Candidate | None) -> Candidate:
-        begin, space, under = process_time(), self.judge.space, self.judge.judges.under
+        begin, space, under = process_time(), self.evaluator.space, self.evaluator.callbacks.under
         try:
             found = measure(lambda v: under(build(space.near(v))), values, self.moved, self.margin)
         except InputError as error:
@@ -74,7 +74,7 @@ class Descent:
         if before is not None:
             return replace(before, reserve=found.reserve, slopes=slopes)
         word = PRUNED if found.static == "unstable" else UNASKED
-        if self.judge.judges.verify is None and found.static == "stable":
+        if self.evaluator.callbacks.verify is None and found.static == "stable":
             word = BY_STATICS
         return Candidate(
             parameters=values, static=found.static, score=max(-found.reserve, 0.0), dynamic=word, volume=found.volume,
@@ -119,11 +119,11 @@ class Descent:
         # Where the reserve is not concave a tangent may pass below what the centre has; it is lifted up to it.
         offset += np.maximum((centre.reserve or 0.0) - offset - tangents @ middle, 0.0)
         # offset + tangent x + lacking >= least + AIM
-        room = offset - least - AIM
+        slack = offset - least - AIM
         slope = np.array(centre.slopes[:n]) * scale / unit
         box = np.column_stack([np.maximum(middle - reach, 0.0), np.minimum(middle + reach, 1.0)])
         answer = linprog(
-            np.append(slope, PENALTY), A_ub=np.column_stack([-tangents, -np.ones(len(near))]), b_ub=room,
+            np.append(slope, PENALTY), A_ub=np.column_stack([-tangents, -np.ones(len(near))]), b_ub=slack,
             bounds=[*box.tolist(), (0.0, None)],
         )  # fmt: skip
         if not answer.success:
@@ -139,7 +139,7 @@ class Descent:
         """The lightest of the designs round about on the steps of the ranges that has the reserve."""
         ends = []
         for name in self.moved:
-            steps = sorted(self.judge.space.ranges[name].steps())
+            steps = sorted(self.evaluator.space.ranges[name].steps())
             place = int(np.searchsorted(steps, found.parameters[name] - 1e-9))
             ends.append(sorted({steps[max(place - 1, 0)], steps[min(place, len(steps) - 1)]}))
         low, high = self._bounds()
@@ -156,25 +156,25 @@ def _built(found: Candidate) -> bool:
     return found.volume is not None
 
 
-def descents(judge: Judge, margin: Margin) -> Iterator[Descent]:
+def descents(evaluator: Evaluator, margin: Margin) -> Iterator[Descent]:
     """One descent for each combination of what is counted: presences, numbers of things.
 
     Raises InputError where there are too many.
     """
-    ranges = judge.space.ranges
+    ranges = evaluator.space.ranges
     counted = [name for name, found in ranges.items() if is_discrete(found)]
     moved = tuple(name for name in ranges if name not in counted)
-    combinations = list(product(*(judge.space.line(name) for name in counted)))
+    combinations = list(product(*(evaluator.space.line(name) for name in counted)))
     if len(combinations) > MOST:
         raise InputError(
             f"{', '.join(counted)} are counted, which makes {len(combinations)} combinations; a search by gradients "
             f'goes through {MOST} at most: name fewer parameters, or take strategy "pruned"'
         )
     for values in combinations:
-        yield Descent(judge, margin, dict(zip(counted, values, strict=True)), moved)
+        yield Descent(evaluator, margin, dict(zip(counted, values, strict=True)), moved)
 
 
-def lightest(judge: Judge, margin: Margin, *, snap: bool = False) -> Values | None:
+def lightest(evaluator: Evaluator, margin: Margin, *, snap: bool = False) -> Values | None:
     """The lightest design with the margin that stands.
 
     snap : only designs on the steps of the ranges are offered.
@@ -188,42 +188,42 @@ def lightest(judge: Judge, margin: Margin, *, snap: bool = False) -> Values | No
         if found is not None and found.volume is not None:
             heapq.heappush(queue, (found.volume, number, tries, least, found, descent))
 
-    for number, descent in enumerate(descents(judge, margin)):
+    for number, descent in enumerate(descents(evaluator, margin)):
         push(number, 0, margin.least, descent)
     while queue:
         _, number, tries, least, found, descent = heapq.heappop(queue)
-        if judge.ask(found.parameters).stands:
+        if evaluator.ask(found.parameters).stands:
             return found.parameters
         if tries < TRIES:
             push(number, tries + 1, max(least, found.reserve or 0.0) + MORE * 2**tries, descent)
-    return _met(judge, margin.least, snap=snap)
+    return _met(evaluator, margin.least, snap=snap)
 
 
-def _met(judge: Judge, least: float, *, snap: bool) -> Values | None:
+def _met(evaluator: Evaluator, least: float, *, snap: bool) -> Values | None:
     """The first that stands of the designs that were measured and have the reserve, from the lightest on."""
-    ranges = judge.space.ranges
+    ranges = evaluator.space.ranges
     fallen = 0.0
-    for found in sorted(judge.rows.values(), key=lambda c: c.volume or 0.0):
+    for found in sorted(evaluator.rows.values(), key=lambda c: c.volume or 0.0):
         on_steps = all(value in ranges[name].steps() for name, value in found.parameters.items())
         if _enough(found, least) and (on_steps or not snap) and (found.volume or 0.0) >= HEAVIER * fallen:
-            if judge.ask(found.parameters).stands:
+            if evaluator.ask(found.parameters).stands:
                 return found.parameters
             fallen = found.volume or 0.0
     return None
 
 
-def front(judge: Judge, margin: Margin, points: int) -> tuple[Candidate, ...]:
+def front(evaluator: Evaluator, margin: Margin, points: int) -> tuple[Candidate, ...]:
     """Designs of which none is both lighter and safer than another, by growing reserve (epsilon constraint).
 
     points : number of reserves asked for, from that of the margin up to the most that any design has at its largest.
     """
-    paths = list(descents(judge, margin))
+    paths = list(descents(evaluator, margin))
     most = max((d.measured(np.ones(len(d.moved))).reserve or 0.0) for d in paths)
     found: list[Candidate] = []
     for least in np.linspace(margin.least, max(most - AIM, margin.least), points):
         lowest = [c for c in (d.down(float(least)) for d in paths) if c is not None]
         for candidate in sorted(lowest, key=lambda c: c.volume or 0.0):
-            if (asked := judge.ask(candidate.parameters)).stands:
+            if (asked := evaluator.ask(candidate.parameters)).stands:
                 found.append(asked)
                 break
     return undominated(found)

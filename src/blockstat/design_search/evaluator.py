@@ -1,4 +1,4 @@
-"""The judge of designs: statics, then dynamics where they are asked for, each once, all of it in the history."""
+"""Evaluate designs: statics, then dynamics where they are asked for, each once, all of it in the history."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from blockstat.design_search.space import Space, Values
 from blockstat.errors import InputError
 from blockstat.spec import build
 
-#: Designs kept between being weighed and being judged.
+#: Designs kept between being weighed and being evaluated.
 KEPT = 256
 #: What a verdict says of where it comes from.
 EVIDENCE = {"earlier forces": FORCES, "earlier mechanism": MECHANISM, "none": ""}
@@ -34,13 +34,13 @@ class Dynamic(Protocol):
 
 
 @dataclass(frozen=True)
-class Judges:
-    """Who judges, and who wants to know."""
+class Callbacks:
+    """The functions that an evaluator calls, and what they share."""
 
     static: Callable[[Assembly], Verdict]  #: by forces
     verify: Callable[[Assembly], Dynamic] | None  #: by motion; None: statics alone decide
     begin: Callable[[Assembly], None] | None = None  #: told what `verify` will probably be asked about
-    ahead: int = 0  #: how many designs at a time
+    speculative: int = 0  #: how many such designs at a time
     under: Callable[[Assembly], Assembly] = lambda assembly: assembly  #: another friction or gravity
     memory: Memory | None = None  #: the one that `static` hands to `assess`, if any
     remark: Callable[[Verdict, Any], str] | None = None  #: gives the note of a candidate from its two verdicts
@@ -49,18 +49,18 @@ class Judges:
 
 
 @dataclass
-class Judge:
+class Evaluator:
     """Verdicts on the designs of a space."""
 
     space: Space
-    judges: Judges
+    callbacks: Callbacks
     history: History | None
     expected: int = 0  #: number of designs that the strategy looks at, at most
     rows: dict[Key, Candidate] = field(default_factory=dict)  #: in the order in which they were asked for
     known: dict[Key, Candidate] = field(default_factory=dict)  #: of an earlier run
     standing: dict[Key, Any] = field(default_factory=dict)  #: dynamic verdicts of this run on designs that stand
     _foreseen: dict[Key, Candidate] = field(default_factory=dict)  #: judged by statics before they are asked for
-    _judged: dict[Key, tuple[Assembly, Verdict]] = field(default_factory=dict)  #: until dynamics have been asked
+    _evaluated: dict[Key, tuple[Assembly, Verdict]] = field(default_factory=dict)  #: until dynamics have been asked
     _begun: set[Key] = field(default_factory=set)
     _weighed: dict[Key, Assembly] = field(default_factory=dict)  #: built to be weighed, and not judged yet
     _restored: bool = False
@@ -70,7 +70,7 @@ class Judge:
 
     def make(self, values: Mapping[str, float]) -> Assembly:
         """The design as it is judged. Raises InputError when its parts do not fit together."""
-        return self.judges.under(build(self.space.at(values)))
+        return self.callbacks.under(build(self.space.at(values)))
 
     def weigh(self, values: Values) -> float:
         """Volume of the free blocks of a design [m3]; raises as `make`. The first few are kept for their judgement."""
@@ -90,7 +90,7 @@ class Judge:
         wanted = (UNASKED, PRUNED) if always else (UNASKED,)
         if dynamics and candidate.static != ERROR and candidate.dynamic in wanted:
             candidate = self._dynamic(key, candidate)
-        self._judged.pop(key, None)
+        self._evaluated.pop(key, None)
         return self.enter(key, candidate, new=candidate is not before)
 
     def first_that_stands(self, line: Sequence[Values]) -> Values | None:
@@ -106,7 +106,7 @@ class Judge:
 
         Statics judge in the same order as without, so that verdicts rest on the same evidence.
         """
-        if self.judges.begin is None:
+        if self.callbacks.begin is None:
             return
         running = 0
         for values in line:
@@ -118,17 +118,17 @@ class Judge:
                 continue
             if key not in self._begun:
                 self._begun.add(key)
-                self.judges.begin(self._of(key, candidate)[0])
+                self.callbacks.begin(self._of(key, candidate)[0])
             running += 1
-            if running == self.judges.ahead:
+            if running == self.callbacks.speculative:
                 return
 
     def _of(self, key: Key, candidate: Candidate) -> tuple[Assembly, Verdict]:
         """The assembly of a candidate and what statics say of it."""
-        if key not in self._judged:
+        if key not in self._evaluated:
             assembly = self.make(candidate.parameters)
-            self._judged[key] = assembly, self.judges.static(assembly)
-        return self._judged[key]
+            self._evaluated[key] = assembly, self.callbacks.static(assembly)
+        return self._evaluated[key]
 
     def enter(self, key: Key, candidate: Candidate, *, new: bool) -> Candidate:
         """Put a candidate into the books."""
@@ -136,8 +136,8 @@ class Judge:
             self.history.append(candidate)
         first = key not in self.rows
         self.rows[key] = candidate
-        if first and self.judges.progress is not None:
-            self.judges.progress(len(self.rows), max(self.expected, len(self.rows)), candidate)
+        if first and self.callbacks.progress is not None:
+            self.callbacks.progress(len(self.rows), max(self.expected, len(self.rows)), candidate)
         return candidate
 
     def _static(self, key: Key, values: dict[str, float]) -> Candidate:
@@ -146,12 +146,12 @@ class Judge:
         begin = process_time()
         try:
             assembly = self._weighed.pop(key, None) or self.make(values)
-            verdict = self.judges.static(assembly)
+            verdict = self.callbacks.static(assembly)
         except InputError as error:
             return Candidate(values, ERROR, None, UNASKED, None, None, process_time() - begin, 0.0, str(error))
-        self._judged[key] = assembly, verdict
+        self._evaluated[key] = assembly, verdict
         word = PRUNED if verdict.outcome is Outcome.UNSTABLE else UNASKED
-        if self.judges.verify is None and verdict.outcome is Outcome.STABLE:
+        if self.callbacks.verify is None and verdict.outcome is Outcome.STABLE:
             word = BY_STATICS
         return Candidate(
             parameters=values,
@@ -166,20 +166,20 @@ class Judge:
         )
 
     def _dynamic(self, key: Key, candidate: Candidate) -> Candidate:
-        if self.judges.verify is None:
+        if self.callbacks.verify is None:
             return candidate
         self.check_cancelled()
         assembly, verdict = self._of(key, candidate)
         begin = process_time()
         try:
-            found = self.judges.verify(assembly)
+            found = self.callbacks.verify(assembly)
         except InputError as error:
             return replace(candidate, dynamic=ERROR, dynamic_seconds=process_time() - begin, note=str(error))
         seconds = max(process_time() - begin, getattr(found, "process_seconds", 0.0))
         candidate = replace(candidate, dynamic=found.outcome.word, dynamic_seconds=seconds)
         if candidate.stands:
             self.standing[key] = found
-        note = self.judges.remark(verdict, found) if self.judges.remark else ""
+        note = self.callbacks.remark(verdict, found) if self.callbacks.remark else ""
         return replace(candidate, note=note or candidate.note)
 
     def restore(self) -> None:
@@ -190,12 +190,12 @@ class Judge:
         if self._restored:
             return
         self._restored = True
-        if self.judges.memory is None:
+        if self.callbacks.memory is None:
             return
         for candidate in self.known.values():
             if candidate.evidence == SOLVED:
-                self.judges.static(self.make(candidate.parameters))
+                self.callbacks.static(self.make(candidate.parameters))
 
     def check_cancelled(self) -> None:
-        if self.judges.cancel is not None and self.judges.cancel():
+        if self.callbacks.cancel is not None and self.callbacks.cancel():
             raise KeyboardInterrupt

@@ -58,7 +58,7 @@ class History:
         try:
             return {tuple(c.parameters.values()): c for c in map(self._candidate, rows)}
         except (ValueError, TypeError):
-            raise InputError(f"{self.path}: a row is damaged; mend it or move the file away") from None
+            raise InputError(f"{self.path}: a row is damaged; correct it or move the file away") from None
 
     def append(self, candidate: Candidate) -> None:
         """One line more, on the disk before this returns."""

@@ -29,8 +29,14 @@ SMALL, WIDE = 1e-6, 1e-4
 class Margin:
     """A reserve that a design must have: a horizontal acceleration that it carries, with less friction than it has.
 
-    direction : of the acceleration; a multiplier of 1 is an acceleration of g. least : multiplier that it must carry;
-    0 asks only that it stands. friction : the design must do with its coefficient divided by this.
+    Parameters
+    ----------
+    direction : tuple of float, shape (3,)
+        Of the acceleration; a multiplier of 1 is an acceleration of g.
+    least : float
+        Multiplier that the design must carry; 0 asks only that it stands.
+    friction : float
+        The design must do with its coefficient of friction divided by this, at least 1.
     """
 
     direction: tuple[float, float, float] = (0.0, 1.0, 0.0)
@@ -47,7 +53,29 @@ class Margin:
 
     @classmethod
     def tilt(cls, axis: str | Sequence[float], degrees: float) -> Margin:
-        """The reserve of a design that stands though the ground is tilted about a horizontal axis, z being up."""
+        """Return the reserve of a design that stands though the ground is tilted.
+
+        Parameters
+        ----------
+        axis : str or sequence of float, shape (3,)
+            Horizontal axis of the tilt, "x", "y" or three numbers; z is up.
+        degrees : float
+            Angle of the tilt, from 0 to below 80.
+
+        Returns
+        -------
+        Margin
+
+        Raises
+        ------
+        InputError
+            For an angle out of range.
+
+        Examples
+        --------
+        >>> round(Margin.tilt("x", 45).least, 12)
+        1.0
+        """
         unit = np.asarray(AXES[axis] if isinstance(axis, str) else axis, dtype=float)
         if not 0 <= degrees < 80:
             raise InputError(f"margin: a tilt of {degrees!r} degrees; it must be from 0 to below 80")
@@ -55,7 +83,22 @@ class Margin:
         return cls((float(x), float(y), float(z)), math.tan(math.radians(degrees)))
 
     def applied(self, assembly: Assembly) -> Assembly:
-        """The assembly with the friction that it must do with."""
+        """Return an assembly with the friction that it must do with.
+
+        Parameters
+        ----------
+        assembly : Assembly
+            The design.
+
+        Returns
+        -------
+        Assembly
+
+        Raises
+        ------
+        InputError
+            When joint laws have a friction of their own, which is not divided.
+        """
         if self.friction == 1.0:
             return assembly
         if any(law.friction is not None for law in assembly.joints):

@@ -22,13 +22,13 @@ from blockstat.analysis.verdict import Verdict
 from blockstat.assembly import Assembly
 from blockstat.design_search.candidate import BY_STATICS, ERROR, PRUNED, UNASKED, Candidate, SearchResult
 from blockstat.design_search.descent import front, lightest
-from blockstat.design_search.evaluator import Dynamic, Judge, Judges
+from blockstat.design_search.evaluator import Callbacks, Dynamic, Evaluator
 from blockstat.design_search.history import History, digest
 from blockstat.design_search.margin import Margin
 from blockstat.design_search.shared_joints import SharedJoints
 from blockstat.design_search.space import Space, Values, space_of
 from blockstat.design_search.walk import WALKS, expected
-from blockstat.errors import InputError
+from blockstat.errors import InputError, check_choice, known_options
 from blockstat.spec import Scene
 
 __all__ = [
@@ -40,6 +40,7 @@ STRATEGIES = ("paper", "pruned", "gradient", "pareto")
 OVER = ("line", "grid")
 
 
+@known_options
 def search(
     building: Scene,
     *,
@@ -54,7 +55,7 @@ def search(
     under: Callable[[Assembly], Assembly] | None = None,
     memory: Memory | None = None,
     begin: Callable[[Assembly], None] | None = None,
-    ahead: int = 2,
+    speculative: int = 2,
     history: str | Path | None = None,
     progress: Callable[[int, int, Candidate], None] | None = None,
     cancel: Callable[[], bool] | None = None,
@@ -63,25 +64,58 @@ def search(
 ) -> SearchResult:
     """Find the design that needs least and stands.
 
-    verify : judges by motion; called only for designs that statics allow (strategy "paper": for all). One with an
-    option `interfaces`, such as `dynsim.verify`, is handed those that statics found. None: statics alone decide, for
-    studies of statics. static : judges by forces; a design it calls unstable is pruned.
-    strategy : see above. over : "line", each parameter in its turn down to its smallest value that stands, or "grid",
-    every combination, of which the lightest that stands is the answer; for "paper" and "pruned".
-    names : the parameters to move, in order; by default all ranges of the scene.
-    margin : reserve that "gradient" and "pareto" ask for; by default that it stands. snap : "gradient" offers only
-    designs on the steps of the ranges. points : number of reserves of "pareto".
-    under : puts each design under another friction or gravity before it is judged.
-    memory : the one that `static` hands to `assess`, if it has one; after an interruption it is filled as it was.
-    begin : told of designs that `verify` will probably be asked about, `ahead` of them at a time, so that it can run
-    them side by side ("pruned" only); the history is the same.
-    history : CSV file that gets each row as soon as it is known; rows found there are not computed again, so an
-    interrupted search goes on where it stopped. conditions : what else the verdicts depend on (friction, thresholds); a
-    history under others is not taken up. remark : gives the note of a candidate from its two verdicts.
-    progress : called with the number of candidates judged, the number expected at most, and the last one.
-    cancel : asked before each verdict; True ends the search as a KeyboardInterrupt does: what is known is returned.
+    Parameters
+    ----------
+    building : Scene
+        The scene with its ranges.
+    verify : callable or None
+        Evaluates an assembly by dynamics; called only for designs that statics allow (strategy "paper": for all). One
+        with an option `interfaces`, such as `dynsim.verify`, is handed those that statics found. None: statics alone
+        decide.
+    static : callable, optional
+        Evaluates an assembly by forces; a design that it calls unstable is pruned.
+    strategy : {"pruned", "paper", "gradient", "pareto"}, optional
+        See the module.
+    over : {"line", "grid"}, optional
+        "line": each parameter in its turn down to its smallest value that stands. "grid": every combination, of which
+        the lightest that stands is the answer. For "paper" and "pruned".
+    names : sequence of str, optional
+        The parameters to move, in order; by default all ranges of the scene.
+    margin : Margin, optional
+        Reserve that "gradient" and "pareto" ask for; by default that the design stands.
+    snap : bool, optional
+        "gradient" offers only designs on the steps of the ranges.
+    points : int, optional
+        Number of reserves of "pareto".
+    under : callable, optional
+        Puts each design under another friction or gravity before it is evaluated.
+    memory : Memory, optional
+        The one that `static` hands to `assess`; after an interruption it is filled as it was.
+    begin : callable, optional
+        Told of designs that `verify` will probably be asked about, so that it can run them side by side ("pruned"
+        only); the history is the same.
+    speculative : int, optional
+        `begin` is told of so many designs at a time.
+    history : str or Path, optional
+        CSV file that gets each row as soon as it is known. Rows found there are not computed again, so an interrupted
+        search goes on where it stopped.
+    progress : callable, optional
+        Called with the number of designs evaluated, the number expected at most, and the last candidate.
+    cancel : callable, optional
+        Asked before each verdict. True ends the search as a KeyboardInterrupt does: what is known is returned.
+    remark : callable, optional
+        Gives the note of a candidate from its two verdicts.
+    conditions : str, optional
+        What else the verdicts depend on (friction, thresholds); a history under others is not taken up.
 
-    Raises InputError for an unknown parameter or option, a scene without ranges, or a history file of another search.
+    Returns
+    -------
+    SearchResult
+
+    Raises
+    ------
+    InputError
+        For an unknown parameter or option, a scene without ranges, or a history file of another search.
     """
     _check(strategy, over, margin, snap)
     space = space_of(building, names)
@@ -92,40 +126,39 @@ def search(
     joints = SharedJoints()
     static, verify = joints.kept(static), verify and joints.handed(verify)
     begin = begin and joints.handed(begin)
-    judges = Judges(static, verify, begin, ahead, under or _as_it_is, memory, remark, progress, cancel)
-    judge = Judge(space, judges, log)
+    callbacks = Callbacks(static, verify, begin, speculative, under or _as_it_is, memory, remark, progress, cancel)
+    evaluator = Evaluator(space, callbacks, log)
     best: Values | None = None
     found: tuple[Candidate, ...] = ()
     finished = True
     try:
         if strategy == "pareto":
-            found = front(judge, margin, points)
+            found = front(evaluator, margin, points)
             best = found[0].parameters if found else None
         elif strategy == "gradient":
-            best = lightest(judge, margin, snap=snap)
+            best = lightest(evaluator, margin, snap=snap)
         else:
-            judge.expected = expected(judge, over)
-            best = WALKS[strategy, over](judge)
+            evaluator.expected = expected(evaluator, over)
+            best = WALKS[strategy, over](evaluator)
     except KeyboardInterrupt:
-        finished, best = False, _lightest_so_far(judge)
-    return _result(judge, best, found, finished)
+        finished, best = False, _lightest_so_far(evaluator)
+    return _result(evaluator, best, found, finished)
 
 
 def _check(strategy: str, over: str, margin: Margin | None, snap: bool) -> None:
-    for name, given, allowed in (("strategy", strategy, STRATEGIES), ("over", over, OVER)):
-        if given not in allowed:
-            raise InputError(f'{name} is "{given}"; it must be one of: {", ".join(allowed)}')
+    check_choice("strategy", strategy, STRATEGIES)
+    check_choice("over", over, OVER)
     if strategy in ("paper", "pruned") and (margin is not None or snap):
         raise InputError(f'margin and snap are for strategies "gradient" and "pareto"; strategy is "{strategy}"')
 
 
-def _result(judge: Judge, best: Values | None, found: tuple[Candidate, ...], finished: bool) -> SearchResult:
+def _result(evaluator: Evaluator, best: Values | None, found: tuple[Candidate, ...], finished: bool) -> SearchResult:
     return SearchResult(
-        building=judge.space.scene,
-        best=judge.space.at(best) if best is not None else None,
+        building=evaluator.space.scene,
+        best=evaluator.space.at(best) if best is not None else None,
         best_parameters=best,
-        history=tuple(judge.rows.values()),
-        confirmation=judge.standing.get(tuple(best.values())) if best is not None else None,
+        history=tuple(evaluator.rows.values()),
+        confirmation=evaluator.standing.get(tuple(best.values())) if best is not None else None,
         finished=finished,
         front=found,
     )
@@ -135,6 +168,6 @@ def _as_it_is(assembly: Assembly) -> Assembly:
     return assembly
 
 
-def _lightest_so_far(judge: Judge) -> Values | None:
-    standing = [c for c in judge.rows.values() if c.stands]
+def _lightest_so_far(evaluator: Evaluator) -> Values | None:
+    standing = [c for c in evaluator.rows.values() if c.stands]
     return min(standing, key=lambda c: c.volume or 0.0).parameters if standing else None

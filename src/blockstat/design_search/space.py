@@ -8,7 +8,7 @@ from itertools import product
 
 import msgspec
 
-from blockstat.errors import InputError
+from blockstat.errors import InputError, no_such
 from blockstat.spec import Range, Scene, parameters, scene_from, with_values
 from blockstat.spec.reading import at_path
 
@@ -67,12 +67,30 @@ class Space:
 
 
 def space_of(scene: Scene, names: Sequence[str] | str | None = None) -> Space:
-    """The space of a scene's ranges, or of some of them. Raises InputError for an unknown name, or without ranges."""
+    """Return the space of a scene's ranges, or of some of them.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene with its ranges.
+    names : str or sequence of str, optional
+        The parameters to move, in order; by default all.
+
+    Returns
+    -------
+    Space
+        Its scene has every parameter at its largest.
+
+    Raises
+    ------
+    InputError
+        For an unknown name, one named twice, or a scene without ranges.
+    """
     ranges = parameters(scene)
     chosen = list(ranges) if names is None else [names] if isinstance(names, str) else list(names)
     for name in chosen:
         if name not in ranges:
-            raise InputError(f'no parameter "{name}" to search; ranges are: {", ".join(ranges) or "none"}')
+            raise no_such("parameter", name, ranges)
     if not chosen:
         raise InputError(f'"{scene.name}" has no parameter to search; write one as {{value, min, max, step}}')
     if len(set(chosen)) < len(chosen):

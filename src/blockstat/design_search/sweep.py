@@ -21,23 +21,50 @@ import msgspec
 
 from blockstat.analysis.assess import assess
 from blockstat.analysis.certificate_cache import Memory
-from blockstat.errors import InputError
+from blockstat.errors import InputError, known_options, no_such
+from blockstat.result import Result, Sentence
 from blockstat.spec import Scene, build, parameters, scene_from, with_values
 
 Values = Mapping[str, float]
-#: A judgement of a design: plain values, of which a line of the file is made.
+#: Evaluates a design: plain values, of which a line of the file is made.
 Measure = Callable[[Scene, Memory], dict[str, Any]]
 
 BATCH = 16  #: designs that a process is given at a time; within a batch evidence of one design may decide the next
 
 
+class SweepOutcome(Sentence):
+    """The answers of `sweep`; each value is the sentence a user reads."""
+
+    COMPLETE = "Complete: every design has a row in the file."
+    RESUMED = "Resumed: every design has a row in the file, some of them from an earlier run."
+
+
 @dataclass(frozen=True)
-class SweepResult:
+class SweepResult(Result):
     """The file of a sweep."""
 
     path: Path
     designs: int  #: that were asked for
     computed: int  #: in this run; the others were there
+
+    @property
+    def outcome(self) -> SweepOutcome:
+        """Whether rows of an earlier run were kept."""
+        return SweepOutcome.COMPLETE if self.computed == self.designs else SweepOutcome.RESUMED
+
+    def explain(self) -> str:
+        """Return what the file holds, one fact a line."""
+        return f"{self.outcome.value}\n{self.path}: {self.designs} designs, {self.computed} computed in this run."
+
+    def summary(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {
+            "outcome": self.outcome.word,
+            "sentence": self.outcome.value,
+            "path": str(self.path),
+            "designs": self.designs,
+            "computed": self.computed,
+        }
 
     def rows(self) -> list[dict[str, Any]]:
         """All rows in the order of the designs."""
@@ -45,7 +72,25 @@ class SweepResult:
 
 
 def grid(scene: Scene, names: Sequence[str] | None = None) -> Iterator[dict[str, float]]:
-    """Every combination of the steps of a scene's ranges, or of some of them."""
+    """Go through every combination of the steps of a scene's ranges, or of some of them.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene with its ranges.
+    names : sequence of str, optional
+        The parameters to move; by default all.
+
+    Yields
+    ------
+    dict of str to float
+        Parameter values of one design.
+
+    Raises
+    ------
+    InputError
+        For an unknown parameter, or a scene without any.
+    """
     ranges = _ranges(scene, names)
     for values in product(*(found.steps() for found in ranges.values())):
         yield dict(zip(ranges, values, strict=True))
@@ -54,9 +99,33 @@ def grid(scene: Scene, names: Sequence[str] | None = None) -> Iterator[dict[str,
 def latin_hypercube(
     scene: Scene, number: int, *, seed: int = 0, names: Sequence[str] | None = None
 ) -> list[dict[str, float]]:
-    """A number of designs spread evenly over each range; ranges that count (whole ends and step) get whole values.
+    """Spread a number of designs evenly over each range of a scene.
 
-    The same seed gives the same designs.
+    Parameters
+    ----------
+    scene : Scene
+        The scene with its ranges. Ranges that count (whole ends and step) get whole values.
+    number : int
+        How many designs, at least 1.
+    seed : int, optional
+        The same seed gives the same designs.
+    names : sequence of str, optional
+        The parameters to move; by default all.
+
+    Returns
+    -------
+    list of dict of str to float
+        Parameter values of each design.
+
+    Raises
+    ------
+    InputError
+        For an unknown parameter, or a scene without any.
+
+    References
+    ----------
+    McKay, M. D., Beckman, R. J. & Conover, W. J. (1979). A comparison of three methods for selecting values of input
+    variables. Technometrics 21(2), 239-245.
     """
     from scipy.stats import qmc
 
@@ -77,7 +146,21 @@ def latin_hypercube(
 
 
 def verdict_row(scene: Scene, memory: Memory) -> dict[str, Any]:
-    """What statics say of a design: verdict, score, volume, blocks."""
+    """Return what statics say of a design, as a row of a sweep.
+
+    Parameters
+    ----------
+    scene : Scene
+        The design.
+    memory : Memory
+        Evidence of earlier designs.
+
+    Returns
+    -------
+    dict
+        Verdict, score, volume of the free blocks [m3] and number of blocks; "error" and a note where it cannot be
+        built.
+    """
     try:
         assembly = build(scene)
         verdict = assess(assembly, memory=memory)
@@ -91,6 +174,7 @@ def verdict_row(scene: Scene, memory: Memory) -> dict[str, Any]:
     }
 
 
+@known_options
 def sweep(
     scene: Scene,
     designs: Iterable[Values],
@@ -101,17 +185,41 @@ def sweep(
     batch: int = BATCH,
     progress: Callable[[int], None] | None = None,
 ) -> SweepResult:
-    """Judge designs side by side and append a row of each to a file of JSON lines.
+    """Evaluate designs side by side and append a row of each to a file of JSON lines.
 
-    designs : parameter values of each, such as `grid` and `latin_hypercube` give; read as they are needed, so a million
-    take no memory. measure : judges one design; it gets the scene and a memory of evidence (see
-    `blockstat.analysis.certificate_cache`) that lives for one batch. It must be importable by the processes.
-    jobs : processes, by default as many as cores. Under `joblib.parallel_config(backend="dask")`, or another backend,
-    batches go there instead, so a cluster needs nothing but that line. progress : called with the number of rows.
+    Parameters
+    ----------
+    scene : Scene
+        The scene with its ranges.
+    designs : iterable of dict
+        Parameter values of each, such as `grid` and `latin_hypercube` give. They are read as they are needed, so a
+        million take no memory.
+    path : str or Path
+        The file. Its first line says what the file is of; rows follow as they come.
+    measure : callable, optional
+        Evaluates one design. It gets the scene and a memory of evidence that lives for one batch; the processes must be
+        able to import it.
+    jobs : int, optional
+        Processes, by default as many as cores. Under `joblib.parallel_config(backend="dask")`, or another backend,
+        batches go there instead.
+    batch : int, optional
+        Designs that a process is given at a time.
+    progress : callable, optional
+        Called with the number of rows.
 
-    The first line says what the file is of; rows follow as they come, each with the number of its `design`, its
-    parameters and what `measure` says. A sweep that was killed goes on where it stopped when called again, and a line
-    cut short is dropped. Raises InputError for a file of another sweep, or of other designs.
+    Returns
+    -------
+    SweepResult
+
+    Raises
+    ------
+    InputError
+        For a file of another sweep, or of other designs.
+
+    Notes
+    -----
+    Each row has the number of its `design`, its parameters and what `measure` says. A sweep that was killed goes on
+    where it stopped when called again; a line cut short is dropped.
     """
     from joblib import Parallel, delayed
 
@@ -131,7 +239,7 @@ def sweep(
                 raise InputError(f"{path}: row {number} is of another design; move the file away or choose another")
 
     computed = 0
-    tasks = (delayed(_judged)(data, part, measure) for part in _batched(missing(), batch))
+    tasks = (delayed(_evaluated)(data, part, measure) for part in _batched(missing(), batch))
     options: Any = {"return_as": "generator_unordered", "batch_size": 1}  # rows as they come
     finished: Any = Parallel(n_jobs=-1 if jobs is None else jobs, **options)(tasks)
     with path.open("a") as file:
@@ -145,7 +253,9 @@ def sweep(
     return SweepResult(path, counted, computed)
 
 
-def _judged(data: dict[str, Any], part: list[tuple[int, dict[str, float]]], measure: Measure) -> list[dict[str, Any]]:
+def _evaluated(
+    data: dict[str, Any], part: list[tuple[int, dict[str, float]]], measure: Measure
+) -> list[dict[str, Any]]:
     """Rows of a batch, in a process of its own."""
     scene, memory, rows = scene_from(data), Memory(), []
     for number, values in part:
@@ -164,7 +274,7 @@ def _ranges(scene: Scene, names: Sequence[str] | None) -> dict[str, Any]:
     ranges = parameters(scene)
     for name in names or ():
         if name not in ranges:
-            raise InputError(f'no parameter "{name}" to sweep; ranges are: {", ".join(ranges) or "none"}')
+            raise no_such("parameter", name, ranges)
     chosen = {name: ranges[name] for name in (names if names is not None else ranges)}
     if not chosen:
         raise InputError(f'"{scene.name}" has no parameter to sweep; write one as {{value, min, max, step}}')
@@ -203,4 +313,4 @@ def _read(path: Path) -> tuple[Any, list[dict[str, Any]]]:
             head, *rows = map(json.loads, file)
             return head, rows
         except ValueError:
-            raise InputError(f"{path}: a line is damaged; mend it or move the file away") from None
+            raise InputError(f"{path}: a line is damaged; correct it or move the file away") from None

@@ -11,41 +11,41 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from blockstat.design_search.evaluator import Judge
+from blockstat.design_search.evaluator import Evaluator
 from blockstat.design_search.space import Values
 from blockstat.errors import InputError
 
 #: Lines with more values than this are first bisected.
 LONG = 16
 
-Walk = Callable[[Judge], Values | None]
+Walk = Callable[[Evaluator], Values | None]
 
 
-def paper_line(judge: Judge) -> Values | None:
+def paper_line(evaluator: Evaluator) -> Values | None:
     """Each parameter in its turn: every value is simulated, the smallest that stands is kept."""
-    best, stood = judge.space.start, False
-    for name in judge.space.names:
-        line = [{**best, name: value} for value in judge.space.line(name)]
-        standing = [values for values in line if judge.ask(values, always=True).stands]
+    best, stood = evaluator.space.start, False
+    for name in evaluator.space.names:
+        line = [{**best, name: value} for value in evaluator.space.line(name)]
+        standing = [values for values in line if evaluator.ask(values, always=True).stands]
         if standing:
             best, stood = min(standing, key=lambda values: values[name]), True
     return best if stood else None
 
 
-def pruned_line(judge: Judge) -> Values | None:
+def pruned_line(evaluator: Evaluator) -> Values | None:
     """The answer of `paper_line`: each parameter from its smallest value up to the first that stands."""
-    best, stood = judge.space.start, False
-    for name in judge.space.names:
-        line = [{**best, name: value} for value in sorted(judge.space.line(name))]
+    best, stood = evaluator.space.start, False
+    for name in evaluator.space.names:
+        line = [{**best, name: value} for value in sorted(evaluator.space.line(name))]
         if len(line) > LONG:
-            _bisect(judge, line)
-        standing = judge.first_that_stands(line)
+            _bisect(evaluator, line)
+        standing = evaluator.first_that_stands(line)
         if standing is not None:
             best, stood = standing, True
     return best if stood else None
 
 
-def _bisect(judge: Judge, line: list[Values]) -> None:
+def _bisect(evaluator: Evaluator, line: list[Values]) -> None:
     """Look for where statics begin to allow designs, as if that happened once.
 
     What is found is not believed: each smaller value is still judged. But the evidence of designs close to the limit is
@@ -54,30 +54,30 @@ def _bisect(judge: Judge, line: list[Values]) -> None:
     low, high = -1, len(line)
     while high - low > 1:
         middle = (low + high) // 2
-        if judge.ask(line[middle], dynamics=False).excluded:
+        if evaluator.ask(line[middle], dynamics=False).excluded:
             low = middle
         else:
             high = middle
 
 
-def paper_grid(judge: Judge) -> Values | None:
+def paper_grid(evaluator: Evaluator) -> Values | None:
     """Every combination is simulated; the lightest that stands is kept, of equals the first."""
-    found = [judge.ask(values, always=True) for values in judge.space.grid()]
+    found = [evaluator.ask(values, always=True) for values in evaluator.space.grid()]
     standing = [candidate for candidate in found if candidate.stands and candidate.volume is not None]
     return min(standing, key=lambda candidate: candidate.volume or 0.0).parameters if standing else None
 
 
-def pruned_grid(judge: Judge) -> Values | None:
+def pruned_grid(evaluator: Evaluator) -> Values | None:
     """The answer of `paper_grid`: from the lightest combination up to the first that stands."""
     weighed = []
-    for values in judge.space.grid():
-        judge.check_cancelled()
+    for values in evaluator.space.grid():
+        evaluator.check_cancelled()
         try:
-            weighed.append((judge.weigh(values), values))
+            weighed.append((evaluator.weigh(values), values))
         except InputError:
             continue  # it cannot stand
     # Sorting keeps the order of equals.
-    return judge.first_that_stands([values for _, values in sorted(weighed, key=lambda pair: pair[0])])
+    return evaluator.first_that_stands([values for _, values in sorted(weighed, key=lambda pair: pair[0])])
 
 
 WALKS: dict[tuple[str, str], Walk] = {
@@ -88,8 +88,8 @@ WALKS: dict[tuple[str, str], Walk] = {
 }
 
 
-def expected(judge: Judge, over: str) -> int:
+def expected(evaluator: Evaluator, over: str) -> int:
     """The number of designs that a walk comes by at most."""
     if over == "grid":
-        return judge.space.size
-    return 1 + sum(len(judge.space.line(name)) - 1 for name in judge.space.names)
+        return evaluator.space.size
+    return 1 + sum(len(evaluator.space.line(name)) - 1 for name in evaluator.space.names)

@@ -1,13 +1,14 @@
-"""Mend rough geometry on request, and say block by block what was changed.
+"""Repair rough geometry on request, and say block by block what was changed.
 
 Real files have vertices listed once a face, faces turned inwards, quadrilaterals that are not quite flat, and joints
-that do not quite close. `heal` merges, turns, flattens and closes them; nothing else in this package changes geometry.
+that do not quite close. `repair` merges, turns, flattens and closes them.
+Nothing else in this package changes geometry.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,15 +17,17 @@ import numpy as np
 from blockstat.assembly import Assembly, Block
 from blockstat.contact.interfaces import GAP
 from blockstat.contact.penetration import overlaps, tell
-from blockstat.errors import InputError
+from blockstat.errors import InputError, known_options
 from blockstat.geometry.validity import check_geometry
 from blockstat.geometry_repair.common_planes import common_planes, meet
 from blockstat.geometry_repair.shared_corners import settled_faces, shared_corners
-from blockstat.geometry_repair.surface import Mended, mend_surface
+from blockstat.geometry_repair.surface import RepairedSurface, repair_surface
 from blockstat.io.parts import Parts
+from blockstat.joint import JointLaw
+from blockstat.result import Result, Sentence
 from blockstat.typing import Floats
 
-WELD = 1e-4  #: vertices closer than this, relative to the diagonal of their block's box, are one
+MERGE = 1e-4  #: vertices closer than this, relative to the diagonal of their block's box, are one
 WARP = 1e-2  #: faces whose corners are off their plane by no more than this, relative to the block, are made flat
 FAR = 4.0  #: a block of which a vertex would move further than this many tolerances is left as it was
 FLAT = 1e-6  #: faces further off their plane than this, relative to the block, are not flat
@@ -43,7 +46,7 @@ class Change:
     warp: float = 0.0  #: the furthest that a corner was off its face, for faces that are flat now [m]
     joined: int = 0  #: faces that lie in one plane with those of other blocks now
     moved: float = 0.0  #: the furthest that flattening and closing moved a vertex [m]
-    left: str = ""  #: what could not be mended
+    left: str = ""  #: what could not be repaired
 
     @property
     def any(self) -> bool:
@@ -68,62 +71,131 @@ class Change:
         return f'block "{self.name}": ' + "; ".join([*said, self.left] if self.left else said)
 
 
+class RepairOutcome(Sentence):
+    """The answers of `repair`; each value is the sentence a user reads."""
+
+    UNCHANGED = "Unchanged: no block needed repair."
+    REPAIRED = "Repaired: the geometry was changed as listed."
+    INCOMPLETE = "Incomplete: some of the geometry was left as it was."
+
+
 @dataclass(frozen=True)
-class Report:
-    """What `heal` did."""
+class RepairReport(Result):
+    """What `repair` did."""
 
     changes: tuple[Change, ...]  #: one a block, in order, also for blocks that were not changed
-    overlaps: str = ""  #: what of the blocks still overlaps, which no mending takes away
+    overlaps: str = ""  #: what of the blocks still overlaps, which no repair takes away
 
     @property
     def changed(self) -> tuple[Change, ...]:
+        """The changes of the blocks that were changed."""
         return tuple(change for change in self.changes if change.any)
 
+    @property
+    def outcome(self) -> RepairOutcome:
+        """Whether anything was changed, and whether anything was left."""
+        if self.overlaps or any(change.left for change in self.changes):
+            return RepairOutcome.INCOMPLETE
+        return RepairOutcome.REPAIRED if self.changed else RepairOutcome.UNCHANGED
+
     def explain(self) -> str:
-        """One line a block that was changed or not mended, what still overlaps, and how many were not changed."""
+        """Return the outcome, a line for each block that was changed or not repaired, and what still overlaps."""
         same = len(self.changes) - len(self.changed)
         told = [change.explain() for change in self.changes if change.any or change.left]
         left = [f"left as they were: {self.overlaps}"] if self.overlaps else []
-        return "\n".join([*told, *left, f"{same} of {len(self.changes)} blocks unchanged"])
+        return "\n".join([self.outcome.value, *told, *left, f"{same} of {len(self.changes)} blocks unchanged"])
+
+    def summary(self) -> dict[str, Any]:
+        """Return plain values for JSON: the changes of the blocks that were changed or not repaired."""
+        return {
+            "outcome": self.outcome.word,
+            "sentence": self.outcome.value,
+            "changes": [asdict(change) for change in self.changes if change.any or change.left],
+            "overlaps": self.overlaps,
+            "blocks": len(self.changes),
+        }
 
 
-def heal(
+@known_options
+def repair(
     source: Assembly | Iterable[Block] | str | Path,
     *,
     gap: float = GAP,
-    weld: float = WELD,
+    merge: float = MERGE,
     warp: float = WARP,
     supports: Iterable[int | str] | None = None,
     units: str | None = None,
-    **options: Any,
-) -> tuple[Assembly, Report]:
-    """Mend an assembly, blocks that `Assembly.from_blocks` may refuse, or a file of them; returns it and a report.
+    name: str | None = None,
+    density: float | None = None,
+    friction: float | None = None,
+    gravity: Sequence[float] | None = None,
+    metadata: dict[str, Any] | None = None,
+    joints: Sequence[JointLaw] | None = None,
+) -> tuple[Assembly, RepairReport]:
+    """Repair an assembly, blocks that `Assembly.from_blocks` may refuse, or a file of them.
 
-    weld : vertices of a block closer than this part of the diagonal of its box are merged; then faces that came to
-    nothing are dropped and the others turned outwards.
-    warp : faces whose corners are off their plane by no more than this part of the size of the block are made flat.
-    gap : faces of neighbours that are apart, or overlap, by no more than this part of the size of the smaller block
-    are brought into one plane, as `find_interfaces` would take them for one joint; 0 closes nothing.
-    supports, units : as for `read`; options : as for `Assembly.from_blocks`, for blocks.
-    Raises InputError naming a block that is no closed solid even after merging and turning.
+    Parameters
+    ----------
+    source : Assembly, iterable of Block, str or Path
+        What to repair; a file may be of any format that `blockstat.read` takes.
+    gap : float, optional
+        Faces of neighbours that are apart, or overlap, by no more than this fraction of the size of the smaller block
+        are brought into one plane, as `find_interfaces` would take them for one joint. 0 closes nothing.
+    merge : float, optional
+        Vertices of a block closer than this fraction of the diagonal of its box are merged. Then faces that came to
+        nothing are dropped and the others turned outwards.
+    warp : float, optional
+        Faces whose corners are off their plane by no more than this fraction of the size of the block are made flat.
+    supports : iterable of str or int, optional
+        Names or numbers of the blocks that cannot move, in place of those that the source marks.
+    units : str, optional
+        Of the coordinates in a file, as in `blockstat.read`.
+    name, density, friction, gravity, metadata, joints : optional
+        As in `Assembly.from_blocks`, in place of what the source says.
+
+    Returns
+    -------
+    assembly : Assembly
+        The repaired blocks.
+    report : RepairReport
+        What was changed, block by block.
+
+    Raises
+    ------
+    InputError
+        Naming a block that is no closed solid even after merging and turning, or for an option out of range.
+
+    Examples
+    --------
+    Two bricks that are 2 mm apart get a joint.
+
+    >>> from blockstat import Assembly, box, find_interfaces, repair
+    >>> blocks = [box((0, 0, 0), (1, 1, 1)), box((0, 0, 1.002), (1, 1, 2))]
+    >>> repaired, report = repair(blocks, supports=[0])
+    >>> report.outcome.word, find_interfaces(repaired, gap=1e-6).n_interfaces
+    ('repaired', 1)
     """
-    for key, value, most in (("gap", gap, 0.2), ("weld", weld, 0.1), ("warp", warp, 0.2)):
+    given = {"name": name, "density": density, "friction": friction, "gravity": gravity}
+    given |= {"metadata": metadata, "joints": joints}
+    options = {key: value for key, value in given.items() if value is not None}
+    for key, value, most in (("gap", gap, 0.2), ("merge", merge, 0.1), ("warp", warp, 0.2)):
         if not (isinstance(value, (int, float)) and 0 <= value < most):
             raise InputError(f"{key} is {value!r}; it must be at least 0 and below {most} of the block size")
     parts = _parts(source, supports, units, options)
-    mended = [_mended(block, number, weld) for number, block in enumerate(parts.blocks)]
+    surfaces = [_repaired(block, number, merge) for number, block in enumerate(parts.blocks)]
     blocks = [
-        replace(block, vertices=own.vertices, faces=own.faces) for block, own in zip(parts.blocks, mended, strict=True)
+        replace(block, vertices=own.vertices, faces=own.faces)
+        for block, own in zip(parts.blocks, surfaces, strict=True)
     ]
     assembly = replace(parts, blocks=blocks).assembled()
     assembly, changes = _closed(assembly, gap, warp)
     check_geometry(assembly, assembly.names)
     told = [
         replace(change, merged=own.merged, spread=own.spread, dropped=own.dropped, turned=own.turned)
-        for change, own in zip(changes, mended, strict=True)
+        for change, own in zip(changes, surfaces, strict=True)
     ]
     pairs, depth = overlaps(assembly, gap=gap or GAP)
-    return assembly, Report(tuple(told), tell(assembly, pairs, depth) if len(pairs) else "")
+    return assembly, RepairReport(tuple(told), tell(assembly, pairs, depth) if len(pairs) else "")
 
 
 def _parts(source: Any, supports: Iterable[int | str] | None, units: str | None, options: dict[str, Any]) -> Parts:
@@ -155,7 +227,7 @@ def _parts(source: Any, supports: Iterable[int | str] | None, units: str | None,
     return Parts(blocks, marked, kept | options)
 
 
-def _mended(block: Block, number: int, weld: float) -> Mended:
+def _repaired(block: Block, number: int, merge: float) -> RepairedSurface:
     label = block.name or f"block{number}"
     try:
         vertices = np.array(block.vertices, dtype=float).reshape(-1, 3)
@@ -166,7 +238,7 @@ def _mended(block: Block, number: int, weld: float) -> Mended:
         raise InputError(f'block "{label}": vertices must be finite numbers')
     if any(not 0 <= corner < len(vertices) for face in faces for corner in face):
         raise InputError(f'block "{label}": a face has a corner that is not between 0 and {len(vertices) - 1}')
-    return mend_surface(vertices, faces, weld * float(np.linalg.norm(np.ptp(vertices, axis=0))))
+    return repair_surface(vertices, faces, merge * float(np.linalg.norm(np.ptp(vertices, axis=0))))
 
 
 def _closed(assembly: Assembly, gap: float, warp: float) -> tuple[Assembly, list[Change]]:
@@ -180,9 +252,9 @@ def _closed(assembly: Assembly, gap: float, warp: float) -> tuple[Assembly, list
     wild = far > FAR * max(gap, warp) * size
     still = far <= SEEN * size
     kept = (wild | still)[assembly.vertex_block]
-    healed = assembly.with_(vertices=np.where(kept[:, None], assembly.vertices, moved))
+    repaired = assembly.with_(vertices=np.where(kept[:, None], assembly.vertices, moved))
     shared = np.bincount(label[label >= 0], minlength=1)[label] > 1
-    after = healed.planes.warp
+    after = repaired.planes.warp
     changes = []
     for i, name in enumerate(assembly.names):
         own, bent = (np.flatnonzero((block == i) & chosen) for chosen in (label >= 0, ~flat))
@@ -200,7 +272,7 @@ def _closed(assembly: Assembly, gap: float, warp: float) -> tuple[Assembly, list
                 moved=float(far[i]),
             )
         changes.append(change)
-    return healed, changes
+    return repaired, changes
 
 
 def _furthest(assembly: Assembly, vertices: Floats) -> Floats:

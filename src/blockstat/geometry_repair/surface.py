@@ -1,4 +1,4 @@
-"""Mend the surface of one block: duplicate vertices, faces that came to nothing, faces turned the wrong way."""
+"""Repair the surface of one block: duplicate vertices, faces that came to nothing, faces turned the wrong way."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ Faces = list[list[int]]
 
 
 @dataclass(frozen=True)
-class Mended:
-    """A surface after mending, and what was done to it."""
+class RepairedSurface:
+    """A surface after repair, and what was done to it."""
 
     vertices: Floats
     faces: Faces
@@ -27,7 +27,7 @@ class Mended:
     turned: int  #: faces listed the other way round now
 
 
-def mend_surface(vertices: Floats, faces: Sequence[Sequence[int]], distance: float) -> Mended:
+def repair_surface(vertices: Floats, faces: Sequence[Sequence[int]], distance: float) -> RepairedSurface:
     """Merge vertices closer than a distance [m], drop faces that came to nothing, turn the others outwards."""
     points, index = merge_vertices(vertices, distance)
     kept: Faces = []
@@ -43,7 +43,7 @@ def mend_surface(vertices: Floats, faces: Sequence[Sequence[int]], distance: flo
     used = np.unique(np.concatenate([np.asarray(f) for f in outward])) if outward else np.empty(0, int)
     number = {int(corner): i for i, corner in enumerate(used)}
     spread = float(np.linalg.norm(vertices - points[index], axis=1).max(initial=0.0))
-    return Mended(
+    return RepairedSurface(
         points[used],
         [[number[c] for c in face] for face in outward],
         len(vertices) - len(points),

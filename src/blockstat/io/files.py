@@ -63,12 +63,35 @@ def blaming(path: Path, call: Callable[[], T]) -> T:
 def write(
     assembly: Assembly, path: str | Path, *, format: str | None = None, values: Mapping[str, Any] | None = None
 ) -> Path:
-    """Write an assembly as JSON (exact), as a mesh with one named object a block, or into a directory with one file
-    a block (a path without a suffix); returns the path.
+    """Write an assembly as a file of blocks, or into a directory with one file a block.
 
-    format : of a .json file "native" (the default), "compas-assembly" (compas_assembly) or "compas-model" (a block
-    model of compas_dem); of a directory "ply" (the default) or "stl".
-    values : for each key one number or list a block, kept as custom attributes of the objects of a .glb or .obj.
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    path : str or Path
+        A .json (exact), a mesh (.obj, .glb, .stl, .ply) with one named object a block, or a directory (no suffix).
+    format : str, optional
+        Of a .json file "native" (the default), "compas-assembly" (compas_assembly) or "compas-model" (a block model of
+        compas_dem); of a directory "ply" (the default) or "stl".
+    values : mapping of str to sequence, optional
+        For each key one number or list a block, kept as custom attributes of the objects of a .glb or .obj.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputError
+        For a format that cannot be written, or a directory that does not exist.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box, read, write
+    >>> cube = Assembly.from_blocks([box((0, 0, 0), (1, 1, 1))], supports=[0])
+    >>> read(write(cube, "cube.json")).volume.tolist()
+    [1.0]
     """
     path = Path(path)
     suffix = "" if path.is_dir() else path.suffix.lower()

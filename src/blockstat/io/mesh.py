@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 #: x, y, z of a z-up scene to x, z, -y of a y-up one.
 Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 #: Corners closer than this fraction of a solid's size are one (GLB and STL hold seven digits).
-WELD = 1e-6
+MERGE = 1e-6
 
 
 def mesh_parts(path: Path, *, supports: Iterable[int | str] | None = None) -> Parts:
@@ -104,7 +104,7 @@ def _closed_runs(mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
 
 
 def _digits(mesh: trimesh.Trimesh) -> int:
-    return int(np.ceil(-np.log10(WELD * max(float(mesh.extents.max()), 1e-12))))
+    return int(np.ceil(-np.log10(MERGE * max(float(mesh.extents.max()), 1e-12))))
 
 
 def _extras(scene: trimesh.Scene, node: str, mesh: trimesh.Trimesh) -> dict[str, Any]:

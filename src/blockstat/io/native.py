@@ -102,7 +102,7 @@ def native_parts(
 
 
 def _in_words(error: msgspec.ValidationError, data: dict[str, Any]) -> str:
-    """msgspec's message with `$.blocks[3].faces` turned into the block's name."""
+    """Msgspec's message with `$.blocks[3].faces` turned into the block's name."""
     message, _, where = str(error).partition(" - at `$")
     where = where.rstrip("`").lstrip(".")
     if where.startswith("blocks["):

@@ -1,4 +1,4 @@
-"""What a file says, before anything is checked: readers make it, `read` and `heal` turn it into an assembly."""
+"""What a file says, before anything is checked: readers make it, `read` and `repair` turn it into an assembly."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from blockstat.io.parts import metres_in
 from blockstat.typing import Floats
 
 SURFACES = (".obj", ".ply", ".stl", ".glb")
-WELD = 1e-6  #: corners closer than this fraction of the surface's size are one
+MERGE = 1e-6  #: corners closer than this fraction of the surface's size are one
 
 
 def read_surface(path: str | Path, *, units: str | None = None) -> tuple[Floats, list[list[int]]]:
@@ -30,11 +30,11 @@ def read_surface(path: str | Path, *, units: str | None = None) -> tuple[Floats,
         raise InputError(f"{path}: the file holds no faces")
     if not np.isfinite(corners).all():
         raise InputError(f"{path}: its corners must be finite")
-    step = WELD * float(np.ptp(corners, axis=0).max())
+    step = MERGE * float(np.ptp(corners, axis=0).max())
     _, first, index = np.unique(np.round(corners / step), axis=0, return_index=True, return_inverse=True)
     index = index.ravel()
-    welded = [list(dict.fromkeys(int(index[k]) for k in face)) for face in faces]
-    return corners[first] * metres_in(units), [face for face in welded if len(face) > 2]
+    merged = [list(dict.fromkeys(int(index[k]) for k in face)) for face in faces]
+    return corners[first] * metres_in(units), [face for face in merged if len(face) > 2]
 
 
 def _of_obj(path: Path) -> tuple[Floats, list[list[int]]]:

@@ -22,9 +22,7 @@ def hexahedron(bottom: Floats, top: Floats, *, name: str, group: str) -> Block:
         Shape (4, 3), counter-clockwise seen from the top [m].
     top : ndarray
         Shape (4, 3), its corners in the same order [m].
-    name : str
-        Of the block.
-    group : str
+    name, group : str, optional
         Of the block.
 
     Returns
@@ -35,7 +33,9 @@ def hexahedron(bottom: Floats, top: Floats, *, name: str, group: str) -> Block:
     return Block(np.vstack([bottom, top]), FACES, name=name, group=group)
 
 
-def box(lower: tuple[float, float, float], upper: tuple[float, float, float], *, name: str, group: str) -> Block:
+def box(
+    lower: tuple[float, float, float], upper: tuple[float, float, float], *, name: str = "", group: str = ""
+) -> Block:
     """An axis-aligned block.
 
     Parameters
@@ -44,9 +44,7 @@ def box(lower: tuple[float, float, float], upper: tuple[float, float, float], *,
         Least x, y, z [m].
     upper : tuple of float
         Greatest x, y, z [m].
-    name : str
-        Of the block.
-    group : str
+    name, group : str, optional
         Of the block.
 
     Returns

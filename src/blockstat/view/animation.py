@@ -39,7 +39,7 @@ def write_mechanism(
 
     Each block is a node at its centroid that goes along its twist, u(t) = s(t) amplitude u and the finite rotation of
     the vector s(t) amplitude w, with s = (1 - cos(2 pi t / seconds)) / 2: there and back. Colours go with the speed of
-    each block's fastest corner, as in `picture_of_mechanism`. The file is y-up, as glTF has it: below the root node
+    each block's fastest corner, as in `plot_mechanism`. The file is y-up, as glTF has it: below the root node
     are the assembly's own axes [m].
 
     amplitude : how far the fastest corner goes [m]; by default a twelfth of the assembly's extent.

@@ -12,13 +12,31 @@ if TYPE_CHECKING:
 
 
 def write_verdict(verdict: Verdict, path: str | Path) -> Path:
-    """Write the blocks as .glb (extras of nodes, custom properties in Blender) or .obj (comments); returns the path.
+    """Write the blocks of a verdict as a mesh with attributes that Blender and Houdini read.
 
+    Parameters
+    ----------
+    verdict : Verdict
+        The verdict.
+    path : str or Path
+        A .glb (extras of nodes, custom properties in Blender) or .obj (comments).
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputError
+        For another suffix, or a directory that does not exist.
+
+    Notes
+    -----
     Each block bears its name, group, density [kg/m3] and support, and
 
-    displacement : how far its fastest corner goes in the mechanism that moves the fastest of all by 1 m [m];
-    mechanism : its velocity [m] and rotation [rad] there, six numbers along the assembly's own axes, z up;
-    demand : how hard friction and strength are used at it, 0 to 1 (see `Verdict.demand`).
+    - displacement: how far its fastest corner goes in the mechanism that moves the fastest of all by 1 m [m];
+    - mechanism: its velocity [m] and rotation [rad] there, six numbers along the assembly's own axes, z up;
+    - demand: how hard friction and strength are used at it, 0 to 1 (see `Verdict.demand`).
     """
     values = {"displacement": verdict.motion, "mechanism": verdict.mechanism, "demand": verdict.demand()}
     return write(verdict.assembly, path, values=values)

@@ -1,6 +1,6 @@
 """Pictures of assemblies and of what the statics say about them, with matplotlib, no OpenGL.
 
-Each goes to a file, or into axes of one's own: `figure, axes = plt.subplots()`, then `picture(assembly, axes)`.
+Each goes to a file, or into axes of one's own: `figure, axes = plt.subplots()`, then `plot(assembly, axes)`.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ GHOST = (0.95, 0.95, 0.95, 0.55)
 STILL = 1e-3  #: blocks slower than this, relative to the fastest, leave no ghost
 
 
-def picture(
+def plot(
     assembly: Assembly,
     place: Place,
     *,
@@ -54,15 +54,52 @@ def picture(
     opacity: float = 1.0,
     overlay: Callable[[Axes], None] | None = None,
 ) -> Place:
-    """Draw the blocks in parallel projection; returns the place.
+    """Draw the blocks in parallel projection.
 
-    place : a file, in PNG or any format matplotlib writes, or the axes to draw in.
-    values : one number a block to colour by, shape (n_blocks,), with `label` and its unit on the colour bar;
-    bottom, top : the ends of the bar, the top by default the largest value.
-    displacement, rotation : poses to draw the blocks in, shapes (n_blocks, 3) [m] and (n_blocks, 3, 3).
-    ghosts : indices of blocks, ascending, that are drawn a second time where they were, pale and behind the others.
-    azimuth, elevation : from where one looks, in degrees. opacity : of the blocks. overlay : draws on the axes
-    at last. Raises InputError for a file that cannot be written.
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    place : str, Path or matplotlib Axes
+        A file, in PNG or any format that matplotlib writes, or the axes to draw in.
+    values : array, shape (n_blocks,), optional
+        One number a block to colour by.
+    label : str, optional
+        Of the colour bar, with the unit of the values.
+    colours : str, optional
+        Name of a colour map of matplotlib.
+    top, bottom : float, optional
+        Ends of the colour bar; the top by default the largest value.
+    displacement : array, shape (n_blocks, 3), optional
+        How far the blocks are drawn from their places [m].
+    rotation : array, shape (n_blocks, 3, 3), optional
+        How they are turned about their centroids.
+    ghosts : array of int, optional
+        Blocks, ascending, that are drawn a second time where they were, pale and behind the others.
+    title : str, optional
+        Above the picture.
+    azimuth, elevation : float, optional
+        Where one looks from [deg].
+    opacity : float, optional
+        Of the blocks, 0 to 1.
+    overlay : callable, optional
+        Draws on the axes at last.
+
+    Returns
+    -------
+    str, Path or matplotlib Axes
+        The place.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be written.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box, plot
+    >>> plot(Assembly.from_blocks([box((0, 0, 0), (1, 1, 1))]), "cube.png")
+    'cube.png'
     """
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
@@ -130,18 +167,18 @@ def _haunted(
     return visible(both, vertices, view, colour, layer)
 
 
-def picture_of_verdict(verdict: Verdict, place: Place, **options: Any) -> Place:
+def plot_verdict(verdict: Verdict, place: Place, **options: Any) -> Place:
     """The mechanism of an assembly that moves, else the demand on the joints of one that stands."""
     assembly = verdict.assembly
     if not len(verdict.moving):
-        return picture(
+        return plot(
             assembly, place, values=verdict.demand(), colours=DEMAND, top=1.0,
             label="friction used at the block's joints (1 = sliding)", title=f"{assembly.name}: stable", **options,
         )  # fmt: skip
-    return picture_of_mechanism(verdict, place, **options)
+    return plot_mechanism(verdict, place, **options)
 
 
-def picture_of_mechanism(
+def plot_mechanism(
     result: Verdict | LimitLoad, place: Place, *, amplitude: float | None = None, **options: Any
 ) -> Place:
     """The mechanism of an assembly that moves, or of a limit load, in front of a pale ghost of the assembly at rest.
@@ -160,10 +197,10 @@ def picture_of_mechanism(
         "values": speed, "label": "speed of the fastest corner, relative", "title": title, "displacement": shown,
         "rotation": turned, "ghosts": np.flatnonzero(speed > STILL),
     }  # fmt: skip
-    return picture(assembly, place, **drawn | options)
+    return plot(assembly, place, **drawn | options)
 
 
-def picture_of_help(limit: LimitLoad, direction: Sequence[float], place: Place, **options: Any) -> Place:
+def plot_stone_sensitivity(limit: LimitLoad, direction: Sequence[float], place: Place, **options: Any) -> Place:
     """Where a stone more helps most: blocks coloured by what added mass there does to the limit load.
 
     Blue raises the limit, red lowers it; the numbers are for a hundredth of the masonry's mass at the block's
@@ -179,7 +216,7 @@ def picture_of_help(limit: LimitLoad, direction: Sequence[float], place: Place, 
         "label": "change of the limit by 1 % more mass, put here",
         "title": f"{assembly.name}: where a stone more helps (limit {limit.lower:.4g})",
     }  # fmt: skip
-    return picture(assembly, place, **drawn | options)
+    return plot(assembly, place, **drawn | options)
 
 
 def mechanism_pose(result: Verdict | LimitLoad, *, amplitude: float | None = None) -> tuple[Floats, Floats]:
@@ -216,13 +253,12 @@ def _extent(assembly: Assembly) -> float:
     return float((upper[free].max(axis=0) - lower[free].min(axis=0)).max())
 
 
-def picture_of_forces(verdict: Verdict, place: Place, **options: Any) -> Place:
+def plot_forces(verdict: Verdict, place: Place, **options: Any) -> Place:
     """The resultant of each joint as a line through its centre of pressure, over pale blocks; returns the place.
 
     The lines' lengths go with the forces; in an arch they join up to its thrust line. Joints in tension, in an
     assembly that does not stand, are dashed.
     """
-
     azimuth, elevation = options.pop("azimuth", -55.0), options.pop("elevation", 25.0)
     view = view_of(azimuth, elevation)
     point, force, tension = resultants(verdict)
@@ -237,7 +273,7 @@ def picture_of_forces(verdict: Verdict, place: Place, **options: Any) -> Place:
     name = verdict.assembly.name
     drawn = {"title": f"{name}: joint forces, longest {size.max():.3g} N", "opacity": 0.35}
     look = {"azimuth": azimuth, "elevation": elevation, "overlay": draw}
-    return picture(verdict.assembly, place, **drawn | options, **look)
+    return plot(verdict.assembly, place, **drawn | options, **look)
 
 
 def resultants(verdict: Verdict) -> tuple[Floats, Floats, np.ndarray]:

@@ -13,7 +13,7 @@ from blockstat.assembly import Assembly
 from blockstat.design_search.search import PRUNED, Candidate, SearchResult
 from blockstat.io.files import write
 from blockstat.spec import build, parameters, with_values
-from blockstat.view.plot import DEMAND, picture, picture_of_verdict
+from blockstat.view.plot import DEMAND, plot, plot_verdict
 from blockstat.view.three_d.page import available, framed, interactive_html
 
 
@@ -35,12 +35,12 @@ def write_designs(
     figures = []
     shown = under(build(result.best if result.best is not None else result.building))
     word = "The best design" if result.best is not None else "The design the search started from; none stood"
-    figures.append(Figure(picture(shown, directory / "building.png", title=shown.name), f"{word}."))
+    figures.append(Figure(plot(shown, directory / "building.png", title=shown.name), f"{word}."))
     if result.best is not None:
         write(shown, directory / "best.json")
         write(shown, directory / "best.glb")
         verdict = assess(shown)
-        path = picture(
+        path = plot(
             shown, directory / "demand.png", values=verdict.demand(), colours=DEMAND, top=1.0,
             label="friction used at the block's joints (1 = sliding)", title="demand of the best design",
         )  # fmt: skip
@@ -53,7 +53,7 @@ def write_designs(
     if pruned:
         thinnest = min(pruned, key=lambda c: c.volume or 0.0)
         verdict = assess(under(build(with_values(result.building, thinnest.parameters))))
-        path = picture_of_verdict(verdict, directory / "mechanism.png")
+        path = plot_verdict(verdict, directory / "mechanism.png")
         figures.append(Figure(path, f"How the thinnest pruned design ({_values(thinnest)}) would move first."))
     return figures
 

@@ -9,7 +9,7 @@ import numpy as np
 from blockstat.contact.point_law import joint_friction, point_law
 from blockstat.typing import Floats
 from blockstat.view.painter import view_of
-from blockstat.view.plot import DEMAND, Place, picture
+from blockstat.view.plot import DEMAND, Place, plot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,16 +22,28 @@ IDLE = 1e-6
 
 
 def utilisation(verdict: Verdict) -> Floats:
-    """How near each joint is to sliding or to opening under the verdict's forces, shape (n_interfaces,), 0 to 1.
+    """Return how near each joint is to sliding or to opening under the forces of a verdict.
 
+    Parameters
+    ----------
+    verdict : Verdict
+        A static verdict.
+
+    Returns
+    -------
+    array, shape (n_interfaces,)
+        From 0 to 1, which is the limit.
+
+    Notes
+    -----
     The larger of two ratios of the joint's resultant (N, T) on its patch:
 
     - friction, |T| / (mu N): 1 when the joint slides;
-    - eccentricity of the centre of pressure: 0 at the centroid of the patch, 1 on its edge, where the joint is a
-      hinge; between them the factor by which the patch may shrink about its centroid and still hold the centre.
+    - eccentricity of the centre of pressure: 0 at the centroid of the patch, 1 on its edge, where the joint is a hinge;
+      between them the factor by which the patch may shrink about its centroid and still hold the centre.
 
     A tension capacity shifts the cones along their axes (see `blockstat.joint`), so N is then the pressure on top of
-    it. Joints that carry nothing use nothing; those that would have to be glued, in an assembly that does not stand,
+    it. Joints that carry nothing use nothing. Those that would have to be glued, in an assembly that does not stand,
     use 1. The forces are those of one admissible field: where the structure is statically indeterminate others exist.
     """
     faces, assembly = verdict.interfaces, verdict.assembly
@@ -73,7 +85,7 @@ def eccentricity(interfaces: Interfaces, point: Floats) -> Floats:
     return result
 
 
-def picture_of_utilisation(verdict: Verdict, place: Place, **options: Any) -> Place:
+def plot_utilisation(verdict: Verdict, place: Place, **options: Any) -> Place:
     """The joints coloured by `utilisation`, over blocks that one sees through; options are those of `picture`."""
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
@@ -98,4 +110,4 @@ def picture_of_utilisation(verdict: Verdict, place: Place, **options: Any) -> Pl
 
     title = f"{verdict.assembly.name}: {verdict.outcome.word}, use of the joints"
     drawn = {"title": title, "opacity": 0.12, "overlay": draw}
-    return picture(verdict.assembly, place, **drawn | look)
+    return plot(verdict.assembly, place, **drawn | look)

@@ -12,7 +12,7 @@ from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces
 from blockstat.design_search.search import Candidate, Margin, SearchResult, search
 from blockstat.spec import Scene, build, with_values
-from blockstat.view.plot import Place, picture
+from blockstat.view.plot import Place, plot
 from blockstat.view.report import Figure, write_designs, write_report
 from dynsim.comparison.causes import likely_reason
 from dynsim.judge.verdict import DynamicVerdict
@@ -101,7 +101,7 @@ def optimise(
                 static=lambda assembly: assess(assembly, memory=memory, score=False),
                 verify=lambda assembly, interfaces=None: dynamic(assembly, interfaces=interfaces),
                 begin=begin if jobs > 1 else None,
-                ahead=jobs,
+                speculative=jobs,
                 under=under,
                 memory=memory,
                 names=names,
@@ -156,7 +156,7 @@ def picture_of_run(verdict: DynamicVerdict, place: Place) -> Place:
     lower, upper = run.assembly.bounds
     scale = max(1.0, 0.05 * float((upper - lower).max()) / max(float(length.max()), 1e-9))
     scale = min(scale, 1000.0)
-    return picture(
+    return plot(
         run.assembly, place, values=1e3 * length, label="displacement since release [mm]", displacement=scale * moved,
         title=f"{run.assembly.name}: {verdict.outcome.word}, displacements x {scale:.0f}",
     )  # fmt: skip

@@ -52,10 +52,26 @@ def available() -> bool:
 
 
 def interactive_html(verdict: Verdict, *, choice: str = "verdict", forces: bool = False) -> str:
-    """A page that needs nothing but itself: the blocks by colour, and what moves as the mechanism moves it.
+    """Return a page that needs nothing but itself: the blocks by colour, and what moves as the mechanism moves it.
 
-    choice : as in `blockstat.view.three_d.colouring`. forces : also draw the joint forces as arrows.
-    Raises InputError when viser is not installed, or for another choice.
+    Parameters
+    ----------
+    verdict : Verdict
+        The verdict to show.
+    choice : str, optional
+        What the colours stand for, as in `blockstat.view.three_d.colouring`.
+    forces : bool, optional
+        Also draw the joint forces as arrows.
+
+    Returns
+    -------
+    str
+        HTML.
+
+    Raises
+    ------
+    InputError
+        When viser is not installed, or for another choice.
     """
     server = start_viser(port=0)
     try:
@@ -109,10 +125,29 @@ def show(
     assembly: Assembly, verdict: Verdict | None = None, *, choice: str = "verdict", forces: bool = False,
     height: int = HEIGHT,
 ) -> Inline:  # fmt: skip
-    """An interactive view for a notebook: the last value of a cell shows it in place.
+    """Show an assembly in three dimensions in a notebook: the last value of a cell is shown in place.
 
-    verdict : of the assembly; by default it is asked for now. choice, forces : as in `interactive_html`.
-    height : in pixels. Raises InputError when viser is not installed or the verdict is of another assembly.
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    verdict : Verdict, optional
+        Of the assembly; by default it is asked for now.
+    choice : str, optional
+        What the colours stand for, as in `blockstat.view.three_d.colouring`.
+    forces : bool, optional
+        Also draw the joint forces as arrows.
+    height : int, optional
+        Of the view [px].
+
+    Returns
+    -------
+    Inline
+
+    Raises
+    ------
+    InputError
+        When viser is not installed, or the verdict is of another assembly.
     """
     if verdict is None:
         from blockstat.analysis.assess import assess

@@ -66,7 +66,8 @@ def trajectory(
     assembly: Any, times: Floats, displacement: np.ndarray, rotation: np.ndarray
 ) -> Callable[[float], Floats]:
     """Vertices of blocks along a trajectory: the last pose at or before each time; shapes as in
-    `dynsim.judge.run.Run`."""
+    `dynsim.judge.run.Run`.
+    """
 
     def film(time: float) -> Floats:
         frame = max(int(np.searchsorted(times, time, side="right")) - 1, 0)

@@ -1,4 +1,4 @@
-"""Mending of rough geometry."""
+"""Repair of rough geometry."""
 
 import json
 
@@ -6,7 +6,19 @@ import numpy as np
 import pytest
 from test_cli import run
 
-from blockstat import Assembly, Block, InputError, assess, build, find_interfaces, heal, load_scene, read, write
+from blockstat import (
+    Assembly,
+    Block,
+    InputError,
+    RepairOutcome,
+    assess,
+    build,
+    find_interfaces,
+    load_scene,
+    read,
+    repair,
+    write,
+)
 from evidence.scenes.small import arch, assembly, box, running_bond, stack
 
 SIZE = 1e-3  #: of the largest gap [m]
@@ -40,41 +52,41 @@ def test_a_wall_with_random_gaps_gets_its_joints_back(make, spoil):
     perfect = make()
     rough = spoil(perfect, np.random.default_rng(0))
     assert find_interfaces(rough, gap=1e-6).n_interfaces == 0
-    healed, report = heal(rough)
-    ours, theirs = find_interfaces(healed, gap=1e-6), find_interfaces(perfect, gap=1e-6)
+    repaired, report = repair(rough)
+    ours, theirs = find_interfaces(repaired, gap=1e-6), find_interfaces(perfect, gap=1e-6)
     assert ours.pair.tolist() == theirs.pair.tolist()
     assert np.diff(ours.start).tolist() == np.diff(theirs.start).tolist()
     # As far as the vertices were moved, relative to the shorter side of a joint.
     np.testing.assert_allclose(ours.area, theirs.area, rtol=2 * SIZE / 0.175)
     assert np.abs(ours.frame[:, 0] - theirs.frame[:, 0]).max() < 2 * SIZE / 0.175
-    assert healed.planes.warp.max() < 1e-12
-    assert np.linalg.norm(healed.vertices - rough.vertices, axis=1).max() < 1.5 * SIZE
-    assert assess(healed, gap=1e-6).outcome is assess(perfect).outcome
+    assert repaired.planes.warp.max() < 1e-12
+    assert np.linalg.norm(repaired.vertices - rough.vertices, axis=1).max() < 1.5 * SIZE
+    assert assess(repaired, gap=1e-6).outcome is assess(perfect).outcome
     for i, change in enumerate(report.changes):
-        own = slice(healed.vertex_start[i], healed.vertex_start[i + 1])
-        distance = np.linalg.norm(healed.vertices[own] - rough.vertices[own], axis=1).max()
+        own = slice(repaired.vertex_start[i], repaired.vertex_start[i + 1])
+        distance = np.linalg.norm(repaired.vertices[own] - rough.vertices[own], axis=1).max()
         assert change.moved == pytest.approx(distance, rel=1e-9, abs=1e-15)
 
 
 def test_an_arch_gets_its_joints_back():
-    healed, _ = heal(shaken(arch(20, 0.12), np.random.default_rng(1)))
-    assert find_interfaces(healed, gap=1e-6).n_interfaces == 21
+    repaired, _ = repair(shaken(arch(20, 0.12), np.random.default_rng(1)))
+    assert find_interfaces(repaired, gap=1e-6).n_interfaces == 21
 
 
 def test_a_gap_above_the_tolerance_stays():
     blocks = [box((0, 0, 0), (1, 1, 1)), box((0, 0, 1.02), (1, 1, 2))]
-    healed, report = heal(assembly(blocks))
+    repaired, report = repair(assembly(blocks))
     assert report.changed == ()
-    np.testing.assert_array_equal(healed.vertices, assembly(blocks).vertices)
-    closed, _ = heal(assembly(blocks), gap=0.03)
+    np.testing.assert_array_equal(repaired.vertices, assembly(blocks).vertices)
+    closed, _ = repair(assembly(blocks), gap=0.03)
     assert find_interfaces(closed, gap=1e-6).n_interfaces == 1
-    _, report = heal(shrunk(stack(3), np.random.default_rng(0)), gap=0)
+    _, report = repair(shrunk(stack(3), np.random.default_rng(0)), gap=0)
     assert report.changed == ()
 
 
 def test_overlaps_below_the_tolerance_are_closed_too():
-    healed, report = heal(assembly([box((-1, -1, -1), (2, 2, 0)), box((0, 0, -0.004), (1, 1, 1))]))
-    joint = find_interfaces(healed, gap=1e-6)
+    repaired, report = repair(assembly([box((-1, -1, -1), (2, 2, 0)), box((0, 0, -0.004), (1, 1, 1))]))
+    joint = find_interfaces(repaired, gap=1e-6)
     assert joint.n_interfaces == 1
     assert [change.joined for change in report.changes] == [1, 1]
     # The plane lies between, closer to where the larger face was.
@@ -83,27 +95,28 @@ def test_overlaps_below_the_tolerance_are_closed_too():
 
 def test_overlaps_that_stay_are_told():
     deep = assembly([box((-1, -1, -1), (2, 2, 0)), box((0, 0, -0.05), (1, 1, 1), name="sunk")])
-    _, report = heal(deep)
+    _, report = repair(deep)
     assert '1 pairs of blocks overlap, the worst "block0" and "sunk" by 0.05 m' in report.explain()
-    _, report = heal(stack(3))
+    _, report = repair(stack(3))
     assert report.overlaps == ""
 
 
 def test_what_is_sound_is_not_touched(root):
     chapel = build(load_scene(root / "examples" / "chapel.toml"))
-    healed, report = heal(chapel)
-    np.testing.assert_array_equal(healed.vertices, chapel.vertices)
-    np.testing.assert_array_equal(healed.face_vertices, chapel.face_vertices)
-    assert (healed.names, healed.groups, healed.metadata) == (chapel.names, chapel.groups, chapel.metadata)
+    repaired, report = repair(chapel)
+    np.testing.assert_array_equal(repaired.vertices, chapel.vertices)
+    np.testing.assert_array_equal(repaired.face_vertices, chapel.face_vertices)
+    assert (repaired.names, repaired.groups, repaired.metadata) == (chapel.names, chapel.groups, chapel.metadata)
     assert report.changed == ()
-    assert report.explain() == "219 of 219 blocks unchanged"
+    assert report.outcome is RepairOutcome.UNCHANGED
+    assert report.explain().splitlines() == [RepairOutcome.UNCHANGED.value, "219 of 219 blocks unchanged"]
 
 
 def test_a_slab_thinner_than_the_tolerance_is_not_squeezed():
     blocks = [box((0, 0, -1), (1, 1, 0)), box((0, 0, 0), (1, 1, 0.0005)), box((0, 0, 0.0005), (1, 1, 1))]
-    healed, _ = heal(assembly(blocks), gap=0.1)
-    np.testing.assert_allclose(healed.volume, [1, 0.0005, 0.9995], rtol=1e-12)
-    assert find_interfaces(healed, gap=1e-6).n_interfaces == 2
+    repaired, _ = repair(assembly(blocks), gap=0.1)
+    np.testing.assert_allclose(repaired.volume, [1, 0.0005, 0.9995], rtol=1e-12)
+    assert find_interfaces(repaired, gap=1e-6).n_interfaces == 2
 
 
 def scattered(block, rng, noise=1e-6):
@@ -124,15 +137,16 @@ def test_a_soup_with_faces_turned_at_random_becomes_solids():
         blocks.append(Block(soup.vertices, [*faces, faces[0], [0, 1, 0]], name))
     with pytest.raises(InputError):
         Assembly.from_blocks(blocks, supports=[0, 1])
-    healed, report = heal(blocks, supports=[0, 1], density=1.0, gravity=(0, 0, -1))
-    np.testing.assert_allclose(healed.volume, perfect.volume, rtol=1e-4)
-    assert len(healed.vertices) == len(perfect.vertices)
+    repaired, report = repair(blocks, supports=[0, 1], density=1.0, gravity=(0, 0, -1))
+    np.testing.assert_allclose(repaired.volume, perfect.volume, rtol=1e-4)
+    assert len(repaired.vertices) == len(perfect.vertices)
     assert [c.merged for c in report.changes] == [16] * perfect.n_blocks
     assert [c.dropped for c in report.changes] == [2] * perfect.n_blocks
     assert [c.turned for c in report.changes] == turned
     assert all(0 < c.spread < 2e-6 for c in report.changes)
-    assert assess(healed, gap=1e-6).outcome is assess(perfect).outcome
-    first = report.explain().splitlines()[0]
+    assert assess(repaired, gap=1e-6).outcome is assess(perfect).outcome
+    assert report.outcome is RepairOutcome.REPAIRED
+    first = report.explain().splitlines()[1]
     assert first.startswith('block "left": 16 duplicate vertices merged (moved by up to ')
     assert f"2 faces dropped; {turned[0]} faces turned; " in first
 
@@ -145,10 +159,10 @@ def test_a_block_inside_out_is_turned_and_a_cavity_is_not():
         [*outer.faces, *([c + 8 for c in face[::-1]] for face in inner.faces)],
         "hollow",
     )
-    same, report = heal([hollow], supports=[0])
+    same, report = repair([hollow], supports=[0])
     assert same.volume[0] == pytest.approx(26)
     assert report.changed == ()
-    inverted, report = heal([Block(hollow.vertices, [face[::-1] for face in hollow.faces], "hollow")], supports=[0])
+    inverted, report = repair([Block(hollow.vertices, [face[::-1] for face in hollow.faces], "hollow")], supports=[0])
     assert inverted.volume[0] == pytest.approx(26)
     assert report.changes[0].turned == 12
 
@@ -156,8 +170,8 @@ def test_a_block_inside_out_is_turned_and_a_cavity_is_not():
 def test_faces_far_from_flat_are_left_and_said():
     bent = box((0.0, 0, 0), (1, 1, 1), name="bent")
     bent.vertices[6] += [0, 0, 0.2]
-    healed, report = heal([bent], supports=[0])
-    np.testing.assert_array_equal(healed.vertices, bent.vertices)
+    repaired, report = repair([bent], supports=[0])
+    np.testing.assert_array_equal(repaired.vertices, bent.vertices)
     assert 'block "bent": 1 faces are too far from flat and were left' in report.explain()
 
 
@@ -172,20 +186,21 @@ def test_faces_far_from_flat_are_left_and_said():
         (Block([[0, 0, 0]] * 8, box((0, 0, 0), (1, 1, 1)).faces, "a"), "vertices have shape"),
     ],
 )
-def test_what_cannot_be_mended_is_named(block, expected):
+def test_what_cannot_be_repaired_is_named(block, expected):
     with pytest.raises(InputError, match=f'block "a": {expected}'):
-        heal([block], supports=[0])
+        repair([block], supports=[0])
 
 
 def test_bad_tolerances():
-    for bad in ({"gap": 0.5}, {"weld": -1}, {"warp": "x"}, {"gap": float("nan")}):
+    for bad in ({"gap": 0.5}, {"merge": -1}, {"warp": "x"}, {"gap": float("nan")}):
         with pytest.raises(InputError, match=f"{next(iter(bad))} is .*; it must be at least 0 and below"):
-            heal(stack(2), **bad)
+            repair(stack(2), **bad)
     with pytest.raises(InputError, match="units are those of a file"):
-        heal(stack(2), units="mm")
+        repair(stack(2), units="mm")
 
 
-def test_the_command_mends_a_file_that_is_refused(tmp_path):
+@pytest.mark.parametrize("command", ["repair", "heal"])
+def test_the_command_repairs_a_file_that_is_refused(tmp_path, command):
     path = write(stack(2), tmp_path / "rough.json")
     data = json.loads(path.read_text())
     data["blocks"][1]["faces"][2].reverse()
@@ -193,19 +208,20 @@ def test_the_command_mends_a_file_that_is_refused(tmp_path):
     refused = run("check", path)
     assert (refused.returncode, "is inverted" in refused.stderr) == (2, True)
     target = tmp_path / "clean.json"
-    answer = run("heal", path, "-o", target, "--gap", "0.005")
+    answer = run(command, path, "-o", target, "--gap", "0.005")
     assert answer.returncode == 0, answer.stderr
-    assert answer.stdout.splitlines() == ['block "stone0": 1 faces turned', "2 of 3 blocks unchanged"]
+    told = [RepairOutcome.REPAIRED.value, 'block "stone0": 1 faces turned', "2 of 3 blocks unchanged"]
+    assert answer.stdout.splitlines() == told
     assert assess(read(target)).outcome.word == "stable"
-    wrong = run("heal", path, "-o", target, "--gap", "7")
+    wrong = run(command, path, "-o", target, "--gap", "7")
     assert (wrong.returncode, "gap is 7.0; it must be" in wrong.stderr) == (2, True)
 
 
 def test_a_vault_from_elsewhere_closes(cases):
     rough = read(cases / "asm_crossvault.json")
-    healed, _ = heal(rough)
+    repaired, _ = repair(rough)
     # 488 joints are recorded with it; at this tolerance the file itself has 373 of them.
     assert find_interfaces(rough, gap=1e-6).n_interfaces == 373
-    assert find_interfaces(healed, gap=1e-6).n_interfaces == 488
+    assert find_interfaces(repaired, gap=1e-6).n_interfaces == 488
     assert assess(rough, gap=1e-6).outcome.word != "stable"
-    assert assess(healed, gap=1e-6).outcome.word == "stable"
+    assert assess(repaired, gap=1e-6).outcome.word == "stable"

@@ -1,4 +1,4 @@
-"""What workers do for the page: judge design after design, and the dearer numbers of one design."""
+"""What workers do for the page: evaluate design after design, and the dearer numbers of one design."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from blockstat.errors import InputError
 NEAR = 2e-3
 
 
-def judge_designs(channel: Channel) -> None:
-    """Judge the newest question, again and again; evidence of earlier designs is kept between them."""
+def evaluate_designs(channel: Channel) -> None:
+    """Evaluate the newest question, again and again; evidence of earlier designs is kept between them."""
     memory = Memory()
     while True:
         question = channel.receive()
         channel.send(Began(question.number))
-        channel.send(judged(question, memory))
+        channel.send(evaluated(question, memory))
 
 
-def judged(question: Question, memory: Memory) -> Judged | Failed:
+def evaluated(question: Question, memory: Memory) -> Judged | Failed:
     """The static verdict on a question, or why there is none."""
     begin = process_time()
     try:
@@ -47,7 +47,7 @@ def judged(question: Question, memory: Memory) -> Judged | Failed:
 
 
 def dearer_numbers(channel: Channel, number: int, verdict: Verdict, push: str) -> None:
-    """Limit load and least friction of a design that was judged, each sent as it comes.
+    """Limit load and least friction of a design that was evaluated, each sent as it comes.
 
     Before them the verdict with its score, where an earlier mechanism had decided and left the score open.
     """
