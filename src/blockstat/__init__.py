@@ -1,4 +1,4 @@
-"""Certified rigid-block statics of masonry: does it stand, and which block moves first?
+"""Certified rigid-block statics of masonry: whether it stands, and which block moves first.
 
 Lengths are in metres, forces in newtons, z is up unless gravity says otherwise.
 

@@ -85,6 +85,7 @@ class Worker:
 
     @property
     def running(self) -> bool:
+        """Whether the worker is at work."""
         return not self._stopped and self._process.is_alive()
 
     def _listen(self) -> None:

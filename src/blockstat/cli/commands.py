@@ -35,7 +35,7 @@ app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_
 
 @app.callback()
 def about(version: Version = False) -> None:
-    """Statics of masonry made of rigid blocks: does it stand, and which block moves first?"""
+    """Statics of masonry made of rigid blocks: whether it stands, and which block moves first."""
 
 
 @app.command()
@@ -169,7 +169,7 @@ def tilt_command(
     units: Units = None,
     as_json: AsJson = False,
 ) -> None:
-    """By which angle may the ground tilt about an axis before the assembly falls?"""
+    """Find the angle by which the ground may tilt about an axis before the assembly falls."""
     from math import isnan
 
     from blockstat.analysis.tilt_friction import tilt_limit

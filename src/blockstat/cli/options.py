@@ -69,6 +69,7 @@ def modified(assembly: Assembly, *, friction: float | None, gravity: str | None,
 
 
 def numbers(text: str, count: int, option: str, form: str) -> list[float]:
+    """Return the numbers in the text of an option; raise InputError that says the form where they are not."""
     try:
         values = [float(part) for part in text.split(",")]
     except ValueError:

@@ -268,8 +268,9 @@ def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints]) -> list[_Pieces]:
 def _gaps(
     assembly: Assembly, fa: Ints, fb: Ints, frame: Floats, origin: Floats, polygon: Floats, count: Ints
 ) -> tuple[Floats, Floats]:
-    """Largest distance along n between the planes of two faces over the corners of their patch, and the height of the
-    middle between them: faces that are not parallel do not meet halfway between their centres.
+    """Largest distance along n between two faces over the corners of their patch, and the height of the middle.
+
+    Faces that are not parallel do not meet halfway between their centres.
     """
     height = []
     live = np.arange(polygon.shape[1]) < count[:, None]

@@ -30,7 +30,9 @@ class Dynamic(Protocol):
     """
 
     @property
-    def outcome(self) -> Any: ...
+    def outcome(self) -> Any:
+        """The answer."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -197,5 +199,6 @@ class Evaluator:
                 self.callbacks.static(self.make(candidate.parameters))
 
     def check_cancelled(self) -> None:
+        """Raise KeyboardInterrupt when the search was cancelled."""
         if self.callbacks.cancel is not None and self.callbacks.cancel():
             raise KeyboardInterrupt

@@ -24,6 +24,7 @@ class Space:
 
     @property
     def names(self) -> list[str]:
+        """Names of the parameters, in the order in which they are moved."""
         return list(self.ranges)
 
     @property

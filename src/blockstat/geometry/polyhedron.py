@@ -108,10 +108,12 @@ class Polyhedra:
 
     @property
     def n_blocks(self) -> int:
+        """Number of blocks."""
         return len(self.vertex_start) - 1
 
     @cached_property
     def integrals(self) -> Integrals:
+        """Volume, centroid and inertia of each block."""
         return integrals(self.vertices[self.face_vertices], self.face_start, self.face_block, self.n_blocks)
 
     @property

@@ -15,8 +15,10 @@ if TYPE_CHECKING:
 
 
 def shared_corners(assembly: Assembly, gap: float) -> Ints:
-    """For each vertex the number of its corner: vertices of neighbours no further apart than gap times the size of the
-    smaller block are one. A corner that would take in two vertices of one block is left apart.
+    """Return the number of the corner of each vertex.
+
+    Vertices of neighbours that are no further apart than gap times the size of the smaller block share a corner. A
+    corner that would take in two vertices of one block is left apart.
     """
     from scipy.spatial import KDTree
 
@@ -33,8 +35,9 @@ def shared_corners(assembly: Assembly, gap: float) -> Ints:
 
 
 def settled_faces(assembly: Assembly, corner: Ints) -> np.ndarray:
-    """Mask of the triangles that need no plane of their own, shape (n_faces,): all their corners are corners of joints
-    that match corner for corner, as those of curved vaults do.
+    """Return the mask of the triangles that need no plane of their own, shape (n_faces,).
+
+    All their corners are corners of joints that match corner for corner, as those of curved vaults do.
     """
     faces = [
         corner[assembly.face_vertices[a:b]]

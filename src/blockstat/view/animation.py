@@ -1,5 +1,6 @@
-"""A mechanism, or any motion of the blocks, as an animation: a GLB (glTF 2.0, binary) with one node a block that any
-viewer plays in a loop.
+"""A mechanism, or any motion of the blocks, as an animation.
+
+It is a GLB (glTF 2.0, binary) with one node a block, which any viewer plays in a loop.
 
 Sources: Khronos Group, glTF 2.0 Specification, 4.4 (GLB), 3.6 (accessors), 3.11 (animations).
 """

@@ -72,8 +72,7 @@ def with_copies(assembly: Assembly, blocks: Ints) -> Assembly:
 def visible(
     assembly: Assembly, vertices: Floats, view: Floats, colour: Floats, layer: Ints | None = None
 ) -> tuple[list[Floats], Floats, Floats]:
-    """Faces towards the eye, hidden ones first: polygons on the picture plane, their shaded colours and those of their
-    outlines.
+    """Return the faces towards the eye, hidden ones first: polygons, shaded colours and colours of outlines.
 
     A face with smooth edges has no outline; a polygon of two corners follows for each other edge of it.
 

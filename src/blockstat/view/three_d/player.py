@@ -31,6 +31,7 @@ class Player:
 
     @property
     def playing(self) -> bool:
+        """Whether a film runs."""
         return self._film is not None
 
     def play(self, film: Callable[[float], Floats], seconds: float = np.inf) -> None:
@@ -38,6 +39,7 @@ class Player:
         self._film, self._seconds, self._began, self._last = film, seconds, monotonic(), -np.inf
 
     def stop(self) -> None:
+        """Stop the film."""
         self._film = None
 
     def tick(self) -> None:
@@ -65,8 +67,9 @@ def swing(result: Any, amplitude: float) -> Callable[[float], Floats]:
 def trajectory(
     assembly: Any, times: Floats, displacement: np.ndarray, rotation: np.ndarray
 ) -> Callable[[float], Floats]:
-    """Vertices of blocks along a trajectory: the last pose at or before each time; shapes as in
-    `dynsim.judge.run.Run`.
+    """Return the vertices of blocks along a trajectory: the last pose at or before each time.
+
+    Shapes are those of `dynsim.judge.run.Run`.
     """
 
     def film(time: float) -> Floats:
