@@ -73,7 +73,12 @@ class SearchResult(Result):
         return SearchOutcome.FOUND if self.best is not None else SearchOutcome.NONE_STANDS
 
     def explain(self) -> str:
-        """Return the best design and how many designs were evaluated in which way, one fact a line."""
+        """Return the best design and how many designs were evaluated in which way, one fact a line.
+
+        Returns
+        -------
+        str
+        """
         lines = [self.outcome.value]
         if self.best_parameters is not None:
             lines.append(f"Best: {', '.join(f'{name} {value:g}' for name, value in self.best_parameters.items())}.")
@@ -87,7 +92,14 @@ class SearchResult(Result):
         return "\n".join(lines)
 
     def summary(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return plain values for JSON.
+
+        Returns
+        -------
+        dict of str to object
+            The outcome and its sentence, the best parameters, numbers of designs, verdicts and disagreements, the
+            front, and whether the search was finished.
+        """
         return {
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,

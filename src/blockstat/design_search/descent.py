@@ -47,7 +47,23 @@ class Descent:
     moved: tuple[str, ...]
 
     def measured(self, x: Floats) -> Candidate:
-        """The candidate at scaled parameters x, each from 0 (least) to 1 (most)."""
+        """Measure a design, or return the row it already has.
+
+        Parameters
+        ----------
+        x : ndarray, shape (n_moved,)
+            Scaled parameters, each from 0 (least) to 1 (most); what is outside is clipped.
+
+        Returns
+        -------
+        Candidate
+            With its reserve and its slopes; its static verdict is "error" where the design cannot be built.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            When the search was cancelled.
+        """
         evaluator, low, high = self.evaluator, *self._bounds()
         place = dict(zip(self.moved, np.clip(low + x * (high - low), low, high).round(12).tolist(), strict=True))
         values = {name: place.get(name, self.counted.get(name, 0.0)) for name in evaluator.space.names}
@@ -83,11 +99,28 @@ class Descent:
         )  # fmt: skip
 
     def down(self, least: float) -> Candidate | None:
-        """The lightest design with that reserve that was found; None if there was none.
+        """Find the lightest design with a reserve.
 
+        Parameters
+        ----------
+        least : float
+            Limit load multiplier that the design must have.
+
+        Returns
+        -------
+        Candidate or None
+            The lightest of the designs that were met and have the reserve; None if there was none.
+
+        Notes
+        -----
         Around the best design so far, the volume is taken as linear and the reserve as the least of the tangents at all
         designs seen nearby, for it has kinks where one mechanism gives way to another. The linear program that follows
         gives the next design; where it is no better, the next one is looked for closer by.
+
+        References
+        ----------
+        Kelley, J. E. (1960). The cutting-plane method for solving convex programs. Journal of the Society for
+        Industrial and Applied Mathematics 8(4), 703-712.
         """
         seen = [self.measured(np.ones(len(self.moved)))]
         reach = 1.0
@@ -136,7 +169,20 @@ class Descent:
         return (np.array([found.parameters[name] for name in self.moved]) - low) / np.where(high > low, high - low, 1.0)
 
     def snapped(self, found: Candidate, least: float) -> Candidate | None:
-        """The lightest of the designs round about on the steps of the ranges that has the reserve."""
+        """Find the lightest design with a reserve on the steps of the ranges next to a design.
+
+        Parameters
+        ----------
+        found : Candidate
+            The design.
+        least : float
+            Limit load multiplier that the answer must have.
+
+        Returns
+        -------
+        Candidate or None
+            None where no design round about has the reserve.
+        """
         ends = []
         for name in self.moved:
             steps = sorted(self.evaluator.space.ranges[name].steps())
@@ -157,9 +203,24 @@ def _built(found: Candidate) -> bool:
 
 
 def descents(evaluator: Evaluator, margin: Margin) -> Iterator[Descent]:
-    """One descent for each combination of what is counted: presences, numbers of things.
+    """Go through the combinations of what is counted: presences, numbers of things.
 
-    Raises InputError where there are too many.
+    Parameters
+    ----------
+    evaluator : Evaluator
+        Of the space.
+    margin : Margin
+        Reserve that is measured.
+
+    Yields
+    ------
+    Descent
+        One for each combination.
+
+    Raises
+    ------
+    InputError
+        For more combinations than `MOST`.
     """
     ranges = evaluator.space.ranges
     counted = [name for name, found in ranges.items() if is_discrete(found)]
@@ -175,9 +236,26 @@ def descents(evaluator: Evaluator, margin: Margin) -> Iterator[Descent]:
 
 
 def lightest(evaluator: Evaluator, margin: Margin, *, snap: bool = False) -> Values | None:
-    """The lightest design with the margin that stands.
+    """Find the lightest design that has the margin and stands.
 
-    snap : only designs on the steps of the ranges are offered.
+    Parameters
+    ----------
+    evaluator : Evaluator
+        Of the space.
+    margin : Margin
+        Reserve that the design must have.
+    snap : bool, optional
+        Only designs on the steps of the ranges are offered.
+
+    Returns
+    -------
+    dict of str to float, or None
+        Parameter values of the design; None where none was found.
+
+    Raises
+    ------
+    InputError
+        For more combinations of what is counted than `MOST`.
     """
     queue: list[tuple[float, int, int, float, Candidate, Descent]] = []
 
@@ -213,9 +291,26 @@ def _met(evaluator: Evaluator, least: float, *, snap: bool) -> Values | None:
 
 
 def front(evaluator: Evaluator, margin: Margin, points: int) -> tuple[Candidate, ...]:
-    """Designs of which none is both lighter and safer than another, by growing reserve (epsilon constraint).
+    """Find designs of which none is both lighter and safer than another (epsilon constraint).
 
-    points : number of reserves asked for, from that of the margin up to the most that any design has at its largest.
+    Parameters
+    ----------
+    evaluator : Evaluator
+        Of the space.
+    margin : Margin
+        Direction of the reserve, and the least reserve that is asked for.
+    points : int
+        Number of reserves asked for, from that of the margin up to the most that any design has at its largest.
+
+    Returns
+    -------
+    tuple of Candidate
+        By growing volume and reserve.
+
+    Raises
+    ------
+    InputError
+        For more combinations of what is counted than `MOST`.
     """
     paths = list(descents(evaluator, margin))
     most = max((d.measured(np.ones(len(d.moved))).reserve or 0.0) for d in paths)
@@ -230,7 +325,18 @@ def front(evaluator: Evaluator, margin: Margin, points: int) -> tuple[Candidate,
 
 
 def undominated(candidates: list[Candidate]) -> tuple[Candidate, ...]:
-    """Those to which no other is as light and as safe and better in one, from the lightest on."""
+    """Keep the designs to which no other is as light and as safe and better in one.
+
+    Parameters
+    ----------
+    candidates : list of Candidate
+        Designs with their volume and reserve; one that is None counts as 0.
+
+    Returns
+    -------
+    tuple of Candidate
+        From the lightest on.
+    """
     kept: list[Candidate] = []
     for candidate in sorted(candidates, key=lambda c: (c.volume or 0.0, -(c.reserve or 0.0))):
         if not kept or (candidate.reserve or 0.0) > (kept[-1].reserve or 0.0):

@@ -71,20 +71,71 @@ class Evaluator:
         self.known = self.history.read() if self.history else {}
 
     def make(self, values: Mapping[str, float]) -> Assembly:
-        """The design as it is judged. Raises InputError when its parts do not fit together."""
+        """Build a design as it is judged.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            Parameter values of the design.
+
+        Returns
+        -------
+        Assembly
+            Under the friction and gravity of the search.
+
+        Raises
+        ------
+        InputError
+            When its parts do not fit together, or for a value outside its bounds.
+        """
         return self.callbacks.under(build(self.space.at(values)))
 
     def weigh(self, values: Values) -> float:
-        """Volume of the free blocks of a design [m3]; raises as `make`. The first few are kept for their judgement."""
+        """Return the volume of a design.
+
+        The first few designs are kept for their judgement, so that they are built once.
+
+        Parameters
+        ----------
+        values : dict of str to float
+            Parameter values of the design.
+
+        Returns
+        -------
+        float
+            Volume of the free blocks [m3].
+
+        Raises
+        ------
+        InputError
+            For a design that cannot be built.
+        """
         assembly = self.make(values)
         if len(self._weighed) < KEPT:
             self._weighed[tuple(values.values())] = assembly
         return float(assembly.volume[assembly.free].sum())
 
     def ask(self, values: Mapping[str, float], *, dynamics: bool = True, always: bool = False) -> Candidate:
-        """The candidate with these values.
+        """Return the candidate with some values, and judge it if that was not done before.
 
-        dynamics : simulate it where statics allow it; always : simulate it in any case.
+        Parameters
+        ----------
+        values : mapping of str to float
+            Parameter values of the design, in the order of the space.
+        dynamics : bool, optional
+            Simulate it where statics allow it.
+        always : bool, optional
+            Simulate it in any case.
+
+        Returns
+        -------
+        Candidate
+            Its verdict is "error" where the design cannot be built.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            When the search was cancelled.
         """
         key = tuple(values.values())
         before = self.rows.get(key, self.known.get(key))
@@ -96,7 +147,25 @@ class Evaluator:
         return self.enter(key, candidate, new=candidate is not before)
 
     def first_that_stands(self, line: Sequence[Values]) -> Values | None:
-        """The first of some designs that stands; they are judged in their order, and none behind it is entered."""
+        """Return the first of some designs that stands.
+
+        They are judged in their order, and none behind the answer is entered.
+
+        Parameters
+        ----------
+        line : sequence of dict
+            Parameter values of the designs.
+
+        Returns
+        -------
+        dict of str to float, or None
+            Parameter values of the first that stands; None where none does.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            When the search was cancelled.
+        """
         for number, values in enumerate(line):
             self._look_ahead(line[number:])
             if self.ask(values).stands:
@@ -133,7 +202,22 @@ class Evaluator:
         return self._evaluated[key]
 
     def enter(self, key: Key, candidate: Candidate, *, new: bool) -> Candidate:
-        """Put a candidate into the books."""
+        """Enter a candidate into the rows, and into the history file if it is new.
+
+        Parameters
+        ----------
+        key : tuple of float
+            Its parameter values in the order of the space.
+        candidate : Candidate
+            Replaces the row with the same key.
+        new : bool
+            Whether the history file has no such line yet.
+
+        Returns
+        -------
+        Candidate
+            The same.
+        """
         if new and self.history:
             self.history.append(candidate)
         first = key not in self.rows
@@ -199,6 +283,12 @@ class Evaluator:
                 self.callbacks.static(self.make(candidate.parameters))
 
     def check_cancelled(self) -> None:
-        """Raise KeyboardInterrupt when the search was cancelled."""
+        """Ask whether the search was cancelled.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            When it was.
+        """
         if self.callbacks.cancel is not None and self.callbacks.cancel():
             raise KeyboardInterrupt

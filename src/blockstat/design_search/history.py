@@ -28,19 +28,55 @@ Key = tuple[float, ...]
 
 
 def digest(space: Space, conditions: str) -> str:
-    """What rows depend on besides their parameters."""
+    """Return a digest of what rows depend on besides their parameters.
+
+    Parameters
+    ----------
+    space : Space
+        Its scene is digested.
+    conditions : str
+        What else the verdicts depend on.
+
+    Returns
+    -------
+    str
+        Twelve hexadecimal digits.
+    """
     return hashlib.sha256(msgspec.json.encode(space.scene, order="sorted") + conditions.encode()).hexdigest()[:12]
 
 
 class History:
-    """A CSV file of candidates."""
+    """A CSV file of candidates.
+
+    Parameters
+    ----------
+    path : Path
+        The file; it is made when it is first read.
+    names : list of str
+        The parameters, in the order of their columns.
+    scene : str
+        Digest of the scene and of the conditions of the search.
+    """
 
     def __init__(self, path: Path, names: list[str], scene: str) -> None:
         self.path, self.names, self.scene = path, names, scene
         self.columns = [*names, *COLUMNS, SCENE]
 
     def read(self) -> dict[Key, Candidate]:
-        """Rows of an earlier run; a last line cut short by a kill is dropped from the file."""
+        """Read the rows of an earlier run, and begin the file where there is none.
+
+        A last line cut short by a kill is dropped from the file.
+
+        Returns
+        -------
+        dict of tuple to Candidate
+            By the parameter values, in the order of the file; of two lines on one design the later counts.
+
+        Raises
+        ------
+        InputError
+            For a history of another search, or a damaged row.
+        """
         if not self.path.is_file() or not self.path.stat().st_size:
             with self.path.open("w", newline="") as file:
                 csv.writer(file).writerow(self.columns)
@@ -61,7 +97,13 @@ class History:
             raise InputError(f"{self.path}: a row is damaged; correct it or move the file away") from None
 
     def append(self, candidate: Candidate) -> None:
-        """One line more, on the disk before this returns."""
+        """Write one line more, which is on the disk before this returns.
+
+        Parameters
+        ----------
+        candidate : Candidate
+            A judgement.
+        """
         row: dict[str, Any] = {k: "" if v is None else v for k, v in asdict(candidate).items() if k in COLUMNS}
         row["slopes"] = " ".join(map(repr, candidate.slopes))
         row["note"] = " ".join(candidate.note.split())
@@ -91,7 +133,18 @@ class History:
 
 
 def whole_lines(path: Path) -> str:
-    """The text of a file of lines; what a kill left of a last line is first taken out of the file."""
+    """Read a file of lines; what a kill left of a last line is first taken out of the file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    str
+        Its text, which ends with a line break or is empty.
+    """
     text = path.read_text(errors="replace")
     if not text.endswith("\n"):
         text = text[: text.rfind("\n") + 1]

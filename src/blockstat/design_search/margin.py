@@ -119,10 +119,33 @@ class Measured:
 
 
 def measure(make: Make, values: Mapping[str, float], moved: Sequence[str], margin: Margin) -> Measured:
-    """Measure a design. make : builds the assembly of some values, of which `moved` may lie a little out of bounds.
+    """Measure the volume and the reserve of a design, and their derivatives.
 
+    Parameters
+    ----------
+    make : callable
+        Builds the assembly of some values, of which those of `moved` may lie a little out of bounds.
+    values : mapping of str to float
+        Parameter values of the design.
+    moved : sequence of str
+        The parameters to take derivatives by.
+    margin : Margin
+        Reserve to measure.
+
+    Returns
+    -------
+    Measured
+        With slopes in the order of `moved`.
+
+    Raises
+    ------
+    InputError
+        For a design that cannot be built.
+
+    Notes
+    -----
     The reserve is continuous: at the limit both the multiplier and the score are zero. Its derivatives are exact where
-    the joints stay the same and differences where they do not. Raises InputError for a design that cannot be built.
+    the joints stay the same and differences where they do not.
     """
     assembly = make(values)
     others = {name: value for name, value in values.items() if name not in moved}

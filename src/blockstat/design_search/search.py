@@ -116,6 +116,14 @@ def search(
     ------
     InputError
         For an unknown parameter or option, a scene without ranges, or a history file of another search.
+
+    Examples
+    --------
+    >>> from blockstat import scene_from, search
+    >>> hut = {"name": "hut", "length": 3.0, "span": 2.0}
+    >>> hut["wall"] = {"thickness": {"value": 0.6, "min": 0.2, "max": 0.8, "step": 0.2}}
+    >>> search(scene_from(hut), verify=None).best_parameters
+    {'wall.thickness': 0.2}
     """
     _check(strategy, over, margin, snap)
     space = space_of(building, names)

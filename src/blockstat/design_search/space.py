@@ -41,24 +41,74 @@ class Space:
         return count
 
     def line(self, name: str) -> list[float]:
-        """Values of one parameter as the paper tries them: numbers from the largest down, presence without, then with.
+        """Return the values of one parameter as the paper tries them.
 
-        (Procedural masonry with rigid-block dynamics; the loop of its optimiser.)
+        Numbers go from the largest down; presence is tried without, then with.
+
+        Parameters
+        ----------
+        name : str
+            One of `names`.
+
+        Returns
+        -------
+        list of float
+
+        References
+        ----------
+        Procedural masonry with rigid-block dynamics; the loop of its optimiser.
         """
         values = self.ranges[name].steps()
         return values[::-1] if is_boolean(self.ranges[name]) else values
 
     def grid(self) -> Iterator[Values]:
-        """Every combination, in nested loops over the lines."""
+        """Go through every combination, in nested loops over the lines.
+
+        Yields
+        ------
+        dict of str to float
+            Parameter values of one design.
+        """
         for values in product(*(self.line(name) for name in self.names)):
             yield dict(zip(self.names, values, strict=True))
 
     def at(self, values: Mapping[str, float]) -> Scene:
-        """The scene with these values. Raises InputError outside the bounds."""
+        """Return the scene with some values.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            By parameter; the others stay as they are in the scene.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        InputError
+            For a path that is no range, or a value outside its bounds.
+        """
         return with_values(self.scene, dict(values))
 
     def near(self, values: Mapping[str, float]) -> Scene:
-        """The scene with these values, which may lie a little outside the bounds, as differences need it."""
+        """Return the scene with some values that may lie a little outside the bounds, as differences need it.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            By parameter; the others stay as they are in the scene.
+
+        Returns
+        -------
+        Scene
+            The bounds of its ranges take in the values.
+
+        Raises
+        ------
+        InputError
+            For a value that the parameter could not have by itself.
+        """
         data = msgspec.to_builtins(self.at({}))
         for path, value in values.items():
             found, (table, key) = self.ranges[path], at_path(data, path)
@@ -86,6 +136,14 @@ def space_of(scene: Scene, names: Sequence[str] | str | None = None) -> Space:
     ------
     InputError
         For an unknown name, one named twice, or a scene without ranges.
+
+    Examples
+    --------
+    >>> from blockstat import scene_from, space_of
+    >>> hut = {"name": "hut", "length": 3.0, "span": 2.0}
+    >>> hut["wall"] = {"thickness": {"value": 0.6, "min": 0.2, "max": 0.8, "step": 0.2}}
+    >>> space_of(scene_from(hut)).line("wall.thickness")
+    [0.8, 0.6, 0.4, 0.2]
     """
     ranges = parameters(scene)
     chosen = list(ranges) if names is None else [names] if isinstance(names, str) else list(names)
@@ -101,10 +159,31 @@ def space_of(scene: Scene, names: Sequence[str] | str | None = None) -> Space:
 
 
 def is_boolean(found: Range) -> bool:
-    """Whether a range says absent (0) or present (1)."""
+    """Tell whether a range says absent (0) or present (1).
+
+    Parameters
+    ----------
+    found : Range
+        Of a parameter.
+
+    Returns
+    -------
+    bool
+    """
     return (found.min, found.max, found.step) == (0.0, 1.0, 1.0)
 
 
 def is_discrete(found: Range) -> bool:
-    """Whether a range counts something: its ends and its step are whole numbers."""
+    """Tell whether a range counts something.
+
+    Parameters
+    ----------
+    found : Range
+        Of a parameter.
+
+    Returns
+    -------
+    bool
+        True where its ends and its step are whole numbers.
+    """
     return all(float(number).is_integer() for number in (found.min, found.max, found.step))

@@ -53,11 +53,22 @@ class SweepResult(Result):
         return SweepOutcome.COMPLETE if self.computed == self.designs else SweepOutcome.RESUMED
 
     def explain(self) -> str:
-        """Return what the file holds, one fact a line."""
+        """Return what the file holds, one fact a line.
+
+        Returns
+        -------
+        str
+        """
         return f"{self.outcome.value}\n{self.path}: {self.designs} designs, {self.computed} computed in this run."
 
     def summary(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return plain values for JSON.
+
+        Returns
+        -------
+        dict of str to object
+            The outcome and its sentence, the path, and the numbers of designs and of those computed.
+        """
         return {
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,
@@ -67,7 +78,18 @@ class SweepResult(Result):
         }
 
     def rows(self) -> list[dict[str, Any]]:
-        """All rows in the order of the designs."""
+        """Read all rows in the order of the designs.
+
+        Returns
+        -------
+        list of dict
+            Number of the design, its parameters, and what was measured.
+
+        Raises
+        ------
+        InputError
+            For a damaged line.
+        """
         return sorted(_read(self.path)[1], key=lambda row: row["design"])
 
 
@@ -90,6 +112,14 @@ def grid(scene: Scene, names: Sequence[str] | None = None) -> Iterator[dict[str,
     ------
     InputError
         For an unknown parameter, or a scene without any.
+
+    Examples
+    --------
+    >>> from blockstat import grid, scene_from
+    >>> hut = {"name": "hut", "length": 3.0, "span": 2.0}
+    >>> hut["wall"] = {"thickness": {"value": 0.6, "min": 0.2, "max": 0.6, "step": 0.4}}
+    >>> list(grid(scene_from(hut)))
+    [{'wall.thickness': 0.6}, {'wall.thickness': 0.2}]
     """
     ranges = _ranges(scene, names)
     for values in product(*(found.steps() for found in ranges.values())):
@@ -126,6 +156,15 @@ def latin_hypercube(
     ----------
     McKay, M. D., Beckman, R. J. & Conover, W. J. (1979). A comparison of three methods for selecting values of input
     variables. Technometrics 21(2), 239-245.
+
+    Examples
+    --------
+    >>> from blockstat import latin_hypercube, scene_from
+    >>> hut = {"name": "hut", "length": 3.0, "span": 2.0}
+    >>> hut["wall"] = {"thickness": {"value": 0.6, "min": 0.2, "max": 0.8, "step": 0.2}}
+    >>> thin, thick = sorted(found["wall.thickness"] for found in latin_hypercube(scene_from(hut), 2))
+    >>> thin < 0.5 < thick
+    True
     """
     from scipy.stats import qmc
 
@@ -220,6 +259,15 @@ def sweep(
     -----
     Each row has the number of its `design`, its parameters and what `measure` says. A sweep that was killed goes on
     where it stopped when called again; a line cut short is dropped.
+
+    Examples
+    --------
+    >>> from blockstat import grid, scene_from, sweep
+    >>> hut = {"name": "hut", "length": 3.0, "span": 2.0}
+    >>> hut["wall"] = {"thickness": {"value": 0.6, "min": 0.2, "max": 0.6, "step": 0.4}}
+    >>> scene = scene_from(hut)
+    >>> [row["static"] for row in sweep(scene, grid(scene), "hut.jsonl", jobs=1).rows()]
+    ['stable', 'stable']
     """
     from joblib import Parallel, delayed
 

@@ -22,7 +22,18 @@ Walk = Callable[[Evaluator], Values | None]
 
 
 def paper_line(evaluator: Evaluator) -> Values | None:
-    """Each parameter in its turn: every value is simulated, the smallest that stands is kept."""
+    """Move each parameter in its turn: every value is simulated, the smallest that stands is kept.
+
+    Parameters
+    ----------
+    evaluator : Evaluator
+        Of the space.
+
+    Returns
+    -------
+    dict of str to float, or None
+        Parameter values of the answer; None where no design stands.
+    """
     best, stood = evaluator.space.start, False
     for name in evaluator.space.names:
         line = [{**best, name: value} for value in evaluator.space.line(name)]
@@ -33,7 +44,18 @@ def paper_line(evaluator: Evaluator) -> Values | None:
 
 
 def pruned_line(evaluator: Evaluator) -> Values | None:
-    """The answer of `paper_line`: each parameter from its smallest value up to the first that stands."""
+    """Find the answer of `paper_line`: each parameter from its smallest value up to the first that stands.
+
+    Parameters
+    ----------
+    evaluator : Evaluator
+        Of the space.
+
+    Returns
+    -------
+    dict of str to float, or None
+        Parameter values of the answer; None where no design stands.
+    """
     best, stood = evaluator.space.start, False
     for name in evaluator.space.names:
         line = [{**best, name: value} for value in sorted(evaluator.space.line(name))]
@@ -61,14 +83,36 @@ def _bisect(evaluator: Evaluator, line: list[Values]) -> None:
 
 
 def paper_grid(evaluator: Evaluator) -> Values | None:
-    """Every combination is simulated; the lightest that stands is kept, of equals the first."""
+    """Simulate every combination; the lightest that stands is kept, of equals the first.
+
+    Parameters
+    ----------
+    evaluator : Evaluator
+        Of the space.
+
+    Returns
+    -------
+    dict of str to float, or None
+        Parameter values of the answer; None where no design stands.
+    """
     found = [evaluator.ask(values, always=True) for values in evaluator.space.grid()]
     standing = [candidate for candidate in found if candidate.stands and candidate.volume is not None]
     return min(standing, key=lambda candidate: candidate.volume or 0.0).parameters if standing else None
 
 
 def pruned_grid(evaluator: Evaluator) -> Values | None:
-    """The answer of `paper_grid`: from the lightest combination up to the first that stands."""
+    """Find the answer of `paper_grid`: from the lightest combination up to the first that stands.
+
+    Parameters
+    ----------
+    evaluator : Evaluator
+        Of the space.
+
+    Returns
+    -------
+    dict of str to float, or None
+        Parameter values of the answer; None where no design stands.
+    """
     weighed = []
     for values in evaluator.space.grid():
         evaluator.check_cancelled()
@@ -89,7 +133,19 @@ WALKS: dict[tuple[str, str], Walk] = {
 
 
 def expected(evaluator: Evaluator, over: str) -> int:
-    """The number of designs that a walk comes by at most."""
+    """Return the number of designs that a walk comes by at most.
+
+    Parameters
+    ----------
+    evaluator : Evaluator
+        Of the space.
+    over : {"line", "grid"}
+        One parameter after the other, or every combination.
+
+    Returns
+    -------
+    int
+    """
     if over == "grid":
         return evaluator.space.size
     return 1 + sum(len(evaluator.space.line(name)) - 1 for name in evaluator.space.names)

@@ -99,12 +99,47 @@ Kind = TypeVar("Kind", bound=msgspec.Struct)
 
 
 def is_compas(data: Any) -> bool:
-    """Whether JSON data is an object that COMPAS wrote."""
+    """Tell whether JSON data are an object that COMPAS wrote.
+
+    Parameters
+    ----------
+    data : object
+        What a JSON file holds.
+
+    Returns
+    -------
+    bool
+    """
     return isinstance(data, dict) and "dtype" in data and "blocks" not in data
 
 
 def compas_parts(data: dict[str, Any], name: str, *, supports: Iterable[int | str] | None = None) -> Parts:
-    """Read an assembly or a model. Raises InputError naming the block or the key at fault, or an unknown dtype."""
+    """Read an assembly or a model of COMPAS.
+
+    Parameters
+    ----------
+    data : dict
+        What the JSON file holds.
+    name : str
+        Of the assembly where the file has none.
+    supports : iterable of int or str, optional
+        Names or numbers of the blocks that cannot move, in place of those that the file marks.
+
+    Returns
+    -------
+    Parts
+        In the unit of the file.
+
+    Raises
+    ------
+    InputError
+        Naming the block or the key at fault, for a dtype that is not known, or without supports.
+
+    Warns
+    -----
+    InputWarning
+        Where a model has modifiers between elements, which are not applied, or blocks share a name.
+    """
     if "value" in data and "data" not in data:
         raise InputError("written by COMPAS 1; load it in COMPAS 2 and save it again")
     found = _as(data, _Object, "COMPAS object")

@@ -21,7 +21,17 @@ if TYPE_CHECKING:
 
 
 def write_compas(assembly: Assembly, path: Path, format: str) -> None:
-    """Write an assembly of compas_assembly ("compas-assembly") or a block model of compas_dem ("compas-model")."""
+    """Write an assembly of compas_assembly or a block model of compas_dem.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    path : Path
+        The file.
+    format : {"compas-assembly", "compas-model"}
+        Which of the two.
+    """
     data = _assembly(assembly) if format == "compas-assembly" else _model(assembly)
     path.write_text(json.dumps(data), encoding="utf-8")
 

@@ -21,7 +21,27 @@ FORMATS = {".json": ("native", "compas-assembly", "compas-model"), "": ("ply", "
 
 
 def read_parts(path: str | Path, *, supports: Iterable[int | str] | None = None, units: str | None = None) -> Parts:
-    """Blocks and all else that a file says (any format but a scene), not yet checked to be closed solids."""
+    """Read blocks and all else that a file says, not yet checked to be closed solids.
+
+    Parameters
+    ----------
+    path : str or Path
+        A file of any format but a scene, or a directory.
+    supports : iterable of int or str, optional
+        Names or numbers of the blocks that cannot move, in place of those that the file marks.
+    units : str, optional
+        Of the coordinates in the file, by default metres.
+
+    Returns
+    -------
+    Parts
+        In metres.
+
+    Raises
+    ------
+    InputError
+        Naming a file that does not exist or cannot be read.
+    """
     path = Path(path)
     if not path.is_dir() and path.suffix.lower() not in READABLE:
         raise InputError(f'{path}: cannot read "{path.suffix.lower()}"; formats are: {", ".join(READABLE)}')
@@ -52,7 +72,25 @@ def _parts(path: Path, supports: Iterable[int | str] | None, units: str | None) 
 
 
 def blaming(path: Path, call: Callable[[], T]) -> T:
-    """The answer of a call; the file's name goes in front of what it refuses."""
+    """Call a function, and put the name of a file in front of what it refuses.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    call : callable
+        Without arguments.
+
+    Returns
+    -------
+    object
+        What the function returns.
+
+    Raises
+    ------
+    InputError
+        As the function does, with the name of the file.
+    """
     try:
         return call()
     except InputError as error:

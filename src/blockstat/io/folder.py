@@ -26,7 +26,25 @@ EMPTY = "%"  #: stands for a part of a group that is empty
 
 
 def folder_parts(path: Path, *, supports: Iterable[int | str] | None = None) -> Parts:
-    """Read the files of a directory and of those below it, in the natural order of their names (2 before 10)."""
+    """Read the files of a directory and of those below it, in the natural order of their names (2 before 10).
+
+    Parameters
+    ----------
+    path : Path
+        The directory.
+    supports : iterable of int or str, optional
+        Names or numbers of the blocks that cannot move; without them the directory is refused.
+
+    Returns
+    -------
+    Parts
+        One block a file, in the unit of the files.
+
+    Raises
+    ------
+    InputError
+        For a directory without such files, a file that holds no surface, or without supports.
+    """
     files = sorted((p for p in path.rglob("*") if p.suffix.lower() in SOLIDS and p.is_file()), key=_natural)
     if not files:
         raise InputError(f"the directory holds no {' or '.join(SOLIDS)} files")
@@ -39,7 +57,22 @@ def folder_parts(path: Path, *, supports: Iterable[int | str] | None = None) -> 
 
 
 def write_folder(assembly: Assembly, path: Path, suffix: str) -> None:
-    """Write one file a block into a directory, which is made if need be and must not hold such files already."""
+    """Write one file a block into a directory, which is made if need be.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    path : Path
+        The directory.
+    suffix : {".ply", ".stl"}
+        Format of the files.
+
+    Raises
+    ------
+    InputError
+        For a directory that holds such files already.
+    """
     if path.is_dir() and any(p.suffix.lower() in SOLIDS for p in path.rglob("*")):
         raise InputError(f"{path}: already holds {' or '.join(SOLIDS)} files, which would be read as blocks too")
     for block, (name, group) in enumerate(zip(assembly.names, assembly.groups, strict=True)):

@@ -33,7 +33,30 @@ MERGE = 1e-6
 
 
 def mesh_parts(path: Path, *, supports: Iterable[int | str] | None = None) -> Parts:
-    """Read one block from each object or solid of a mesh file."""
+    """Read one block from each object or solid of a mesh file.
+
+    Parameters
+    ----------
+    path : Path
+        An .obj, .glb, .stl or .ply file.
+    supports : iterable of int or str, optional
+        Names or numbers of the blocks that cannot move, in place of those that the file marks.
+
+    Returns
+    -------
+    Parts
+        In the unit of the file, z up.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be read or holds no solid, or without supports.
+
+    Warns
+    -----
+    InputWarning
+        Where blocks share a name.
+    """
     solids, shared = _solids(path)
     if not solids:
         raise InputError("the file holds no solid")
@@ -115,7 +138,25 @@ def _extras(scene: trimesh.Scene, node: str, mesh: trimesh.Trimesh) -> dict[str,
 
 
 def read_whole(path: Path) -> tuple[np.ndarray, list[list[int]]]:
-    """Vertices and faces of a file that holds one block."""
+    """Read a file that holds one block.
+
+    Parameters
+    ----------
+    path : Path
+        A .ply or .stl file.
+
+    Returns
+    -------
+    vertices : ndarray, shape (n, 3)
+        In the unit of the file.
+    faces : list of list of int
+        Corners of each face; coplanar triangles are joined.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be read, or holds no surface.
+    """
     import trimesh
 
     try:
@@ -165,7 +206,19 @@ def _loop(triangles: np.ndarray, boundary: set[tuple[int, ...]]) -> list[int]:
 def write_mesh(assembly: Assembly, path: Path, values: Mapping[str, Any]) -> None:
     """Write one object a block; STL and PLY hold all blocks as one soup of solids.
 
-    values : for each key one number or list a block, for GLB and OBJ.
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    path : Path
+        An .obj, .glb, .stl or .ply file.
+    values : mapping of str to sequence
+        For each key one number or list a block, for GLB and OBJ.
+
+    Raises
+    ------
+    InputError
+        For values in STL or PLY, values that are not one a block, or a key that is taken.
     """
     import trimesh
 
@@ -191,7 +244,20 @@ def write_mesh(assembly: Assembly, path: Path, values: Mapping[str, Any]) -> Non
 
 
 def block_mesh(assembly: Assembly, block: int) -> trimesh.Trimesh:
-    """The surface of one block in triangles."""
+    """Return the surface of one block in triangles.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    block : int
+        Number of the block.
+
+    Returns
+    -------
+    trimesh.Trimesh
+        In metres.
+    """
     import trimesh
 
     vertices = assembly.block_vertices(block)

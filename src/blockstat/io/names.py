@@ -10,9 +10,34 @@ from blockstat.errors import InputError, InputWarning
 
 
 def distinct_names(names: Sequence[str], supports: Sequence[int | str]) -> list[str]:
-    """Number the names that occur more than once ("Mesh" becomes "Mesh.0", "Mesh.1", ...), with a warning.
+    """Number the names that occur more than once: "Mesh" becomes "Mesh.0", "Mesh.1", ...
 
-    Raises InputError when a support is given by such a name, because it says nothing.
+    Parameters
+    ----------
+    names : sequence of str
+        Of the blocks; "" for none.
+    supports : sequence of int or str
+        Supports as they were given.
+
+    Returns
+    -------
+    list of str
+        One a block.
+
+    Raises
+    ------
+    InputError
+        When a support is given by a name that occurs more than once, because it says nothing.
+
+    Warns
+    -----
+    InputWarning
+        Where a name occurs more than once.
+
+    Examples
+    --------
+    >>> distinct_names(["ground", "", ""], supports=["ground"])
+    ['ground', '', '']
     """
     count = Counter(name for name in names if name)
     repeated = {name for name, times in count.items() if times > 1}

@@ -55,7 +55,23 @@ class _Record(msgspec.Struct):
 
 
 def load_json(path: Path) -> Any:
-    """What a JSON file holds. Raises InputError with the line for bad JSON."""
+    """Read a JSON file.
+
+    Parameters
+    ----------
+    path : Path
+        The file, in UTF-8.
+
+    Returns
+    -------
+    object
+        What it holds, not yet checked.
+
+    Raises
+    ------
+    InputError
+        With the line of bad JSON.
+    """
     try:
         return json.loads(path.read_text(encoding="utf-8"))
     except json.JSONDecodeError as error:
@@ -69,10 +85,34 @@ def load_json(path: Path) -> Any:
 def native_parts(
     data: Any, name: str, *, supports: Iterable[int | str] | None = None, units: str | None = None
 ) -> Parts:
-    """Read the native format. Raises InputError with the key for a bad value.
+    """Read the native format.
 
-    units : must be those that the file names, if it names any; other units than metres are converted only where
-    they are asked for.
+    Parameters
+    ----------
+    data : object
+        What the JSON file holds.
+    name : str
+        Of the assembly where the file has none.
+    supports : iterable of int or str, optional
+        Names or numbers of the blocks that cannot move, in place of those that the file marks.
+    units : str, optional
+        Of the coordinates. They must be those that the file names, if it names any; other units than metres are read
+        only where they are asked for.
+
+    Returns
+    -------
+    Parts
+        In the unit of the file.
+
+    Raises
+    ------
+    InputError
+        With the key of a bad value, or for other units than the file's.
+
+    Warns
+    -----
+    InputWarning
+        Where blocks share a name.
     """
     if not isinstance(data, dict):
         raise InputError(f'the file holds a {type(data).__name__}; an object with "blocks" is needed')
@@ -114,7 +154,20 @@ def _in_words(error: msgspec.ValidationError, data: dict[str, Any]) -> str:
 
 
 def write_json(assembly: Assembly, path: Path) -> None:
-    """Write the native format; floats keep all their digits."""
+    """Write the native format; floats keep all their digits.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks, with its metadata.
+    path : Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        For metadata that JSON cannot hold.
+    """
     blocks = []
     for i, name in enumerate(assembly.names):
         block: dict[str, Any] = {"name": name}

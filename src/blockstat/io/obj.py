@@ -34,9 +34,24 @@ class Solid(NamedTuple):
 
 
 def read_obj(path: Path) -> tuple[list[Solid], dict[str, Any]]:
-    """Objects (or groups, in a file without objects) in the order of the file, and what is noted of all of them.
+    """Read the objects of a file, or its groups where it has no objects.
 
-    Raises InputError with the line for anything that is not well-formed.
+    Parameters
+    ----------
+    path : Path
+        An .obj file.
+
+    Returns
+    -------
+    solids : list of Solid
+        In the order of the file and in its unit.
+    shared : dict of str to object
+        What is noted of all of them.
+
+    Raises
+    ------
+    InputError
+        With the line of anything that is not well-formed.
     """
     vertices: list[tuple[float, float, float]] = []
     labels: dict[str, list[str]] = {"o": [], "g": []}
@@ -78,10 +93,20 @@ def read_obj(path: Path) -> tuple[list[Solid], dict[str, Any]]:
 
 
 def split_solids(solid: Solid) -> list[Solid]:
-    """The closed parts of a file's only object, each a block without a name if there are several.
+    """Split the only object of a file into its closed parts.
 
     Parts share no vertices, or one is closed in the order of the file before the next begins: bricks that touch may
     share vertices.
+
+    Parameters
+    ----------
+    solid : Solid
+        The object.
+
+    Returns
+    -------
+    list of Solid
+        Each a block without a name; the object itself where it is one part.
     """
     edges = [(face[0], corner) for face in solid.faces for corner in face[1:]]
     _, label = connected_components(len(solid.vertices), np.array(edges))
@@ -93,7 +118,24 @@ def split_solids(solid: Solid) -> list[Solid]:
 
 
 def closed_runs(faces: Sequence[Sequence[int]]) -> list[range]:
-    """Cut faces into runs of which each is a closed surface; what is left open at the end is the last."""
+    """Cut faces into runs of which each is a closed surface.
+
+    Parameters
+    ----------
+    faces : sequence of sequences of int
+        Corners of each face.
+
+    Returns
+    -------
+    list of range
+        Numbers of the faces of each run; what is left open at the end is the last.
+
+    Examples
+    --------
+    >>> tetrahedron = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
+    >>> closed_runs([*tetrahedron, *tetrahedron])
+    [range(0, 4), range(4, 8)]
+    """
     open_edges: set[tuple[int, int]] = set()
     runs, first = [], 0
     for number, face in enumerate(faces):
@@ -117,7 +159,19 @@ def _solid(
 
 
 def write_obj(assembly: Assembly, path: Path, extras: list[dict[str, Any]], shared: Mapping[str, Any]) -> None:
-    """All digits, metres, z up; extras : what is noted of each block, shared : of all."""
+    """Write one object a block, with all digits, in metres and z up.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    path : Path
+        The file.
+    extras : list of dict
+        What is noted of each block.
+    shared : mapping of str to object
+        What is noted of all.
+    """
     lines = [f"# {' '.join(assembly.name.split())}: {assembly.n_blocks} blocks, metres, z up", _note(shared)]
     offset = 1
     for block, name in enumerate(assembly.names):

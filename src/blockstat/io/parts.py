@@ -24,18 +24,61 @@ class Parts:
     options: dict[str, Any] = field(default_factory=dict)  #: keyword arguments of `Assembly.from_blocks`
 
     def assembled(self) -> Assembly:
-        """The assembly. Raises InputError for blocks that are no closed solids (see `Assembly.from_blocks`)."""
+        """Return the assembly.
+
+        Returns
+        -------
+        Assembly
+
+        Raises
+        ------
+        InputError
+            For blocks that are no closed solids (see `Assembly.from_blocks`).
+        """
         return Assembly.from_blocks(self.blocks, supports=self.supports, **self.options)
 
     def scaled(self, metres: float) -> Parts:
-        """The same with coordinates multiplied; densities and strengths are in SI units in every file."""
+        """Return the same with coordinates multiplied.
+
+        Densities and strengths are in SI units in every file.
+
+        Parameters
+        ----------
+        metres : float
+            Metres in one unit of the coordinates.
+
+        Returns
+        -------
+        Parts
+            In metres.
+        """
         if metres == 1.0:
             return self
         return replace(self, blocks=[replace(b, vertices=_times(b.vertices, metres)) for b in self.blocks])
 
 
 def metres_in(units: str | None) -> float:
-    """Metres in a unit of length, None for metres. Raises InputError for a unit that is not known."""
+    """Return the metres in a unit of length.
+
+    Parameters
+    ----------
+    units : str or None
+        One of `UNITS`; None for metres.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    InputError
+        For a unit that is not known.
+
+    Examples
+    --------
+    >>> metres_in("cm")
+    0.01
+    """
     if units is None:
         return 1.0
     if units not in UNITS:
@@ -46,9 +89,27 @@ def metres_in(units: str | None) -> float:
 def chosen_supports(
     marked: Sequence[int], given: Iterable[int | str] | None, names: Sequence[str], kind: str
 ) -> list[int | str]:
-    """Supports as they were given, or else those that the file marks.
+    """Return supports as they were given, or else those that the file marks.
 
-    Raises InputError naming some blocks when there are neither.
+    Parameters
+    ----------
+    marked : sequence of int
+        Numbers of the blocks that the file marks.
+    given : iterable of int or str, or None
+        Names or numbers of blocks, or one of them.
+    names : sequence of str
+        Of all blocks, for the message.
+    kind : str
+        What the file is called in the message.
+
+    Returns
+    -------
+    list of int or str
+
+    Raises
+    ------
+    InputError
+        Naming some blocks when there are no supports.
     """
     chosen: list[int | str] = [given] if isinstance(given, (int, str)) else list(marked if given is None else given)
     if not chosen:

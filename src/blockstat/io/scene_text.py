@@ -12,7 +12,26 @@ PLAIN = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def scene_text(scene: Any) -> str:
-    """The text of a scene file; every key is written, those with their defaults too, comments are lost."""
+    """Return the text of a scene file.
+
+    Every key is written, those with their defaults too; comments are lost.
+
+    Parameters
+    ----------
+    scene : Building or Composition
+        The scene.
+
+    Returns
+    -------
+    str
+        TOML 1.0, which `load_scene` reads back to the same scene.
+
+    Examples
+    --------
+    >>> from blockstat import scene_from, scene_text
+    >>> print(scene_text(scene_from({"name": "hut", "length": 3.0, "span": 2.0})).splitlines()[0])
+    name = "hut"
+    """
     return _table(msgspec.to_builtins(scene), "")
 
 

@@ -16,9 +16,26 @@ MERGE = 1e-6  #: corners closer than this fraction of the surface's size are one
 
 
 def read_surface(path: str | Path, *, units: str | None = None) -> tuple[Floats, list[list[int]]]:
-    """Corners, shape (n, 3) [m], and faces of a mesh; polygons of an OBJ file are kept, other formats have triangles.
+    """Read a surface from a mesh file; all objects of the file are one surface.
 
-    All objects of the file are one surface. Raises InputError naming the file.
+    Parameters
+    ----------
+    path : str or Path
+        An .obj, .ply, .stl or .glb file.
+    units : str, optional
+        Of the coordinates in the file, by default metres.
+
+    Returns
+    -------
+    corners : ndarray, shape (n, 3)
+        [m]; those that coincide are one.
+    faces : list of list of int
+        Polygons of an .obj file are kept; other formats have triangles.
+
+    Raises
+    ------
+    InputError
+        Naming a file that cannot be read or holds no faces, or for a unit that is not known.
     """
     path = Path(path)
     if path.suffix.lower() not in SURFACES:

@@ -33,6 +33,15 @@ def load_scene(path: str | Path) -> Scene:
     ------
     InputError
         With the line for bad TOML and the key for a bad value.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from blockstat import load_scene, scene_from, scene_text
+    >>> hut = scene_from({"name": "hut", "length": 3.0, "span": 2.0})
+    >>> _ = Path("hut.toml").write_text(scene_text(hut))
+    >>> load_scene("hut.toml") == hut
+    True
     """
     path = Path(path)
     if not path.is_file():
@@ -78,6 +87,15 @@ def read(path: str | Path, *, supports: Iterable[int | str] | None = None, units
     ------
     InputError
         Naming the file and the block or key at fault.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box, read, write
+    >>> cube = Assembly.from_blocks([box((0, 0, 0), (1, 1, 1))], supports=[0])
+    >>> write(cube, "cube.obj").name
+    'cube.obj'
+    >>> read("cube.obj", units="mm").volume.round(12).tolist()
+    [1e-09]
     """
     path = Path(path)
     if path.suffix.lower() != ".toml" or path.is_dir():

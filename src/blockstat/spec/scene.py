@@ -75,6 +75,13 @@ def with_values(scene: Scene, values: dict[str, float]) -> Scene:
     ------
     InputError
         For a path that is no range, or a value outside its bounds.
+
+    Examples
+    --------
+    >>> hut = {"name": "hut", "length": 3.0, "span": 2.0}
+    >>> hut["wall"] = {"thickness": {"value": 0.6, "min": 0.2, "max": 0.8, "step": 0.2}}
+    >>> with_values(scene_from(hut), {"wall.thickness": 0.4}).wall.thickness.value
+    0.4
     """
     ranges = parameters(scene)
     data = _plain(scene)
@@ -104,6 +111,14 @@ def scene_from(data: Any) -> Scene:
     ------
     InputError
         Naming the path of a bad or unknown key.
+
+    Examples
+    --------
+    >>> post = {"kind": "pier", "size": [0.5, 0.5], "height": 1.0, "courses": 2}
+    >>> type(scene_from({"name": "gate", "elements": {"post": post}})).__name__
+    'Composition'
+    >>> type(scene_from({"name": "hut", "length": 3.0, "span": 2.0})).__name__
+    'Building'
     """
     data = _searched(msgspec.to_builtins(data, enc_hook=_from_numpy))
     if not isinstance(data, dict):

@@ -204,7 +204,13 @@ def stones(columns: int, course: int) -> list[tuple[int, int]]:
 
 
 class Cells:
-    """Hexahedra between two grids of corners, one row and one column larger than the vault on each side."""
+    """Hexahedra between two grids of corners, one row and one column larger than the vault on each side.
+
+    Parameters
+    ----------
+    corners : ndarray
+        Shape (2, rows, columns, 3), of the intrados and the extrados [m].
+    """
 
     def __init__(self, corners: Floats) -> None:
         self.corners = corners  #: shape (2, rows, columns, 3): intrados and extrados
