@@ -13,7 +13,7 @@ import numpy as np
 
 from blockstat.analysis.limit_load import LimitLoad, LoadOutcome
 from blockstat.analysis.verdict import Verdict, corner_speed
-from blockstat.errors import InputError
+from blockstat.errors import InputError, known_options
 from blockstat.sensitivity.parameters import stone_sensitivity
 from blockstat.typing import Floats, Ints
 from blockstat.view.painter import posed, view_of, visible, with_copies
@@ -36,6 +36,7 @@ GHOST = (0.95, 0.95, 0.95, 0.55)
 STILL = 1e-3  #: blocks slower than this, relative to the fastest, leave no ghost
 
 
+@known_options
 def plot(
     assembly: Assembly,
     place: Place,
@@ -284,7 +285,8 @@ def plot_stone_sensitivity(limit: LimitLoad, direction: Sequence[float], place: 
     Raises
     ------
     InputError
-        When the load has no limit, for a file that cannot be written, or for an unknown option.
+        When the load has no limit, when `limit` is not that of `direction`, for a file that cannot be written, or for
+        an unknown option.
 
     Examples
     --------
