@@ -123,6 +123,23 @@ def test_bad_picture_paths(tmp_path):
         plot(arch(4, 0.2), tmp_path / "x.xyz")
 
 
+def test_an_unknown_option_of_a_picture_is_refused_and_the_known_ones_are_named(tmp_path):
+    stands, falls, limit = assess(arch(12, 0.2)), assess(arch(12, 0.08)), limit_load(arch(12, 0.2), (1, 0, 0))
+    pictures = [
+        (plot, (stands.assembly,)),
+        (plot_verdict, (stands,)),
+        (plot_verdict, (falls,)),
+        (plot_mechanism, (limit,)),
+        (plot_forces, (stands,)),
+        (plot_utilisation, (stands,)),
+        (plot_stone_sensitivity, (limit, (1, 0, 0))),
+    ]
+    for draw, what in pictures:
+        with pytest.raises(InputError, match=r'unknown option "azimut"; options are: values, .*azimuth, elevation'):
+            draw(*what, tmp_path / "x.png", azimut=30.0)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_the_mechanism_is_drawn_at_the_amplitude_asked_for():
     verdict = assess(running_bond(4, 3), gravity=(0, 0.6, -1))
     shift, turn = mechanism_pose(verdict, amplitude=1e-3)
