@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 from blockstat.app.words import NO_BLOCK, Known, block_card
 from blockstat.typing import Floats
+from blockstat.view.plot import extent
 from blockstat.view.three_d.arrows import force_arrows, thrust_arrows
 from blockstat.view.three_d.canvas import Canvas
 from blockstat.view.three_d.colouring import colouring
-from blockstat.view.three_d.page import GLASS, extent, mechanism_vertices
+from blockstat.view.three_d.page import GLASS, mechanism_vertices
 from blockstat.view.three_d.player import Player, swing
 
 if TYPE_CHECKING:

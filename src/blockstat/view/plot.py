@@ -204,10 +204,11 @@ def plot_verdict(verdict: Verdict, place: Place, **options: Any) -> Place:
     """
     assembly = verdict.assembly
     if not len(verdict.moving):
-        return plot(
-            assembly, place, values=verdict.demand(), colours=DEMAND, top=1.0,
-            label="friction used at the block's joints (1 = sliding)", title=f"{assembly.name}: stable", **options,
-        )  # fmt: skip
+        drawn = {
+            "values": verdict.demand(), "colours": DEMAND, "top": 1.0, "title": f"{assembly.name}: stable",
+            "label": "friction used at the block's joints (1 = sliding)",
+        }  # fmt: skip
+        return plot(assembly, place, **drawn | options)
     return plot_mechanism(verdict, place, **options)
 
 
@@ -372,16 +373,27 @@ def moving_twist(result: Verdict | LimitLoad, amplitude: float | None = None) ->
             f"{name}: no mechanism to show, the {kind} is {outcome.word}; an unstable verdict or a limit load has one"
         )
     if amplitude is None:
-        amplitude = _extent(result.assembly) / 12
+        amplitude = extent(result.assembly) / 12
     if not (np.isfinite(amplitude) and amplitude > 0):
         raise InputError(f"amplitude is {amplitude!r}; it must be a length above 0 [m]")
     return amplitude * result.mechanism
 
 
-def _extent(assembly: Assembly) -> float:
-    """Longest side of the box round the free blocks [m]."""
+def extent(assembly: Assembly) -> float:
+    """Return the longest side of the box round the free blocks.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks; where all are supports, the box is round all of them.
+
+    Returns
+    -------
+    float
+        Length [m].
+    """
     lower, upper = assembly.bounds
-    free = ~assembly.support
+    free = assembly.free if len(assembly.free) else np.arange(assembly.n_blocks)
     return float((upper[free].max(axis=0) - lower[free].min(axis=0)).max())
 
 
@@ -422,7 +434,7 @@ def plot_forces(verdict: Verdict, place: Place, **options: Any) -> Place:
     view = view_of(azimuth, elevation)
     point, force, tension = resultants(verdict)
     size = np.linalg.norm(force, axis=1)
-    reach = 0.06 * _extent(verdict.assembly) / max(float(size.max()), 1e-300)
+    reach = 0.06 * extent(verdict.assembly) / max(float(size.max(initial=0.0)), 1e-300)
 
     def draw(axes: Axes) -> None:
         for middle, pull, torn in zip(point, force, tension, strict=True):
@@ -430,7 +442,7 @@ def plot_forces(verdict: Verdict, place: Place, **options: Any) -> Place:
             axes.plot(*ends.T, color="#b2182b", linewidth=1.2, linestyle=":" if torn else "-")
 
     name = verdict.assembly.name
-    drawn = {"title": f"{name}: joint forces, longest {size.max():.3g} N", "opacity": 0.35}
+    drawn = {"title": f"{name}: joint forces, longest {size.max(initial=0.0):.3g} N", "opacity": 0.35}
     look = {"azimuth": azimuth, "elevation": elevation, "overlay": draw}
     return plot(verdict.assembly, place, **drawn | options, **look)
 

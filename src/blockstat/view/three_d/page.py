@@ -7,12 +7,10 @@ from html import escape
 from io import StringIO
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from blockstat.errors import InputError
 from blockstat.typing import Floats
 from blockstat.view.painter import posed
-from blockstat.view.plot import mechanism_pose
+from blockstat.view.plot import extent, mechanism_pose
 from blockstat.view.three_d.arrows import force_arrows
 from blockstat.view.three_d.canvas import Canvas
 from blockstat.view.three_d.colouring import colouring
@@ -152,24 +150,6 @@ def mechanism_vertices(result: Any, share: float, *, amplitude: float | None = N
         return result.assembly.vertices
     reach = share * (extent(result.assembly) / 12 if amplitude is None else amplitude)
     return posed(result.assembly, *mechanism_pose(result, amplitude=reach))
-
-
-def extent(assembly: Assembly) -> float:
-    """Return the longest side of the box round the free blocks.
-
-    Parameters
-    ----------
-    assembly : Assembly
-        The blocks; where all are supports, the box is round all of them.
-
-    Returns
-    -------
-    float
-        Length [m].
-    """
-    lower, upper = assembly.bounds
-    free = assembly.free if len(assembly.free) else np.arange(assembly.n_blocks)
-    return float((upper[free].max(axis=0) - lower[free].min(axis=0)).max())
 
 
 def framed(page: str, *, height: int = HEIGHT) -> str:
