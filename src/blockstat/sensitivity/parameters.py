@@ -158,7 +158,7 @@ def stone_sensitivity(limit: LimitLoad, direction: Sequence[float], *, pushed: b
 
     Notes
     -----
-    The added mass m weighs on the block, and where `pushed` the load, being an acceleration, pushes it as well:
+    The added mass m weighs on the block, and where `pushed` the load, being an acceleration, pushes it as well::
 
         d lambda / d m = -v' (g + lambda |g| e)    with l' u = 1,
 

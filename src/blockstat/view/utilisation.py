@@ -38,7 +38,7 @@ def utilisation(verdict: Verdict) -> Floats:
     -----
     The larger of two ratios of the joint's resultant (N, T) on its patch:
 
-    - friction, |T| / (mu N): 1 when the joint slides;
+    - friction, `|T| / (mu N)`: 1 when the joint slides;
     - eccentricity of the centre of pressure: 0 at the centroid of the patch, 1 on its edge, where the joint is a hinge;
       between them the factor by which the patch may shrink about its centroid and still hold the centre.
 
