@@ -15,7 +15,7 @@ from typing import Any
 import msgspec
 
 from blockstat.assembly import Assembly
-from blockstat.errors import InputError
+from blockstat.errors import InputError, known_options
 from blockstat.result import Result, Sentence
 from blockstat.spec import Building, Range, build, value_of
 from dynsim.judge.verdict import DynamicVerdict
@@ -74,6 +74,7 @@ class ButtressResult(Result):
         }
 
 
+@known_options
 def buttress_loop(
     building: Building,
     verify: Callable[[Assembly], DynamicVerdict],

@@ -12,7 +12,7 @@ import numpy as np
 from blockstat.analysis.limit_load import LoadOutcome, limit_load
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces
-from blockstat.errors import InputError
+from blockstat.errors import InputError, known_options
 from blockstat.loads import as_load
 from blockstat.result import Result, Sentence, finite
 from blockstat.typing import Floats
@@ -97,6 +97,7 @@ class DynamicLimit(Result):
         }
 
 
+@known_options
 def limit(
     assembly: Assembly,
     load: Any,

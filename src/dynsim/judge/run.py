@@ -11,6 +11,7 @@ import numpy as np
 
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces, find_interfaces
+from blockstat.errors import known_options
 from blockstat.typing import Floats, Ints
 from dynsim.bonds.glue import bonds_of
 from dynsim.engine.guards import check_assembly
@@ -92,6 +93,7 @@ class Run:
         return -np.einsum("tni,n,i->t", self.displacement[:, free], self.assembly.mass[free], gravity)
 
 
+@known_options
 def simulate(
     assembly: Assembly,
     *,

@@ -18,7 +18,7 @@ from typing import Any, Generic, TypeVar
 
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces
-from blockstat.errors import InputError
+from blockstat.errors import InputError, known_options
 from dynsim.engine.world import Action
 from dynsim.judge.verdict import DynamicVerdict
 from dynsim.judge.verify import verify
@@ -61,6 +61,7 @@ class Rows(Generic[T]):
         return self.rows[index]
 
 
+@known_options
 def verify_many(
     designs: Iterable[Assembly],
     *,
@@ -159,6 +160,7 @@ def with_options(function: Callable[..., T], task: tuple[Any, dict[str, Any]]) -
     return function(argument, **options)
 
 
+@known_options
 def run_many(
     function: Callable[[Any], T],
     arguments: Sequence[Any],
