@@ -100,6 +100,7 @@ class Assembly(Polyhedra):
         Returns
         -------
         Assembly
+            The assembly, its blocks in the order given.
 
         Raises
         ------
@@ -193,6 +194,7 @@ class Assembly(Polyhedra):
         Returns
         -------
         array of int, shape (n_given,)
+            Numbers of the blocks, in the order given.
 
         Raises
         ------
@@ -215,6 +217,7 @@ class Assembly(Polyhedra):
         Returns
         -------
         array of int, shape (n,)
+            Numbers of the blocks, in ascending order.
 
         Raises
         ------
@@ -237,6 +240,7 @@ class Assembly(Polyhedra):
         Returns
         -------
         Assembly
+            A new assembly; this one stays as it is.
 
         Raises
         ------
@@ -272,6 +276,7 @@ def glued(assembly: Assembly, strength: float, *, moment: float | None = None) -
     Returns
     -------
     Assembly
+        A new assembly with the glue.
 
     Examples
     --------
@@ -365,6 +370,7 @@ def block_indices(names: Sequence[str], given: Iterable[int | str] | int | str, 
     Returns
     -------
     array of int, shape (n_given,)
+        Numbers of the blocks, in the order given.
 
     Raises
     ------

@@ -79,7 +79,20 @@ class JointLaw:
 
 
 def check_laws(laws: Sequence[JointLaw], groups: Sequence[str]) -> None:
-    """Raise InputError for a law about a group that does not exist."""
+    """Check that joint laws are about groups that exist.
+
+    Parameters
+    ----------
+    laws : sequence of JointLaw
+        The laws.
+    groups : sequence of str
+        The groups of the blocks.
+
+    Raises
+    ------
+    InputError
+        For a law about a group that does not exist.
+    """
     for law in laws:
         for name in law.between:
             if name != "*" and not any(fits(name, group) for group in groups):
@@ -88,5 +101,23 @@ def check_laws(laws: Sequence[JointLaw], groups: Sequence[str]) -> None:
 
 
 def fits(name: str, group: str) -> bool:
-    """Whether a name of a law means a group: the group itself, one that it is part of, or "*"."""
+    """Return whether a name in a joint law means a group.
+
+    Parameters
+    ----------
+    name : str
+        The group itself, one that it is part of, or "*".
+    group : str
+        The group of a block.
+
+    Returns
+    -------
+    bool
+        True where the law holds for blocks of the group.
+
+    Examples
+    --------
+    >>> fits("wall", "wall.north"), fits("wall", "walls")
+    (True, False)
+    """
     return name in ("*", group) or group.startswith(name + ".")

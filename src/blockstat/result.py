@@ -47,5 +47,16 @@ class Result:
 
 
 def finite(value: float) -> float | None:
-    """Return a value as JSON can hold it: None for what is infinite or not a number."""
+    """Return a value as JSON can hold it.
+
+    Parameters
+    ----------
+    value : float
+        Any number.
+
+    Returns
+    -------
+    float or None
+        None for what is infinite or not a number.
+    """
     return float(value) if np.isfinite(value) else None

@@ -190,14 +190,16 @@ def limit_load(
         Replaces the assembly's coefficient of friction.
     gravity
         Replaces its vector, shape (3,) [m/s2].
+    loads
+        Further wrench on each block about its centroid, shape (n_blocks, 6) [N, N m], which does not grow.
     gap
         Tolerance of the joint search, relative to block size.
     interfaces
         Use these joints instead of searching.
-    flow
-        "associated" or "coulomb".
     solver
         One of `blockstat.solve.dispatch.CHOICES`.
+    flow
+        "associated" or "coulomb".
 
     Returns
     -------

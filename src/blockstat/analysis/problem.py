@@ -346,6 +346,11 @@ def timed(timings: dict[str, float], step: str) -> Iterator[None]:
         Seconds by step; changed in place.
     step
         The name of the step.
+
+    Yields
+    ------
+    None
+        The step runs in the body of the with statement.
     """
     start = process_time()
     yield

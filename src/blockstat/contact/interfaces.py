@@ -124,11 +124,12 @@ def find_interfaces(assembly: Assembly, *, gap: float = GAP, near: Ints | None =
     Returns
     -------
     Interfaces
+        The interfaces with their contact points, and the patches that were not taken.
 
     Raises
     ------
     InputError
-        When `gap` is not between 0 and 0.2.
+        When `gap` is not between 0 and 0.2, or for an option that does not exist.
 
     Examples
     --------

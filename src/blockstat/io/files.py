@@ -123,7 +123,7 @@ def write(
     Raises
     ------
     InputError
-        For a format that cannot be written, or a directory that does not exist.
+        For a format that cannot be written, or a directory that does not exist. Also for an option that does not exist.
 
     Examples
     --------

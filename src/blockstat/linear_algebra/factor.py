@@ -101,6 +101,11 @@ class SuperLU:
         ----------
         right
             Right-hand sides, shape (n,) or (n, k).
+
+        Returns
+        -------
+        array of float
+            Solutions, of the shape of the right-hand sides.
         """
         return self._lu.solve(right)
 
@@ -142,6 +147,11 @@ class Pardiso:
         ----------
         right
             Right-hand sides, shape (n,) or (n, k).
+
+        Returns
+        -------
+        array of float
+            Solutions, of the shape of the right-hand sides.
         """
         return self._call(33, np.asfortranarray(right))
 

@@ -87,7 +87,7 @@ def read(path: str | Path, *, supports: Iterable[int | str] | None = None, units
     Raises
     ------
     InputError
-        Naming the file and the block or key at fault.
+        Naming the file and the block or key at fault. Also for an option that does not exist.
 
     Examples
     --------

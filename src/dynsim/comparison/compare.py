@@ -57,7 +57,8 @@ def compare(
     Raises
     ------
     InputError
-        For a bad number of processes, or interfaces of another number of assemblies.
+        For a bad number of processes, or interfaces of another number of assemblies. Also for an option that does not
+        exist.
 
     Examples
     --------

@@ -102,7 +102,7 @@ def buttress_loop(
     Raises
     ------
     InputError
-        When no wall may have buttresses, or one is too narrow for any.
+        When no wall may have buttresses, or one is too narrow for any. Also for an option that does not exist.
     """
     sizes = {wall: sorted(_sizes(spec.thickness)) for wall, spec in building.buttresses.items()}
     if not sizes:

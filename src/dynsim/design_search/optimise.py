@@ -78,7 +78,7 @@ def optimise(
     Raises
     ------
     InputError
-        As `blockstat.search` does.
+        As `blockstat.search` does. Also for an option that does not exist.
     """
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn

@@ -138,7 +138,19 @@ def limit(
     Raises
     ------
     InputError
-        As `verify` does, or for a bad load or width.
+        As `verify` does, or for a bad load or width. Also for an option that does not exist.
+
+    Examples
+    --------
+    A pillar of 0.5 x 0.5 x 2 m tips at a quarter of its weight.
+
+    >>> from blockstat import Assembly, box
+    >>> from dynsim import limit
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]
+    >>> pillar = Assembly.from_blocks(blocks, supports=["ground"])
+    >>> found = limit(pillar, (1, 0, 0), width=0.1, check=False)
+    >>> found.outcome.word, found.lower < 0.26, found.upper > 0.24
+    ('limit', True, True)
     """
     if not 1e-4 <= width < 1:
         raise InputError(f"limit: width is {width!r}; it must be from 0.0001 to below 1")

@@ -132,7 +132,18 @@ def simulate(
     Raises
     ------
     InputError
-        As `verify` does, for a scene, a load or a joint law that cannot be simulated.
+        As `verify` does, for a scene, a load or a joint law that cannot be simulated. Also for an option that does not
+        exist.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box
+    >>> from dynsim import simulate
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]
+    >>> pillar = Assembly.from_blocks(blocks, supports=["ground"])
+    >>> run = simulate(pillar)
+    >>> run.displacement.shape[1:], bool(abs(run.since_release).max() < 1e-3)
+    ((2, 3), True)
     """
     settings = settings or Settings()
     check_assembly(assembly)

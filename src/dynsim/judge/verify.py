@@ -65,7 +65,8 @@ def verify(
     ------
     InputError
         When nothing is supported or nothing is free, when the group of Eq. 1 or a block of a load does not exist, when
-        a joint law cannot be simulated (see `dynsim.bonds.glue`), or for a scene that Bullet cannot simulate.
+        a joint law cannot be simulated (see `dynsim.bonds.glue`), or for a scene that Bullet cannot simulate. Also for
+        an option that does not exist.
 
     Notes
     -----

@@ -94,7 +94,8 @@ def verify_many(
     Raises
     ------
     InputError
-        For a bad number of processes or timeout, or interfaces of another number of assemblies.
+        For a bad number of processes or timeout, or interfaces of another number of assemblies. Also for an option that
+        does not exist.
 
     Examples
     --------
@@ -198,7 +199,13 @@ def run_many(
     Raises
     ------
     InputError
-        For a bad number of processes or timeout.
+        For a bad number of processes or timeout. Also for an option that does not exist.
+
+    Examples
+    --------
+    >>> from dynsim import run_many
+    >>> [row.result for row in run_many(abs, [-1, 2], jobs=1)]
+    [1, 2]
     """
     names = [str(i) for i in range(len(arguments))] if names is None else list(names)
     jobs = min(jobs_checked(jobs), max(len(arguments), 1))
