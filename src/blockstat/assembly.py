@@ -51,7 +51,16 @@ class Block:
 
 @dataclass(frozen=True, eq=False)
 class Assembly(Polyhedra):
-    """Rigid blocks, those that are supports, and the data that all joints share."""
+    """Rigid blocks, those that are supports, and the data that all joints share.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (1, 1, 1), name="block")]
+    >>> assembly = Assembly.from_blocks(blocks, supports=["ground"], density=2000.0)
+    >>> assembly.names, assembly.mass[assembly.free].round(6).tolist()
+    (('ground', 'block'), [2000.0])
+    """
 
     name: str
     names: tuple[str, ...]  #: one a block, unique

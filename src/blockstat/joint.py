@@ -29,7 +29,14 @@ MOST_CELLS = 64
 
 @dataclass(frozen=True)
 class JointLaw:
-    """The law of all joints between two groups; the last law that fits a joint counts."""
+    """The law of all joints between two groups; the last law that fits a joint counts.
+
+    Examples
+    --------
+    >>> from blockstat import JointLaw
+    >>> JointLaw(("wall", "*"), friction=0.5, tension=1e5).as_dict()
+    {'between': ('wall', '*'), 'friction': 0.5, 'tension': 100000.0}
+    """
 
     between: tuple[str, str]  #: groups or parts of groups ("wall" fits "wall.north"); "*" fits every block
     friction: float | None = None  #: None: the assembly's
@@ -74,7 +81,13 @@ class JointLaw:
         return self.cells or (CELLS if self.compression is not None else 0)
 
     def as_dict(self) -> dict[str, object]:
-        """What differs from the defaults, for files."""
+        """Return what differs from the defaults, for files.
+
+        Returns
+        -------
+        dict
+            Values by field.
+        """
         return {f.name: value for f in fields(self) if (value := getattr(self, f.name)) != f.default}
 
 

@@ -32,11 +32,23 @@ class Result:
     """
 
     def explain(self) -> str:
-        """Return the answer and its evidence in words, one fact a line."""
+        """Return the answer and its evidence in words, one fact a line.
+
+        Returns
+        -------
+        str
+            One fact a line.
+        """
         raise NotImplementedError
 
     def summary(self) -> dict[str, Any]:
-        """Return plain values for JSON; what is infinite or not a number is None."""
+        """Return plain values for JSON; what is infinite or not a number is None.
+
+        Returns
+        -------
+        dict
+            Values by name.
+        """
         raise NotImplementedError
 
     def __str__(self) -> str:

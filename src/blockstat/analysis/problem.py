@@ -121,7 +121,15 @@ class Problem:
         return values
 
     def motions(self) -> tuple[Floats, ...]:
-        """Return twists of the program that may open every joint, shape (6 n,) each; made when first asked for."""
+        """Return twists of the program that may open every joint.
+
+        They are made when first asked for.
+
+        Returns
+        -------
+        tuple of Floats
+            Shape (6 n,) each.
+        """
         return self._expansions
 
     @cached_property

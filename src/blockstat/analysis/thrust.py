@@ -71,12 +71,24 @@ class ThrustRange(Result):
         return ThrustOutcome.BOUNDED if np.isfinite(self.greatest) else ThrustOutcome.UNBOUNDED
 
     def explain(self) -> str:
-        """Return the answer and its evidence in words, one fact a line."""
+        """Return the answer and its evidence in words, one fact a line.
+
+        Returns
+        -------
+        str
+            One fact a line.
+        """
         lines = [self.outcome.value, f"{self.least:.6g} N <= thrust <= {self.greatest:.6g} N"]
         return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
 
     def summary(self) -> dict[str, Any]:
-        """Return plain values for JSON; an infinite thrust is None."""
+        """Return plain values for JSON; an infinite thrust is None.
+
+        Returns
+        -------
+        dict
+            Values by name.
+        """
         return {
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,
@@ -127,7 +139,13 @@ class Settlement(Result):
         return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
 
     def summary(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return plain values for JSON.
+
+        Returns
+        -------
+        dict
+            Values by name.
+        """
         return {
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,
@@ -151,7 +169,13 @@ class LoadDomain(Result):
         return DomainOutcome.BOUNDED
 
     def explain(self) -> str:
-        """Return the answer and its evidence in words, one fact a line."""
+        """Return the answer and its evidence in words, one fact a line.
+
+        Returns
+        -------
+        str
+            One fact a line.
+        """
         (x0, y0), (x1, y1) = self.inner.min(axis=0), self.inner.max(axis=0)
         return "\n".join(
             [
@@ -162,7 +186,13 @@ class LoadDomain(Result):
         )
 
     def summary(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return plain values for JSON.
+
+        Returns
+        -------
+        dict
+            Values by name.
+        """
         return {
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,

@@ -70,9 +70,16 @@ class Verdict(Result):
         return order[speed[order] > 0.01]
 
     def demand(self) -> Floats:
-        """How hard friction and strength are used at each block, shape (n_blocks,), 0 to 1 (1: at the limit).
+        """Return how hard friction and strength are used at each block.
 
-        The largest `|f_t| / (mu f_n + c)`, or pressure over strength, over points that carry at least 1 % of the
+        Returns
+        -------
+        Floats
+            Shape (n_blocks,), 0 to 1 (1: at the limit).
+
+        Notes
+        -----
+        It is the largest `|f_t| / (mu f_n + c)`, or pressure over strength, over points that carry at least 1 % of the
         block's largest force.
         """
         points = self.interfaces.point_interface
@@ -131,7 +138,13 @@ class Verdict(Result):
         return "\n".join(lines)
 
     def summary(self) -> dict[str, Any]:
-        """Plain values for JSON; an infinite score or force is None."""
+        """Return plain values for JSON; an infinite score or force is None.
+
+        Returns
+        -------
+        dict
+            Values by name.
+        """
         proof = self.certificate
         return {
             "outcome": self.outcome.word,

@@ -57,7 +57,13 @@ class ButtressResult(Result):
         return ButtressOutcome.SOUND if self.sound else ButtressOutcome.CRACKED
 
     def explain(self) -> str:
-        """Return the answer and the buttresses of each building, one building a line."""
+        """Return the answer and the buttresses of each building, one building a line.
+
+        Returns
+        -------
+        str
+            One fact a line.
+        """
         lines = [self.outcome.value]
         for step in self.steps:
             sizes = (f"{wall} {n} of {step.thickness[wall]:g} m" for wall, n in step.number.items() if n)
@@ -66,7 +72,13 @@ class ButtressResult(Result):
         return "\n".join(lines)
 
     def summary(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return plain values for JSON.
+
+        Returns
+        -------
+        dict
+            Values by name.
+        """
         return {
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,

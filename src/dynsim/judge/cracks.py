@@ -82,7 +82,13 @@ class Cracks(Result):
         return f"{count} ({text}{more})." if rows else f"{count}."
 
     def summary(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return plain values for JSON.
+
+        Returns
+        -------
+        dict
+            Values by name.
+        """
         return {
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,

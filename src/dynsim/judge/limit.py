@@ -69,7 +69,13 @@ class DynamicLimit(Result):
         return middle / self.static[1] if np.isfinite(middle) and np.isfinite(self.static[1]) else None
 
     def explain(self) -> str:
-        """Return the bracket, its ratio to the static limit and all runs in words, one fact a line."""
+        """Return the bracket, its ratio to the static limit and all runs in words, one fact a line.
+
+        Returns
+        -------
+        str
+            One fact a line.
+        """
         lines = [self.outcome.value]
         if self.outcome is LimitOutcome.LIMIT:
             lines.append(f"Multiplier between {self.lower:.5g} and {self.upper:.5g}.")
@@ -81,7 +87,13 @@ class DynamicLimit(Result):
         return "\n".join(lines)
 
     def summary(self) -> dict[str, Any]:
-        """Return plain values for JSON; what is not finite is None."""
+        """Return plain values for JSON; what is not finite is None.
+
+        Returns
+        -------
+        dict
+            Values by name.
+        """
         return {
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,
