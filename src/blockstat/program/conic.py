@@ -94,7 +94,13 @@ class ConicProgram:
         return sparse.csr_array(self.matrix.T)
 
     def feasibility(self) -> ConicProgram:
-        """Return the same rows and cost without P: its multipliers balance the cost, M'z + q = 0."""
+        """Return the same rows and cost without P.
+
+        Returns
+        -------
+        ConicProgram
+            A program whose multipliers balance the cost, M'z + q = 0.
+        """
         first = len(self.local)
         last = first + len(self.penalty_local)
         bounds = self.bounds and replace(self.bounds, penalty=np.full_like(self.bounds.penalty, -1))
