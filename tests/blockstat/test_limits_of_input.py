@@ -40,7 +40,7 @@ def test_supports_that_cannot_move():
     # A stone between two fixed ones, squeezed.
     with pytest.raises(InputError, match="jammed between them"):
         settlement(flat_arch(1, span=1.0), [0], [1, 0, 0])
-    with pytest.raises(InputError, match="no supports are named"):
+    with pytest.raises(InputError, match="supports: no blocks are given"):
         settlement(arch(10, 0.2), [], [1, 0, 0])
     with pytest.raises(InputError, match="three numbers"):
         settlement(arch(10, 0.2), ["left"], [1, 0])
