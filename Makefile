@@ -44,7 +44,7 @@ evidence: $(STAMP)  ## make all tables and pictures again, or some: ONLY="glue h
 	$(BIN)/python -m evidence $(if $(ONLY),--only $(ONLY)) $(if $(MISSING),--missing)
 
 validation: ONLY := validation dynamics-validation
-validation: evidence  ## compute the reference values again
+validation: evidence  ## recompute the reference values
 
 pages: $(STAMP)  ## fill the pages from docs/results
 	$(BIN)/python -m evidence.pages.fill

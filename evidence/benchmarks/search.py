@@ -162,9 +162,12 @@ def comparison(figures: dict) -> str:
     return "\n".join(lines)
 
 
-def summary(designs: int, ratio: float) -> str:
+def summary(designs: int, ratio: float, sample: int) -> str:
     """One line."""
-    return f"- The simulation of all {designs} designs takes {ratio:.0f} times as long as the search (from a sample)."
+    return (
+        f"- The simulation of all {designs} designs takes {ratio:.0f} times as long as the search (extrapolated from "
+        f"{sample} of them)."
+    )
 
 
 def main() -> None:
@@ -203,7 +206,7 @@ def main() -> None:
         quick["disagreements"] = reasons(chapel, result)
     if options.lighter and quick["volume"] is not None:
         figures["lighter"] = lighter(chapel, quick["volume"])
-    parts = {"table": comparison(figures), "summary": summary(figures["space"], figures["ratio"])}
+    parts = {"table": comparison(figures), "summary": summary(figures["space"], figures["ratio"], options.sample)}
     results.report(options, figures, parts)
 
 

@@ -21,8 +21,8 @@ Written by `make evidence ONLY=hard`. These are scenes on which solvers fail, wi
 of blockstat. A case very close to its limit, or with a joint of almost no width, may be undecided. No answer may be
 wrong. Where a case is closer to its limit than 1e-9 of the weight, which is the tolerance of the certificates, both
 answers count as right. The residual is the largest unbalanced force on a block, relative to its load. The independent
-check in `evidence/checks`, which shares no code with blockstat, confirms every answer. Each row is a test
-(`tests/hard`).
+check in `evidence/checks`, which takes only blocks, joints and joint laws from blockstat, confirms every answer. Each
+row is a test (`tests/hard`).
 
 """
 HEADS = ["family", "case", "true", "answer", "", "by", "residual", "s", "what the user is told"]

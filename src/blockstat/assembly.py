@@ -51,7 +51,16 @@ class Block:
 
 @dataclass(frozen=True, eq=False)
 class Assembly(Polyhedra):
-    """Rigid blocks, those that are supports, and the data that all joints share."""
+    """Rigid blocks, those that are supports, and the data that all joints share.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (1, 1, 1), name="block")]
+    >>> assembly = Assembly.from_blocks(blocks, supports=["ground"], density=2000.0)
+    >>> assembly.names, assembly.mass[assembly.free].round(6).tolist()
+    (('ground', 'block'), [2000.0])
+    """
 
     name: str
     names: tuple[str, ...]  #: one a block, unique
@@ -100,6 +109,7 @@ class Assembly(Polyhedra):
         Returns
         -------
         Assembly
+            The assembly, its blocks in the order given.
 
         Raises
         ------
@@ -193,6 +203,7 @@ class Assembly(Polyhedra):
         Returns
         -------
         array of int, shape (n_given,)
+            Numbers of the blocks, in the order given.
 
         Raises
         ------
@@ -215,6 +226,7 @@ class Assembly(Polyhedra):
         Returns
         -------
         array of int, shape (n,)
+            Numbers of the blocks, in ascending order.
 
         Raises
         ------
@@ -237,6 +249,7 @@ class Assembly(Polyhedra):
         Returns
         -------
         Assembly
+            A new assembly; this one stays as it is.
 
         Raises
         ------
@@ -272,6 +285,7 @@ def glued(assembly: Assembly, strength: float, *, moment: float | None = None) -
     Returns
     -------
     Assembly
+        A new assembly with the glue.
 
     Examples
     --------
@@ -365,6 +379,7 @@ def block_indices(names: Sequence[str], given: Iterable[int | str] | int | str, 
     Returns
     -------
     array of int, shape (n_given,)
+        Numbers of the blocks, in the order given.
 
     Raises
     ------

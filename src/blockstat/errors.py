@@ -42,6 +42,11 @@ def known_options(function: Callable[P, R]) -> Callable[P, R]:
     callable
         The same function, with the same signature.
 
+    Raises
+    ------
+    InputError
+        When the function that is returned is called with an unknown option.
+
     Examples
     --------
     >>> @known_options
@@ -84,6 +89,11 @@ def no_such(what: str, given: Any, existing: Iterable[str], *, plural: str = "",
     limit : int, optional
         At most so many names are listed.
 
+    Returns
+    -------
+    InputError
+        The error, with the names in its message.
+
     Examples
     --------
     >>> str(no_such("group", "wal", ["ground", "wall"]))
@@ -124,7 +134,30 @@ def check_choice(option: str, given: Any, choices: Iterable[str]) -> None:
 
 
 def check_density(label: str, value: Any) -> float:
-    """A density [kg/m3] of the block with this label."""
+    """Return the density of a block as a number.
+
+    Parameters
+    ----------
+    label : str
+        The name of the block.
+    value : object
+        What was given [kg/m3].
+
+    Returns
+    -------
+    float
+        The density [kg/m3].
+
+    Raises
+    ------
+    InputError
+        For anything but a positive number.
+
+    Examples
+    --------
+    >>> check_density("brick", 1800)
+    1800.0
+    """
     number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
     if not number or not 0 < value < HUGE:
         raise InputError(f'block "{label}": density is {value!r}; it must be a positive number of kg/m3')
@@ -132,14 +165,58 @@ def check_density(label: str, value: Any) -> float:
 
 
 def check_friction(value: Any) -> float:
-    """A coefficient of friction."""
+    """Return a coefficient of friction as a number.
+
+    Parameters
+    ----------
+    value : object
+        What was given; infinite for no sliding.
+
+    Returns
+    -------
+    float
+        The coefficient.
+
+    Raises
+    ------
+    InputError
+        For anything but a number of at least 0.
+
+    Examples
+    --------
+    >>> check_friction(-0.5)
+    Traceback (most recent call last):
+    ...
+    blockstat.errors.InputError: friction is -0.5; it must be a number of at least 0 (inf for no sliding)
+    """
     if not isinstance(value, (int, float, np.number)) or isinstance(value, bool) or not value >= 0:
         raise InputError(f"friction is {value!r}; it must be a number of at least 0 (inf for no sliding)")
     return float(value)
 
 
 def check_gravity(value: Any) -> Floats:
-    """A gravity vector [m/s2], shape (3,)."""
+    """Return a gravity vector as an array.
+
+    Parameters
+    ----------
+    value : object
+        What was given, three numbers [m/s2].
+
+    Returns
+    -------
+    array of float, shape (3,)
+        The vector [m/s2].
+
+    Raises
+    ------
+    InputError
+        For anything but three numbers of a usable size, not all zero.
+
+    Examples
+    --------
+    >>> check_gravity([0, 0, -10]).tolist()
+    [0.0, 0.0, -10.0]
+    """
     try:
         gravity = np.array(value, dtype=float)
     except (TypeError, ValueError):

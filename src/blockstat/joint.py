@@ -29,7 +29,14 @@ MOST_CELLS = 64
 
 @dataclass(frozen=True)
 class JointLaw:
-    """The law of all joints between two groups; the last law that fits a joint counts."""
+    """The law of all joints between two groups; the last law that fits a joint counts.
+
+    Examples
+    --------
+    >>> from blockstat import JointLaw
+    >>> JointLaw(("wall", "*"), friction=0.5, tension=1e5).as_dict()
+    {'between': ('wall', '*'), 'friction': 0.5, 'tension': 100000.0}
+    """
 
     between: tuple[str, str]  #: groups or parts of groups ("wall" fits "wall.north"); "*" fits every block
     friction: float | None = None  #: None: the assembly's
@@ -74,12 +81,31 @@ class JointLaw:
         return self.cells or (CELLS if self.compression is not None else 0)
 
     def as_dict(self) -> dict[str, object]:
-        """What differs from the defaults, for files."""
+        """Return what differs from the defaults, for files.
+
+        Returns
+        -------
+        dict
+            Values by field.
+        """
         return {f.name: value for f in fields(self) if (value := getattr(self, f.name)) != f.default}
 
 
 def check_laws(laws: Sequence[JointLaw], groups: Sequence[str]) -> None:
-    """Raise InputError for a law about a group that does not exist."""
+    """Check that joint laws are about groups that exist.
+
+    Parameters
+    ----------
+    laws : sequence of JointLaw
+        The laws.
+    groups : sequence of str
+        The groups of the blocks.
+
+    Raises
+    ------
+    InputError
+        For a law about a group that does not exist.
+    """
     for law in laws:
         for name in law.between:
             if name != "*" and not any(fits(name, group) for group in groups):
@@ -88,5 +114,23 @@ def check_laws(laws: Sequence[JointLaw], groups: Sequence[str]) -> None:
 
 
 def fits(name: str, group: str) -> bool:
-    """Whether a name of a law means a group: the group itself, one that it is part of, or "*"."""
+    """Return whether a name in a joint law means a group.
+
+    Parameters
+    ----------
+    name : str
+        The group itself, one that it is part of, or "*".
+    group : str
+        The group of a block.
+
+    Returns
+    -------
+    bool
+        True where the law holds for blocks of the group.
+
+    Examples
+    --------
+    >>> fits("wall", "wall.north"), fits("wall", "walls")
+    (True, False)
+    """
     return name in ("*", group) or group.startswith(name + ".")

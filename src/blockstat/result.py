@@ -32,11 +32,23 @@ class Result:
     """
 
     def explain(self) -> str:
-        """Return the answer and its evidence in words, one fact a line."""
+        """Return the answer and its evidence in words, one fact a line.
+
+        Returns
+        -------
+        str
+            One fact a line.
+        """
         raise NotImplementedError
 
     def summary(self) -> dict[str, Any]:
-        """Return plain values for JSON; what is infinite or not a number is None."""
+        """Return plain values for JSON; what is infinite or not a number is None.
+
+        Returns
+        -------
+        dict
+            Values by name.
+        """
         raise NotImplementedError
 
     def __str__(self) -> str:
@@ -47,5 +59,16 @@ class Result:
 
 
 def finite(value: float) -> float | None:
-    """Return a value as JSON can hold it: None for what is infinite or not a number."""
+    """Return a value as JSON can hold it.
+
+    Parameters
+    ----------
+    value : float
+        Any number.
+
+    Returns
+    -------
+    float or None
+        None for what is infinite or not a number.
+    """
     return float(value) if np.isfinite(value) else None

@@ -39,7 +39,7 @@ def vector_of(value: Any, what: str, *, zero: bool = False) -> Floats:
 
 
 def positive(value: float, what: str) -> None:
-    """Raise InputError for a number that is not finite and positive.
+    """Check that a number is finite and positive.
 
     Parameters
     ----------
@@ -47,13 +47,18 @@ def positive(value: float, what: str) -> None:
         What was given.
     what : str
         What it is for; the message begins with it.
+
+    Raises
+    ------
+    InputError
+        For any other number.
     """
     if not (np.isfinite(value) and value > 0):
         raise InputError(f"{what} is {value!r}; it must be above 0")
 
 
 def not_negative(value: float, what: str) -> None:
-    """Raise InputError for a number that is negative or not finite.
+    """Check that a number is finite and not negative.
 
     Parameters
     ----------
@@ -61,6 +66,11 @@ def not_negative(value: float, what: str) -> None:
         What was given.
     what : str
         What it is for; the message begins with it.
+
+    Raises
+    ------
+    InputError
+        For any other number.
     """
     if not (np.isfinite(value) and value >= 0):
         raise InputError(f"{what} is {value!r}; it must be 0 or more")

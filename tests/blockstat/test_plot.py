@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from shapely import Point, Polygon
 
-from blockstat import InputError, assess, limit_load
+from blockstat import Assembly, InputError, Outcome, assess, limit_load
 from blockstat.model import assemble, dome, pavilion_vault
 from blockstat.view.painter import face_order, paint_order, view_of, visible, with_copies
 from blockstat.view.plot import (
@@ -17,7 +17,7 @@ from blockstat.view.plot import (
     resultants,
 )
 from blockstat.view.utilisation import plot_utilisation
-from evidence.scenes.small import arch, assembly, box, running_bond
+from evidence.scenes.small import arch, assembly, box, running_bond, stack
 
 
 def test_nearer_blocks_are_painted_later():
@@ -123,6 +123,23 @@ def test_bad_picture_paths(tmp_path):
         plot(arch(4, 0.2), tmp_path / "x.xyz")
 
 
+def test_an_unknown_option_of_a_picture_is_refused_and_the_known_ones_are_named(tmp_path):
+    stands, falls, limit = assess(arch(12, 0.2)), assess(arch(12, 0.08)), limit_load(arch(12, 0.2), (1, 0, 0))
+    pictures = [
+        (plot, (stands.assembly,)),
+        (plot_verdict, (stands,)),
+        (plot_verdict, (falls,)),
+        (plot_mechanism, (limit,)),
+        (plot_forces, (stands,)),
+        (plot_utilisation, (stands,)),
+        (plot_stone_sensitivity, (limit, (1, 0, 0))),
+    ]
+    for draw, what in pictures:
+        with pytest.raises(InputError, match=r'unknown option "azimut"; options are: values, .*azimuth, elevation'):
+            draw(*what, tmp_path / "x.png", azimut=30.0)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_the_mechanism_is_drawn_at_the_amplitude_asked_for():
     verdict = assess(running_bond(4, 3), gravity=(0, 0.6, -1))
     shift, turn = mechanism_pose(verdict, amplitude=1e-3)
@@ -219,3 +236,15 @@ def test_the_picture_of_help_is_blue_where_a_stone_helps(tmp_path):
     assert len(blue) > 1000
     assert len(red) > 1000
     assert red.max() <= blue.min()
+
+
+def test_a_plot_of_a_stable_verdict_takes_the_options_of_plot(tmp_path):
+    verdict = assess(stack(2))
+    assert verdict.outcome is Outcome.STABLE
+    assert plot_verdict(verdict, tmp_path / "stable.png", title="two blocks", top=2.0).is_file()
+
+
+def test_forces_of_blocks_without_a_joint_are_an_empty_picture(tmp_path):
+    ground = box((0, 0, 0), (1, 1, 1), name="ground")
+    alone = Assembly.from_blocks([ground], supports=["ground"])
+    assert plot_forces(assess(alone), tmp_path / "forces.png").is_file()

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import blockstat
 import dynsim
 from blockstat import Assembly, InputError, acceleration, assess
 from blockstat.result import Result, Sentence
@@ -115,6 +116,30 @@ def test_an_unknown_setting_is_refused_with_the_settings_there_are():
     assert dataclasses.replace(FAST, end=1.0) == Settings.named("fast", end=1.0)
 
 
+@pytest.mark.parametrize(
+    ("function", "options"),
+    [
+        (dynsim.verify, "settings, loads, actions, interfaces"),
+        (dynsim.simulate, "settings, stop, loads, actions, hold, interfaces"),
+        (dynsim.limit, "settings, width, check, interfaces, progress"),
+        (dynsim.compare, "settings, closely, interfaces, jobs, timeout, progress"),
+        (dynsim.verify_many, "settings, loads, actions, interfaces, jobs, timeout, progress"),
+        (dynsim.run_many, "names, jobs, timeout, progress"),
+        (dynsim.optimise, "names, settings, jobs, under, conditions, strategy, over, margin, snap, points"),
+        (dynsim.buttress_loop, "progress"),
+        (blockstat.find_interfaces, "gap, near"),
+        (blockstat.read, "supports, units"),
+        (blockstat.write, "format, values"),
+    ],
+    ids=lambda value: value.__name__ if callable(value) else "",
+)
+def test_a_misspelt_option_is_refused_with_the_options_there_are(function, options):
+    words = f'{function.__name__}: unknown option "sttings"; options are: {options}'
+    with pytest.raises(InputError) as refused:
+        function(stack(1), sttings=FAST)
+    assert str(refused.value) == words
+
+
 def test_the_package_runs_as_a_program():
     answer = subprocess.run([sys.executable, "-m", "dynsim", "--version"], capture_output=True, text=True)
     assert (answer.returncode, answer.stderr) == (0, "")
@@ -123,7 +148,8 @@ def test_the_package_runs_as_a_program():
     assert (wrong.returncode, wrong.stdout) == (2, "")
 
 
-def test_the_examples_of_docstrings_run():
+def test_the_examples_of_docstrings_run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # examples may write files
     names = [module.name for module in pkgutil.walk_packages(dynsim.__path__, "dynsim.")]
     tried = [doctest.testmod(importlib.import_module(name)) for name in names if not name.endswith("__main__")]
     assert sum(found.attempted for found in tried) > 10

@@ -57,7 +57,7 @@ class CoulombState:
 
     settles: bool | None  #: True: a state without dilatancy and self-stress exists; False: not; None: too close to tell
     force: Floats  #: forces of the last program, scaled, shape (m, 3)
-    slip: Floats  #: mu |z_t| at each point, in units of the closing, shape (m,)
+    slip: Floats  #: `mu |z_t|` at each point, in units of the closing, shape (m,)
     changes: tuple[float, ...]  #: largest change of a slip at each solve
     factor: float  #: by which the changes shrink or grow; nan if they settled at once
 

@@ -22,12 +22,19 @@ LIGHTEST = 1e-9
 
 
 def outcome_of(checked: Certificate) -> Outcome:
-    """Return what a certificate proves; a certificate that proves both sides proves neither.
+    """Return what a certificate proves.
+
+    A certificate that proves both sides proves neither.
 
     Parameters
     ----------
     checked
         The certificate of some forces and a twist.
+
+    Returns
+    -------
+    Outcome
+        Stable, unstable or undecided.
     """
     if checked.proves_stable == checked.proves_unstable:
         return Outcome.UNDECIDED

@@ -111,7 +111,13 @@ class LimitLoad(Result):
         return found
 
     def explain(self) -> str:
-        """The answer in words."""
+        """Return the answer in words.
+
+        Returns
+        -------
+        str
+            One fact a line.
+        """
         lines = [self.outcome.value]
         if self.outcome is LoadOutcome.LIMIT:
             lines.append(f"{self.lower:.9g} <= multiplier <= {self.upper:.9g}")
@@ -122,7 +128,13 @@ class LimitLoad(Result):
         return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
 
     def summary(self) -> dict[str, Any]:
-        """Plain values for JSON; infinite bounds are None."""
+        """Return plain values for JSON; infinite bounds are None.
+
+        Returns
+        -------
+        dict
+            Values by name.
+        """
         return {
             "status": self.outcome.word,
             "sentence": self.outcome.value,
@@ -190,14 +202,16 @@ def limit_load(
         Replaces the assembly's coefficient of friction.
     gravity
         Replaces its vector, shape (3,) [m/s2].
+    loads
+        Further wrench on each block about its centroid, shape (n_blocks, 6) [N, N m], which does not grow.
     gap
         Tolerance of the joint search, relative to block size.
     interfaces
         Use these joints instead of searching.
-    flow
-        "associated" or "coulomb".
     solver
         One of `blockstat.solve.dispatch.CHOICES`.
+    flow
+        "associated" or "coulomb".
 
     Returns
     -------

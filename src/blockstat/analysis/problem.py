@@ -121,7 +121,15 @@ class Problem:
         return values
 
     def motions(self) -> tuple[Floats, ...]:
-        """Return twists of the program that may open every joint, shape (6 n,) each; made when first asked for."""
+        """Return twists of the program that may open every joint.
+
+        They are made when first asked for.
+
+        Returns
+        -------
+        tuple of Floats
+            Shape (6 n,) each.
+        """
         return self._expansions
 
     @cached_property
@@ -346,6 +354,11 @@ def timed(timings: dict[str, float], step: str) -> Iterator[None]:
         Seconds by step; changed in place.
     step
         The name of the step.
+
+    Yields
+    ------
+    None
+        The step runs in the body of the with statement.
     """
     start = process_time()
     yield

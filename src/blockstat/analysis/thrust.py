@@ -71,12 +71,24 @@ class ThrustRange(Result):
         return ThrustOutcome.BOUNDED if np.isfinite(self.greatest) else ThrustOutcome.UNBOUNDED
 
     def explain(self) -> str:
-        """Return the answer and its evidence in words, one fact a line."""
+        """Return the answer and its evidence in words, one fact a line.
+
+        Returns
+        -------
+        str
+            One fact a line.
+        """
         lines = [self.outcome.value, f"{self.least:.6g} N <= thrust <= {self.greatest:.6g} N"]
         return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
 
     def summary(self) -> dict[str, Any]:
-        """Return plain values for JSON; an infinite thrust is None."""
+        """Return plain values for JSON; an infinite thrust is None.
+
+        Returns
+        -------
+        dict
+            Values by name.
+        """
         return {
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,
@@ -105,7 +117,18 @@ class Settlement(Result):
         return SettlementOutcome.PUSHES if self.reaction >= 0 else SettlementOutcome.RESISTS
 
     def explain(self, limit: int = 5) -> str:
-        """Return the answer and its evidence in words, one fact a line; at most `limit` blocks are named."""
+        """Return the answer and its evidence in words, one fact a line.
+
+        Parameters
+        ----------
+        limit : int, optional
+            Most blocks that are named.
+
+        Returns
+        -------
+        str
+            The lines.
+        """
         lines = [self.outcome.value, f"Force on the moving supports along the movement: {self.reaction:.6g} N."]
         speed = corner_speed(self.assembly, self.mechanism)
         order = np.argsort(-speed, kind="stable")
@@ -116,7 +139,13 @@ class Settlement(Result):
         return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
 
     def summary(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return plain values for JSON.
+
+        Returns
+        -------
+        dict
+            Values by name.
+        """
         return {
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,
@@ -140,7 +169,13 @@ class LoadDomain(Result):
         return DomainOutcome.BOUNDED
 
     def explain(self) -> str:
-        """Return the answer and its evidence in words, one fact a line."""
+        """Return the answer and its evidence in words, one fact a line.
+
+        Returns
+        -------
+        str
+            One fact a line.
+        """
         (x0, y0), (x1, y1) = self.inner.min(axis=0), self.inner.max(axis=0)
         return "\n".join(
             [
@@ -151,7 +186,13 @@ class LoadDomain(Result):
         )
 
     def summary(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return plain values for JSON.
+
+        Returns
+        -------
+        dict
+            Values by name.
+        """
         return {
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,
@@ -189,11 +230,12 @@ def thrust_range(
     Returns
     -------
     ThrustRange
+        Both ends, with the forces of each.
 
     Raises
     ------
     InputError
-        When the assembly does not stand, or for a block that is no support.
+        When the assembly does not stand, for a block that is no support, or for an option that does not exist.
 
     Notes
     -----
@@ -262,16 +304,28 @@ def settlement(
     Returns
     -------
     Settlement
+        The mechanism that begins, the contact forces and the reaction of the supports.
 
     Raises
     ------
     InputError
-        When the assembly does not stand, jams, or for a block that is no support.
+        When the assembly does not stand, jams, for a block that is no support, or for an option that does not exist.
 
     Notes
     -----
     Minimises -w' u over motions with the supports' velocity given (the state of least potential energy). The forces
     are those of the thrust that resists the movement least.
+
+    Examples
+    --------
+    One springer of an arch yields outwards: the arch follows, and pushes it along.
+
+    >>> from blockstat import settlement
+    >>> from blockstat.model import arch, assemble
+    >>> ring = assemble(arch(span=2.0, thickness=0.4, depth=0.5, voussoirs=9, springers=0.3), friction=0.7)
+    >>> found = settlement(ring, ["springer.right"], (1, 0, 0))
+    >>> found.outcome.word, round(found.reaction)
+    ('pushes', 2006)
     """
     problem, inside = _standing(
         assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces, solver=solver
@@ -330,16 +384,29 @@ def load_domain(
     Returns
     -------
     LoadDomain
+        A polygon inside the domain and one around it.
 
     Raises
     ------
     InputError
-        When the assembly does not stand, carries a combination without end, or the two loads are one.
+        When the assembly does not stand, carries a combination without end, when the two loads are one, or for an
+        option that does not exist.
 
     Notes
     -----
     Every ray is a limit analysis. Its force field is a corner of the inner polygon, its mechanism a half-plane of the
     outer one; the domain is convex because the friction is associated.
+
+    Examples
+    --------
+    A pillar of 0.5 x 0.5 x 2 m tips at a quarter of its weight, to either side.
+
+    >>> from blockstat import Assembly, box, load_domain
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]
+    >>> pillar = Assembly.from_blocks(blocks, supports=["ground"])
+    >>> found = load_domain(pillar, (1, 0, 0), (0, 1, 0), directions=4)
+    >>> found.outcome.word, np.abs(found.inner).max().round(4).item()
+    ('bounded', 0.25)
     """
     assembly = assembly if gravity is None else assembly.with_(gravity=gravity)
     first, second = as_load(assembly, one), as_load(assembly, two)

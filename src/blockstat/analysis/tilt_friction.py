@@ -60,7 +60,13 @@ class Bracket(Result):
         return BracketOutcome.ALWAYS_STANDS if math.isnan(self.falls) else BracketOutcome.LIMIT
 
     def explain(self) -> str:
-        """Return the answer in words, one fact a line."""
+        """Return the answer in words, one fact a line.
+
+        Returns
+        -------
+        str
+            One fact a line.
+        """
         lines, unit = [self.outcome.value], f" {self.unit}" if self.unit else ""
         if not math.isnan(self.stands):
             lines.append(f"Stable at a {self.parameter} of {self.stands:.9g}{unit}.")
@@ -69,7 +75,13 @@ class Bracket(Result):
         return "\n".join(lines)
 
     def summary(self) -> dict[str, Any]:
-        """Return plain values for JSON; a side that does not exist is None."""
+        """Return plain values for JSON; a side that does not exist is None.
+
+        Returns
+        -------
+        dict
+            Values by name.
+        """
         return {
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,

@@ -70,9 +70,16 @@ class Verdict(Result):
         return order[speed[order] > 0.01]
 
     def demand(self) -> Floats:
-        """How hard friction and strength are used at each block, shape (n_blocks,), 0 to 1 (1: at the limit).
+        """Return how hard friction and strength are used at each block.
 
-        The largest `|f_t| / (mu f_n + c)`, or pressure over strength, over points that carry at least 1 % of the
+        Returns
+        -------
+        Floats
+            Shape (n_blocks,), 0 to 1 (1: at the limit).
+
+        Notes
+        -----
+        It is the largest `|f_t| / (mu f_n + c)`, or pressure over strength, over points that carry at least 1 % of the
         block's largest force.
         """
         points = self.interfaces.point_interface
@@ -93,7 +100,18 @@ class Verdict(Result):
         return result
 
     def explain(self, limit: int = 5) -> str:
-        """The verdict in words: the outcome, the evidence, and the blocks that move first."""
+        """Return the verdict in words: the outcome, the evidence, and the blocks that move first.
+
+        Parameters
+        ----------
+        limit : int, optional
+            Most blocks that are named.
+
+        Returns
+        -------
+        str
+            One fact a line.
+        """
         lines = [self.outcome.value]
         proof = self.certificate
         if self.outcome in (Outcome.STABLE, Outcome.STABLE_ONLY_BY_SELF_STRESS):
@@ -122,7 +140,13 @@ class Verdict(Result):
         return "\n".join(lines)
 
     def summary(self) -> dict[str, Any]:
-        """Plain values for JSON; an infinite score or force is None."""
+        """Return plain values for JSON; an infinite score or force is None.
+
+        Returns
+        -------
+        dict
+            Values by name.
+        """
         proof = self.certificate
         return {
             "outcome": self.outcome.word,
@@ -149,12 +173,38 @@ class Verdict(Result):
 
 
 def corner_speed(assembly: Assembly, twist: Floats) -> Floats:
-    """Largest corner velocity of each block under twists, shape (n_blocks,)."""
+    """Return the largest corner velocity of each block under twists.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    twist : array of float, shape (n_blocks, 6)
+        Velocity of the centroid [m/s] and angular velocity [rad/s] of each block.
+
+    Returns
+    -------
+    array of float, shape (n_blocks,)
+        Speeds [m/s].
+    """
     velocity = point_velocity(assembly, twist, assembly.vertex_block, assembly.vertices)
     return np.maximum.reduceat(np.linalg.norm(velocity, axis=1), assembly.vertex_start[:-1])
 
 
 def unit_motion(assembly: Assembly, mechanism: Floats) -> Floats:
-    """A mechanism scaled so that the fastest corner moves by 1 m; zero stays zero."""
+    """Scale a mechanism so that the fastest corner moves by 1 m.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    mechanism : array of float, shape (n_blocks, 6)
+        Twists of the blocks, of any size.
+
+    Returns
+    -------
+    array of float, shape (n_blocks, 6)
+        The scaled twists; zero stays zero.
+    """
     fastest = corner_speed(assembly, mechanism).max(initial=0.0)
     return mechanism / fastest if fastest > 0 else mechanism

@@ -21,17 +21,42 @@ PRELOADED = (
 
 
 class Channel:
-    """The worker's end: what it was asked, and the way back."""
+    """The worker's end of a connection: what it was asked, and the way back to the page.
+
+    Parameters
+    ----------
+    connection : multiprocessing.connection.Connection
+        The worker's end of a pipe.
+    """
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
 
     def send(self, message: Any) -> None:
-        """Report to the page."""
+        """Report to the page.
+
+        Parameters
+        ----------
+        message : object
+            Anything that can be pickled.
+        """
         self._connection.send(message)
 
     def receive(self) -> Any:
-        """The newest thing asked, waiting for one if there is none; older ones are dropped."""
+        """Return the newest thing asked, and wait for one if there is none.
+
+        Older ones are dropped.
+
+        Returns
+        -------
+        object
+            What the page sent last.
+
+        Raises
+        ------
+        EOFError
+            When the page has closed the connection.
+        """
         message = self._connection.recv()
         while self._connection.poll():
             message = self._connection.recv()
@@ -48,7 +73,13 @@ class Ended:
 
 
 class Crashed(Ended):
-    """The worker raised an exception, or was killed by something else."""
+    """The worker raised an exception, or was killed by something else.
+
+    Parameters
+    ----------
+    message : str
+        What happened, in words.
+    """
 
     def __init__(self, message: str) -> None:
         self.message = message
@@ -57,8 +88,15 @@ class Crashed(Ended):
 class Worker:
     """A function of a `Channel` in a process of its own.
 
-    work : a function of a module, called as work(channel, *arguments). report : called with this worker and each of
-    its messages, at last with an `Ended`, from a thread that waits for them; never after `stop`.
+    Parameters
+    ----------
+    work : callable
+        A function of a module. It is called in the process as ``work(channel, *arguments)``.
+    *arguments : object
+        Further arguments of `work`; they can be pickled.
+    report : callable
+        Called as ``report(worker, message)`` with each message of the worker, and at last with an `Ended`. It runs in a
+        thread that waits for messages. It is not called after `stop`.
     """
 
     def __init__(self, work: Callable[..., None], *arguments: Any, report: Callable[[Worker, Any], None]) -> None:
@@ -72,7 +110,13 @@ class Worker:
         threading.Thread(target=self._listen, daemon=True).start()
 
     def send(self, message: Any) -> None:
-        """Ask for something; a worker that has ended is asked in vain."""
+        """Ask for something; nothing happens if the worker has ended.
+
+        Parameters
+        ----------
+        message : object
+            Anything that can be pickled.
+        """
         try:
             self._connection.send(message)
         except (BrokenPipeError, OSError):
@@ -106,7 +150,7 @@ class Worker:
 
 
 def prepare() -> None:
-    """Start the process that workers are forked from; the first worker need not wait for its imports."""
+    """Start the process that workers are forked from, so that the first worker does not wait for its imports."""
     if _method() == "forkserver":
         from multiprocessing import forkserver
 

@@ -15,10 +15,17 @@ LENGTH = "m"
 
 
 class Controls:
-    """The sliders of a model in a part of the page.
+    """The sliders and checkboxes of a model in a part of the page.
 
-    changed : called with the path of a control that was moved, from any thread and in any order; `value` has what it
-    stands at by then.
+    Parameters
+    ----------
+    gui : viser.GuiApi
+        Where the controls are added.
+    ranges : dict of str to Range
+        Bounds, step and value of each parameter, by dotted path. A parameter that cannot move gets no control.
+    changed : callable
+        Called with the path of a control that was moved, from any thread and in any order. `value` says where the
+        control stands by then.
     """
 
     def __init__(self, gui: viser.GuiApi, ranges: dict[str, Range], changed: Callable[[str], None]) -> None:
@@ -36,12 +43,29 @@ class Controls:
         self._note = None if self._handles else gui.add_html("<div>This model has no parameters to move.</div>")
 
     def value(self, path: str) -> float | None:
-        """Where a control stands now, None if there is none."""
+        """Return where a control stands now.
+
+        Parameters
+        ----------
+        path : str
+            Dotted path of the parameter.
+
+        Returns
+        -------
+        float or None
+            In the unit of the parameter; None if there is no such control.
+        """
         handle = self._handles.get(path)
         return None if handle is None else round(float(handle.value), 9)
 
     def set(self, values: dict[str, float]) -> None:
-        """Put the controls to some values."""
+        """Put the controls to some values.
+
+        Parameters
+        ----------
+        values : dict of str to float
+            New values by dotted path. Paths without a control are ignored.
+        """
         for path, value in values.items():
             handle = self._handles.get(path)
             if handle is not None and float(handle.value) != value:
@@ -55,7 +79,26 @@ class Controls:
 
 
 def named(path: str) -> tuple[str, str]:
-    """Heading and label of a parameter: "buttresses.south.number" is "number" under "buttresses south"."""
+    """Return the heading and the label of a parameter.
+
+    Parameters
+    ----------
+    path : str
+        Dotted path of the parameter.
+
+    Returns
+    -------
+    heading : str
+        What the parameter belongs to; "material" for a path without a dot.
+    label : str
+        Its own name.
+
+    Examples
+    --------
+    >>> from blockstat.app.controls import named
+    >>> named("buttresses.south.number")
+    ('buttresses south', 'number')
+    """
     *parents, label = path.split(".")
     return " ".join(parents) or "material", label.replace("_", " ")
 

@@ -27,7 +27,19 @@ SUFFIXES = (".toml", ".json", ".obj", ".glb")
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A scene with parameters, or an assembly that is what it is."""
+    """A scene with parameters, or an assembly without any of its own.
+
+    Attributes
+    ----------
+    name : str
+        Name of the scene or the assembly.
+    scene : Building, Composition or None
+        The scene; None for an assembly.
+    assembly : Assembly or None
+        The assembly; None for a scene.
+    ranges : dict of str to Range
+        Parameters that may move, by dotted path, with "friction" and "density" where the page adds them.
+    """
 
     name: str
     scene: Any  #: what `load_scene` returned, None for an assembly
@@ -36,18 +48,48 @@ class Model:
 
     @property
     def start(self) -> dict[str, float]:
-        """The values that the file gives."""
+        """The values that the file gives, by dotted path."""
         return {path: found.value for path, found in self.ranges.items()}
 
     @property
     def own_ranges(self) -> dict[str, Range]:
-        """The ranges that the scene itself has, which a search may move. Raises InputError for an assembly."""
+        """The ranges that the scene itself has, which a search may move.
+
+        Returns
+        -------
+        dict of str to Range
+            By dotted path.
+
+        Raises
+        ------
+        InputError
+            For an assembly, which has no scene.
+        """
         if self.scene is None:
             raise InputError(NO_SCENE.format(self.name))
         return parameters(self.scene)
 
     def with_material(self, assembly: Assembly, values: dict[str, float]) -> Assembly:
-        """The assembly with the page's friction and density, where they are others than the file's."""
+        """Return an assembly with the friction and the density of the page, where they differ from the file's.
+
+        Parameters
+        ----------
+        assembly : Assembly
+            Blocks of the model.
+        values : dict of str to float
+            Values by dotted path. Only "friction" [-] and "density" [kg/m3] count. The density is set only where all
+            blocks have the same one.
+
+        Returns
+        -------
+        Assembly
+            The same blocks.
+
+        Raises
+        ------
+        InputError
+            For a negative coefficient of friction.
+        """
         moved = {name: values[name] for name in (FRICTION, DENSITY) if values.get(name) != self.start.get(name)}
         changes: dict[str, Any] = {}
         if FRICTION in moved:
@@ -57,7 +99,23 @@ class Model:
         return assembly.with_(**changes) if changes else assembly
 
     def built(self, values: dict[str, float]) -> Assembly:
-        """The blocks for some values of the parameters. Raises InputError for what cannot be built."""
+        """Return the blocks for some values of the parameters.
+
+        Parameters
+        ----------
+        values : dict of str to float
+            Values by dotted path.
+
+        Returns
+        -------
+        Assembly
+            The blocks, with the page's friction and density.
+
+        Raises
+        ------
+        InputError
+            For values from which nothing can be built.
+        """
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", InputWarning)
             if self.assembly is not None:
@@ -67,7 +125,23 @@ class Model:
             return self.with_material(build(self.moved(values)), values)
 
     def moved(self, values: dict[str, float]) -> Any:
-        """The scene with its values, as it is saved and searched. Raises InputError for an assembly."""
+        """Return the scene with its parameters at some values, as it is saved and searched.
+
+        Parameters
+        ----------
+        values : dict of str to float
+            Values by dotted path. Those that the scene does not have are ignored.
+
+        Returns
+        -------
+        Building or Composition
+            The scene with the same ranges.
+
+        Raises
+        ------
+        InputError
+            For an assembly, which has no scene, and for a value outside its range.
+        """
         own = self.own_ranges
         return with_values(self.scene, {path: value for path, value in values.items() if path in own})
 
@@ -75,8 +149,24 @@ class Model:
 def open_model(path: str | Path, *, supports: str = "") -> Model:
     """Open a scene (.toml) or an assembly (.json, .obj, .glb).
 
-    supports : names of blocks, separated by commas; a mesh needs them. Raises InputError for a file that cannot be
-    used, naming the file and what is wrong in it.
+    A scene that cannot be built is opened all the same; the page then says why it cannot be built.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    supports : str, optional
+        Names of blocks that cannot move, separated by commas. A mesh needs them; a scene ignores them.
+
+    Returns
+    -------
+    Model
+        What the page shows.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be used, naming the file and what is wrong in it.
     """
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
@@ -115,7 +205,19 @@ def _material(assembly: Assembly, ranges: dict[str, Range]) -> dict[str, Range]:
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """What is to be judged; the larger number is the newer one."""
+    """A design to be evaluated.
+
+    Attributes
+    ----------
+    number : int
+        Number of the question; the larger number is the newer one.
+    model : Model
+        The scene or the assembly.
+    values : dict of str to float
+        Values of its parameters, by dotted path.
+    push : str
+        Direction of the limit load, a key of `PUSHES`.
+    """
 
     number: int
     model: Model = field(repr=False)
@@ -125,14 +227,30 @@ class Question:
 
 @dataclass(frozen=True)
 class Began:
-    """The judge took up a question."""
+    """The evaluator took up a question.
+
+    Attributes
+    ----------
+    number : int
+        Number of the question.
+    """
 
     number: int
 
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """The static verdict on a question."""
+    """The static verdict on a question.
+
+    Attributes
+    ----------
+    number : int
+        Number of the question.
+    verdict : Verdict
+        The static verdict.
+    seconds : dict of str to float
+        Process time of each step of the evaluation [s].
+    """
 
     number: int
     verdict: Verdict
@@ -141,7 +259,15 @@ class Judged:
 
 @dataclass(frozen=True, eq=False)
 class Scored:
-    """The verdict with the score that an earlier mechanism left open."""
+    """The verdict with the score that an earlier mechanism left open.
+
+    Attributes
+    ----------
+    number : int
+        Number of the question.
+    verdict : Verdict
+        The static verdict with its score.
+    """
 
     number: int
     verdict: Verdict
@@ -149,7 +275,17 @@ class Scored:
 
 @dataclass(frozen=True)
 class Failed:
-    """A question without an answer, and why; `ours` when the fault is in the program."""
+    """A question without an answer, and why.
+
+    Attributes
+    ----------
+    number : int
+        Number of the question.
+    message : str
+        Why there is no answer.
+    ours : bool
+        True when the fault is in the program.
+    """
 
     number: int
     message: str
@@ -158,7 +294,19 @@ class Failed:
 
 @dataclass(frozen=True, eq=False)
 class Pushed:
-    """The limit load of a question; None with a reason when there is none."""
+    """The limit load of a question.
+
+    Attributes
+    ----------
+    number : int
+        Number of the question.
+    limit : LimitLoad or None
+        The bracket on the multiplier; None when there is none.
+    reason : str
+        Why there is no limit load.
+    seconds : float
+        Process time of the limit analysis [s].
+    """
 
     number: int
     limit: LimitLoad | None
@@ -168,7 +316,17 @@ class Pushed:
 
 @dataclass(frozen=True)
 class Slipped:
-    """The least friction with which a question's design stands, nan for none."""
+    """The least friction with which a question's design stands.
+
+    Attributes
+    ----------
+    number : int
+        Number of the question.
+    least : float
+        Coefficient of friction [-]; nan when none was found.
+    seconds : float
+        Process time of the bisection [s].
+    """
 
     number: int
     least: float

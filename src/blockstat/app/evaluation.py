@@ -21,7 +21,15 @@ NEAR = 2e-3
 
 
 def evaluate_designs(channel: Channel) -> None:
-    """Evaluate the newest question, again and again; evidence of earlier designs is kept between them."""
+    """Evaluate the newest question, again and again, until the page closes the channel.
+
+    Evidence of earlier designs is kept between questions.
+
+    Parameters
+    ----------
+    channel : Channel
+        Questions come through it. Each is answered by `Began`, then by `Judged` or `Failed`.
+    """
     memory = Memory()
     while True:
         question = channel.receive()
@@ -30,7 +38,20 @@ def evaluate_designs(channel: Channel) -> None:
 
 
 def evaluated(question: Question, memory: Memory) -> Judged | Failed:
-    """The static verdict on a question, or why there is none."""
+    """Return the static verdict on a question, or why there is none.
+
+    Parameters
+    ----------
+    question : Question
+        The design.
+    memory : Memory
+        Evidence of earlier designs; that of this one is added.
+
+    Returns
+    -------
+    Judged or Failed
+        The answer. Bad input and a fault of the program both give `Failed`.
+    """
     begin = process_time()
     try:
         assembly = question.model.built(question.values)
@@ -47,9 +68,20 @@ def evaluated(question: Question, memory: Memory) -> Judged | Failed:
 
 
 def dearer_numbers(channel: Channel, number: int, verdict: Verdict, push: str) -> None:
-    """Limit load and least friction of a design that was evaluated, each sent as it comes.
+    """Send the limit load and the least friction of a design that was evaluated, each as it comes.
 
-    Before them the verdict with its score, where an earlier mechanism had decided and left the score open.
+    The verdict with its score comes before them, where an earlier mechanism had decided and left the score open.
+
+    Parameters
+    ----------
+    channel : Channel
+        `Scored` (only for an open score), `Pushed` and `Slipped` are sent through it.
+    number : int
+        Number of the question.
+    verdict : Verdict
+        The static verdict on the design.
+    push : str
+        Direction of the limit load, a key of `PUSHES`.
     """
     assembly, interfaces = verdict.assembly, verdict.interfaces
     if isnan(verdict.score):

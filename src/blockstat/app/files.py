@@ -17,7 +17,27 @@ Saved = tuple[str, bytes]  #: name of a file and what is in it
 
 
 def opened(name: str, content: bytes, supports: str) -> Model:
-    """The model in a file that a browser sent. Raises InputError for one that cannot be used."""
+    """Return the model in a file that a browser sent.
+
+    Parameters
+    ----------
+    name : str
+        Name of the file; its suffix says the format.
+    content : bytes
+        What is in the file.
+    supports : str
+        Names of blocks that cannot move, separated by commas; a mesh needs them.
+
+    Returns
+    -------
+    Model
+        What the page shows.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be used, naming the file and what is wrong in it.
+    """
     with tempfile.TemporaryDirectory(prefix="blockstat-") as directory:
         path = Path(directory) / (Path(name).name or "file")
         path.write_bytes(content)
@@ -30,28 +50,101 @@ def opened(name: str, content: bytes, supports: str) -> Model:
 
 
 def scene_file(model: Model, values: dict[str, float], known: Known) -> Saved:
-    """The scene with its present values as TOML."""
+    """Return the scene with its present values as TOML.
+
+    Parameters
+    ----------
+    model : Model
+        The model on the page.
+    values : dict of str to float
+        Present values of its parameters, by dotted path.
+    known : Known
+        What is known of the design on show; not used.
+
+    Returns
+    -------
+    name : str
+        Name of the file.
+    content : bytes
+        What is in the file.
+
+    Raises
+    ------
+    InputError
+        For an assembly, which has no scene.
+    """
     from blockstat.io.scene_text import scene_text
 
     return f"{_stem(model)}.toml", scene_text(model.moved(values)).encode()
 
 
 def blocks_file(model: Model, values: dict[str, float], known: Known) -> Saved:
-    """The blocks with displacement, mechanism and demand as GLB."""
+    """Return the blocks with displacement, mechanism and demand as GLB.
+
+    Parameters
+    ----------
+    model : Model
+        The model on the page, which names the file.
+    values : dict of str to float
+        Present values of its parameters; not used.
+    known : Known
+        What is known of the design on show.
+
+    Returns
+    -------
+    name : str
+        Name of the file.
+    content : bytes
+        What is in the file.
+    """
     from blockstat.view.attributes import write_verdict
 
     return _written(f"{_stem(model)}.glb", lambda path: write_verdict(known.verdict, path))
 
 
 def picture_file(model: Model, values: dict[str, float], known: Known) -> Saved:
-    """A picture of the verdict as PNG."""
+    """Return a picture of the verdict as PNG.
+
+    Parameters
+    ----------
+    model : Model
+        The model on the page, which names the file.
+    values : dict of str to float
+        Present values of its parameters; not used.
+    known : Known
+        What is known of the design on show.
+
+    Returns
+    -------
+    name : str
+        Name of the file.
+    content : bytes
+        What is in the file.
+    """
     from blockstat.view.plot import plot_verdict
 
     return _written(f"{_stem(model)}.png", lambda path: plot_verdict(known.verdict, path))
 
 
 def report_file(model: Model, values: dict[str, float], known: Known) -> Saved:
-    """The verdict, the numbers and the view in three dimensions as one HTML page."""
+    """Return the verdict, the numbers and the view in three dimensions as one HTML page.
+
+    Parameters
+    ----------
+    model : Model
+        The model on the page.
+    values : dict of str to float
+        Present values of its parameters, by dotted path.
+    known : Known
+        What is known of the design on show.
+
+    Returns
+    -------
+    name : str
+        Name of the file.
+    content : bytes
+        What is in the file.
+    """
     from html import escape
 
     from blockstat.app.words import headline, numbers

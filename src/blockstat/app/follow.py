@@ -21,10 +21,17 @@ QUIET = 0.25
 
 
 class Follower:
-    """The newest question wins: older ones are dropped unanswered, or left unfinished when they take too long.
+    """Two workers that follow the newest question.
 
-    post : puts a call into the page's queue; tell : gets each message that is not out of date. All but `post` runs in
-    the page's own thread.
+    Older questions are dropped unanswered, or left unfinished when they take too long. All methods are called in the
+    page's own thread.
+
+    Parameters
+    ----------
+    post : callable
+        Puts a call without arguments into the page's queue; called from any thread.
+    tell : callable
+        Called in the page's thread with each message that is not out of date.
     """
 
     def __init__(self, post: Callable[[Callable[[], None]], None], tell: Callable[[Any], None]) -> None:
@@ -42,7 +49,22 @@ class Follower:
         return self._question is not None and self._answered < self._question.number
 
     def ask(self, model: Model, values: dict[str, float], push: str) -> int:
-        """Ask for the verdict on a design; returns the number of the question."""
+        """Ask for the verdict on a design.
+
+        Parameters
+        ----------
+        model : Model
+            The scene or the assembly.
+        values : dict of str to float
+            Values of its parameters, by dotted path.
+        push : str
+            Direction of the limit load, a key of `PUSHES`.
+
+        Returns
+        -------
+        int
+            Number of the question.
+        """
         number = self._question.number + 1 if self._question is not None else 1
         self._question = Question(number, model, dict(values), push)
         self._due = None
@@ -55,14 +77,22 @@ class Follower:
         return number
 
     def again(self, verdict: Verdict, push: str) -> None:
-        """Ask for the dearer numbers of the design on show once more, with another push."""
+        """Ask for the dearer numbers of the design on show once more, with another push.
+
+        Parameters
+        ----------
+        verdict : Verdict
+            The static verdict on the design on show.
+        push : str
+            Direction of the limit load, a key of `PUSHES`.
+        """
         assert self._question is not None
         self._question = replace(self._question, push=push)
         self._stop_dear()
         self._due = monotonic(), verdict
 
     def tick(self) -> None:
-        """Replace an evaluator that does not let go of an old question; start the dearer numbers when it is quiet."""
+        """Replace an evaluator that still works on an old question, and start the dearer numbers when it is quiet."""
         now = monotonic()
         stuck = self._overdue is not None and now - self._overdue > PATIENCE
         if stuck and self._question is not None and self._answered < self._began < self._question.number:

@@ -19,22 +19,50 @@ LEFT, RIGHT = 300, 330  #: widths [px]
 
 
 class Host(Protocol):
-    """What the layout asks of the page that it is part of."""
+    """What the layout asks of the page that it is part of.
+
+    Attributes
+    ----------
+    model : Model
+        The scene or the assembly on the page.
+    values : dict of str to float
+        Present values of its parameters, by dotted path.
+    known : Known or None
+        What is known of the design on show; None before the first verdict.
+    """
 
     model: Model
     values: dict[str, float]
     known: Known | None
 
     def post(self, call: Callable[[], None]) -> None:
-        """Run a call in the page's thread."""
+        """Run a call in the page's thread.
+
+        Parameters
+        ----------
+        call : callable
+            Takes no arguments.
+        """
         ...
 
     def open(self, model: Model) -> None:
-        """Show another model."""
+        """Show another model.
+
+        Parameters
+        ----------
+        model : Model
+            The scene or the assembly to show.
+        """
         ...
 
     def say(self, message: str) -> None:
-        """Show what went wrong."""
+        """Show what went wrong.
+
+        Parameters
+        ----------
+        message : str
+            Plain text; empty for nothing.
+        """
         ...
 
     def repaint(self) -> None:
@@ -46,7 +74,15 @@ class Host(Protocol):
         ...
 
     def click(self, origin: Any, direction: Any) -> None:
-        """Choose the block that a ray hits."""
+        """Choose the block that a ray hits.
+
+        Parameters
+        ----------
+        origin : sequence of float, shape (3,)
+            Where the ray begins, in the coordinates of the page's scene [m].
+        direction : sequence of float, shape (3,)
+            Where the ray goes.
+        """
         ...
 
     def push_changed(self) -> None:
@@ -55,7 +91,15 @@ class Host(Protocol):
 
 
 class Layout:
-    """The parts of the page that text is put into, and the controls that every model has."""
+    """The parts of the page that text is put into, and the controls that every model has.
+
+    Parameters
+    ----------
+    server : viser.ViserServer
+        Draws the page.
+    page : Host
+        The page that the layout is part of.
+    """
 
     def __init__(self, server: viser.ViserServer, page: Host) -> None:
         self._page, gui = page, server.gui
@@ -90,12 +134,24 @@ class Layout:
         return self._push.value
 
     def name(self, text: str) -> None:
-        """The model's name, over the verdict."""
+        """Show the model's name over the verdict.
+
+        Parameters
+        ----------
+        text : str
+            The name.
+        """
         self._gui.set_panel_label(text)
         self.title.content = f'<div style="margin:.3em 10px 0;color:#666">{escape(text)}</div>'
 
     def busy(self, text: str) -> None:
-        """What the page is waiting for."""
+        """Show what the page is waiting for.
+
+        Parameters
+        ----------
+        text : str
+            Plain text; empty for nothing.
+        """
         if text != getattr(self, "_said", ""):
             self._said = text
             self._busy.content = (

@@ -36,15 +36,27 @@ class Panel(Protocol):
     """What another package adds to the page; all is called in the page's thread."""
 
     def attach(self, page: Page) -> None:
-        """Add controls, to tabs of its own."""
+        """Add controls, to tabs of its own.
+
+        Parameters
+        ----------
+        page : Page
+            The live page.
+        """
         ...
 
     def opened(self) -> None:
-        """Another model was opened: what is known of the old one is out of date."""
+        """Forget what is known of the model before; another one was opened."""
         ...
 
     def judged(self, known: Known) -> None:
-        """Another design is on show."""
+        """Take in the design that is now on show.
+
+        Parameters
+        ----------
+        known : Known
+            What is known of it, with its static verdict.
+        """
         ...
 
 
@@ -52,6 +64,15 @@ class Page:
     """A model, its values, what is known of the design on show, and the parts that show it.
 
     Methods are called in the page's thread; from elsewhere through `post`.
+
+    Parameters
+    ----------
+    server : viser.ViserServer
+        Draws the page.
+    model : Model
+        The scene or the assembly to show first.
+    panels : sequence of Panel, optional
+        What other packages add to the page.
     """
 
     def __init__(self, server: viser.ViserServer, model: Model, *, panels: Sequence[Panel] = ()) -> None:
@@ -80,7 +101,13 @@ class Page:
         return self.layout.tabs
 
     def post(self, call: Callable[[], None]) -> None:
-        """Run a call in the page's thread, soon; from any thread."""
+        """Run a call in the page's thread, soon; from any thread.
+
+        Parameters
+        ----------
+        call : callable
+            Takes no arguments.
+        """
         self._calls.put(call)
 
     def close(self) -> None:
@@ -89,7 +116,13 @@ class Page:
         self._thread.join(timeout=10)
 
     def open(self, model: Model) -> None:
-        """Show another model in place of the present one."""
+        """Show another model in place of the present one.
+
+        Parameters
+        ----------
+        model : Model
+            The scene or the assembly to show.
+        """
         self.model, self.values, self._fresh = model, model.start, True
         self.stop_film()
         self.layout.name(model.name)
@@ -102,7 +135,15 @@ class Page:
         self.ask()
 
     def change(self, path: str, value: float) -> None:
-        """Move one parameter; a value that it has already asks for nothing."""
+        """Move one parameter; a value that it has already asks for nothing.
+
+        Parameters
+        ----------
+        path : str
+            Dotted path of the parameter. A path that the model does not have is ignored.
+        value : float
+            New value, in the unit of the parameter.
+        """
         if path in self.values and self.values[path] != value:
             self.values = {**self.values, path: value}
             self.ask()
@@ -113,7 +154,13 @@ class Page:
             self.change(path, value)
 
     def set_values(self, values: dict[str, float]) -> None:
-        """Move several parameters at once, the controls with them."""
+        """Move several parameters at once, the controls with them.
+
+        Parameters
+        ----------
+        values : dict of str to float
+            New values by dotted path. Paths that the model does not have are ignored.
+        """
         found = {path: value for path, value in values.items() if path in self.values}
         if self.controls is not None:
             self.controls.set(found)
@@ -142,21 +189,58 @@ class Page:
         self.view.animate(self.player)
 
     def click(self, origin: Any, direction: Any) -> None:
-        """Choose the block that a ray hits."""
+        """Choose the block that a ray hits.
+
+        Parameters
+        ----------
+        origin : sequence of float, shape (3,)
+            Where the ray begins, in the coordinates of the page's scene [m].
+        direction : sequence of float, shape (3,)
+            Where the ray goes.
+        """
         self.view.click(origin, direction)
 
     def say(self, message: str) -> None:
-        """Show what went wrong, nothing for an empty message."""
+        """Show what went wrong.
+
+        Parameters
+        ----------
+        message : str
+            Plain text; empty for nothing.
+        """
         self.layout.trouble.content = trouble(message)
 
     def start(self, work: Callable[..., None], *arguments: Any, report: Callable[[Any], None]) -> Worker:
-        """Run a function of a channel in another process; its messages come to `report` in the page's thread."""
+        """Run a function of a channel in another process.
+
+        Parameters
+        ----------
+        work : callable
+            A function of a module. It is called in the process as ``work(channel, *arguments)``.
+        *arguments : object
+            Further arguments of `work`; they can be pickled.
+        report : callable
+            Called with each message of the worker, and at last with an `Ended`, in the page's thread.
+
+        Returns
+        -------
+        Worker
+            It is stopped when the page closes.
+        """
         worker = Worker(work, *arguments, report=lambda _, message: self.post(lambda: report(message)))
         self._workers.append(worker)
         return worker
 
     def play(self, film: Callable[[float], Floats], seconds: float) -> None:
-        """Show the blocks in motion."""
+        """Show the blocks in motion.
+
+        Parameters
+        ----------
+        film : callable
+            Returns the vertices, shape (n_vertices, 3) [m], at a time since the film began [s].
+        seconds : float
+            Length of the film [s].
+        """
         self.player.play(film, seconds)
 
     def stop_film(self) -> None:

@@ -22,7 +22,29 @@ if TYPE_CHECKING:
 
 @contextmanager
 def running(model: Model, *, port: int = 0, panels: Sequence[Panel] = ()) -> Iterator[tuple[Page, str]]:
-    """A page that is up while the block runs, and its address. port : 0 for any free one."""
+    """Run a page for as long as the body of a `with` statement runs.
+
+    Parameters
+    ----------
+    model : Model
+        The scene or the assembly to show first.
+    port : int, optional
+        Of the page on this machine; 0 for any free one.
+    panels : sequence of Panel, optional
+        What other packages add to the page.
+
+    Yields
+    ------
+    page : Page
+        The live page.
+    address : str
+        Where a browser finds it.
+
+    Raises
+    ------
+    InputError
+        When viser is not installed.
+    """
     from blockstat.app.page import Page
 
     prepare()
@@ -38,7 +60,21 @@ def running(model: Model, *, port: int = 0, panels: Sequence[Panel] = ()) -> Ite
 def serve(path: str | Path, *, supports: str = "", port: int = 0, panels: Sequence[Panel] = ()) -> None:
     """Open a file on the page, print its address, and wait to be interrupted.
 
-    port : the next free one is taken when it is in use, any for 0. Raises InputError for a file that cannot be used.
+    Parameters
+    ----------
+    path : str or Path
+        A scene (.toml) or an assembly (.json, .obj, .glb).
+    supports : str, optional
+        Names of blocks that cannot move, separated by commas; a mesh needs them.
+    port : int, optional
+        Of the page on this machine. The next free one is taken when it is in use, any free one for 0.
+    panels : sequence of Panel, optional
+        What other packages add to the page.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be used, or when viser is not installed.
     """
     model = open_model(path, supports=supports)
     logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(name)s: %(message)s")

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 from blockstat.app.words import NO_BLOCK, Known, block_card
 from blockstat.typing import Floats
+from blockstat.view.plot import extent
 from blockstat.view.three_d.arrows import force_arrows, thrust_arrows
 from blockstat.view.three_d.canvas import Canvas
 from blockstat.view.three_d.colouring import colouring
-from blockstat.view.three_d.page import GLASS, extent, mechanism_vertices
+from blockstat.view.three_d.page import GLASS, mechanism_vertices
 from blockstat.view.three_d.player import Player, swing
 
 if TYPE_CHECKING:
@@ -17,7 +18,15 @@ if TYPE_CHECKING:
 
 
 class View:
-    """Draws what is known on a canvas, as the controls of the layout say."""
+    """Draws what is known on a canvas, as the controls of the layout say.
+
+    Parameters
+    ----------
+    canvas : Canvas
+        What is drawn on.
+    layout : Layout
+        The controls, and the places for text about the picture.
+    """
 
     def __init__(self, canvas: Canvas, layout: Layout) -> None:
         self.canvas, self._layout = canvas, layout
@@ -27,7 +36,13 @@ class View:
         self._pose: Floats | None = None
 
     def show(self, known: Known) -> None:
-        """Draw a design, moved along its mechanism as far as the slider says."""
+        """Draw a design, moved along its mechanism as far as the slider says.
+
+        Parameters
+        ----------
+        known : Known
+            What is known of the design.
+        """
         self.known = known
         self._pose = self._still()
         self.canvas.draw(known.verdict.assembly, self._colours(), self._pose, opacity=self._opacity)
@@ -40,20 +55,40 @@ class View:
             self._rest()
 
     def pose(self, vertices: Floats) -> None:
-        """Move the blocks; arrows and the mark of the chosen block stay where they were drawn."""
+        """Move the blocks; the arrows stay where they were drawn, and the mark of the chosen block goes.
+
+        Parameters
+        ----------
+        vertices : array of float, shape (n_vertices, 3)
+            Where the vertices go [m].
+        """
         self._pose = vertices
         self.canvas.choose(None)
         self.canvas.pose(vertices)
 
     def learned(self, known: Known, player: Player) -> None:
-        """More is known of the design on show: perhaps the mechanism of its limit load."""
+        """Take in what more is known of the design on show, such as the mechanism of its limit load.
+
+        Parameters
+        ----------
+        known : Known
+            All that is known of the design.
+        player : Player
+            Moves the blocks.
+        """
         self.known = known
         self._describe_mechanism()
         if self._layout.amplitude.value or self._layout.swing.value:
             self.animate(player)
 
     def animate(self, player: Player) -> None:
-        """Show the mechanism as its controls say: still, at rest, or to and fro."""
+        """Show the mechanism as its controls say: still, at rest, or to and fro.
+
+        Parameters
+        ----------
+        player : Player
+            Moves the blocks.
+        """
         if self.known is None or self.moved is not None:
             return
         result = self._mechanism()
@@ -68,7 +103,15 @@ class View:
             self._pose = still
 
     def click(self, origin: Any, direction: Any) -> None:
-        """Say what is known of the block under the mouse, and mark it."""
+        """Say what is known of the block that a ray hits, and mark it.
+
+        Parameters
+        ----------
+        origin : sequence of float, shape (3,)
+            Where the ray begins, in the coordinates of the page's scene [m].
+        direction : sequence of float, shape (3,)
+            Where the ray goes.
+        """
         from blockstat.view.three_d.geometry import block_at
 
         if self.known is None:

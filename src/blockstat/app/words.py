@@ -32,7 +32,21 @@ SMALL = "font-size:.85em;line-height:1.45"
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """All that is known of the design on show."""
+    """All that is known of the design on show.
+
+    Attributes
+    ----------
+    verdict : Verdict
+        The static verdict.
+    push : str
+        Direction of the limit load, a key of `PUSHES`.
+    seconds : dict of str to float
+        Process time of each step [s].
+    pushed : Pushed or None
+        The limit load; None while it is being computed.
+    slipped : Slipped or None
+        The least friction; None while it is being computed.
+    """
 
     verdict: Verdict
     push: str
@@ -42,7 +56,18 @@ class Known:
 
 
 def headline(known: Known) -> str:
-    """The verdict in words: one word, its sentence, the blocks that move first."""
+    """Return the verdict in words: one word, its sentence, the blocks that move first.
+
+    Parameters
+    ----------
+    known : Known
+        What is known of the design on show.
+
+    Returns
+    -------
+    str
+        HTML.
+    """
     verdict = known.verdict
     colour, word = TONES[verdict.outcome]
     names = [verdict.assembly.names[i] for i in verdict.moving[:3]]
@@ -57,7 +82,18 @@ def headline(known: Known) -> str:
 
 
 def numbers(known: Known) -> str:
-    """A table of the numbers; what is still being computed shows as dots."""
+    """Return a table of the numbers; dots stand for what is still being computed.
+
+    Parameters
+    ----------
+    known : Known
+        What is known of the design on show.
+
+    Returns
+    -------
+    str
+        HTML.
+    """
     verdict, assembly = known.verdict, known.verdict.assembly
     free = assembly.free
     rows = [
@@ -79,12 +115,34 @@ def numbers(known: Known) -> str:
 
 
 def waiting(sentence: str) -> str:
-    """What stands in the verdict's place before there is one."""
+    """Return what stands in the verdict's place before there is one.
+
+    Parameters
+    ----------
+    sentence : str
+        Plain text.
+
+    Returns
+    -------
+    str
+        HTML.
+    """
     return f'<div style="{MARGIN};color:#6b6b6b;font-size:1.2em">{escape(sentence)}</div>'
 
 
 def trouble(message: str) -> str:
-    """Why there is no new verdict; nothing for no message."""
+    """Return why there is no new verdict.
+
+    Parameters
+    ----------
+    message : str
+        Plain text; empty for nothing.
+
+    Returns
+    -------
+    str
+        HTML; empty for no message.
+    """
     if not message:
         return ""
     box = "border-left:4px solid #D55E00;background:#fdf3ec;padding:.4em .6em;margin:.4em 10px;overflow-wrap:anywhere"
@@ -92,9 +150,21 @@ def trouble(message: str) -> str:
 
 
 def block_card(verdict: Verdict, block: int, moved: Floats | None = None) -> str:
-    """A block: its name, weight, displacement, neighbours and the force that each puts on it.
+    """Describe a block: its name, weight, displacement, neighbours and the force that each puts on it.
 
-    moved : distances that a dynamic run found, shape (n_blocks,) [m].
+    Parameters
+    ----------
+    verdict : Verdict
+        The static verdict on the design.
+    block : int
+        Number of the block.
+    moved : array of float, shape (n_blocks,), optional
+        Distances that a dynamic run found [m].
+
+    Returns
+    -------
+    str
+        HTML.
     """
     assembly, faces = verdict.assembly, verdict.interfaces
     weight = assembly.mass[block] * float(np.linalg.norm(assembly.gravity))

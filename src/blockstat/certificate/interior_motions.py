@@ -37,7 +37,13 @@ FEW = 4
 
 
 def no_motions() -> tuple[Floats, ...]:
-    """Return no twists."""
+    """Return no twists.
+
+    Returns
+    -------
+    tuple
+        Empty.
+    """
     return ()
 
 

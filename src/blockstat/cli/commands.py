@@ -86,7 +86,7 @@ def repair_command(
     supports: Supports = None,
     units: Units = None,
 ) -> None:
-    """Repair rough geometry: merge vertices, turn and flatten faces, close joints; says what it changed."""
+    """Repair rough geometry and print what was changed: merge vertices, turn and flatten faces, close joints."""
     from blockstat.contact.interfaces import GAP
     from blockstat.geometry_repair.repair import repair
     from blockstat.io.files import write
@@ -114,7 +114,7 @@ def check(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Does it stand? A static verdict with its certificate."""
+    """Give a static verdict on whether an assembly stands, with its certificate."""
     from blockstat.analysis.assess import assess
     from blockstat.contact.interfaces import GAP
     from blockstat.view.attributes import write_verdict
@@ -147,7 +147,7 @@ def limit(
     flow: Flow = "associated",
     as_json: AsJson = False,
 ) -> None:
-    """How much of a horizontal (or any) acceleration does it carry? A bracket proven from both sides."""
+    """Bracket the acceleration, in any direction, that an assembly carries. Both bounds are proven."""
     from blockstat.analysis.limit_load import limit_load
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
@@ -222,7 +222,7 @@ def plot_command(
     ] = None,
     view: Annotated[str, typer.Option(metavar="AZIMUTH,ELEVATION", help="Where to look from, in degrees.")] = "-55,25",
 ) -> None:
-    """Draw the blocks, coloured by the static verdict or by what is asked for."""
+    """Draw the blocks, coloured by the static verdict or as the options ask."""
     from blockstat.analysis.assess import assess
     from blockstat.analysis.limit_load import limit_load
     from blockstat.view.plot import plot, plot_forces, plot_stone_sensitivity, plot_verdict
@@ -275,5 +275,5 @@ def _plot_mechanism(assembly: Assembly, direction: list[float] | None, output: P
 
 
 def main() -> None:
-    """Entry point of the console script."""
+    """Run the command `blockstat`; this is the entry point of the console script."""
     run_app(app, "blockstat")

@@ -51,7 +51,33 @@ def load(
     supports: str | None = None,
     units: str | None = None,
 ) -> Assembly:
-    """Read a file and apply the options."""
+    """Read a file and apply the options.
+
+    Parameters
+    ----------
+    path : Path
+        A file or a directory, as `blockstat.read` takes it.
+    friction : float or None
+        Coefficient of friction [-]; None for the file's.
+    gravity : str or None
+        Value of `--gravity`, "GX,GY,GZ" [m/s2]; None for the file's.
+    tilt : str or None
+        Value of `--tilt`, "AXIS,DEGREES"; None for no tilt.
+    supports : str, optional
+        Value of `--supports`, names or numbers of blocks separated by commas; None for the file's.
+    units : str, optional
+        Of the coordinates in the file; they are converted to metres.
+
+    Returns
+    -------
+    Assembly
+        In metres, under the friction and gravity asked for.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be used, or an option that does not read as it must.
+    """
     from blockstat.spec import read
 
     chosen = supports.split(",") if supports else None
@@ -59,7 +85,29 @@ def load(
 
 
 def modified(assembly: Assembly, *, friction: float | None, gravity: str | None, tilt: str | None) -> Assembly:
-    """The assembly under the friction and gravity that the options ask for."""
+    """Return an assembly under the friction and gravity that the options ask for.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    friction : float or None
+        Coefficient of friction [-]; None for the assembly's.
+    gravity : str or None
+        Value of `--gravity`, "GX,GY,GZ" [m/s2]; None for the assembly's.
+    tilt : str or None
+        Value of `--tilt`, "AXIS,DEGREES", by which gravity is rotated; None for no tilt.
+
+    Returns
+    -------
+    Assembly
+        The same blocks.
+
+    Raises
+    ------
+    InputError
+        For an option that does not read as it must, a negative friction, or a gravity of zero.
+    """
     changes: dict[str, Any] = {}
     if friction is not None:
         changes["friction"] = friction
@@ -71,7 +119,35 @@ def modified(assembly: Assembly, *, friction: float | None, gravity: str | None,
 
 
 def numbers(text: str, count: int, option: str, form: str) -> list[float]:
-    """Return the numbers in the text of an option; raise InputError that says the form where they are not."""
+    """Return the numbers in the text of an option.
+
+    Parameters
+    ----------
+    text : str
+        Numbers separated by commas.
+    count : int
+        How many numbers there must be.
+    option : str
+        Name of the option, for the error.
+    form : str
+        What the option must read, for the error.
+
+    Returns
+    -------
+    list of float
+        All are finite.
+
+    Raises
+    ------
+    InputError
+        When the text is anything but so many finite numbers; it names the option and its form.
+
+    Examples
+    --------
+    >>> from blockstat.cli.options import numbers
+    >>> numbers("0,1,0", 3, "--load", "AX,AY,AZ")
+    [0.0, 1.0, 0.0]
+    """
     try:
         values = [float(part) for part in text.split(",")]
     except ValueError:
@@ -96,7 +172,18 @@ def _tilted(gravity: Any, tilt: str) -> Any:
 
 
 def print_json(value: Any) -> None:
-    """One object on standard output; non-finite numbers have no place in it."""
+    """Print one JSON object on standard output.
+
+    Parameters
+    ----------
+    value : object
+        Plain values: dicts, lists, strings, finite numbers, booleans and None.
+
+    Raises
+    ------
+    ValueError
+        For a number that is not finite, which JSON does not have.
+    """
     print(json.dumps(value, allow_nan=False))
 
 
@@ -114,7 +201,21 @@ Version = Annotated[
 
 
 def run_app(app: typer.Typer, prog: str) -> None:
-    """Run a command: 2 on bad input, 1 on our own failure, 130 when interrupted; never a stack trace."""
+    """Run a command and end the process with its exit status; a stack trace is never shown.
+
+    Parameters
+    ----------
+    app : typer.Typer
+        The command.
+    prog : str
+        Its name, which begins each message about an error.
+
+    Raises
+    ------
+    SystemExit
+        Always: with 0 on success, 2 on bad input, 1 on a failure of the program, 130 when interrupted, or the status
+        that the command asks for.
+    """
     with warnings.catch_warnings():
         warnings.simplefilter("default", InputWarning)
         warnings.showwarning = _show_warning

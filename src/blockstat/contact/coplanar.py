@@ -43,7 +43,18 @@ class Patches:
     count: Ints  #: corners of each, shape (n,)
 
     def take(self, rows: Ints) -> Patches:
-        """Some of them, in the order asked for."""
+        """Return some of the patches, in the order asked for.
+
+        Parameters
+        ----------
+        rows : array of int, shape (k,)
+            Numbers of the patches.
+
+        Returns
+        -------
+        Patches
+            The patches of these numbers.
+        """
         count = self.count[rows]
         first = (np.cumsum(self.count) - self.count)[rows]
         corner = members(first, count)[1]
@@ -59,10 +70,24 @@ class Patches:
 
 
 def merge_coplanar(patches: Patches, allowed: Floats) -> Patches:
-    """Patches sorted by pair, those in one plane merged; allowed : gap of a joint of each block [m].
+    """Merge patches of the same two blocks that lie in one plane.
 
-    The merged polygon is the convex hull of all corners: forces in one plane with one friction cone add
-    up to the same resultants on the hull's corners alone.
+    Parameters
+    ----------
+    patches : Patches
+        The patches.
+    allowed : array of float, shape (n_blocks,)
+        Gap of a joint of each block [m].
+
+    Returns
+    -------
+    Patches
+        The merged patches, sorted by pair.
+
+    Notes
+    -----
+    The merged polygon is the convex hull of all corners: forces in one plane with one friction cone add up to the same
+    resultants on the hull's corners alone.
     """
     if not len(patches.pair):
         return patches

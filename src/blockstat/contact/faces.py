@@ -17,7 +17,18 @@ REFLEX = 1e-6
 
 
 def convex_faces(assembly: Assembly) -> np.ndarray:
-    """Mask of the faces that are convex polygons, shape (n_faces,)."""
+    """Return which faces are convex polygons.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+
+    Returns
+    -------
+    array of bool, shape (n_faces,)
+        True for a convex face.
+    """
     corners = assembly.vertices[assembly.face_vertices]
     following = next_in_face(assembly.face_start)
     edge = corners[following] - corners
@@ -29,7 +40,18 @@ def convex_faces(assembly: Assembly) -> np.ndarray:
 
 
 def frames(normal: Floats) -> Floats:
-    """Right-handed frames (n, t1, t2) for unit normals, shape (n, 3, 3)."""
+    """Return right-handed frames for unit normals.
+
+    Parameters
+    ----------
+    normal : array of float, shape (n, 3)
+        Unit normals.
+
+    Returns
+    -------
+    array of float, shape (n, 3, 3)
+        Rows are the normal, t1 and t2.
+    """
     axis = np.eye(3)[np.abs(normal).argmin(axis=1)]
     t1: Floats = np.cross(axis, normal)
     t1 = t1 / np.linalg.norm(t1, axis=1)[:, None]
@@ -38,7 +60,26 @@ def frames(normal: Floats) -> Floats:
 
 
 def planar(assembly: Assembly, face: Ints, frame: Floats, origin: Floats, width: int) -> Floats:
-    """Corners of faces along (t1, t2), shape (n, width, 2); short faces repeat their last corner."""
+    """Return the corners of faces in the planes of contact patches.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    face : array of int, shape (n,)
+        Numbers of the faces.
+    frame : array of float, shape (n, 3, 3)
+        Rows n, t1, t2 of each plane.
+    origin : array of float, shape (n, 3)
+        A point of each plane [m].
+    width : int
+        Corners a row; faces with fewer repeat their last one.
+
+    Returns
+    -------
+    array of float, shape (n, width, 2)
+        Corners along t1 and t2 from the origin [m].
+    """
     first, last = assembly.face_start[face], assembly.face_start[face + 1] - 1
     index = np.minimum(first[:, None] + np.arange(width), last[:, None])
     local: Floats = assembly.vertices[assembly.face_vertices[index]] - origin[:, None]

@@ -17,7 +17,7 @@ import numpy as np
 from blockstat.contact.coplanar import Patches, merge_coplanar
 from blockstat.contact.faces import convex_faces, frames, planar
 from blockstat.contact.nonconvex import concave_patches
-from blockstat.errors import InputError
+from blockstat.errors import InputError, known_options
 from blockstat.geometry import clipping as clip
 from blockstat.geometry.broad_phase import near_pairs
 from blockstat.geometry.polyhedron import members
@@ -107,6 +107,7 @@ class Interfaces:
         return self.point[self.start[interface] : self.start[interface + 1]]
 
 
+@known_options
 def find_interfaces(assembly: Assembly, *, gap: float = GAP, near: Ints | None = None) -> Interfaces:
     """Find the interfaces between all blocks that touch; those between two supports are left out.
 
@@ -123,11 +124,12 @@ def find_interfaces(assembly: Assembly, *, gap: float = GAP, near: Ints | None =
     Returns
     -------
     Interfaces
+        The interfaces with their contact points, and the patches that were not taken.
 
     Raises
     ------
     InputError
-        When `gap` is not between 0 and 0.2.
+        When `gap` is not between 0 and 0.2, or for an option that does not exist.
 
     Examples
     --------

@@ -16,7 +16,30 @@ if TYPE_CHECKING:
 def concave_patches(
     assembly: Assembly, fa: Ints, fb: Ints, frame: Floats, origin: Floats, rows: Ints
 ) -> tuple[Ints, Floats, Ints]:
-    """Convex hulls of the common parts, one row a connected part: (rows, polygons, counts)."""
+    """Return the convex hulls of the common parts of two faces, one row a connected part.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    fa, fb : array of int, shape (n,)
+        Faces that meet, of block a and of block b.
+    frame : array of float, shape (n, 3, 3)
+        Rows n, t1, t2 of the plane of each pair of faces.
+    origin : array of float, shape (n, 3)
+        A point of each plane [m].
+    rows : array of int, shape (k,)
+        Pairs of faces to go through.
+
+    Returns
+    -------
+    rows : array of int, shape (m,)
+        The pair of faces of each part.
+    polygons : array of float, shape (m, width, 2)
+        Corners along t1 and t2 [m]; short polygons repeat their last one.
+    counts : array of int, shape (m,)
+        Corners of each polygon.
+    """
     import shapely
 
     found, polygons = [], []
@@ -41,7 +64,18 @@ def concave_patches(
 
 
 def outline_hull(points: Floats) -> Floats:
-    """Corners of the convex hull of planar points, counter-clockwise, shape (k, 2)."""
+    """Return the corners of the convex hull of planar points.
+
+    Parameters
+    ----------
+    points : array of float, shape (n, 2)
+        Points [m].
+
+    Returns
+    -------
+    array of float, shape (k, 2)
+        Corners, counter-clockwise [m].
+    """
     import shapely
 
     return _ring(shapely.MultiPoint(points).convex_hull)

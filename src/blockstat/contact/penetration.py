@@ -74,6 +74,7 @@ def tell(assembly: Assembly, pairs: Ints, depth: Floats) -> str:
     Returns
     -------
     str
+        One sentence without a period.
     """
     worst = int((depth / assembly.size[pairs].min(axis=1)).argmax())
     a, b = (assembly.names[i] for i in pairs[worst])
@@ -95,7 +96,8 @@ def overlaps(assembly: Assembly, *, gap: float, near: Ints | None = None) -> tup
     Returns
     -------
     pairs : array of int, shape (n, 2)
-    depth : array, shape (n,)
+        The two blocks of each overlap.
+    depth : array of float, shape (n,)
         Diameter of the largest ball inside both blocks [m].
 
     Examples
@@ -133,6 +135,7 @@ def convex_blocks(assembly: Assembly, *, tolerance: float = 1e-6) -> np.ndarray:
     Returns
     -------
     array of bool, shape (n_blocks,)
+        True for a convex block.
     """
     planes = assembly.planes
     block = assembly.face_block

@@ -38,7 +38,8 @@ def joint_friction(assembly: Assembly, interfaces: Interfaces) -> Floats:
 
     Returns
     -------
-    array, shape (n_interfaces,)
+    array of float, shape (n_interfaces,)
+        Coefficients of friction.
     """
     friction = np.full(interfaces.n_interfaces, assembly.friction)
     for law, rows in laws_of(assembly, interfaces):

@@ -8,9 +8,24 @@ from blockstat.typing import Floats, Ints
 
 
 def near_pairs(lower: Floats, upper: Floats, reach: Floats) -> Ints:
-    """Pairs i < j of boxes whose gap along every axis is at most the larger of their reaches.
+    """Find the pairs of boxes that are near each other.
 
-    lower, upper : shape (n, 3) [m]; reach : shape (n,) [m]. Returns shape (n_pairs, 2), sorted.
+    The gap along every axis is at most the larger of the two reaches.
+
+    Parameters
+    ----------
+    lower, upper : array of float, shape (n, 3)
+        Lower and upper corners of the boxes [m].
+    reach : array of float, shape (n,)
+        How far each box reaches beyond itself [m].
+
+    Returns
+    -------
+    array of int, shape (n_pairs, 2)
+        The pairs i < j, sorted.
+
+    Notes
+    -----
     Boxes are binned by size, so that a ground slab among bricks costs no more than its own neighbours do.
     """
     from scipy.spatial import KDTree

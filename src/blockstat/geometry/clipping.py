@@ -12,10 +12,27 @@ from blockstat.typing import Floats, Ints
 
 
 def clip(subject: Floats, window: Floats) -> tuple[Floats, Ints]:
-    """Part of each subject polygon inside its window.
+    """Return the part of each subject polygon that lies inside its window.
 
-    subject : shape (n, k, 2); window : shape (n, m, 2), both convex and counter-clockwise.
-    Returns the corners, shape (n, k + m, 2), and how many of them count, shape (n,).
+    Parameters
+    ----------
+    subject : array of float, shape (n, k, 2)
+        Corners of convex polygons, counter-clockwise [m].
+    window : array of float, shape (n, m, 2)
+        Corners of convex polygons, counter-clockwise [m].
+
+    Returns
+    -------
+    polygon : array of float, shape (n, k + m, 2)
+        Corners of the common parts [m].
+    count : array of int, shape (n,)
+        How many of the corners count.
+
+    Examples
+    --------
+    >>> square = np.array([[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]])
+    >>> area(*clip(square, square + 0.5)).tolist()
+    [0.25]
     """
     n, k, _ = subject.shape
     polygon, count = subject, np.full(n, k)
@@ -53,16 +70,45 @@ def _cut(polygon: Floats, count: Ints, tail: Floats, direction: Floats) -> tuple
 
 
 def area(polygon: Floats, count: Ints) -> Floats:
-    """Area of each polygon, shape (n,)."""
+    """Return the area of each polygon.
+
+    Parameters
+    ----------
+    polygon : array of float, shape (n, k, 2)
+        Corners [m].
+    count : array of int, shape (n,)
+        How many corners of each polygon count.
+
+    Returns
+    -------
+    array of float, shape (n,)
+        Areas [m2], positive for counter-clockwise corners.
+    """
     x, y = _closed(polygon, count)
     return 0.5 * (x * np.roll(y, -1, axis=1) - np.roll(x, -1, axis=1) * y).sum(axis=1)
 
 
 def corners(polygon: Floats, count: Ints, tolerance: Floats) -> np.ndarray:
-    """Mask of the corners that span the polygon: no duplicates, none on the line of its neighbours.
+    """Return which corners span each polygon: no duplicates, none on the line of its neighbours.
 
-    tolerance : shape (n,), distance within which a corner is redundant. Leaving those out is exact for
-    equilibrium: a force at a point of an edge is the sum of parallel forces at its ends.
+    Parameters
+    ----------
+    polygon : array of float, shape (n, k, 2)
+        Corners [m].
+    count : array of int, shape (n,)
+        How many corners of each polygon count.
+    tolerance : array of float, shape (n,)
+        Distance within which a corner is redundant [m].
+
+    Returns
+    -------
+    array of bool, shape (n, k)
+        True for the corners that are needed.
+
+    Notes
+    -----
+    To leave the others out is exact for equilibrium: a force at a point of an edge is the sum of parallel forces at its
+    ends.
     """
     width = polygon.shape[1]
     mask = np.arange(width) < count[:, None]

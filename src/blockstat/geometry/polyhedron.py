@@ -15,13 +15,50 @@ from blockstat.typing import Floats, Ints
 
 
 def members(first: Ints, count: Ints) -> tuple[Ints, Ints]:
-    """Runs first[k], first[k] + 1, ... of count[k] numbers one after the other: the k of each and the number."""
+    """Return the members of runs of consecutive numbers, one run after the other.
+
+    Parameters
+    ----------
+    first : array of int, shape (n,)
+        The first number of each run.
+    count : array of int, shape (n,)
+        How many numbers each run has.
+
+    Returns
+    -------
+    owner : array of int, shape (n_members,)
+        The run of each member.
+    member : array of int, shape (n_members,)
+        Its number.
+
+    Examples
+    --------
+    >>> owner, member = members(np.array([5, 20]), np.array([2, 3]))
+    >>> owner.tolist(), member.tolist()
+    ([0, 0, 1, 1, 1], [5, 6, 20, 21, 22])
+    """
     owner = np.repeat(np.arange(len(count)), count)
     return owner, np.arange(len(owner)) + np.repeat(first - (np.cumsum(count) - count), count)
 
 
 def next_in_face(face_start: Ints) -> Ints:
-    """For each face corner the position of the corner that follows it round the face, shape (n_corners,)."""
+    """Return for each face corner the position of the one that follows it round the face.
+
+    Parameters
+    ----------
+    face_start : array of int, shape (n_faces + 1,)
+        Where the corners of each face begin, and their number at the end.
+
+    Returns
+    -------
+    array of int, shape (n_corners,)
+        Positions among the corners of all faces.
+
+    Examples
+    --------
+    >>> next_in_face(np.array([0, 3, 7])).tolist()
+    [1, 2, 0, 4, 5, 6, 3]
+    """
     following = np.arange(1, face_start[-1] + 1)
     following[face_start[1:] - 1] = face_start[:-1]
     return following
@@ -38,9 +75,19 @@ class FacePlanes:
 
 
 def face_planes(corners: Floats, face_start: Ints) -> FacePlanes:
-    """Planes of the faces whose corners are listed one face after the other.
+    """Fit a plane to each face.
 
-    corners : shape (n_corners, 3) [m]; face_start : shape (n_faces + 1,).
+    Parameters
+    ----------
+    corners : array of float, shape (n_corners, 3)
+        Corners of the faces, one face after the other [m].
+    face_start : array of int, shape (n_faces + 1,)
+        Where the corners of each face begin, and their number at the end.
+
+    Returns
+    -------
+    FacePlanes
+        The planes.
     """
     count = np.diff(face_start)
     first = face_start[:-1]
@@ -63,9 +110,27 @@ class Integrals:
 
 
 def integrals(corners: Floats, face_start: Ints, face_block: Ints, n_blocks: int) -> Integrals:
-    """Exact volume, centroid and inertia by summing signed tetrahedra.
+    """Return the exact volume, centroid and inertia of each block.
 
-    The tetrahedra of a block share the mean of its corners as apex, so a block far from the origin
+    Parameters
+    ----------
+    corners : array of float, shape (n_corners, 3)
+        Corners of the faces, one face after the other [m].
+    face_start : array of int, shape (n_faces + 1,)
+        Where the corners of each face begin, and their number at the end.
+    face_block : array of int, shape (n_faces,)
+        The block of each face.
+    n_blocks : int
+        Number of blocks.
+
+    Returns
+    -------
+    Integrals
+        Volume integrals, for unit density.
+
+    Notes
+    -----
+    Signed tetrahedra are summed. Those of a block share the mean of its corners as apex, so a block far from the origin
     loses no digits.
     """
     count = np.diff(face_start)
@@ -148,11 +213,33 @@ class Polyhedra:
         return np.repeat(np.arange(self.n_blocks), np.diff(self.vertex_start))
 
     def faces_of(self, block: int) -> list[Ints]:
-        """Faces of one block as indices into `block_vertices(block)`."""
+        """Return the faces of one block.
+
+        Parameters
+        ----------
+        block : int
+            Number of the block.
+
+        Returns
+        -------
+        list of arrays of int
+            Corners of each face as indices into `block_vertices(block)`.
+        """
         first, last = np.searchsorted(self.face_block, [block, block + 1])
         offset = self.vertex_start[block]
         return [self.face_vertices[self.face_start[f] : self.face_start[f + 1]] - offset for f in range(first, last)]
 
     def block_vertices(self, block: int) -> Floats:
-        """Vertices of one block, shape (n, 3) [m]."""
+        """Return the vertices of one block.
+
+        Parameters
+        ----------
+        block : int
+            Number of the block.
+
+        Returns
+        -------
+        array of float, shape (n, 3)
+            Vertices [m].
+        """
         return self.vertices[self.vertex_start[block] : self.vertex_start[block + 1]]

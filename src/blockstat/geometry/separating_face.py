@@ -19,10 +19,28 @@ def face_separation(
     pairs: Ints,
     faces: np.ndarray | None = None,
 ) -> Floats:
-    """How far each second block lies wholly beyond one face of the first, shape (n_pairs,) [m].
+    """Return how far each second block lies wholly beyond one face of the first.
 
-    The distance of its nearest corner in front of the face that separates best; negative when it reaches
-    behind every face. faces : mask of the faces that may separate; -inf when the first block has none.
+    Parameters
+    ----------
+    vertices : array of float, shape (n_vertices, 3)
+        Vertices of all blocks, one block after the other [m].
+    vertex_start : array of int, shape (n_blocks + 1,)
+        Where the vertices of each block begin.
+    planes : FacePlanes
+        Planes of all faces.
+    face_block : array of int, shape (n_faces,)
+        The block of each face, ascending.
+    pairs : array of int, shape (n_pairs, 2)
+        The first and the second block of each pair.
+    faces : array of bool, shape (n_faces,), optional
+        Which faces may separate; all when None.
+
+    Returns
+    -------
+    array of float, shape (n_pairs,)
+        Distance of the nearest corner in front of the face that separates best [m]. It is negative when the second
+        block reaches behind every face, and -inf when the first has no face that may separate.
     """
     if not len(pairs):
         return np.empty(0)

@@ -10,7 +10,20 @@ from blockstat.typing import Floats, Ints
 
 
 def triangulate(vertices: Floats, faces: Sequence[Ints]) -> Ints:
-    """Triangles of faces as vertex indices, shape (n, 3), oriented like the faces (ear clipping by mapbox)."""
+    """Cut faces into triangles by ear clipping.
+
+    Parameters
+    ----------
+    vertices : array of float, shape (n_vertices, 3)
+        Vertices [m].
+    faces : sequence of arrays of int
+        Vertex indices of each face.
+
+    Returns
+    -------
+    array of int, shape (n, 3)
+        Vertex indices of the triangles, oriented like their faces.
+    """
     triangles = []
     for face in faces:
         face = np.asarray(face)

@@ -17,9 +17,24 @@ FLAT = 1e-7
 
 
 def check_geometry(blocks: Polyhedra, names: Sequence[str]) -> None:
-    """Raise InputError for the first block that is open, has an inverted face, or has no volume.
+    """Check that every block is a closed solid whose faces look outwards.
 
-    Vertices with exactly equal coordinates count as one.
+    Parameters
+    ----------
+    blocks : Polyhedra
+        The blocks. Vertices with exactly equal coordinates count as one.
+    names : sequence of str
+        Their names, for the message.
+
+    Raises
+    ------
+    InputError
+        For the first block that is open, has an inverted face, or has no volume.
+
+    Warns
+    -----
+    InputWarning
+        For a block that is several solids.
     """
     merged = _merged_vertices(blocks)
     _check_surface(blocks, names, merged)

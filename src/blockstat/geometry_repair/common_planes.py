@@ -37,10 +37,24 @@ class _Plane:
 
 
 def common_planes(assembly: Assembly, gap: float, candidates: Ints) -> Ints:
-    """For each face the number of its plane, -1 for faces that are no candidates.
+    """Find the faces that lie in one plane but for small errors.
 
     Faces of blocks that touch, nearly parallel and nearly coplanar, share a plane as long as every corner stays within
     gap times the size of its block, and no block is squeezed to nothing between two of its faces.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    gap : float
+        How far a corner may move, relative to the size of its block.
+    candidates : array of int
+        Numbers of the faces that may share a plane.
+
+    Returns
+    -------
+    array of int, shape (n_faces,)
+        Number of the plane of each face, -1 for faces that are no candidates.
     """
     planes = {int(f): _single(assembly, int(f)) for f in candidates}
     of = {f: f for f in planes}
@@ -121,9 +135,24 @@ def _alike(assembly: Assembly, gap: float, candidates: Ints) -> list[tuple[int, 
 
 
 def meet(assembly: Assembly, label: Ints, corner: Ints) -> Floats:
-    """Vertices [m] moved as little as may be to lie in the planes of their faces, shape (n_vertices, 3).
+    """Move vertices as little as may be into the planes of their faces.
 
-    corner : of each vertex; vertices of one corner go to one place.
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    label : array of int, shape (n_faces,)
+        Number of the plane of each face, -1 for none.
+    corner : array of int, shape (n_vertices,)
+        Number of the corner of each vertex; vertices of one corner go to one place.
+
+    Returns
+    -------
+    array of float, shape (n_vertices, 3)
+        The moved vertices [m].
+
+    Notes
+    -----
     Planes are fitted to the corners that share their label (least squares, weighted by area) and vertices moved onto
     them, in turn, until nothing moves: at once where three faces meet at every vertex.
     """

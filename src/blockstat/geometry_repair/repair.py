@@ -54,7 +54,13 @@ class Change:
         return replace(self, left="") != Change(self.name)
 
     def explain(self) -> str:
-        """One line."""
+        """Return the change in words.
+
+        Returns
+        -------
+        str
+            One line.
+        """
         said = []
         if self.merged:
             said.append(f"{self.merged} duplicate vertices merged (moved by up to {self.spread:.2g} m)")
@@ -99,14 +105,26 @@ class RepairReport(Result):
         return RepairOutcome.REPAIRED if self.changed else RepairOutcome.UNCHANGED
 
     def explain(self) -> str:
-        """Return the outcome, a line for each block that was changed or not repaired, and what still overlaps."""
+        """Return the outcome, a line for each block that was changed or not repaired, and what still overlaps.
+
+        Returns
+        -------
+        str
+            One fact a line.
+        """
         same = len(self.changes) - len(self.changed)
         told = [change.explain() for change in self.changes if change.any or change.left]
         left = [f"left as they were: {self.overlaps}"] if self.overlaps else []
         return "\n".join([self.outcome.value, *told, *left, f"{same} of {len(self.changes)} blocks unchanged"])
 
     def summary(self) -> dict[str, Any]:
-        """Return plain values for JSON: the changes of the blocks that were changed or not repaired."""
+        """Return plain values for JSON: the changes of the blocks that were changed or not repaired.
+
+        Returns
+        -------
+        dict
+            Values by name.
+        """
         return {
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,

@@ -19,6 +19,18 @@ def shared_corners(assembly: Assembly, gap: float) -> Ints:
 
     Vertices of neighbours that are no further apart than gap times the size of the smaller block share a corner. A
     corner that would take in two vertices of one block is left apart.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    gap : float
+        Largest distance of vertices that share a corner, relative to the size of the smaller block.
+
+    Returns
+    -------
+    array of int, shape (n_vertices,)
+        Number of the corner of each vertex.
     """
     from scipy.spatial import KDTree
 
@@ -35,9 +47,21 @@ def shared_corners(assembly: Assembly, gap: float) -> Ints:
 
 
 def settled_faces(assembly: Assembly, corner: Ints) -> np.ndarray:
-    """Return the mask of the triangles that need no plane of their own, shape (n_faces,).
+    """Return which triangles need no plane of their own.
 
     All their corners are corners of joints that match corner for corner, as those of curved vaults do.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    corner : array of int, shape (n_vertices,)
+        Number of the corner of each vertex.
+
+    Returns
+    -------
+    array of bool, shape (n_faces,)
+        True for a triangle that is settled.
     """
     faces = [
         corner[assembly.face_vertices[a:b]]

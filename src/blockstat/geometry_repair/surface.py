@@ -28,7 +28,24 @@ class RepairedSurface:
 
 
 def repair_surface(vertices: Floats, faces: Sequence[Sequence[int]], distance: float) -> RepairedSurface:
-    """Merge vertices closer than a distance [m], drop faces that came to nothing, turn the others outwards."""
+    """Repair the surface of one block.
+
+    Vertices that are close become one, faces that come to nothing are dropped, and the others are turned outwards.
+
+    Parameters
+    ----------
+    vertices : array of float, shape (n_vertices, 3)
+        Vertices of one block [m].
+    faces : sequence of sequences of int
+        Vertex indices of each face.
+    distance : float
+        Vertices closer than this become one [m].
+
+    Returns
+    -------
+    RepairedSurface
+        The surface, and what was changed.
+    """
     points, index = merge_vertices(vertices, distance)
     kept: Faces = []
     seen: set[frozenset[int]] = set()
@@ -54,9 +71,23 @@ def repair_surface(vertices: Floats, faces: Sequence[Sequence[int]], distance: f
 
 
 def merge_vertices(vertices: Floats, distance: float) -> tuple[Floats, np.ndarray]:
-    """Points that stand for groups of vertices (their means), and for each vertex the index of its point.
+    """Merge vertices that are close to each other.
 
-    Vertices belong together when a chain of steps below the distance [m] joins them.
+    Vertices belong together when a chain of steps of at most the distance joins them.
+
+    Parameters
+    ----------
+    vertices : array of float, shape (n_vertices, 3)
+        Vertices of one block [m].
+    distance : float
+        Longest step [m].
+
+    Returns
+    -------
+    points : array of float, shape (n_points, 3)
+        Means of the groups of vertices [m].
+    index : array of int, shape (n_vertices,)
+        The point of each vertex.
     """
     from scipy.spatial import KDTree
 
@@ -71,10 +102,24 @@ def merge_vertices(vertices: Floats, distance: float) -> tuple[Floats, np.ndarra
 
 
 def to_turn(vertices: Floats, faces: Faces) -> list[bool]:
-    """Which faces must be listed the other way round for all to look outwards.
+    """Return which faces must be listed the other way round for all to look outwards.
 
+    Parameters
+    ----------
+    vertices : array of float, shape (n_vertices, 3)
+        Vertices of one block [m].
+    faces : sequence of sequences of int
+        Vertex indices of each face.
+
+    Returns
+    -------
+    list of bool
+        True for a face that must be turned.
+
+    Notes
+    -----
     Faces that share an edge must walk it in opposite directions. A connected surface of which some faces disagree is
-    turned so that its volume is positive; surfaces that agree within themselves (a cavity looks inwards) are left,
+    turned so that its volume is positive. Surfaces that agree within themselves (a cavity looks inwards) are left,
     unless the volume of the whole block is negative.
     """
     walked: dict[tuple[int, int], list[tuple[int, bool]]] = defaultdict(list)

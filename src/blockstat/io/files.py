@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from blockstat.errors import InputError
+from blockstat.errors import InputError, known_options
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -98,6 +98,7 @@ def blaming(path: Path, call: Callable[[], T]) -> T:
         raise InputError(message if message.startswith(str(path)) else f"{path}: {message}") from None
 
 
+@known_options
 def write(
     assembly: Assembly, path: str | Path, *, format: str | None = None, values: Mapping[str, Any] | None = None
 ) -> Path:
@@ -122,7 +123,7 @@ def write(
     Raises
     ------
     InputError
-        For a format that cannot be written, or a directory that does not exist.
+        For a format that cannot be written, or a directory that does not exist. Also for an option that does not exist.
 
     Examples
     --------

@@ -62,12 +62,26 @@ class Factor(Protocol):
 
 
 def backend() -> str:
-    """The factorisation in use: "pardiso" or "superlu"; BLOCKSTAT_FACTOR=superlu asks for the fallback."""
+    """Return the name of the factorisation in use.
+
+    The environment variable BLOCKSTAT_FACTOR=superlu asks for the fallback.
+
+    Returns
+    -------
+    str
+        "pardiso" or "superlu".
+    """
     return "pardiso" if _pardiso() is not None and os.environ.get("BLOCKSTAT_FACTOR") != "superlu" else "superlu"
 
 
 def make_factor() -> Factor:
-    """A factor of the backend in use."""
+    """Return a factor of the backend in use.
+
+    Returns
+    -------
+    Factor
+        A new factor, without a matrix.
+    """
     return Pardiso() if backend() == "pardiso" else SuperLU()
 
 
@@ -101,6 +115,11 @@ class SuperLU:
         ----------
         right
             Right-hand sides, shape (n,) or (n, k).
+
+        Returns
+        -------
+        array of float
+            Solutions, of the shape of the right-hand sides.
         """
         return self._lu.solve(right)
 
@@ -142,6 +161,11 @@ class Pardiso:
         ----------
         right
             Right-hand sides, shape (n,) or (n, k).
+
+        Returns
+        -------
+        array of float
+            Solutions, of the shape of the right-hand sides.
         """
         return self._call(33, np.asfortranarray(right))
 

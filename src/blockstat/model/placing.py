@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from blockstat.assembly import Assembly, Block
-from blockstat.errors import InputError
+from blockstat.errors import InputError, no_such
 from blockstat.typing import Floats
 
 
@@ -109,7 +109,6 @@ def assemble(blocks: Iterable[Block], *, supports: str | Sequence[str] = "spring
     for group in wanted:
         found = [i for i, b in enumerate(blocks) if b.group == group or b.group.startswith(group + ".")]
         if not found:
-            known = ", ".join(sorted({b.group for b in blocks if b.group})) or "none"
-            raise InputError(f'supports: no group "{group}"; groups are: {known}')
+            raise InputError(f"supports: {no_such('group', group, sorted({b.group for b in blocks if b.group}))}")
         fixed += found
     return Assembly.from_blocks(blocks, supports=fixed, **options)

@@ -74,8 +74,8 @@ class ConicProgram:
     pinned: bool = False  #: whether the last half-line holds with equality at every optimum
     ridge: float = 0.0  #: P = Q'Q + ridge I, I the identity on the twists
     bounds: PointBounds | None = None
-    #: c of `c/2 |f|^2` in the cost of the forces f of the multipliers z. The interior-point method counts shear 1/mu^2
-    #: times; then all rows have the same compliance, M x + s - c z = b.
+    #: c of `c/2 |f|^2` in the cost of the forces f of the multipliers z. A solver may count shear 1/mu^2 times;
+    #: then all rows have the same compliance, M x + s - c z = b.
     compliance: float = 0.0
 
     @property
@@ -85,7 +85,7 @@ class ConicProgram:
 
     @property
     def has_structure(self) -> bool:
-        """Whether the interior-point method knows all that is in the program: bounds only where there is friction."""
+        """Whether all bounds are those of points with friction, neither none nor infinite."""
         return self.bounds is None or self.bounds.is_triple
 
     @cached_property
@@ -94,7 +94,13 @@ class ConicProgram:
         return sparse.csr_array(self.matrix.T)
 
     def feasibility(self) -> ConicProgram:
-        """Return the same rows and cost without P: its multipliers balance the cost, M'z + q = 0."""
+        """Return the same rows and cost without P.
+
+        Returns
+        -------
+        ConicProgram
+            A program whose multipliers balance the cost, M'z + q = 0.
+        """
         first = len(self.local)
         last = first + len(self.penalty_local)
         bounds = self.bounds and replace(self.bounds, penalty=np.full_like(self.bounds.penalty, -1))

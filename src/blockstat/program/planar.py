@@ -43,6 +43,11 @@ class Plane:
         ----------
         *vectors
             Shape (6 n,) each; None is planar.
+
+        Returns
+        -------
+        bool
+            True where all vectors are planar.
         """
         for vector in vectors:
             if vector is None:
@@ -75,6 +80,11 @@ class Plane:
         ----------
         offset
             Rates at all points, shape (3 m,).
+
+        Returns
+        -------
+        bool
+            True where the rates are planar.
         """
         rate = offset.reshape(-1, 3)
         normal, along = self.offsets(offset)

@@ -62,6 +62,19 @@ def limit_load_gradient(make: Make, values: Mapping[str, float], load: LoadOf) -
     ------
     InputError
         When there is no limit, or when a small step changes which blocks touch.
+
+    Examples
+    --------
+    A pillar 2 m high tips at width / height times its weight.
+
+    >>> from blockstat import Assembly, acceleration, box, limit_load_gradient
+    >>> def pillar(values):
+    ...     corner = (values["width"], 0.5, 2)
+    ...     blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), corner, name="pillar")]
+    ...     return Assembly.from_blocks(blocks, supports=["ground"])
+    >>> limit, gradient = limit_load_gradient(pillar, {"width": 0.5}, lambda made: acceleration(made, (1, 0, 0)))
+    >>> round(limit.lower, 4), round(gradient["width"], 4)
+    (0.25, 0.5)
     """
     assembly = _plain(make(values))
     limit = limit_load(assembly, load(assembly))
@@ -158,11 +171,23 @@ def stone_sensitivity(limit: LimitLoad, direction: Sequence[float], *, pushed: b
 
     Notes
     -----
-    The added mass m weighs on the block, and where `pushed` the load, being an acceleration, pushes it as well:
+    The added mass m weighs on the block, and where `pushed` the load, being an acceleration, pushes it as well::
 
         d lambda / d m = -v' (g + lambda |g| e)    with l' u = 1,
 
     v the velocity of the centroid, e the unit vector of the load; without `pushed` the second term is left out.
+
+    Examples
+    --------
+    A pillar tips at the same share of its weight whatever its mass. Mass that the load does not push holds it down.
+
+    >>> from blockstat import Assembly, box, limit_load, stone_sensitivity
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]
+    >>> pillar = Assembly.from_blocks(blocks, supports=["ground"])
+    >>> limit = limit_load(pillar, (1, 0, 0))
+    >>> pushed, resting = (stone_sensitivity(limit, (1, 0, 0), pushed=pushed) for pushed in (True, False))
+    >>> bool(abs(pushed[1]) < 1e-9), bool(resting[1] > 1e-4)
+    (True, True)
     """
     assembly = limit.assembly
     load = acceleration(assembly, direction)
@@ -194,6 +219,19 @@ def score_gradient(make: Make, values: Mapping[str, float]) -> tuple[Verdict, di
     ------
     InputError
         For an infinite score, or when a small step changes which blocks touch.
+
+    Examples
+    --------
+    A pillar that tips needs less adhesion once it is wider.
+
+    >>> from blockstat import Assembly, box, score_gradient
+    >>> def pillar(values):
+    ...     corner = (values["width"], 0.5, 2)
+    ...     blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), corner, name="pillar")]
+    ...     return Assembly.from_blocks(blocks, supports=["ground"], gravity=(3.0, 0.0, -9.81))
+    >>> verdict, gradient = score_gradient(pillar, {"width": 0.5})
+    >>> verdict.outcome.word, gradient["width"] < 0
+    ('unstable', True)
     """
     assembly = _plain(make(values))
     verdict = assess(assembly)

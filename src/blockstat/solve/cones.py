@@ -32,22 +32,34 @@ class Cones:
         return self.n_soc + self.n_half
 
     def parts(self, vector: Floats) -> tuple[Floats, Floats]:
-        """Return the triples, shape (3, n_soc), and the numbers, shape (n_half,), of a vector: views.
+        """Return the triples and the numbers of a vector.
 
         Parameters
         ----------
         vector
             Shape (3 n_soc + n_zero + n_half,).
+
+        Returns
+        -------
+        triples : Floats
+            Shape (3, n_soc), a view.
+        numbers : Floats
+            Shape (n_half,), a view.
         """
         return vector[: 3 * self.n_soc].reshape(3, -1), vector[3 * self.n_soc + self.n_zero :]
 
     def zeros(self, vector: Floats) -> Floats:
-        """Return the part of a vector that belongs to the zeros, shape (n_zero,): a view.
+        """Return the part of a vector that belongs to the zeros.
 
         Parameters
         ----------
         vector
             Shape (3 n_soc + n_zero + n_half,).
+
+        Returns
+        -------
+        Floats
+            Shape (n_zero,), a view.
         """
         return vector[3 * self.n_soc : 3 * self.n_soc + self.n_zero]
 
@@ -62,6 +74,11 @@ class Cones:
             Shape (n_half,).
         zeros
             Shape (n_zero,); 0 by default.
+
+        Returns
+        -------
+        Floats
+            Shape (3 n_soc + n_zero + n_half,).
         """
         if not self.n_zero + self.n_half:
             return triples.reshape(-1)
@@ -78,12 +95,17 @@ class Cones:
         return Scaling(self, self.parts(self.unit)[0], np.ones(self.n_soc), np.ones(self.n_half))
 
     def depths(self, vector: Floats) -> Floats:
-        """Return how far inside its cone each part of a vector is (its least eigenvalue), negative outside.
+        """Return how far inside its cone each part of a vector is.
 
         Parameters
         ----------
         vector
             Shape (3 n_soc + n_zero + n_half,).
+
+        Returns
+        -------
+        Floats
+            Least eigenvalues, shape (n_soc + n_half,); negative outside.
         """
         triples, numbers = self.parts(vector)
         return np.concatenate([triples[0] - np.sqrt(triples[1] ** 2 + triples[2] ** 2), numbers])
@@ -95,6 +117,11 @@ class Cones:
         ----------
         vector
             Shape (3 n_soc + n_zero + n_half,).
+
+        Returns
+        -------
+        float
+            The least eigenvalue of all; negative outside.
         """
         return float(self.depths(vector).min(initial=np.inf))
 
@@ -107,6 +134,11 @@ class Cones:
             Shape (3 n_soc + n_zero + n_half,).
         lift
             How much deeper each part is to be, shape (n_soc + n_half,).
+
+        Returns
+        -------
+        Floats
+            Shape (3 n_soc + n_zero + n_half,).
         """
         found = vector.copy()
         triples, numbers = self.parts(found)
@@ -121,6 +153,11 @@ class Cones:
         ----------
         a, b
             Vectors of the product.
+
+        Returns
+        -------
+        Floats
+            Shape (3 n_soc + n_zero + n_half,).
         """
         (a3, a1), (b3, b1) = self.parts(a), self.parts(b)
         triples = a3[0] * b3 + b3[0] * a3
@@ -136,6 +173,11 @@ class Cones:
             A vector inside the cones.
         vector
             Any vector of the product.
+
+        Returns
+        -------
+        Floats
+            Shape (3 n_soc + n_zero + n_half,).
         """
         (l3, l1), (d3, d1) = self.parts(divisor), self.parts(vector)
         triples = np.empty_like(d3)
@@ -144,7 +186,7 @@ class Cones:
         return self.join(triples, d1 / l1)
 
     def longest_step(self, start: Floats, step: Floats) -> float:
-        """Return the largest alpha with start + alpha step in the product, inf if there is none.
+        """Return the largest alpha with start + alpha step in the product.
 
         Parameters
         ----------
@@ -152,6 +194,11 @@ class Cones:
             A vector inside the cones.
         step
             Any vector of the product.
+
+        Returns
+        -------
+        float
+            The largest alpha, inf if there is none.
         """
         (s3, s1), (d3, d1) = self.parts(start), self.parts(step)
         a, b, c = determinant(d3), _minkowski(s3, d3), determinant(s3)
@@ -170,6 +217,11 @@ class Cones:
         ----------
         s, z
             Slack and multipliers, inside the cones.
+
+        Returns
+        -------
+        Scaling
+            The W with W z = W^-1 s.
         """
         (s3, s1), (z3, z1) = self.parts(s), self.parts(z)
         root_s, root_z = np.sqrt(determinant(s3)), np.sqrt(determinant(z3))
@@ -197,6 +249,11 @@ class Scaling:
         ----------
         vector
             Shape (3 n_soc + n_zero + n_half,).
+
+        Returns
+        -------
+        Floats
+            Shape (3 n_soc + n_zero + n_half,).
         """
         triples, numbers = self.cones.parts(vector)
         return self.cones.join(self.eta * _rotated(self.point, triples, 1.0), self.half * numbers)
@@ -207,6 +264,11 @@ class Scaling:
         Parameters
         ----------
         vector
+            Shape (3 n_soc + n_zero + n_half,).
+
+        Returns
+        -------
+        Floats
             Shape (3 n_soc + n_zero + n_half,).
         """
         triples, numbers = self.cones.parts(vector)
@@ -229,6 +291,11 @@ class Scaling:
             Shape (3 n_soc + n_zero + n_half,).
         shift
             Added to the eigenvalues.
+
+        Returns
+        -------
+        Floats
+            Shape (3 n_soc + n_zero + n_half,).
         """
         triples, numbers = self.cones.parts(vector)
         value, along = self.spectrum
@@ -244,6 +311,11 @@ class Scaling:
             Shape (3 n_soc + n_zero + n_half,).
         shift
             Added to the eigenvalues; above zero where there are zeros.
+
+        Returns
+        -------
+        Floats
+            Shape (3 n_soc + n_zero + n_half,).
         """
         triples, numbers = self.cones.parts(vector)
         value, along = self.spectrum
@@ -252,12 +324,17 @@ class Scaling:
         return self.cones.join(turned, numbers / (self.half**2 + shift), zeros)
 
     def root(self, shift: float) -> Floats:
-        """Return C with C'C = (W^2 + shift I)^-1 for each triple, shape (n_soc, 3, 3).
+        """Return C with C'C = (W^2 + shift I)^-1 for each triple.
 
         Parameters
         ----------
         shift
             Added to the eigenvalues.
+
+        Returns
+        -------
+        Floats
+            Shape (n_soc, 3, 3).
         """
         value, along = self.spectrum
         scale = np.sqrt(1.0 / (value + shift))
@@ -271,12 +348,17 @@ class Scaling:
 
 
 def determinant(triples: Floats) -> Floats:
-    """Return x0^2 - |x1, x2|^2 of each triple, shape (n,).
+    """Return x0^2 - |x1, x2|^2 of each triple.
 
     Parameters
     ----------
     triples
         Shape (3, n).
+
+    Returns
+    -------
+    Floats
+        Shape (n,).
     """
     tail = np.sqrt(triples[1] ** 2 + triples[2] ** 2)
     return (triples[0] - tail) * (triples[0] + tail)

@@ -45,6 +45,11 @@ class KktSolver:
         ----------
         x
             Unknowns, shape (n,).
+
+        Returns
+        -------
+        Floats
+            Shape (n,).
         """
         curved = self._penalty_t @ (self._p.penalty @ x)
         curved[: self._twists] += self._p.ridge * x[: self._twists]
@@ -57,6 +62,11 @@ class KktSolver:
         ----------
         z
             Multipliers, shape (n_rows,).
+
+        Returns
+        -------
+        Floats
+            Shape (n,).
         """
         return self._p.transposed @ z
 
@@ -66,6 +76,11 @@ class KktSolver:
         Parameters
         ----------
         z
+            Shape (n_rows,).
+
+        Returns
+        -------
+        Floats
             Shape (n_rows,).
         """
         assert self._scaling is not None
@@ -236,5 +251,10 @@ def largest(*vectors: Floats) -> float:
     ----------
     *vectors
         Of any shape; 0 where there is nothing.
+
+    Returns
+    -------
+    float
+        The largest magnitude, 0 for no entries at all.
     """
     return max(float(np.abs(vector).max(initial=0.0)) for vector in vectors)

@@ -32,7 +32,9 @@ ALREADY = 0.01
 def solve_penalty(
     program: PenaltyProgram, *, solver: str = "auto", motions: Motions = no_motions, score: bool = True
 ) -> Answer:
-    """Minimise 1/2 ||E'A'u||^2 - w'u over twists with A'u in K*; at points with an upper bound, 1/2 |g_n + y|^2.
+    """Minimise the penalty `1/2 ||E'A'u||^2` less the work of the load over the admissible twists.
+
+    A twist is admissible when `A'u` lies in K*. At points with an upper bound the penalty is `1/2 |g_n + y|^2`.
 
     Parameters
     ----------

@@ -8,7 +8,7 @@ from pathlib import Path
 import tomllib
 
 from blockstat.assembly import Assembly
-from blockstat.errors import InputError
+from blockstat.errors import InputError, known_options
 from blockstat.io.files import blaming, read_parts
 from blockstat.spec.compose import build
 from blockstat.spec.scene import Scene, scene_from
@@ -63,6 +63,7 @@ def load_scene(path: str | Path) -> Scene:
         raise InputError(f"{path}: {error}") from None
 
 
+@known_options
 def read(path: str | Path, *, supports: Iterable[int | str] | None = None, units: str | None = None) -> Assembly:
     """Read an assembly of any file.
 
@@ -86,7 +87,7 @@ def read(path: str | Path, *, supports: Iterable[int | str] | None = None, units
     Raises
     ------
     InputError
-        Naming the file and the block or key at fault.
+        Naming the file and the block or key at fault. Also for an option that does not exist.
 
     Examples
     --------

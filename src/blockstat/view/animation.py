@@ -36,15 +36,45 @@ ARRAY, ELEMENTS = 34962, 34963
 def write_mechanism(
     result: Verdict | LimitLoad, path: str | Path, *, amplitude: float | None = None, seconds: float = SECONDS
 ) -> Path:
-    """Write the mechanism of an unstable verdict or of a limit load as an animated GLB; returns the path.
+    """Write the mechanism of an unstable verdict or of a limit load as an animated GLB.
 
-    Each block is a node at its centroid that goes along its twist, u(t) = s(t) amplitude u and the finite rotation of
-    the vector s(t) amplitude w, with s = (1 - cos(2 pi t / seconds)) / 2: there and back. Colours go with the speed of
-    each block's fastest corner, as in `plot_mechanism`. The file is y-up, as glTF has it: below the root node
+    Parameters
+    ----------
+    result : Verdict or LimitLoad
+        What has a mechanism.
+    path : str or Path
+        A .glb in a directory that exists.
+    amplitude : float, optional
+        How far the fastest corner goes [m]; by default a twelfth of the assembly's extent.
+    seconds : float, optional
+        Duration of the way there and back [s].
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        When nothing moves, when `amplitude` or `seconds` is not above 0, or for a path that is no .glb in a directory
+        that exists.
+
+    Notes
+    -----
+    Each block is a node at its centroid that goes along its twist (u, w): at time t it is displaced by s(t) amplitude u
+    and turned by the rotation vector s(t) amplitude w, with s = (1 - cos(2 pi t / seconds)) / 2. Colours go with the
+    speed of each block's fastest corner, as in `plot_mechanism`. The file is y-up, as glTF has it: below the root node
     are the assembly's own axes [m].
 
-    amplitude : how far the fastest corner goes [m]; by default a twelfth of the assembly's extent.
-    Raises InputError when nothing moves, or for a path that is no .glb in a directory that exists.
+    Examples
+    --------
+    >>> from blockstat import Assembly, assess, box, write_mechanism
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (1, 1, 2), name="block")]
+    >>> assembly = Assembly.from_blocks(blocks, supports=["ground"])
+    >>> falls = assess(assembly, gravity=(9.0, 0.0, -9.81))
+    >>> write_mechanism(falls, "falls.glb", amplitude=0.3).name
+    'falls.glb'
     """
     if not (np.isfinite(seconds) and seconds > 0):
         raise InputError(f"seconds is {seconds!r}; it must be above 0")
@@ -74,12 +104,49 @@ def write_motion(
     gone: Floats | None = None,
     name: str = "motion",
 ) -> Path:
-    """Write a motion of the blocks as an animated GLB, with one node a block, y-up; returns the path.
+    """Write a motion of the blocks as an animated GLB, with one node a block, y-up.
 
-    times : of the keys, between which a viewer goes in straight lines, shape (k,) [s]. displacement : of the
-    centroids, shape (k, n_blocks, 3) [m]; quaternion : rotation about them, (x, y, z, w), shape (k, n_blocks, 4).
-    values : one number a block to colour by, shape (n_blocks,). gone : time from which a block is not shown, shape
-    (n_blocks,) [s], inf for none. Raises InputError for a path that is no .glb in a directory that exists.
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    path : str or Path
+        A .glb in a directory that exists.
+    times : array of float, shape (k,)
+        Times of the keys, ascending [s]. A viewer interpolates linearly between them.
+    displacement : array of float, shape (k, n_blocks, 3)
+        Displacements of the centroids [m].
+    quaternion : array of float, shape (k, n_blocks, 4)
+        Rotations about the centroids, (x, y, z, w).
+    values : array of float, shape (n_blocks,)
+        One number a block to colour by, from 0.
+    gone : array of float, shape (n_blocks,), optional
+        Time from which a block is not shown [s], inf for none.
+    name : str, optional
+        Name of the animation in the file.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        For a path that is no .glb in a directory that exists.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from blockstat import Assembly, box, write_motion
+    >>> assembly = Assembly.from_blocks([box((0, 0, 0), (1, 1, 1))])
+    >>> lifted = np.array([[[0.0, 0.0, 0.0]], [[0.0, 0.0, 0.5]]])
+    >>> level = np.tile([0.0, 0.0, 0.0, 1.0], (2, 1, 1))
+    >>> path = write_motion(
+    ...     assembly, "lifted.glb", times=np.array([0.0, 1.0]), displacement=lifted, quaternion=level, values=np.ones(1)
+    ... )
+    >>> path.name
+    'lifted.glb'
     """
     path = Path(path)
     if path.suffix.lower() != ".glb":
@@ -113,7 +180,24 @@ class _Buffer:
         self._accessors: list[dict[str, Any]] = []
 
     def add(self, view: str, values: Any, *, target: int | None = None, bounds: bool = False) -> int:
-        """Append an array, shape (n,) or (n, k), to a view and return the index of its accessor."""
+        """Append an array to a view.
+
+        Parameters
+        ----------
+        view : str
+            Name of the view.
+        values : array, shape (n,) or (n, k)
+            The numbers.
+        target : int, optional
+            `ARRAY` for vertex data, `ELEMENTS` for indices.
+        bounds : bool, optional
+            Whether the accessor says the least and the largest value.
+
+        Returns
+        -------
+        int
+            Index of the accessor.
+        """
         array = np.ascontiguousarray(values, dtype="<u4" if target == ELEMENTS else "<f4")
         parts = self._parts.setdefault(view, [])
         fields = {"target": target} if target else {}
@@ -136,10 +220,17 @@ class _Buffer:
 
     @property
     def data(self) -> bytes:
+        """All views one after the other."""
         return b"".join(part for parts in self._parts.values() for part in parts)
 
     def described(self) -> dict[str, Any]:
-        """The glTF fields that say what is where."""
+        """Return the glTF fields that say what is where.
+
+        Returns
+        -------
+        dict
+            The accessors, views and the buffer.
+        """
         views, offset = [], 0
         for name, fields in self._views.items():
             length = sum(map(len, self._parts[name]))

@@ -24,6 +24,7 @@ def write_verdict(verdict: Verdict, path: str | Path) -> Path:
     Returns
     -------
     Path
+        The file.
 
     Raises
     ------
@@ -37,6 +38,14 @@ def write_verdict(verdict: Verdict, path: str | Path) -> Path:
     - displacement: how far its fastest corner goes in the mechanism that moves the fastest of all by 1 m [m];
     - mechanism: its velocity [m] and rotation [rad] there, six numbers along the assembly's own axes, z up;
     - demand: how hard friction and strength are used at it, 0 to 1 (see `Verdict.demand`).
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, assess, box, write_verdict
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (1, 1, 2), name="block")]
+    >>> verdict = assess(Assembly.from_blocks(blocks, supports=["ground"]))
+    >>> write_verdict(verdict, "verdict.obj").name
+    'verdict.obj'
     """
     values = {"displacement": verdict.motion, "mechanism": verdict.mechanism, "demand": verdict.demand()}
     return write(verdict.assembly, path, values=values)

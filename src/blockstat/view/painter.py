@@ -26,7 +26,20 @@ EDGE_ON = 1e-6
 
 
 def view_of(azimuth: float, elevation: float) -> Floats:
-    """Rows: right, up, towards the eye."""
+    """Return the directions of the picture.
+
+    Parameters
+    ----------
+    azimuth : float
+        Angle of the eye about the z axis, from the x axis [deg].
+    elevation : float
+        Angle of the eye above the horizon [deg].
+
+    Returns
+    -------
+    array of float, shape (3, 3)
+        Unit vectors as rows: right, up, towards the eye.
+    """
     a, e = np.deg2rad([azimuth, elevation])
     eye = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
     right = np.array([-np.sin(a), np.cos(a), 0.0])
@@ -34,7 +47,22 @@ def view_of(azimuth: float, elevation: float) -> Floats:
 
 
 def posed(assembly: Assembly, displacement: Floats | None, rotation: Floats | None) -> Floats:
-    """Vertices of blocks displaced and turned about their centroids, shape (n_vertices, 3) [m]."""
+    """Return the vertices of blocks displaced and turned about their centroids.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    displacement : array of float, shape (n_blocks, 3), or None
+        Displacements of the centroids [m].
+    rotation : array of float, shape (n_blocks, 3, 3), or None
+        Rotation matrices.
+
+    Returns
+    -------
+    array of float, shape (n_vertices, 3)
+        Places of the vertices [m].
+    """
     if displacement is None and rotation is None:
         return assembly.vertices
     block = assembly.vertex_block
@@ -46,7 +74,20 @@ def posed(assembly: Assembly, displacement: Floats | None, rotation: Floats | No
 
 
 def with_copies(assembly: Assembly, blocks: Ints) -> Assembly:
-    """The assembly with copies of some of its blocks after the others, to be painted elsewhere."""
+    """Return the assembly with copies of some of its blocks after the others, to be painted elsewhere.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    blocks : array of int
+        Those to copy, ascending.
+
+    Returns
+    -------
+    Assembly
+        All blocks, then the copies.
+    """
     face = np.flatnonzero(np.isin(assembly.face_block, blocks))
     corner = np.isin(np.repeat(assembly.face_block, np.diff(assembly.face_start)), blocks)
     vertex = np.flatnonzero(np.isin(assembly.vertex_block, blocks))
@@ -72,12 +113,31 @@ def with_copies(assembly: Assembly, blocks: Ints) -> Assembly:
 def visible(
     assembly: Assembly, vertices: Floats, view: Floats, colour: Floats, layer: Ints | None = None
 ) -> tuple[list[Floats], Floats, Floats]:
-    """Return the faces towards the eye, hidden ones first: polygons, shaded colours and colours of outlines.
+    """Return the faces towards the eye, hidden ones first.
 
     A face with smooth edges has no outline; a polygon of two corners follows for each other edge of it.
 
-    vertices : of the blocks as they are drawn, shape (n_vertices, 3) [m]; colour : RGBA of each block, shape
-    (n_blocks, 4); layer : see `paint_order`.
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    vertices : array of float, shape (n_vertices, 3)
+        Vertices of the blocks as they are drawn [m].
+    view : array of float, shape (3, 3)
+        Right, up and towards the eye, as `view_of` returns them.
+    colour : array of float, shape (n_blocks, 4)
+        RGBA of each block, 0 to 1.
+    layer : array of int, shape (n_blocks,), optional
+        What is painted first wherever it is; see `paint_order`.
+
+    Returns
+    -------
+    polygons : list of array of float, shape (k, 2)
+        Corners in the picture [m].
+    fill : array of float, shape (n_polygons, 4)
+        Shaded colours of the polygons.
+    line : array of float, shape (n_polygons, 4)
+        Colours of their outlines.
     """
     corners = vertices[assembly.face_vertices]
     planes = face_planes(corners, assembly.face_start)
@@ -105,7 +165,20 @@ def visible(
 
 
 def sharp_edges(assembly: Assembly, planes: FacePlanes) -> np.ndarray:
-    """Mask of the edges, one after each corner of each face, at which the block turns, shape (n_corners,)."""
+    """Return which edges show a line: those at which the block turns.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    planes : FacePlanes
+        Planes of the faces.
+
+    Returns
+    -------
+    array of bool, shape (n_corners,)
+        One value for the edge after each corner of each face.
+    """
     tail = assembly.face_vertices
     head = tail[next_in_face(assembly.face_start)]
     face = np.repeat(np.arange(len(planes.normal)), np.diff(assembly.face_start))
@@ -119,14 +192,32 @@ def sharp_edges(assembly: Assembly, planes: FacePlanes) -> np.ndarray:
 def paint_order(
     assembly: Assembly, vertices: Floats, planes: FacePlanes, view: Floats, layer: Ints | None = None
 ) -> list[int]:
-    """Blocks from back to front: exact for convex blocks that do not hide one another in a circle.
+    """Return the blocks from back to front: exact for convex blocks that do not hide one another in a circle.
 
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    vertices : array of float, shape (n_vertices, 3)
+        Vertices of the blocks as they are drawn [m].
+    planes : FacePlanes
+        Planes of the faces as they are drawn.
+    view : array of float, shape (3, 3)
+        Right, up and towards the eye, as `view_of` returns them.
+    layer : array of int, shape (n_blocks,), optional
+        Blocks of opposite sign are painted the negative first, wherever they are. Blocks of layer 0 keep their place
+        among both.
+
+    Returns
+    -------
+    list of int
+        Numbers of the blocks.
+
+    Notes
+    -----
     Of two blocks that overlap in the picture, one lies beyond a face of the other; if that face looks towards
     the eye, what lies beyond it is painted later. Where faces of both kinds separate them, no ray meets both and
     the order is free. Circles are cut at the block that is furthest away.
-
-    layer : one number a block, shape (n_blocks,); blocks of opposite sign are painted the negative first, wherever
-    they are, and blocks of layer 0 keep their place among both.
     """
     n = assembly.n_blocks
     flat = vertices @ view.T
@@ -153,9 +244,27 @@ def paint_order(
 
 
 def face_order(assembly: Assembly, planes: FacePlanes, view: Floats, front: Ints, layer: Ints | None = None) -> Ints:
-    """Faces towards the eye from back to front, for blocks with notches, which may hide and be hidden by one neighbour.
+    """Return the faces towards the eye from back to front, for blocks with notches.
 
-    Any two that overlap in the picture are compared there. front : the faces; layer : as in `paint_order`.
+    Such a block may hide a neighbour and be hidden by it, so faces are compared: any two that overlap in the picture.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks, with their vertices where they are drawn.
+    planes : FacePlanes
+        Planes of the faces as they are drawn.
+    view : array of float, shape (3, 3)
+        Right, up and towards the eye, as `view_of` returns them.
+    front : array of int
+        The faces towards the eye.
+    layer : array of int, shape (n_blocks,), optional
+        What is painted first wherever it is; see `paint_order`.
+
+    Returns
+    -------
+    array of int
+        The same faces in order.
     """
     count = np.diff(assembly.face_start)[front]
     corner = assembly.vertices[assembly.face_vertices] @ view.T

@@ -13,7 +13,7 @@ import numpy as np
 
 from blockstat.analysis.limit_load import LimitLoad, LoadOutcome
 from blockstat.analysis.verdict import Verdict, corner_speed
-from blockstat.errors import InputError
+from blockstat.errors import InputError, known_options
 from blockstat.sensitivity.parameters import stone_sensitivity
 from blockstat.typing import Floats, Ints
 from blockstat.view.painter import posed, view_of, visible, with_copies
@@ -36,6 +36,7 @@ GHOST = (0.95, 0.95, 0.95, 0.55)
 STILL = 1e-3  #: blocks slower than this, relative to the fastest, leave no ghost
 
 
+@known_options
 def plot(
     assembly: Assembly,
     place: Place,
@@ -62,7 +63,7 @@ def plot(
         The blocks.
     place : str, Path or matplotlib Axes
         A file, in PNG or any format that matplotlib writes, or the axes to draw in.
-    values : array, shape (n_blocks,), optional
+    values : array of float, shape (n_blocks,), optional
         One number a block to colour by.
     label : str, optional
         Of the colour bar, with the unit of the values.
@@ -70,10 +71,10 @@ def plot(
         Name of a colour map of matplotlib.
     top, bottom : float, optional
         Ends of the colour bar; the top by default the largest value.
-    displacement : array, shape (n_blocks, 3), optional
+    displacement : array of float, shape (n_blocks, 3), optional
         How far the blocks are drawn from their places [m].
-    rotation : array, shape (n_blocks, 3, 3), optional
-        How they are turned about their centroids.
+    rotation : array of float, shape (n_blocks, 3, 3), optional
+        How they are turned about their centroids, as rotation matrices.
     ghosts : array of int, optional
         Blocks, ascending, that are drawn a second time where they were, pale and behind the others.
     title : str, optional
@@ -93,12 +94,13 @@ def plot(
     Raises
     ------
     InputError
-        For a file that cannot be written.
+        For a file that cannot be written, or an unknown option.
 
     Examples
     --------
     >>> from blockstat import Assembly, box, plot
-    >>> plot(Assembly.from_blocks([box((0, 0, 0), (1, 1, 1))]), "cube.png")
+    >>> cube = Assembly.from_blocks([box((0, 0, 0), (1, 1, 1))])
+    >>> plot(cube, "cube.png", azimuth=30.0)
     'cube.png'
     """
     from matplotlib import colormaps
@@ -171,23 +173,82 @@ def _haunted(
 
 
 def plot_verdict(verdict: Verdict, place: Place, **options: Any) -> Place:
-    """The mechanism of an assembly that moves, else the demand on the joints of one that stands."""
+    """Draw the mechanism of an assembly that moves, else the demand on the joints of one that stands.
+
+    Parameters
+    ----------
+    verdict : Verdict
+        The verdict.
+    place : str, Path or matplotlib Axes
+        A file or axes, as in `plot`.
+    **options
+        Options of `plot_mechanism` where blocks move. Where none moves, options of `plot` without `values`, `label`,
+        `colours`, `top` and `title`, which are set here.
+
+    Returns
+    -------
+    str, Path or matplotlib Axes
+        The place.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be written, an unknown option, or an amplitude that is not above 0.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, assess, box, plot_verdict
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (1, 1, 2), name="block")]
+    >>> assembly = Assembly.from_blocks(blocks, supports=["ground"])
+    >>> plot_verdict(assess(assembly), "stands.png")
+    'stands.png'
+    >>> plot_verdict(assess(assembly, gravity=(9.0, 0.0, -9.81)), "falls.png")
+    'falls.png'
+    """
     assembly = verdict.assembly
     if not len(verdict.moving):
-        return plot(
-            assembly, place, values=verdict.demand(), colours=DEMAND, top=1.0,
-            label="friction used at the block's joints (1 = sliding)", title=f"{assembly.name}: stable", **options,
-        )  # fmt: skip
+        drawn = {
+            "values": verdict.demand(), "colours": DEMAND, "top": 1.0, "title": f"{assembly.name}: stable",
+            "label": "friction used at the block's joints (1 = sliding)",
+        }  # fmt: skip
+        return plot(assembly, place, **drawn | options)
     return plot_mechanism(verdict, place, **options)
 
 
 def plot_mechanism(
     result: Verdict | LimitLoad, place: Place, *, amplitude: float | None = None, **options: Any
 ) -> Place:
-    """The mechanism of an assembly that moves, or of a limit load, in front of a pale ghost of the assembly at rest.
+    """Draw a mechanism in front of a pale ghost of the assembly at rest.
 
-    amplitude : how far the fastest corner goes [m]; see `mechanism_pose`. options : those of `picture`.
-    Raises InputError when nothing moves: for a stable verdict, and where a load has no limit.
+    Parameters
+    ----------
+    result : Verdict or LimitLoad
+        What has a mechanism: an unstable verdict or a limit load.
+    place : str, Path or matplotlib Axes
+        A file or axes, as in `plot`.
+    amplitude : float, optional
+        How far the fastest corner goes [m]; by default a twelfth of the assembly's extent.
+    **options
+        Options of `plot`; `ghosts=None` leaves out the ghost.
+
+    Returns
+    -------
+    str, Path or matplotlib Axes
+        The place.
+
+    Raises
+    ------
+    InputError
+        When nothing moves (the verdict is stable, or the load has no limit), when `amplitude` is not above 0, for a
+        file that cannot be written, or for an unknown option.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box, limit_load, plot_mechanism
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (1, 1, 2), name="block")]
+    >>> assembly = Assembly.from_blocks(blocks, supports=["ground"])
+    >>> plot_mechanism(limit_load(assembly, (1, 0, 0)), "pushed.png", amplitude=0.3)
+    'pushed.png'
     """
     assembly = result.assembly
     shown, turned = mechanism_pose(result, amplitude=amplitude)
@@ -204,12 +265,41 @@ def plot_mechanism(
 
 
 def plot_stone_sensitivity(limit: LimitLoad, direction: Sequence[float], place: Place, **options: Any) -> Place:
-    """Where a stone more helps most: blocks coloured by what added mass there does to the limit load.
+    """Draw where a stone more helps most: what mass added at each block does to the limit load.
 
-    Blue raises the limit, red lowers it; the numbers are for a hundredth of the masonry's mass at the block's
-    centroid, pushed like the rest (see `blockstat.sensitivity.parameters.stone_sensitivity`).
+    Blue raises the limit, red lowers it. The numbers are for a hundredth of the masonry's mass at the block's centroid,
+    pushed like the rest (see `blockstat.sensitivity.parameters.stone_sensitivity`).
 
-    direction : three numbers, the acceleration of which `limit` is the limit. options : those of `picture`.
+    Parameters
+    ----------
+    limit : LimitLoad
+        A limit load.
+    direction : sequence of float
+        Three numbers, the acceleration of which `limit` is the limit.
+    place : str, Path or matplotlib Axes
+        A file or axes, as in `plot`.
+    **options
+        Options of `plot`.
+
+    Returns
+    -------
+    str, Path or matplotlib Axes
+        The place.
+
+    Raises
+    ------
+    InputError
+        When the load has no limit, when `limit` is not that of `direction`, for a file that cannot be written, or for
+        an unknown option.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box, limit_load, plot_stone_sensitivity
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (1, 1, 2), name="block")]
+    >>> assembly = Assembly.from_blocks(blocks, supports=["ground"])
+    >>> limit = limit_load(assembly, (1, 0, 0))
+    >>> plot_stone_sensitivity(limit, (1, 0, 0), "stone.png")
+    'stone.png'
     """
     assembly = limit.assembly
     change = stone_sensitivity(limit, direction) * 0.01 * assembly.mass[assembly.free].sum()
@@ -223,10 +313,35 @@ def plot_stone_sensitivity(limit: LimitLoad, direction: Sequence[float], place: 
 
 
 def mechanism_pose(result: Verdict | LimitLoad, *, amplitude: float | None = None) -> tuple[Floats, Floats]:
-    """Blocks moved along the mechanism: displacements (n, 3) [m] and finite rotations (n, 3, 3).
+    """Return the blocks moved along a mechanism.
 
-    amplitude : how far the fastest corner goes [m]; by default a twelfth of the assembly's extent.
-    Raises InputError when the result has no mechanism.
+    Parameters
+    ----------
+    result : Verdict or LimitLoad
+        What has a mechanism.
+    amplitude : float, optional
+        How far the fastest corner goes [m]; by default a twelfth of the assembly's extent.
+
+    Returns
+    -------
+    displacement : array of float, shape (n_blocks, 3)
+        Displacements of the centroids [m].
+    rotation : array of float, shape (n_blocks, 3, 3)
+        Finite rotations about the centroids, as matrices.
+
+    Raises
+    ------
+    InputError
+        When the result has no mechanism, or when `amplitude` is not above 0.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box, limit_load, mechanism_pose
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (1, 1, 2), name="block")]
+    >>> assembly = Assembly.from_blocks(blocks, supports=["ground"])
+    >>> displacement, rotation = mechanism_pose(limit_load(assembly, (1, 0, 0)), amplitude=0.3)
+    >>> displacement.shape, rotation.shape
+    ((2, 3), (2, 3, 3))
     """
     from scipy.spatial.transform import Rotation
 
@@ -235,7 +350,25 @@ def mechanism_pose(result: Verdict | LimitLoad, *, amplitude: float | None = Non
 
 
 def moving_twist(result: Verdict | LimitLoad, amplitude: float | None = None) -> Floats:
-    """Displacement [m] and rotation vector [rad] of each block at the end of the motion shown, shape (n_blocks, 6)."""
+    """Return the motion of each block at the end of the motion shown.
+
+    Parameters
+    ----------
+    result : Verdict or LimitLoad
+        What has a mechanism.
+    amplitude : float, optional
+        How far the fastest corner goes [m]; by default a twelfth of the assembly's extent.
+
+    Returns
+    -------
+    array of float, shape (n_blocks, 6)
+        Displacement of the centroid [m] and rotation vector [rad].
+
+    Raises
+    ------
+    InputError
+        When the result has no mechanism, or when `amplitude` is not above 0.
+    """
     name, outcome = result.assembly.name, result.outcome
     if not result.mechanism.any():
         kind = "limit load" if isinstance(outcome, LoadOutcome) else "verdict"
@@ -243,30 +376,68 @@ def moving_twist(result: Verdict | LimitLoad, amplitude: float | None = None) ->
             f"{name}: no mechanism to show, the {kind} is {outcome.word}; an unstable verdict or a limit load has one"
         )
     if amplitude is None:
-        amplitude = _extent(result.assembly) / 12
+        amplitude = extent(result.assembly) / 12
     if not (np.isfinite(amplitude) and amplitude > 0):
         raise InputError(f"amplitude is {amplitude!r}; it must be a length above 0 [m]")
     return amplitude * result.mechanism
 
 
-def _extent(assembly: Assembly) -> float:
-    """Longest side of the box round the free blocks [m]."""
+def extent(assembly: Assembly) -> float:
+    """Return the longest side of the box round the free blocks.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks; where all are supports, the box is round all of them.
+
+    Returns
+    -------
+    float
+        Length [m].
+    """
     lower, upper = assembly.bounds
-    free = ~assembly.support
+    free = assembly.free if len(assembly.free) else np.arange(assembly.n_blocks)
     return float((upper[free].max(axis=0) - lower[free].min(axis=0)).max())
 
 
 def plot_forces(verdict: Verdict, place: Place, **options: Any) -> Place:
-    """The resultant of each joint as a line through its centre of pressure, over pale blocks; returns the place.
+    """Draw the resultant of each joint as a line through its centre of pressure, over pale blocks.
 
     The lines' lengths go with the forces; in an arch they join up to its thrust line. Joints in tension, in an
-    assembly that does not stand, are dashed.
+    assembly that does not stand, are dotted.
+
+    Parameters
+    ----------
+    verdict : Verdict
+        The verdict.
+    place : str, Path or matplotlib Axes
+        A file or axes, as in `plot`.
+    **options
+        Options of `plot` without `overlay`, which draws the forces.
+
+    Returns
+    -------
+    str, Path or matplotlib Axes
+        The place.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be written, or an unknown option.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, assess, box, plot_forces
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (1, 1, 2), name="block")]
+    >>> assembly = Assembly.from_blocks(blocks, supports=["ground"])
+    >>> plot_forces(assess(assembly), "forces.png")
+    'forces.png'
     """
     azimuth, elevation = options.pop("azimuth", -55.0), options.pop("elevation", 25.0)
     view = view_of(azimuth, elevation)
     point, force, tension = resultants(verdict)
     size = np.linalg.norm(force, axis=1)
-    reach = 0.06 * _extent(verdict.assembly) / max(float(size.max()), 1e-300)
+    reach = 0.06 * extent(verdict.assembly) / max(float(size.max(initial=0.0)), 1e-300)
 
     def draw(axes: Axes) -> None:
         for middle, pull, torn in zip(point, force, tension, strict=True):
@@ -274,18 +445,50 @@ def plot_forces(verdict: Verdict, place: Place, **options: Any) -> Place:
             axes.plot(*ends.T, color="#b2182b", linewidth=1.2, linestyle=":" if torn else "-")
 
     name = verdict.assembly.name
-    drawn = {"title": f"{name}: joint forces, longest {size.max():.3g} N", "opacity": 0.35}
+    drawn = {"title": f"{name}: joint forces, longest {size.max(initial=0.0):.3g} N", "opacity": 0.35}
     look = {"azimuth": azimuth, "elevation": elevation, "overlay": draw}
     return plot(verdict.assembly, place, **drawn | options, **look)
 
 
 def resultants(verdict: Verdict) -> tuple[Floats, Floats, np.ndarray]:
-    """Centre of pressure [m], force on block b [N] and whether it is a tension, of each joint that carries any."""
+    """Return the resultant of each joint that carries any.
+
+    Parameters
+    ----------
+    verdict : Verdict
+        The verdict.
+
+    Returns
+    -------
+    point : array of float, shape (n, 3)
+        Centres of pressure [m].
+    force : array of float, shape (n, 3)
+        Forces on the second block of each joint [N].
+    tension : array of bool, shape (n,)
+        Whether the joint is in tension.
+    """
     return joint_resultants(verdict)[1:]
 
 
 def joint_resultants(verdict: Verdict) -> tuple[Ints, Floats, Floats, np.ndarray]:
-    """`resultants`, with the number of each joint in front."""
+    """Return the resultant of each joint that carries any, with the number of the joint.
+
+    Parameters
+    ----------
+    verdict : Verdict
+        The verdict.
+
+    Returns
+    -------
+    joint : array of int, shape (n,)
+        Numbers of the joints, ascending.
+    point : array of float, shape (n, 3)
+        Centres of pressure [m].
+    force : array of float, shape (n, 3)
+        Forces on the second block of each joint [N].
+    tension : array of bool, shape (n,)
+        Whether the joint is in tension.
+    """
     faces = verdict.interfaces
     net = verdict.forces - verdict.adhesion[:, None] * np.array([1.0, 0.0, 0.0])
     k = faces.point_interface

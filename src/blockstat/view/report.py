@@ -28,9 +28,27 @@ class Figure:
 def write_designs(
     result: SearchResult, directory: Path, *, under: Callable[[Assembly], Assembly] = lambda assembly: assembly
 ) -> list[Figure]:
-    """best.json and best.glb, and pictures of what statics say: the best design and the thinnest pruned one.
+    """Write the best design, and pictures of what statics say of it and of the thinnest pruned one.
 
-    With viser installed (extra ui), view.html too, a view of the best design in three dimensions.
+    Parameters
+    ----------
+    result : SearchResult
+        The search.
+    directory : Path
+        Where best.json, best.glb and the pictures go. With viser installed (extra ui) view.html goes there too, a view
+        of the best design in three dimensions.
+    under : callable, optional
+        Puts each design under another friction or gravity.
+
+    Returns
+    -------
+    list of Figure
+        The pictures and the page, for `write_report`.
+
+    Raises
+    ------
+    InputError
+        When the directory does not exist.
     """
     figures = []
     shown = under(build(result.best if result.best is not None else result.building))
@@ -61,7 +79,24 @@ def write_designs(
 def write_report(
     result: SearchResult, directory: Path, figures: Sequence[Figure], *, notes: Sequence[str] = ()
 ) -> Path:
-    """report.html in the directory, with the figures inside it; returns its path."""
+    """Write report.html, with the figures inside it.
+
+    Parameters
+    ----------
+    result : SearchResult
+        The search.
+    directory : Path
+        Where it goes; it must exist.
+    figures : sequence of Figure
+        Shown in this order.
+    notes : sequence of str, optional
+        Paragraphs of plain text, above the figures.
+
+    Returns
+    -------
+    Path
+        The file.
+    """
     name = escape(result.building.name)
     history = result.history
     pruned = sum(c.dynamic == PRUNED for c in history)
@@ -91,7 +126,20 @@ def write_report(
 
 
 def page(title: str, body: Sequence[str]) -> str:
-    """A page of HTML in the style of the reports, from the parts of its body."""
+    """Return a page in the style of the reports.
+
+    Parameters
+    ----------
+    title : str
+        Plain text.
+    body : sequence of str
+        HTML of its parts.
+
+    Returns
+    -------
+    str
+        HTML.
+    """
     return _PAGE.format(title=escape(title), body="\n".join(body))
 
 

@@ -53,6 +53,15 @@ def bonds_of(assembly: Assembly, *, interfaces: Interfaces | None = None) -> tup
     InputError
         Naming the law: for a compressive strength, and for a cohesion above friction times tension. Neither can be
         simulated exactly.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box, glued
+    >>> from dynsim import bonds_of
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]
+    >>> pillar = Assembly.from_blocks(blocks, supports=["ground"])
+    >>> len(bonds_of(pillar)), len(bonds_of(glued(pillar, 1000.0)))
+    (0, 1)
     """
     if not assembly.joints:
         return ()

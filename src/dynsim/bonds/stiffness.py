@@ -36,6 +36,14 @@ class InertiaScale:
     ------
     InputError
         For anything but a positive number.
+
+    Examples
+    --------
+    >>> from dynsim import InertiaScale
+    >>> InertiaScale(0.0)
+    Traceback (most recent call last):
+    ...
+    blockstat.errors.InputError: inertia scale is 0.0; it must be a positive number
     """
 
     scale: float

@@ -35,6 +35,11 @@ def with_glue(assembly: Assembly, glue: float | None) -> Assembly:
     -------
     Assembly
         The same blocks.
+
+    Raises
+    ------
+    InputError
+        For a tension that is negative or not finite.
     """
     from blockstat.assembly import glued
 
@@ -47,14 +52,19 @@ def stiffness_of(inertia_scale: float | None, angular_stiffness: float | None) -
     Parameters
     ----------
     inertia_scale : float or None
-        Factor on the inertia of every block.
+        Factor on the inertia of every block [-]; None for the inertia as it is.
     angular_stiffness : float or None
-        Stiffness of a spring at every joint [N m/rad].
+        Stiffness of a spring at every joint [N m/rad]; None for no springs.
 
     Returns
     -------
     list of Action
         None of them, one or both.
+
+    Raises
+    ------
+    InputError
+        For a factor or a stiffness that is not positive.
     """
     from dynsim.bonds.stiffness import AngularSprings, InertiaScale
 

@@ -85,7 +85,7 @@ def verify(
     timeout: Timeout = None,
     as_json: AsJson = False,
 ) -> None:
-    """Simulate assemblies and assess them by displacement (Eq. 1, Eq. 2); several files go side by side."""
+    """Simulate assemblies, several files side by side, and evaluate them by displacement (Eq. 1, Eq. 2)."""
     from dynsim.judge.verify import verify as run
     from dynsim.settings import Settings
 
@@ -244,5 +244,5 @@ app.command()(optimise)
 
 
 def main() -> None:
-    """Entry point of the console script."""
+    """Run the command `dynsim`; this is the entry point of the console script."""
     run_app(app, "dynsim")

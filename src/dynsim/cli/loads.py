@@ -67,14 +67,14 @@ def loads_of(
     Parameters
     ----------
     remove, settle, push : list of str or None
-        Values of `--remove`, `--settle` and `--push`.
+        Values of `--remove`, `--settle` and `--push`; None for an option that is not given.
     tilt_to : str or None
-        Value of `--tilt-to`.
+        Value of `--tilt-to`; None for an option that is not given.
 
     Returns
     -------
     list of Load
-        One an option.
+        One for each value.
 
     Raises
     ------
@@ -114,13 +114,13 @@ def ground_of(
     Parameters
     ----------
     record : Path or None
-        Value of `--record`.
+        Value of `--record`; None for an option that is not given.
     pulse, ramp : str or None
-        Values of `--pulse` and `--ramp`.
+        Values of `--pulse` and `--ramp`; None for an option that is not given.
     direction : str
-        Direction of a record with one column of accelerations.
+        Direction of a record with one column of accelerations, "X,Y,Z".
     scale : float
-        Factor on the accelerations of the record.
+        Factor on the accelerations of the record [-].
 
     Returns
     -------

@@ -41,7 +41,7 @@ def optimise(
     jobs: Annotated[int | None, typer.Option(help="Simulations side by side; as many as cores by default.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Make a building lighter: statics prune, Bullet verifies, and a report is written."""
+    """Search for a lighter design that stands: statics prune, Bullet verifies, and a report is written."""
     from blockstat.design_search.search import space_of
     from blockstat.spec import load_scene
     from dynsim.design_search.optimise import optimise as run

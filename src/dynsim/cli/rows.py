@@ -28,7 +28,7 @@ def side_by_side(
     timeout: float | None,
     save: Callable[[list[Row[T]]], None] | None = None,
 ) -> list[Row[T]]:
-    """Return a function of every file's assembly, one row a file.
+    """Apply a function to the assembly of every file, one row a file.
 
     A file that cannot be read loses its own row only.
 
@@ -43,7 +43,7 @@ def side_by_side(
     jobs : int or None
         Processes at a time; all cores when None.
     timeout : float or None
-        Time that one file may take [s].
+        Time by the clock that one file may take [s]; None for no bound.
     save : callable, optional
         Called with all rows after each one that is done.
 
@@ -144,11 +144,11 @@ def verify_summary(row: Row[DynamicVerdict]) -> dict[str, Any]:
     Parameters
     ----------
     row : Row
-        What came of one file.
+        The result of one file.
 
     Returns
     -------
-    dict
+    dict of str to object
         Plain values.
     """
     if row.result is None:

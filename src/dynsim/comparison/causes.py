@@ -79,6 +79,15 @@ def likely_reason(static: Verdict, dynamic: DynamicVerdict) -> str:
     -------
     str
         Empty when they agree.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, assess, box
+    >>> from dynsim import likely_reason, verify
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]
+    >>> pillar = Assembly.from_blocks(blocks, supports=["ground"])
+    >>> likely_reason(assess(pillar), verify(pillar))
+    ''
     """
     if dynamic.outcome is DynamicOutcome.CREEPS:
         return f"it creeps at {1e3 * dynamic.rate:.2g} mm/s in Bullet: neither a stand nor a fall"
@@ -132,6 +141,16 @@ def find_cause(
     -------
     Cause or None
         None when all three agree.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, assess, box
+    >>> from dynsim import find_cause, verify
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]
+    >>> pillar = Assembly.from_blocks(blocks, supports=["ground"])
+    >>> static, coulomb = (assess(pillar, flow=flow) for flow in ("associated", "coulomb"))
+    >>> find_cause(static, coulomb, verify(pillar)) is None
+    True
     """
     if dynamic.outcome is DynamicOutcome.CREEPS:
         return Cause.CREEPS

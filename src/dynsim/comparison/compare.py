@@ -9,6 +9,7 @@ from blockstat.analysis.assess import assess
 from blockstat.analysis.verdict import Outcome
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces
+from blockstat.errors import known_options
 from dynsim.comparison.causes import agrees, find_cause, joints_as_found, likely_reason, with_coulomb
 from dynsim.comparison.first_motion import first_motion_cosine
 from dynsim.comparison.table import Comparison, Comparisons
@@ -18,6 +19,7 @@ from dynsim.parallel.pool import Row, paired, run_many, with_options
 from dynsim.settings import Settings
 
 
+@known_options
 def compare(
     assemblies: Assembly | Iterable[Assembly],
     *,
@@ -55,7 +57,8 @@ def compare(
     Raises
     ------
     InputError
-        For a bad number of processes, or interfaces of another number of assemblies.
+        For a bad number of processes, or interfaces of another number of assemblies. Also for an option that does not
+        exist.
 
     Examples
     --------

@@ -65,7 +65,13 @@ class Comparison(Result):
         return Agreement.AGREE if self.agree else Agreement.OPEN
 
     def explain(self) -> str:
-        """Return the verdicts and why they differ, in words."""
+        """Return the verdicts and why they differ, in words.
+
+        Returns
+        -------
+        str
+            One fact a line.
+        """
         lines = [f"{self.name}: {self.outcome.value}"]
         if self.static is not None:
             coulomb = (self.coulomb or "no verdict").replace("_", " ")
@@ -77,7 +83,13 @@ class Comparison(Result):
         return "\n".join(lines)
 
     def summary(self) -> dict[str, Any]:
-        """Return the row as plain values; what was not reached is None."""
+        """Return the row as plain values; what was not reached is None.
+
+        Returns
+        -------
+        dict
+            Values by name.
+        """
         return asdict(self)
 
 
@@ -104,11 +116,23 @@ class Comparisons(Result):
         return next((outcome for outcome in ranked if outcome in found), Agreement.NO_VERDICT)
 
     def explain(self) -> str:
-        """Return the counts, and the rows that differ, in words."""
+        """Return the counts, and the rows that differ, in words.
+
+        Returns
+        -------
+        str
+            One fact a line.
+        """
         return "\n".join([self._counts(), *(row.explain() for row in self.disagreements)])
 
     def summary(self) -> dict[str, Any]:
-        """Return plain values for JSON: a list of rows."""
+        """Return plain values for JSON: a list of rows.
+
+        Returns
+        -------
+        dict
+            One entry, the list of rows.
+        """
         return {"rows": [row.summary() for row in self]}
 
     def _counts(self) -> str:

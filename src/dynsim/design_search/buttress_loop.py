@@ -15,7 +15,7 @@ from typing import Any
 import msgspec
 
 from blockstat.assembly import Assembly
-from blockstat.errors import InputError
+from blockstat.errors import InputError, known_options
 from blockstat.result import Result, Sentence
 from blockstat.spec import Building, Range, build, value_of
 from dynsim.judge.verdict import DynamicVerdict
@@ -57,7 +57,13 @@ class ButtressResult(Result):
         return ButtressOutcome.SOUND if self.sound else ButtressOutcome.CRACKED
 
     def explain(self) -> str:
-        """Return the answer and the buttresses of each building, one building a line."""
+        """Return the answer and the buttresses of each building, one building a line.
+
+        Returns
+        -------
+        str
+            One fact a line.
+        """
         lines = [self.outcome.value]
         for step in self.steps:
             sizes = (f"{wall} {n} of {step.thickness[wall]:g} m" for wall, n in step.number.items() if n)
@@ -66,7 +72,13 @@ class ButtressResult(Result):
         return "\n".join(lines)
 
     def summary(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return plain values for JSON.
+
+        Returns
+        -------
+        dict
+            Values by name.
+        """
         return {
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,
@@ -74,6 +86,7 @@ class ButtressResult(Result):
         }
 
 
+@known_options
 def buttress_loop(
     building: Building,
     verify: Callable[[Assembly], DynamicVerdict],
@@ -101,7 +114,7 @@ def buttress_loop(
     Raises
     ------
     InputError
-        When no wall may have buttresses, or one is too narrow for any.
+        When no wall may have buttresses, or one is too narrow for any. Also for an option that does not exist.
     """
     sizes = {wall: sorted(_sizes(spec.thickness)) for wall, spec in building.buttresses.items()}
     if not sizes:

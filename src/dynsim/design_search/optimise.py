@@ -11,6 +11,7 @@ from blockstat.analysis.certificate_cache import Memory
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces
 from blockstat.design_search.search import Candidate, Margin, SearchResult, check_strategy, search
+from blockstat.errors import known_options
 from blockstat.spec import Scene, build, with_values
 from blockstat.view.plot import Place, plot
 from blockstat.view.report import Figure, write_designs, write_report
@@ -27,6 +28,7 @@ NOTE = (
 )
 
 
+@known_options
 def optimise(
     building: Scene,
     directory: Path,
@@ -76,7 +78,7 @@ def optimise(
     Raises
     ------
     InputError
-        As `blockstat.search` does.
+        As `blockstat.search` does. Also for an option that does not exist.
     """
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn

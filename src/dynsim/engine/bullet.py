@@ -22,7 +22,13 @@ ENGINE: dict[str, Any] = {
 
 
 def import_bullet() -> Any:
-    """Import pybullet without its greeting, which it writes past Python's own streams."""
+    """Import pybullet without its greeting, which it writes past Python's own streams.
+
+    Returns
+    -------
+    module
+        The module pybullet.
+    """
     if "pybullet" in sys.modules:
         return sys.modules["pybullet"]
     sys.stdout.flush()

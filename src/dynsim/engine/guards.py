@@ -25,12 +25,17 @@ OVERLAP = 0.05
 
 
 def check_assembly(assembly: Assembly) -> None:
-    """Raise InputError for a scene that Bullet cannot simulate rightly; the message names the first block at fault.
+    """Check that Bullet can simulate a scene rightly.
 
     Parameters
     ----------
     assembly : Assembly
         What is to be simulated.
+
+    Raises
+    ------
+    InputError
+        For a scene that it cannot; the message names the first block at fault.
     """
     if not assembly.support.any():
         raise InputError(f'"{assembly.name}" has no supports; list the blocks that cannot move under "supports"')
@@ -85,7 +90,7 @@ def has_uneven_masses(assembly: Assembly) -> bool:
 
 
 def check_masses(assembly: Assembly, interfaces: Interfaces) -> None:
-    """Raise InputError for a free block that touches one too light to carry it; the message names both.
+    """Check that no free block touches one too light to carry it.
 
     Parameters
     ----------
@@ -93,6 +98,11 @@ def check_masses(assembly: Assembly, interfaces: Interfaces) -> None:
         The blocks.
     interfaces : Interfaces
         Joints of the assembly.
+
+    Raises
+    ------
+    InputError
+        For two such blocks; the message names both.
     """
     free, mass = ~assembly.support, assembly.mass
     for a, b in interfaces.pair:
@@ -105,7 +115,7 @@ def check_masses(assembly: Assembly, interfaces: Interfaces) -> None:
 
 
 def check_overlap(assembly: Assembly, pair: tuple[int, int], depth: float) -> None:
-    """Raise InputError for two blocks that start so far inside each other that they would fly apart.
+    """Check that two blocks do not start so far inside each other that they would fly apart.
 
     Parameters
     ----------
@@ -115,6 +125,11 @@ def check_overlap(assembly: Assembly, pair: tuple[int, int], depth: float) -> No
         The two blocks.
     depth : float
         How far they overlap [m].
+
+    Raises
+    ------
+    InputError
+        For a deeper overlap; the message names both blocks.
     """
     size = float(np.median(assembly.size[~assembly.support]))
     if depth > OVERLAP * size:
@@ -126,7 +141,7 @@ def check_overlap(assembly: Assembly, pair: tuple[int, int], depth: float) -> No
 
 
 def check_rotations(assembly: Assembly, rotations: Floats) -> None:
-    """Raise InputError for an orientation that is not a rotation, by which Bullet would scale the block.
+    """Check that orientations are rotations; by any other Bullet would scale the block.
 
     Parameters
     ----------
@@ -134,6 +149,11 @@ def check_rotations(assembly: Assembly, rotations: Floats) -> None:
         The blocks.
     rotations : array of float, shape (n_blocks, 3, 3)
         Their orientations.
+
+    Raises
+    ------
+    InputError
+        For another matrix; the message names the first block at fault.
     """
     product = np.einsum("nij,nik->njk", rotations, rotations)
     with np.errstate(invalid="ignore"):
@@ -142,7 +162,7 @@ def check_rotations(assembly: Assembly, rotations: Floats) -> None:
 
 
 def check_blocks(assembly: Assembly, blocks: np.ndarray) -> None:
-    """Raise InputError for the number of a block that does not exist.
+    """Check that numbers are those of blocks.
 
     Parameters
     ----------
@@ -150,6 +170,11 @@ def check_blocks(assembly: Assembly, blocks: np.ndarray) -> None:
         The blocks.
     blocks : array of int
         Numbers of blocks.
+
+    Raises
+    ------
+    InputError
+        For the number of a block that does not exist.
     """
     for block in np.atleast_1d(blocks):
         if not 0 <= block < assembly.n_blocks:

@@ -82,6 +82,17 @@ class World:
 
     Poses, forces and velocities go in and out in the scene's own units. The engine knows no bonds: whoever runs it
     hands in those of the joint laws (`dynsim.bonds_of`) among the actions.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box
+    >>> from dynsim import Settings, World
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (1, 1, 1), name="block")]
+    >>> with World(Assembly.from_blocks(blocks, supports=["ground"]), Settings()) as world:
+    ...     world.advance(0.0)
+    ...     moved, turned = world.poses()
+    >>> moved.shape, turned.shape, bool(abs(moved).max() < 1e-3)
+    ((2, 3), (2, 3, 3), True)
     """
 
     def __init__(

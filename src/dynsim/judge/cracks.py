@@ -82,7 +82,13 @@ class Cracks(Result):
         return f"{count} ({text}{more})." if rows else f"{count}."
 
     def summary(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return plain values for JSON.
+
+        Returns
+        -------
+        dict
+            Values by name.
+        """
         return {
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,
@@ -118,6 +124,18 @@ def find_cracks(
     -------
     Cracks
         All joints, and which of them are cracked.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box
+    >>> from dynsim import find_cracks
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]
+    >>> pillar = Assembly.from_blocks(blocks, supports=["ground"])
+    >>> still, upright = np.zeros((2, 3)), np.tile(np.eye(3), (2, 1, 1))
+    >>> lifted = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.01]])
+    >>> found = find_cracks(pillar, (still, upright), (lifted, upright))
+    >>> found.outcome.word, found.opening.round(6).tolist(), found.slip.round(6).tolist()
+    ('cracked', [0.01], [0.0])
     """
     faces = find_interfaces(assembly) if interfaces is None else interfaces
     relative = _jump(assembly, faces, *after) - _jump(assembly, faces, *before)

@@ -73,6 +73,15 @@ def drops(assembly: Assembly, displacement: Floats) -> Floats:
     -------
     array of float, shape (...)
         Component along gravity [m], positive downwards.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box
+    >>> from dynsim import drops
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]
+    >>> pillar = Assembly.from_blocks(blocks, supports=["ground"])
+    >>> drops(pillar, np.array([[0.0, 0.0, 0.0], [0.2, 0.0, -0.1]])).tolist()
+    [0.0, 0.1]
     """
     return displacement @ (assembly.gravity / np.linalg.norm(assembly.gravity))
 
@@ -95,6 +104,16 @@ def group_box_centre(assembly: Assembly, blocks: Ints, displacement: Floats, rot
     -------
     array of float, shape (3,)
         Centre of the box [m].
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box
+    >>> from dynsim import group_box_centre
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]
+    >>> pillar = Assembly.from_blocks(blocks, supports=["ground"])
+    >>> still, upright = np.zeros((2, 3)), np.tile(np.eye(3), (2, 1, 1))
+    >>> group_box_centre(pillar, np.array([1]), still, upright).tolist()
+    [0.25, 0.25, 1.0]
     """
     block = np.repeat(np.arange(assembly.n_blocks), np.diff(assembly.vertex_start))
     corner = np.flatnonzero(np.isin(block, blocks))

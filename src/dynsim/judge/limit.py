@@ -12,7 +12,7 @@ import numpy as np
 from blockstat.analysis.limit_load import LoadOutcome, limit_load
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces
-from blockstat.errors import InputError
+from blockstat.errors import InputError, known_options
 from blockstat.loads import as_load
 from blockstat.result import Result, Sentence, finite
 from blockstat.typing import Floats
@@ -69,7 +69,13 @@ class DynamicLimit(Result):
         return middle / self.static[1] if np.isfinite(middle) and np.isfinite(self.static[1]) else None
 
     def explain(self) -> str:
-        """Return the bracket, its ratio to the static limit and all runs in words, one fact a line."""
+        """Return the bracket, its ratio to the static limit and all runs in words, one fact a line.
+
+        Returns
+        -------
+        str
+            One fact a line.
+        """
         lines = [self.outcome.value]
         if self.outcome is LimitOutcome.LIMIT:
             lines.append(f"Multiplier between {self.lower:.5g} and {self.upper:.5g}.")
@@ -81,7 +87,13 @@ class DynamicLimit(Result):
         return "\n".join(lines)
 
     def summary(self) -> dict[str, Any]:
-        """Return plain values for JSON; what is not finite is None."""
+        """Return plain values for JSON; what is not finite is None.
+
+        Returns
+        -------
+        dict
+            Values by name.
+        """
         return {
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,
@@ -97,6 +109,7 @@ class DynamicLimit(Result):
         }
 
 
+@known_options
 def limit(
     assembly: Assembly,
     load: Any,
@@ -137,7 +150,19 @@ def limit(
     Raises
     ------
     InputError
-        As `verify` does, or for a bad load or width.
+        As `verify` does, or for a bad load or width. Also for an option that does not exist.
+
+    Examples
+    --------
+    A pillar of 0.5 x 0.5 x 2 m tips at a quarter of its weight.
+
+    >>> from blockstat import Assembly, box
+    >>> from dynsim import limit
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]
+    >>> pillar = Assembly.from_blocks(blocks, supports=["ground"])
+    >>> found = limit(pillar, (1, 0, 0), width=0.1, check=False)
+    >>> found.outcome.word, found.lower < 0.26, found.upper > 0.24
+    ('limit', True, True)
     """
     if not 1e-4 <= width < 1:
         raise InputError(f"limit: width is {width!r}; it must be from 0.0001 to below 1")

@@ -11,6 +11,7 @@ import numpy as np
 
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces, find_interfaces
+from blockstat.errors import known_options
 from blockstat.typing import Floats, Ints
 from dynsim.bonds.glue import bonds_of
 from dynsim.engine.guards import check_assembly
@@ -92,6 +93,7 @@ class Run:
         return -np.einsum("tni,n,i->t", self.displacement[:, free], self.assembly.mass[free], gravity)
 
 
+@known_options
 def simulate(
     assembly: Assembly,
     *,
@@ -130,7 +132,18 @@ def simulate(
     Raises
     ------
     InputError
-        As `verify` does, for a scene, a load or a joint law that cannot be simulated.
+        As `verify` does, for a scene, a load or a joint law that cannot be simulated. Also for an option that does not
+        exist.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box
+    >>> from dynsim import simulate
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]
+    >>> pillar = Assembly.from_blocks(blocks, supports=["ground"])
+    >>> run = simulate(pillar)
+    >>> run.displacement.shape[1:], bool(abs(run.since_release).max() < 1e-3)
+    ((2, 3), True)
     """
     settings = settings or Settings()
     check_assembly(assembly)

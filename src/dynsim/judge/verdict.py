@@ -93,7 +93,13 @@ class DynamicVerdict(Result):
         return "\n".join(lines)
 
     def summary(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return plain values for JSON.
+
+        Returns
+        -------
+        dict
+            Values by name.
+        """
         return {
             "verdict": self.outcome.word,
             "sentence": self.outcome.value,

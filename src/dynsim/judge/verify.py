@@ -10,6 +10,7 @@ import numpy as np
 
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces, find_interfaces
+from blockstat.errors import known_options
 from blockstat.typing import Floats, Ints
 from dynsim.bonds.glue import weakened
 from dynsim.bonds.stiffness import caveats
@@ -25,6 +26,7 @@ from dynsim.loads.load import Load, Loads, as_loads
 from dynsim.settings import Settings
 
 
+@known_options
 def verify(
     assembly: Assembly,
     *,
@@ -63,7 +65,8 @@ def verify(
     ------
     InputError
         When nothing is supported or nothing is free, when the group of Eq. 1 or a block of a load does not exist, when
-        a joint law cannot be simulated (see `dynsim.bonds.glue`), or for a scene that Bullet cannot simulate.
+        a joint law cannot be simulated (see `dynsim.bonds.glue`), or for a scene that Bullet cannot simulate. Also for
+        an option that does not exist.
 
     Notes
     -----

@@ -73,7 +73,14 @@ class Ground:
 
 @dataclass(frozen=True, eq=False)
 class Ramp(Ground):
-    """The acceleration of the ground grows at a constant rate to a value, and stays there."""
+    """The acceleration of the ground grows at a constant rate to a value, and stays there.
+
+    Examples
+    --------
+    >>> from dynsim import Ramp
+    >>> Ramp(to=(2.0, 0, 0), duration=4.0).at(1.0).tolist()
+    [0.5, 0.0, 0.0]
+    """
 
     to: Any  #: shape (3,) [m/s2]
     duration: float  #: [s]
@@ -105,7 +112,14 @@ class Ramp(Ground):
 
 @dataclass(frozen=True, eq=False)
 class Pulse(Ground):
-    """One pulse of the ground's acceleration: "rectangle", "half-sine", "sine" (a whole period) or "triangle"."""
+    """One pulse of the ground's acceleration: "rectangle", "half-sine", "sine" (a whole period) or "triangle".
+
+    Examples
+    --------
+    >>> from dynsim import Pulse
+    >>> Pulse((2.0, 0, 0), duration=1.0, shape="half-sine").at(0.5).round(6).tolist()
+    [2.0, 0.0, 0.0]
+    """
 
     peak: Any  #: shape (3,) [m/s2]
     duration: float  #: [s]
@@ -144,7 +158,15 @@ class Pulse(Ground):
 
 @dataclass(frozen=True, eq=False)
 class Record(Ground):
-    """Accelerations of the ground at points in time, with straight lines between them and zero before and after."""
+    """Accelerations of the ground at points in time, with straight lines between them and zero before and after.
+
+    Examples
+    --------
+    >>> from dynsim import Record
+    >>> shake = Record(np.array([0.0, 1.0, 2.0]), np.array([[0.0, 0, 0], [2.0, 0, 0], [0.0, 0, 0]]))
+    >>> shake.end, shake.at(0.5).tolist()
+    (2.0, [1.0, 0.0, 0.0])
+    """
 
     times: Floats  #: shape (k,) [s], ascending
     acceleration: Floats  #: shape (k, 3) [m/s2]

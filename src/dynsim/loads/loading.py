@@ -19,7 +19,15 @@ from dynsim.engine.world import World
 
 @dataclass(frozen=True, eq=False)
 class Tilt:
-    """The ground tilts about a horizontal axis at a constant rate."""
+    """The ground tilts about a horizontal axis at a constant rate.
+
+    Examples
+    --------
+    >>> from dynsim import Tilt
+    >>> table = Tilt(axis=(0, 1, 0), to=10.0, rate=2.0)
+    >>> table.end, table.angle(1.5)
+    (5.0, 3.0)
+    """
 
     axis: Any  #: shape (3,), of the right-handed rotation of gravity
     to: float  #: [degrees]
@@ -82,7 +90,15 @@ class Tilt:
 
 @dataclass(frozen=True, eq=False)
 class Settlement:
-    """Supports move along a path at a constant speed, without turning, and stay where it ends."""
+    """Supports move along a path at a constant speed, without turning, and stay where it ends.
+
+    Examples
+    --------
+    >>> from dynsim import Settlement
+    >>> yields = Settlement("springer.right", path=(0.1, 0, 0), speed=0.05, start=1.0)
+    >>> yields.end, yields.travel
+    (3.0, 0.1)
+    """
 
     supports: Sequence[int | str] | int | str
     path: Any  #: displacements from where they were built, one after the other, shape (3,) or (k, 3) [m]
@@ -170,7 +186,14 @@ class Settlement:
 
 @dataclass(frozen=True, eq=False)
 class Removal:
-    """Blocks are taken out at a time: a centring is struck, a voussoir is lost. It happens at the next look."""
+    """Blocks are taken out at a time: a centring is struck, a voussoir is lost. It happens at the next look.
+
+    Examples
+    --------
+    >>> from dynsim import Removal
+    >>> Removal(["arch.3", "arch.4"], time=0.5).end
+    0.5
+    """
 
     blocks: Sequence[int | str] | int | str
     time: float = 0.0  #: [s]
@@ -221,7 +244,16 @@ class Removal:
 
 @dataclass(frozen=True, eq=False)
 class Push:
-    """A sudden change of a block's velocity, as a velocity or an impulse, at the look nearest to its time."""
+    """A sudden change of a block's velocity, as a velocity or an impulse, at the look nearest to its time.
+
+    Examples
+    --------
+    >>> from dynsim import Push
+    >>> Push("arch.3", velocity=(0.5, 0, 0), impulse=(10, 0, 0))
+    Traceback (most recent call last):
+    ...
+    blockstat.errors.InputError: push: a velocity or an impulse is needed, one of the two
+    """
 
     block: int | str
     velocity: Any = None  #: shape (3,) [m/s]
@@ -301,6 +333,12 @@ class Constant:
     load : array of shape (3,) or (n_blocks, 6)
         A body acceleration [m/s2], or a wrench on each block about its centroid [N, N m]. Wrenches keep their direction
         and go with the block's centroid.
+
+    Examples
+    --------
+    >>> from dynsim import Constant
+    >>> Constant((1.0, 0, 0)).each_step, Constant(np.zeros((2, 6))).each_step
+    (False, True)
     """
 
     load: Any

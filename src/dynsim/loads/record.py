@@ -16,7 +16,7 @@ FORM = "a line holds a time [s] and one, two or three accelerations [m/s2], sepa
 
 
 def read_record(path: str | Path, *, direction: Sequence[float] = (1.0, 0.0, 0.0), scale: float = 1.0) -> Record:
-    """Read a ground motion from a CSV file.
+    r"""Read a ground motion from a CSV file.
 
     A line holds a time [s] and one to three accelerations. Lines that start with # and one line of headings are passed
     over.
@@ -39,6 +39,14 @@ def read_record(path: str | Path, *, direction: Sequence[float] = (1.0, 0.0, 0.0
     ------
     InputError
         Naming the file and the line: for a bad number, a missing or surplus column, or a time that does not grow.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from dynsim import read_record
+    >>> _ = Path("shake.csv").write_text("time,acceleration\n0.0,0.0\n0.1,2.0\n0.2,0.0\n")
+    >>> read_record("shake.csv").acceleration.tolist()
+    [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
     """
     path = Path(path)
     along = vector_of(direction, "record: direction")

@@ -24,7 +24,10 @@ SHORT = 2.5
 
 
 class FallPanel:
-    """Run Bullet in another process; a change of the design ends the run, a closed browser does not."""
+    """The tab "Fall", which runs Bullet in another process.
+
+    A change of the design ends the run. A browser that is closed does not.
+    """
 
     def attach(self, page: Page) -> None:
         """Add the tab to a page.
@@ -56,7 +59,7 @@ class FallPanel:
         self._forget("Bullet has not been asked about this design.")
 
     def judged(self, known: Known) -> None:
-        """Take the design on show in, and end the run of another one.
+        """Take in the design on show, and end the run of another one.
 
         Parameters
         ----------

@@ -26,7 +26,10 @@ OFF = -1e9  #: a dot that is not seen: the plot takes no value for missing
 
 
 class OptimisePanel:
-    """Search in another process; cancelling ends it at once and keeps the history."""
+    """The tab "Optimise", which searches in another process.
+
+    Cancelling ends the search at once and keeps its history.
+    """
 
     def attach(self, page: Page) -> None:
         """Add the tab to a page.
@@ -198,11 +201,11 @@ def plotted(history: list[Candidate]) -> tuple[np.ndarray, ...]:
     Parameters
     ----------
     history : list of Candidate
-        Designs in the order in which they were judged.
+        Designs in the order in which they were evaluated.
 
     Returns
     -------
-    tuple of arrays of float
+    tuple of arrays of float, each of shape (n_designs + 2,)
         Number of each design, and its volume [m3] under its kind, far off the plot under the others. There is an empty
         place at either end, so that no dot lies on the frame.
     """

@@ -29,7 +29,15 @@ FAR = 3.0
 
 @dataclass(frozen=True, eq=False)
 class Fallen:
-    """Bullet's verdict, with the likely reason where it differs from the static one."""
+    """Bullet's verdict, with the likely reason where it differs from the static one.
+
+    Attributes
+    ----------
+    verdict : DynamicVerdict
+        Bullet's verdict.
+    reason : str
+        One sentence; empty where the verdicts agree or no reason is known.
+    """
 
     verdict: DynamicVerdict
     reason: str
@@ -46,14 +54,30 @@ class Film:
 
 @dataclass(frozen=True)
 class Refused:
-    """Why it cannot be done."""
+    """Why it cannot be done.
+
+    Attributes
+    ----------
+    message : str
+        The reason, in words.
+    """
 
     message: str
 
 
 @dataclass(frozen=True)
 class Step:
-    """One more design of a search was evaluated."""
+    """One more design of a search was evaluated.
+
+    Attributes
+    ----------
+    done : int
+        Designs evaluated so far.
+    expected : int
+        Designs that the search may need in all.
+    candidate : Candidate
+        The design.
+    """
 
     done: int
     expected: int
@@ -62,7 +86,13 @@ class Step:
 
 @dataclass(frozen=True)
 class Found:
-    """A search is over."""
+    """A search is over.
+
+    Attributes
+    ----------
+    best : dict of str to float or None
+        Parameters of the best design, by dotted path; None when no design stood.
+    """
 
     best: dict[str, float] | None = field(default=None)  #: None when no design stood
 
@@ -73,9 +103,9 @@ def let_fall(channel: Channel, static: Verdict) -> None:
     Parameters
     ----------
     channel : Channel
-        What is known is sent through it: `Fallen`, then `Film`, or `Refused`.
+        `Fallen` and then `Film`, or `Refused` alone, are sent through it.
     static : Verdict
-        On the design on show.
+        The static verdict on the design on show.
     """
     assembly = static.assembly
     try:
@@ -101,13 +131,13 @@ def optimise(channel: Channel, model: Model, values: dict[str, float], names: li
     Parameters
     ----------
     channel : Channel
-        What is known is sent through it: a `Step` a design, then `Found`, or `Refused`.
+        A `Step` for each design and then `Found`, or `Refused`, are sent through it.
     model : Model
         The scene on show.
     values : dict of str to float
-        Present values of its parameters.
+        Present values of its parameters, by dotted path.
     names : list of str
-        Parameters to move; the others stay.
+        Dotted paths of the parameters to move; the others stay.
     """
     memory = Memory()
 

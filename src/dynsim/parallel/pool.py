@@ -18,7 +18,7 @@ from typing import Any, Generic, TypeVar
 
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces
-from blockstat.errors import InputError
+from blockstat.errors import InputError, known_options
 from dynsim.engine.world import Action
 from dynsim.judge.verdict import DynamicVerdict
 from dynsim.judge.verify import verify
@@ -61,6 +61,7 @@ class Rows(Generic[T]):
         return self.rows[index]
 
 
+@known_options
 def verify_many(
     designs: Iterable[Assembly],
     *,
@@ -93,7 +94,8 @@ def verify_many(
     Raises
     ------
     InputError
-        For a bad number of processes or timeout, or interfaces of another number of assemblies.
+        For a bad number of processes or timeout, or interfaces of another number of assemblies. Also for an option that
+        does not exist.
 
     Examples
     --------
@@ -159,6 +161,7 @@ def with_options(function: Callable[..., T], task: tuple[Any, dict[str, Any]]) -
     return function(argument, **options)
 
 
+@known_options
 def run_many(
     function: Callable[[Any], T],
     arguments: Sequence[Any],
@@ -196,7 +199,13 @@ def run_many(
     Raises
     ------
     InputError
-        For a bad number of processes or timeout.
+        For a bad number of processes or timeout. Also for an option that does not exist.
+
+    Examples
+    --------
+    >>> from dynsim import run_many
+    >>> [row.result for row in run_many(abs, [-1, 2], jobs=1)]
+    [1, 2]
     """
     names = [str(i) for i in range(len(arguments))] if names is None else list(names)
     jobs = min(jobs_checked(jobs), max(len(arguments), 1))

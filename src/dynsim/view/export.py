@@ -152,6 +152,16 @@ def read_run(path: str | Path) -> Run:
     ------
     InputError
         For a file that is no run.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box
+    >>> from dynsim import read_run, simulate, write_run
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]
+    >>> pillar = Assembly.from_blocks(blocks, supports=["ground"])
+    >>> path = write_run(simulate(pillar), "pillar.npz")
+    >>> read_run(path).assembly.names
+    ('ground', 'pillar')
     """
     from scipy.spatial.transform import Rotation
 

@@ -55,6 +55,15 @@ def film_strip(
     ------
     InputError
         For a bad path, moment or number.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box
+    >>> from dynsim import film_strip, simulate
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]
+    >>> pillar = Assembly.from_blocks(blocks, supports=["ground"])
+    >>> film_strip(simulate(pillar), "pillar.png", frames=3).name
+    'pillar.png'
     """
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from blockstat.assembly import Block
-from blockstat.errors import InputError
+from blockstat.errors import InputError, check_choice
 from blockstat.model.arches.profile import at_least, positive
 from blockstat.model.quantities import Count, Length, Lengths, Size, Three
 from blockstat.model.solids import box, prism
@@ -54,8 +54,7 @@ def pier(
         raise InputError(f"size is {size!r}; it must be the two lengths along x and y [m]")
     positive(**{"size[0]": size[0], "size[1]": size[1]}, height=height)
     at_least(1, courses=courses)
-    if bond not in PIER_BONDS:
-        raise InputError(f"bond is {bond!r}; it must be one of: {', '.join(PIER_BONDS)}")
+    check_choice("bond", bond, PIER_BONDS)
     x, y = size[0] / 2, size[1] / 2
     blocks = []
     for course, (z0, z1) in enumerate(_courses(height, courses)):

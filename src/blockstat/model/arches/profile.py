@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from blockstat.errors import InputError
+from blockstat.errors import InputError, check_choice
 from blockstat.typing import Floats
 
 Shape = Literal["semicircular", "segmental", "horseshoe", "pointed", "elliptic"]
@@ -55,8 +55,7 @@ class Profile:
         InputError
             For another kind.
         """
-        if kind not in JOINTS:
-            raise InputError(f"joints is {kind!r}; it must be one of: {', '.join(JOINTS)}")
+        check_choice("joints", kind, JOINTS)
         inner = self.curve(s)
         outer = inner + thickness * self.normal(s)
         upright = (s > 0) if kind == "vertical" else (s == 1)
@@ -111,8 +110,7 @@ def profile(shape: str, span: float, rise: float | None = None) -> Profile:
         For an unknown shape, or a rise that the shape cannot have over this span.
     """
     positive(span=span)
-    if shape not in SHAPES:
-        raise InputError(f"shape is {shape!r}; it must be one of: {', '.join(SHAPES)}")
+    check_choice("shape", shape, SHAPES)
     half = span / 2
     if shape == "semicircular":
         if rise is not None and not math.isclose(rise, half):

@@ -18,7 +18,7 @@ from itertools import product
 import numpy as np
 
 from blockstat.assembly import Block
-from blockstat.errors import InputError
+from blockstat.errors import InputError, check_choice
 from blockstat.model.arches.profile import at_least, half_joints, number_of, positive, profile, whole_joints
 from blockstat.model.quantities import Groins, Length, Lengths, Size, Three
 from blockstat.model.solids import below, fuse, hexahedron, prism
@@ -166,8 +166,7 @@ def _bay(
     positive(**{"spans[0]": spans[0], "spans[1]": spans[1]}, thickness=thickness, brick=brick)
     if shape == "horseshoe":
         raise InputError("shape is 'horseshoe'; a bay needs a profile that does not draw in at the springing")
-    if groins not in GROINS:
-        raise InputError(f"groins is {groins!r}; it must be one of: {', '.join(GROINS)}")
+    check_choice("groins", groins, GROINS)
     at_least(3, voussoirs=number)
     joints = half_joints(shape, spans[0], rise, thickness, number, "radial") / (spans[0] / 2, 1.0)
     return _Bay((spans[0] / 2, spans[1] / 2), joints, brick, groins == "mitred", bool(number % 2))

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from blockstat.assembly import Block
-from blockstat.errors import InputError
+from blockstat.errors import InputError, check_choice
 from blockstat.model.arches.profile import at_least, positive, profile
 from blockstat.model.quantities import Bond, Count, Length, Size, Three
 from blockstat.model.solids import below, fuse, prism
@@ -73,8 +73,7 @@ def dome(
     positive(span=span, thickness=thickness)
     at_least(1, rings=rings)
     at_least(3, voussoirs=voussoirs)
-    if bond not in BONDS:
-        raise InputError(f"bond is {bond!r}; it must be one of: {', '.join(BONDS)}")
+    check_choice("bond", bond, BONDS)
     if oculus != 0 and not 0 < oculus < span:
         raise InputError(f"oculus is {oculus!r}; it must be a diameter from 0 to the span, {span:g} m")
     half = profile(shape, span, rise)
@@ -128,8 +127,7 @@ def drum(
     positive(span=span, thickness=thickness, height=height)
     at_least(1, courses=courses)
     at_least(3, voussoirs=voussoirs)
-    if bond not in BONDS:
-        raise InputError(f"bond is {bond!r}; it must be one of: {', '.join(BONDS)}")
+    check_choice("bond", bond, BONDS)
     radii = np.array([span / 2, span / 2 + thickness])
     levels = height * np.arange(courses + 1) / courses
     joints = np.stack(np.broadcast_arrays(radii, levels[:, None]), axis=2)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from blockstat.assembly import Block
-from blockstat.errors import InputError
+from blockstat.errors import InputError, check_choice
 from blockstat.model.arches.profile import at_least, positive
 from blockstat.model.quantities import Bond, Count, Edge, Ends, Size, Two
 from blockstat.model.solids import FACES, fuse, polyhedron
@@ -163,8 +163,7 @@ def _checked(points: Any, supports: Sequence[str], bond: str) -> Floats:
         )
     if not np.isfinite(points).all():
         raise InputError("points must be finite")
-    if bond not in BONDS:
-        raise InputError(f"bond is {bond!r}; it must be one of: {', '.join(BONDS)}")
+    check_choice("bond", bond, BONDS)
     for edge in supports:
         if edge not in EDGES:
             raise InputError(f"supports: no edge {edge!r}; edges are: {', '.join(EDGES)}")

@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from blockstat.assembly import Block
-from blockstat.errors import InputError
+from blockstat.errors import InputError, check_choice
 from blockstat.model.arches.profile import positive
 from blockstat.model.quantities import Count, Ends, Length, Size, Two
 from blockstat.model.solids import polyhedron
@@ -61,8 +61,7 @@ def mesh_vault(
     """
     corners = np.array(vertices, dtype=float)
     positive(thickness=thickness)
-    if supports not in SUPPORTS:
-        raise InputError(f"supports is {supports!r}; it must be one of: {', '.join(SUPPORTS)}")
+    check_choice("supports", supports, SUPPORTS)
     boundary = _boundary(faces)
     normal = _normals(corners, faces)
     if normal[:, 2].sum() < 0:

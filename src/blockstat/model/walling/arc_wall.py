@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from blockstat.assembly import Block
-from blockstat.errors import InputError
+from blockstat.errors import InputError, no_such
 from blockstat.model.arches.profile import positive
 from blockstat.model.quantities import Length, Lengths, Size
 from blockstat.model.walling.brickwork import SLIVER, brickwork, head_stones
@@ -78,7 +78,7 @@ def arc_wall(
     known = set(Run.__struct_fields__) - set(STRAIGHT)
     for key in options:
         if key not in known:
-            raise InputError(f'arc_wall: no option "{key}"; options are: {", ".join(sorted(known))}')
+            raise InputError(f"arc_wall: {no_such('option', key, sorted(known))}")
     for key in ("thickness", "height"):
         if key not in options:
             raise InputError(f"arc_wall: {key} is missing; a round wall needs one [m]")

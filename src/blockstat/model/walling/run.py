@@ -11,7 +11,7 @@ from typing import Literal
 
 import msgspec
 
-from blockstat.errors import InputError
+from blockstat.errors import InputError, check_choice
 from blockstat.model.arches.profile import at_least, positive
 from blockstat.model.quantities import Count, Ends, Length, Number, Size, Two
 
@@ -208,8 +208,7 @@ def one_of(label: str, **words: tuple[str, Sequence[str]]) -> None:
         For a word that is not among them.
     """
     for key, (given, allowed) in words.items():
-        if given not in allowed:
-            raise InputError(f"{label}: {key} is {given!r}; it must be one of: {', '.join(allowed)}")
+        check_choice(f"{label}: {key}", given, allowed)
 
 
 def spaced(length: float, number: int) -> list[float]:

@@ -33,7 +33,18 @@ class Arrows:
 
 
 def force_arrows(verdict: Verdict) -> tuple[Arrows, Arrows]:
-    """The resultant on the upper of the two blocks of each joint, through its centre of pressure: presses and pulls."""
+    """Return the resultant on the upper of the two blocks of each joint, through its centre of pressure.
+
+    Parameters
+    ----------
+    verdict : Verdict
+        The verdict.
+
+    Returns
+    -------
+    tuple of Arrows
+        The joints that press, and those that pull.
+    """
     point, force, torn = resultants(verdict)
     upward = force @ verdict.assembly.gravity < 0
     force = np.where(upward[:, None], force, -force)
@@ -43,7 +54,18 @@ def force_arrows(verdict: Verdict) -> tuple[Arrows, Arrows]:
 
 
 def thrust_arrows(verdict: Verdict) -> Arrows:
-    """What each joint with a support presses on it with; the arrows end at the centres of pressure."""
+    """Return what each joint with a support presses on it with.
+
+    Parameters
+    ----------
+    verdict : Verdict
+        The verdict.
+
+    Returns
+    -------
+    Arrows
+        They end at the centres of pressure.
+    """
     joint, point, force, _ = joint_resultants(verdict)
     first, second = verdict.assembly.support[verdict.interfaces.pair[joint]].T
     sign = second.astype(float) - first  # the force is that on the second block of the pair

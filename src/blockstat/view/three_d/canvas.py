@@ -29,6 +29,11 @@ class Canvas:
 
     Coordinates are sent relative to the middle of the first assembly drawn after `recentre`, so that a model far from
     the origin keeps its digits in the single precision of a browser.
+
+    Parameters
+    ----------
+    server : viser.ViserServer
+        The server.
     """
 
     def __init__(self, server: viser.ViserServer) -> None:
@@ -47,7 +52,13 @@ class Canvas:
             server.scene.add_light_directional(f"/light/{k}", intensity=strength, position=place, cast_shadow=False)
 
     def recentre(self, assembly: Assembly) -> None:
-        """Take the assembly's middle as origin and look at all of it, in open pages too."""
+        """Take the assembly's middle as origin and look at all of it, in open pages too.
+
+        Parameters
+        ----------
+        assembly : Assembly
+            The blocks to be drawn next.
+        """
         free = assembly.vertices[~assembly.support[assembly.vertex_block]]
         seen = free if len(free) else assembly.vertices
         lower, upper = seen.min(axis=0), seen.max(axis=0)
@@ -64,12 +75,34 @@ class Canvas:
     def draw(
         self, assembly: Assembly, colours: Colouring, vertices: Floats | None = None, *, opacity: float = 1.0
     ) -> None:
-        """Draw the blocks in their colours. vertices : in place of the assembly's, shape (n_vertices, 3) [m]."""
+        """Draw the blocks of an assembly in their colours.
+
+        Parameters
+        ----------
+        assembly : Assembly
+            The blocks.
+        colours : Colouring
+            A colour for every block.
+        vertices : array of float, shape (n_vertices, 3), optional
+            Places of the vertices instead of the assembly's own [m].
+        opacity : float, optional
+            Of the blocks, 0 to 1.
+        """
         self.assembly, self.shape = assembly, surface(assembly)
         self.paint(colours, vertices, opacity=opacity)
 
     def paint(self, colours: Colouring, vertices: Floats | None = None, *, opacity: float = 1.0) -> None:
-        """Draw the blocks that are there in other colours."""
+        """Draw the blocks that are there in other colours.
+
+        Parameters
+        ----------
+        colours : Colouring
+            A colour for every block.
+        vertices : array of float, shape (n_vertices, 3), optional
+            Places of the vertices instead of the assembly's own [m].
+        opacity : float, optional
+            Of the blocks, 0 to 1.
+        """
         self.vertices = self.assembly.vertices if vertices is None else vertices
         shown = self._local(self.vertices)
         number = colours.index[self.shape.triangle_block]
@@ -88,7 +121,13 @@ class Canvas:
             self._edges = self._lines("/edges", shown[self.shape.edges], EDGE if opacity >= 1 else FAINT_EDGE, 1.0)
 
     def pose(self, vertices: Floats) -> None:
-        """Move the blocks that are there; vertices : shape (n_vertices, 3) [m]."""
+        """Move the blocks that are there.
+
+        Parameters
+        ----------
+        vertices : array of float, shape (n_vertices, 3)
+            Where their vertices go [m].
+        """
         self.vertices = vertices
         shown = self._local(vertices)
         with self._server.atomic():
@@ -98,9 +137,18 @@ class Canvas:
                 self._edges.points = shown[self.shape.edges]
 
     def arrows(self, name: str, tail: Floats, head: Floats, colour: tuple[int, int, int], radius: float) -> None:
-        """Arrows under a name, in place of those drawn under it before; none removes them.
+        """Draw arrows under a name, in place of those drawn under it before.
 
-        tail, head : shape (n, 3) [m]; radius : of the shafts [m].
+        Parameters
+        ----------
+        name : str
+            The name.
+        tail, head : array of float, shape (n, 3)
+            Ends of the arrows [m]; n = 0 only removes those drawn before.
+        colour : tuple of int
+            Red, green and blue, 0 to 255.
+        radius : float
+            Of the shafts [m].
         """
         before = self._arrows.pop(name, None)
         if before is not None:
@@ -112,7 +160,13 @@ class Canvas:
             )
 
     def choose(self, block: int | None) -> None:
-        """Draw the edges of one block thick, through what is before them."""
+        """Draw the edges of one block thick, through what is before them.
+
+        Parameters
+        ----------
+        block : int or None
+            Number of the block; None leaves no block marked.
+        """
         if self._chosen is not None:
             self._chosen.remove()
             self._chosen = None
@@ -121,7 +175,20 @@ class Canvas:
             self._chosen = self._lines("/chosen", self._local(self.vertices)[own], CHOSEN, 4.0)
 
     def ray(self, origin: Any, direction: Any) -> tuple[Floats, Floats]:
-        """A ray of the page in the assembly's coordinates."""
+        """Return a ray of the page in the assembly's coordinates.
+
+        Parameters
+        ----------
+        origin, direction : sequence of float
+            Three numbers each, as the page sends them.
+
+        Returns
+        -------
+        origin : array of float, shape (3,)
+            Where the ray begins [m].
+        direction : array of float, shape (3,)
+            Where it goes.
+        """
         return np.asarray(origin, dtype=float) + self._origin, np.asarray(direction, dtype=float)
 
     def _lines(self, name: str, points: np.ndarray, colour: tuple[int, int, int], width: float) -> Any:

@@ -37,10 +37,28 @@ class Colouring:
 
 
 def colouring(choice: str, verdict: Verdict, moved: Floats | None = None) -> Colouring:
-    """Colours by a choice; "verdict" takes the mechanism of what moves, else the demand.
+    """Return the colours of the blocks by a choice.
 
-    moved : distances that a dynamic run found, shape (n_blocks,) [m]; "displacement" then shows them in place of the
-    mechanism's. Raises InputError for another choice.
+    Parameters
+    ----------
+    choice : str
+        "demand", "tension", "group", "displacement" or "verdict", which takes the mechanism of what moves, else the
+        demand.
+    verdict : Verdict
+        The verdict.
+    moved : array of float, shape (n_blocks,), optional
+        Distances that a dynamic run found [m]. "displacement" shows them in place of the mechanism's, and so does
+        "verdict" where there is a mechanism.
+
+    Returns
+    -------
+    Colouring
+        The colours and their legend.
+
+    Raises
+    ------
+    InputError
+        For another choice.
     """
     assembly = verdict.assembly
     if choice not in CHOICES:
@@ -64,13 +82,39 @@ def colouring(choice: str, verdict: Verdict, moved: Floats | None = None) -> Col
 
 
 def moved_colouring(assembly: Assembly, moved: Floats, top: float | None = None) -> Colouring:
-    """Colours by displacement, shape (n_blocks,) [m], on a scale up to `top` [m]."""
+    """Return the colours of the blocks by displacement.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    moved : array of float, shape (n_blocks,)
+        Distances [m].
+    top : float, optional
+        Upper end of the scale [m]; by default the largest distance.
+
+    Returns
+    -------
+    Colouring
+        The colours and their legend.
+    """
     top = float(moved.max(initial=0.0)) if top is None else top
     return scaled(assembly, 1e3 * moved, MOVED, 1e3 * top, "displacement [mm]")
 
 
 def tension(verdict: Verdict) -> Floats:
-    """Adhesion missing at the joints of each block, shape (n_blocks,) [N]."""
+    """Return the adhesion missing at the joints of each block.
+
+    Parameters
+    ----------
+    verdict : Verdict
+        The verdict.
+
+    Returns
+    -------
+    array of float, shape (n_blocks,)
+        Sum over the contact points of the block [N].
+    """
     faces = verdict.interfaces
     total = np.zeros(verdict.assembly.n_blocks)
     for side in faces.pair[faces.point_interface].T:
@@ -79,7 +123,26 @@ def tension(verdict: Verdict) -> Floats:
 
 
 def scaled(assembly: Assembly, values: Floats, name: str, top: float, label: str) -> Colouring:
-    """Colours of a map by values from 0 to `top`, shape (n_blocks,), in steps; supports are grey."""
+    """Return the colours of a map by values, in steps; supports are grey.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    values : array of float, shape (n_blocks,)
+        One number a block, from 0.
+    name : str
+        Name of a colour map of matplotlib.
+    top : float
+        Upper end of the scale; with 0 all blocks have its first colour.
+    label : str
+        For the legend, with the unit of the values.
+
+    Returns
+    -------
+    Colouring
+        The colours and their legend.
+    """
     from matplotlib import colormaps
 
     share = values / top if top > 0 else np.zeros(assembly.n_blocks)

@@ -31,7 +31,18 @@ class Surface:
 
 
 def surface(assembly: Assembly) -> Surface:
-    """Surface of an assembly; convex faces are cut into fans, the others into ears."""
+    """Return the surface of an assembly; convex faces are cut into fans, the others into ears.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+
+    Returns
+    -------
+    Surface
+        Triangles and sharp edges.
+    """
     count = np.diff(assembly.face_start)
     convex = convex_faces(assembly)
     fan = np.flatnonzero(convex)
@@ -61,9 +72,27 @@ def _edges(assembly: Assembly) -> Ints:
 
 
 def block_at(shape: Surface, vertices: Floats, origin: Floats, direction: Floats) -> int | None:
-    """The first block that a ray meets, None for none (Moeller & Trumbore 1997, for all triangles at once).
+    """Return the first block that a ray meets.
 
-    vertices : as they are drawn, shape (n_vertices, 3) [m]; origin, direction : shape (3,).
+    Parameters
+    ----------
+    shape : Surface
+        Triangles of the blocks.
+    vertices : array of float, shape (n_vertices, 3)
+        Vertices of the blocks as they are drawn [m].
+    origin : array of float, shape (3,)
+        Where the ray begins [m].
+    direction : array of float, shape (3,)
+        Where it goes, of any length.
+
+    Returns
+    -------
+    int or None
+        Number of the block, None if the ray meets none.
+
+    References
+    ----------
+    Moeller & Trumbore: Fast, minimum storage ray/triangle intersection, 1997; here for all triangles at once.
     """
     a, b, c = (vertices[shape.triangles[:, k]] for k in range(3))
     one, two = b - a, c - a

@@ -7,12 +7,10 @@ from html import escape
 from io import StringIO
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from blockstat.errors import InputError
 from blockstat.typing import Floats
 from blockstat.view.painter import posed
-from blockstat.view.plot import mechanism_pose
+from blockstat.view.plot import extent, mechanism_pose
 from blockstat.view.three_d.arrows import force_arrows
 from blockstat.view.three_d.canvas import Canvas
 from blockstat.view.three_d.colouring import colouring
@@ -29,7 +27,23 @@ HEIGHT = 480  #: of the view in a report or a notebook [px]
 
 
 def start_viser(**options: Any) -> viser.ViserServer:
-    """A viser server on this machine only, without its greeting. Raises InputError when viser is not installed."""
+    """Start a viser server on this machine only, without its greeting.
+
+    Parameters
+    ----------
+    **options
+        Options of `viser.ViserServer`, such as its port.
+
+    Returns
+    -------
+    viser.ViserServer
+        The server; `stop_viser` stops it.
+
+    Raises
+    ------
+    InputError
+        When viser is not installed.
+    """
     try:
         import viser
     except ImportError:
@@ -39,13 +53,25 @@ def start_viser(**options: Any) -> viser.ViserServer:
 
 
 def stop_viser(server: viser.ViserServer) -> None:
-    """Stop a server without its farewell."""
+    """Stop a server without its farewell.
+
+    Parameters
+    ----------
+    server : viser.ViserServer
+        The server.
+    """
     with redirect_stdout(StringIO()):
         server.stop()
 
 
 def available() -> bool:
-    """Whether the extra that draws these views is installed."""
+    """Return whether the extra that draws these views is installed.
+
+    Returns
+    -------
+    bool
+        True with viser.
+    """
     from importlib.util import find_spec
 
     return find_spec("viser") is not None
@@ -72,6 +98,17 @@ def interactive_html(verdict: Verdict, *, choice: str = "verdict", forces: bool 
     ------
     InputError
         When viser is not installed, or for another choice.
+
+    Examples
+    --------
+    It needs the extra ui:
+
+    >>> from pathlib import Path
+    >>> from blockstat import Assembly, assess, box, interactive_html
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (1, 1, 2), name="block")]
+    >>> verdict = assess(Assembly.from_blocks(blocks, supports=["ground"]))
+    >>> page = interactive_html(verdict, choice="demand")  # doctest: +SKIP
+    >>> written = Path("verdict.html").write_text(page)  # doctest: +SKIP
     """
     server = start_viser(port=0)
     try:
@@ -88,9 +125,26 @@ def interactive_html(verdict: Verdict, *, choice: str = "verdict", forces: bool 
 
 
 def mechanism_vertices(result: Any, share: float, *, amplitude: float | None = None) -> Floats:
-    """Vertices moved along a share of the way of a mechanism's pose, shape (n_vertices, 3) [m].
+    """Return the vertices moved along a share of the way of a mechanism's pose.
 
-    result : a verdict or a limit load; amplitude : as in `blockstat.view.plot.mechanism_pose`.
+    Parameters
+    ----------
+    result : Verdict or LimitLoad
+        What has a mechanism.
+    share : float
+        Of the way, 0 at rest, 1 at the end.
+    amplitude : float, optional
+        How far the fastest corner goes at the end [m]; by default a twelfth of the assembly's extent.
+
+    Returns
+    -------
+    array of float, shape (n_vertices, 3)
+        Places of the vertices [m].
+
+    Raises
+    ------
+    InputError
+        When a share above 0 is asked for and the result has no mechanism, or `amplitude` is not above 0.
     """
     if share <= 0:
         return result.assembly.vertices
@@ -98,21 +152,33 @@ def mechanism_vertices(result: Any, share: float, *, amplitude: float | None = N
     return posed(result.assembly, *mechanism_pose(result, amplitude=reach))
 
 
-def extent(assembly: Assembly) -> float:
-    """Longest side of the box round the free blocks [m]."""
-    lower, upper = assembly.bounds
-    free = assembly.free if len(assembly.free) else np.arange(assembly.n_blocks)
-    return float((upper[free].max(axis=0) - lower[free].min(axis=0)).max())
-
-
 def framed(page: str, *, height: int = HEIGHT) -> str:
-    """A page inside another one, as the HTML of an inline frame."""
+    """Return a page inside another one, as the HTML of an inline frame.
+
+    Parameters
+    ----------
+    page : str
+        HTML of the page.
+    height : int, optional
+        Of the frame [px].
+
+    Returns
+    -------
+    str
+        HTML.
+    """
     inside = page.replace("&", "&amp;").replace('"', "&quot;")
     return f'<iframe srcdoc="{inside}" width="100%" height="{height}" style="border:1px solid #ddd"></iframe>'
 
 
 class Inline:
-    """What a notebook shows in place: a caption and the view."""
+    """What a notebook shows in place: a caption and the view.
+
+    Parameters
+    ----------
+    html : str
+        HTML of both.
+    """
 
     def __init__(self, html: str) -> None:
         self.html = html
@@ -143,11 +209,22 @@ def show(
     Returns
     -------
     Inline
+        What the notebook shows.
 
     Raises
     ------
     InputError
-        When viser is not installed, or the verdict is of another assembly.
+        When viser is not installed, when the verdict is of another assembly, for another choice, or when the assembly
+        cannot be assessed.
+
+    Examples
+    --------
+    It needs the extra ui:
+
+    >>> from blockstat import Assembly, box, show
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (1, 1, 2), name="block")]
+    >>> assembly = Assembly.from_blocks(blocks, supports=["ground"])
+    >>> show(assembly, forces=True)  # doctest: +SKIP
     """
     if verdict is None:
         from blockstat.analysis.assess import assess

@@ -20,7 +20,10 @@ HOLD = 1.5  #: [s] a trajectory rests at its end before it is over
 class Player:
     """Shows vertices as a function of time, a picture at a time.
 
-    pose : draws vertices, shape (n_vertices, 3) [m].
+    Parameters
+    ----------
+    pose : callable
+        Draws vertices, shape (n_vertices, 3) [m].
     """
 
     def __init__(self, pose: Callable[[Floats], None]) -> None:
@@ -35,7 +38,15 @@ class Player:
         return self._film is not None
 
     def play(self, film: Callable[[float], Floats], seconds: float = np.inf) -> None:
-        """Show a film, a function from seconds to vertices, until it is over or stopped."""
+        """Show a film until it is over or stopped.
+
+        Parameters
+        ----------
+        film : callable
+            The vertices, shape (n_vertices, 3) [m], as a function of the time since its beginning [s].
+        seconds : float, optional
+            How long it lasts [s]; by default it has no end.
+        """
         self._film, self._seconds, self._began, self._last = film, seconds, monotonic(), -np.inf
 
     def stop(self) -> None:
@@ -56,7 +67,20 @@ class Player:
 
 
 def swing(result: Any, amplitude: float) -> Callable[[float], Floats]:
-    """The mechanism of a verdict or a limit load to and fro; amplitude : of the fastest corner [m]."""
+    """Return the film of a mechanism that goes to and fro.
+
+    Parameters
+    ----------
+    result : Verdict or LimitLoad
+        What has a mechanism.
+    amplitude : float
+        How far the fastest corner goes [m].
+
+    Returns
+    -------
+    callable
+        The vertices, shape (n_vertices, 3) [m], as a function of time [s].
+    """
 
     def film(time: float) -> Floats:
         return mechanism_vertices(result, (1 - np.cos(2 * np.pi * time / SWING)) / 2, amplitude=amplitude)
@@ -67,9 +91,23 @@ def swing(result: Any, amplitude: float) -> Callable[[float], Floats]:
 def trajectory(
     assembly: Any, times: Floats, displacement: np.ndarray, rotation: np.ndarray
 ) -> Callable[[float], Floats]:
-    """Return the vertices of blocks along a trajectory: the last pose at or before each time.
+    """Return the film of blocks along a trajectory: the last pose at or before each time.
 
-    Shapes are those of `dynsim.judge.run.Run`.
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    times : array of float, shape (n_frames,)
+        Of the poses, ascending [s].
+    displacement : array of float, shape (n_frames, n_blocks, 3)
+        Displacements of the centroids [m].
+    rotation : array of float, shape (n_frames, n_blocks, 3, 3)
+        Rotation matrices about the centroids.
+
+    Returns
+    -------
+    callable
+        The vertices, shape (n_vertices, 3) [m], as a function of time [s].
     """
 
     def film(time: float) -> Floats:
