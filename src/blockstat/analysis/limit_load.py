@@ -1,7 +1,7 @@
 """Limit analysis: how much of a load an assembly carries, with a proven bracket.
 
 The kinematic program min -w' u subject to l' u = 1, A' u in K* (Livesley 1978, with the exact cone) gives the
-mechanism and, as multipliers, the forces. Neither is believed: the lower bound comes from a force field and the
+mechanism and, as multipliers, the forces. Neither is trusted: the lower bound comes from a force field and the
 upper bound from a mechanism that our own code has checked.
 """
 

@@ -239,8 +239,8 @@ class KktSolver:
             if now <= self._refined or not now < STALLED * size:
                 break
             size = now
-            mended = [(x + dx, z + dz) for (x, z, _), (dx, dz, _) in zip(found, self._once(rest), strict=True)]
-            found = [(x, z, self._p.matrix @ x - bottom) for (x, z), (_, bottom) in zip(mended, right, strict=True)]
+            refined = [(x + dx, z + dz) for (x, z, _), (dx, dz, _) in zip(found, self._once(rest), strict=True)]
+            found = [(x, z, self._p.matrix @ x - bottom) for (x, z), (_, bottom) in zip(refined, right, strict=True)]
         return [(x, z) for x, z, _ in found]
 
 

@@ -160,7 +160,7 @@ class CohesivePreload:
         self.broken = np.zeros(interfaces.n_interfaces, dtype=bool)  #: shape (n_interfaces,)
 
     def begin(self, world: World) -> None:
-        """Mend all joints, and set how far each may open or slip.
+        """Restore all bonds, and set how far each may open or slip.
 
         Parameters
         ----------

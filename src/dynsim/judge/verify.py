@@ -70,7 +70,7 @@ def verify(
 
     Notes
     -----
-    A run ends early on a fall and on a rest. Where nothing acts but weight, a fall that is not clear is believed only
+    A run ends early on a fall and on a rest. Where nothing acts but weight, a fall that is not clear is accepted only
     if a run with another time step sees the same one (see `dynsim.judge.stages`). Glue stronger than the weight of all
     blocks is tried at that weight first: what stands with weaker glue stands with stronger glue.
 
@@ -104,7 +104,7 @@ def verify(
 
 
 def _staged(evaluate: _Evaluator, runs: Stages) -> DynamicVerdict:
-    """Return the verdict of the first run that is believed, with the process time of all."""
+    """Return the verdict of the first run that is accepted, with the process time of all."""
     verdict = evaluate(runs.first)
     if runs.fine is None or verdict.outcome is DynamicOutcome.STANDS:
         return verdict
