@@ -16,12 +16,12 @@ from blockstat.program.penalty import PenaltyProgram
 from blockstat.solve.penalty import open_joints
 from blockstat.typing import Floats
 
-#: Shares of the field with room that are tried, smallest first.
+#: Shares of the field strictly inside its cones that are tried, smallest first.
 SHARES = (0.0, *(10.0**-k for k in range(11, 1, -1)))
 #: A mechanism that cannot be corrected (jammed blocks, joints that cannot slide) bounds the load for equilibria whose
 #: contact forces add up to at most this many times those of the solver's own field.
 ASSUMED_FORCE = 10.0
-#: A mechanism opened by a motion that opens all joints is good enough when it costs less than this of the multiplier.
+#: A mechanism with a motion added that opens all joints is good enough when it costs less than this of the multiplier.
 CLOSE = 1e-8
 #: Each correction leaves a hundred-millionth of the violation; joints that cannot slide at all need more than one.
 CORRECTIONS = 3

@@ -95,7 +95,7 @@ def _checked(
     motions: Motions,
     correct: Callable[[Floats], Floats] | None = None,
 ) -> Answer:
-    """The answer with its certificate, its forces balanced and its mechanism opened.
+    """The answer with its certificate, its forces balanced and an opening motion added to its mechanism.
 
     correct : gives a twist next to one that closes joints; with it, forces outside their cones are corrected too.
     """

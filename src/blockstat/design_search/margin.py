@@ -1,4 +1,4 @@
-"""How much a design must have to spare, and what that is worth to each parameter."""
+"""The reserve that a design must have, and its derivatives by each parameter."""
 
 from __future__ import annotations
 

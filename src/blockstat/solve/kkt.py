@@ -235,7 +235,7 @@ class KktSolver:
         size = np.inf
         for _ in range(MOST_REFINEMENTS):
             rest = [self._residual(top, answer) for (top, _), answer in zip(right, found, strict=True)]
-            now = max(largest(*left) / max(largest(*given), 1e-300) for left, given in zip(rest, right, strict=True))
+            now = max(largest(*left) / max(largest(*side), 1e-300) for left, side in zip(rest, right, strict=True))
             if now <= self._refined or not now < STALLED * size:
                 break
             size = now

@@ -226,9 +226,9 @@ def open_joints(program: PenaltyProgram, twist: Floats, *, solver: str = "auto")
     if worst <= 0:
         return twist
     offset = np.zeros_like(gap_rate)
-    sticky = np.isinf(program.friction)
-    offset[:, 0] = np.minimum(np.where(sticky & np.isfinite(slack), gap_rate[:, 0], slack) / worst, WIDE_OPEN) - 1.0
-    offset[sticky, 1:] = gap_rate[sticky, 1:] / worst
+    no_slip = np.isinf(program.friction)
+    offset[:, 0] = np.minimum(np.where(no_slip & np.isfinite(slack), gap_rate[:, 0], slack) / worst, WIDE_OPEN) - 1.0
+    offset[no_slip, 1:] = gap_rate[no_slip, 1:] / worst
     least = conic_program(program, np.zeros(len(twist)), least_norm=True, offset=offset.reshape(-1))
     answer = solve(least, solver=solver)
     return twist if answer.status.is_infeasible else twist + worst * answer.twist
