@@ -1,6 +1,7 @@
 """Motions that open every joint, and what they do for a mechanism that a solver has left closing a little.
 
-The slack of an opening, g_n - mu |g_t|, is concave and homogeneous in the twist, so with d a motion that opens all joints
+The slack of an opening, g_n - mu |g_t|, is concave and homogeneous in the twist. So with d a motion that opens all
+joints
 
     slack(u + e d) >= slack(u) + e slack(d) >= 0    for    e = max -slack(u) / min slack(d).
 
