@@ -2,6 +2,7 @@
 
 import ast
 import io
+import re
 import subprocess
 import sys
 import tokenize
@@ -95,7 +96,30 @@ def test_rooms_are_small_and_say_what_they_are_for(folder):
     doc = ast.get_docstring(ast.parse((folder / "__init__.py").read_text()))
     assert doc
     if folder.parent != SOURCE:
-        assert "This room imports" in doc
+        assert stated_imports(folder.relative_to(SOURCE).parts[0], doc) == real_imports(folder)
+
+
+def real_imports(folder: Path) -> set[str]:
+    """Rooms that the modules of a room import; a package alone is its root, with all modules outside its rooms."""
+    here = folder.relative_to(SOURCE).parts
+    found = set()
+    for other in {other for path in folder.rglob("*.py") for other in imported(path)}:
+        room = room_of(other).split(".")[: len(here)]
+        is_root = not SOURCE.joinpath(*room[:2], "__init__.py").exists()
+        found.add(room[0] if is_root else ".".join(room))
+    return found - {".".join(here)}
+
+
+def stated_imports(package: str, doc: str) -> set[str]:
+    """Rooms that the sentence "This room imports ..." names; those after "of `blockstat`" are of that package."""
+    sentence = re.search(r"This room imports\b.*?\.(?=\s|$)", " ".join(doc.split()))
+    assert sentence
+    own, _, other = sentence[0].partition("of `blockstat`")
+    stated = set()
+    for part, owner in ((own, package), (other, "blockstat")):
+        stated |= {f"{owner}.{name}" for name in re.findall(r"`([^`]+)`", part)}
+        stated |= {owner} if re.search(r"\bthe root\b", part) else set()
+    return stated
 
 
 def lines_of_code(text: str) -> int:

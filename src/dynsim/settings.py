@@ -25,7 +25,7 @@ class Settings:
     times and lengths are reported in the scene's own.
     """
 
-    time_step: float = 1e-3  #: [s] of a simulation, believed where blocks stand or clearly fall
+    time_step: float = 1e-3  #: [s] of a simulation, accepted where blocks stand or clearly fall
     quick_step: float = 2e-3  #: [s] of the run that checks another fall, and of settling in a verdict
     fine_step: float = 5e-4  #: [s] of the run that has the last word; if it is no finer, there is one run only
     iterations: int = 50  #: of the contact solver, a step

@@ -142,7 +142,7 @@ def test_a_question_that_cannot_be_built_is_answered_with_its_reason(hut):
     model = open_model(hut)
     answer = evaluated(Question(7, model, {**model.start, "windows.north.number": 2.0}), Memory())
     assert isinstance(answer, Failed)
-    assert (answer.number, answer.ours) == (7, False)
+    assert (answer.number, answer.is_internal) == (7, False)
     assert "windows.north" in answer.message
     good = evaluated(Question(8, model, model.start), Memory())
     assert isinstance(good, Judged)

@@ -81,7 +81,11 @@ def test_an_unstable_answer_names_what_moves_and_exits_with_zero(tmp_path):
         (["plot", "{stones}", "--load", "1,0,0", "-o", "x.png"], "--load goes with --mechanism or --stone"),
         (["plot", "{stones}", "--stone", "-o", "x.png"], "give its direction by --load AX,AY,AZ"),
         (["plot", "{stones}", "--plain", "--forces", "-o", "x.png"], "ask for one of them"),
+        (["plot", "{stones}", "-o", "x.xyz"], 'x.xyz: no picture is written as ".xyz"; a picture is .png,'),
         (["check"], "Missing argument"),
+        (["check", "{stones}", "--magic"], "No such option: --magic; see `blockstat check --help`"),
+        (["magic"], "No such command 'magic'; see `blockstat --help`"),
+        (["check", "{stones}", "--friction", "x"], "Invalid value for '--friction': "),
     ],
 )
 def test_bad_input_is_one_message_and_status_two(stones, arguments, expected):
@@ -90,6 +94,21 @@ def test_bad_input_is_one_message_and_status_two(stones, arguments, expected):
     assert expected in answer.stderr
     assert "Traceback" not in answer.stderr
     assert answer.stdout == ""
+    assert answer.stderr.startswith("blockstat: ")
+    assert len(answer.stderr.splitlines()) == 1
+
+
+def test_no_arguments_print_the_help():
+    answer = run()
+    assert "Usage: blockstat" in answer.stdout + answer.stderr
+    assert "No such" not in answer.stderr
+
+
+def test_check_says_what_the_flow_rule_adds(stones):
+    added = "Coulomb friction without dilatancy and self-stress also finds equilibrium."
+    assert added in run("check", stones, "--flow", "coulomb").stdout
+    assert added not in run("check", stones).stdout
+    assert added not in run("check", stones, "--flow", "coulomb", "--gravity", "0.4,0,-1").stdout
 
 
 def test_build_and_plot(tmp_path, root):

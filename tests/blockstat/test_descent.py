@@ -192,3 +192,20 @@ def test_where_more_reserve_does_not_help_a_heavier_design_is_offered(snap):
     best = build(result.best)
     assert best.volume[best.free].sum() > 0.95 * most
     assert limit_load(best, acceleration(best, PUSH)).lower >= 0.05
+
+
+def test_less_friction_is_refused_at_once_where_a_joint_law_has_its_own():
+    scene = scene_from(
+        {
+            "name": "pier",
+            "parameters": {"w": between(0.5, 1.5, 0.01)},
+            "elements": {"pier": {"kind": "box", "size": ["= w", 1.0, 3.0]}},
+            "joints": [{"between": ["pier", "*"], "friction": 0.5}],
+        }
+    )
+    for strategy in ("gradient", "pareto"):
+        with pytest.raises(InputError, match="friction of joint laws is not divided"):
+            search(scene, verify=None, strategy=strategy, margin=Margin(PUSH, friction=1.5))
+    space = space_of(scene)
+    with pytest.raises(InputError, match="friction of joint laws is not divided"):
+        measure(lambda v: build(space.near(v)), space.start, ["parameters.w"], Margin(PUSH, friction=1.5))

@@ -7,12 +7,14 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
 from blockstat import assess, read, write
 from blockstat.spec import scene_from
-from dynsim import compare
+from dynsim import Comparison, compare
+from dynsim.cli.rows import told_apart
 from dynsim.design_search.optimise import optimise
 from evidence.scenes.small import HUT, arch, stack
 
@@ -132,6 +134,32 @@ def test_compare_gives_a_row_for_every_file_even_a_bad_one(tmp_path):
     assert "not valid JSON" in rows[1]["note"]
     assert len((tmp_path / "rows.csv").read_text().splitlines()) == 4
     assert run("compare", bad).returncode == 2
+
+
+def test_compare_refuses_a_missing_file_before_any_run(tmp_path):
+    good, gone = write(stack(1), tmp_path / "good.json"), tmp_path / "gone.json"
+    answer = run("compare", good, gone, "-o", tmp_path / "rows.csv")
+    assert (answer.returncode, answer.stdout) == (2, "")
+    assert answer.stderr == f"dynsim: {gone}: no such file\n"
+    assert not (tmp_path / "rows.csv").exists()
+
+
+def test_rows_with_the_same_name_are_named_by_their_files():
+    def named(*given):
+        files, names = [Path(file) for file, _ in given], [Comparison(name) for _, name in given]
+        return [row.name for row in told_apart(files, names)]
+
+    assert named(("a.json", "hut"), ("b.json", "arch")) == ["hut", "arch"]
+    assert named(("a.json", "hut"), ("b.json", "hut"), ("c.json", "arch")) == ["a", "b", "arch"]
+    assert named(("old/a.json", "hut"), ("new/a.json", "hut")) == ["old/a.json", "new/a.json"]
+
+
+def test_a_wrong_option_of_optimise_is_all_that_is_printed(tmp_path):
+    scene = tmp_path / "hut.toml"
+    scene.write_text(SCENE_TOML)
+    answer = run("optimise", scene, "-o", tmp_path / "out", "--over", "nosuch")
+    assert (answer.returncode, answer.stdout) == (2, "")
+    assert answer.stderr == "dynsim: over is 'nosuch'; it must be one of: line, grid\n"
 
 
 def test_a_difference_comes_with_a_likely_reason(cases, tmp_path):

@@ -48,7 +48,7 @@ def test_bad_records_are_named_with_their_line(tmp_path, text, message):
 
 
 def test_bad_ways_to_read_a_record(tmp_path):
-    with pytest.raises(InputError, match=r"gone\.csv: No such file"):
+    with pytest.raises(InputError, match=r"gone\.csv: no such file"):
         read_record(tmp_path / "gone.csv")
     with pytest.raises(InputError, match="scale is 0"):
         record(tmp_path, "0,1\n1,1\n", scale=0)

@@ -1,4 +1,4 @@
 """What an engineer asks of the statics: verdicts, limit loads, tilt, friction, thrust and settlement.
 
-This room imports `solve`, `certificate`, `program`, `contact` and what stands below them.
+This room imports `solve`, `certificate`, `program`, `contact`, `geometry` and the root.
 """

@@ -16,15 +16,15 @@ from blockstat.program.penalty import PenaltyProgram
 from blockstat.solve.penalty import open_joints
 from blockstat.typing import Floats
 
-#: Shares of the field with room that are tried, smallest first.
+#: Shares of the field strictly inside its cones that are tried, smallest first.
 SHARES = (0.0, *(10.0**-k for k in range(11, 1, -1)))
-#: A mechanism that cannot be mended (jammed blocks, joints that cannot slide) bounds the load for equilibria whose
+#: A mechanism that cannot be corrected (jammed blocks, joints that cannot slide) bounds the load for equilibria whose
 #: contact forces add up to at most this many times those of the solver's own field.
 ASSUMED_FORCE = 10.0
-#: A mechanism opened by a motion that opens all joints is good enough when it costs less than this of the multiplier.
+#: A mechanism with a motion added that opens all joints is good enough when it costs less than this of the multiplier.
 CLOSE = 1e-8
-#: Each mending leaves a hundred-millionth of the violation; joints that cannot slide at all need more than one.
-MENDINGS = 3
+#: Each correction leaves a hundred-millionth of the violation; joints that cannot slide at all need more than one.
+CORRECTIONS = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +92,7 @@ def upper_bound(
     force
         The solver's field at the limit, shape (m, 3), the measure of forces if some joint still closes.
     solver
-        One of `blockstat.solve.dispatch.CHOICES`, for the mending of the mechanism.
+        One of `blockstat.solve.dispatch.CHOICES`, for the correction of the mechanism.
     motions
         Gives twists that may open every joint, shape (6 n,) each.
 
@@ -110,11 +110,11 @@ def upper_bound(
     kinematic = -certificate.power(program, twist)[0] / float(load @ twist) if load @ twist > 0 else -np.inf
     if best is not None and best.value - kinematic <= CLOSE * abs(kinematic):
         return best
-    mended, closing = twist, np.inf
-    for _ in range(MENDINGS):
-        mended = open_joints(program, mended, solver=solver)
-        _, left = certificate.power(program, mended)
-        found = _proven(program, load, mended, total)
+    corrected, closing = twist, np.inf
+    for _ in range(CORRECTIONS):
+        corrected = open_joints(program, corrected, solver=solver)
+        _, left = certificate.power(program, corrected)
+        found = _proven(program, load, corrected, total)
         if found is not None and (best is None or found.value < best.value):
             best = found
         if left == 0.0 or not left < closing:

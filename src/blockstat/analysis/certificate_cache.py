@@ -81,8 +81,8 @@ class Memory:
             return None
         no_force, no_twist = np.zeros((len(program.friction), 3)), np.zeros_like(program.load)
         for twist in known.twists:
-            opened = with_interior_motion(program, twist, problem.motions())
-            found = _evidence(program, no_force, opened, "mechanism")
+            with_opening = with_interior_motion(program, twist, problem.motions())
+            found = _evidence(program, no_force, with_opening, "mechanism")
             if outcome_of(found.certificate) is Outcome.UNSTABLE:
                 self.statistics["mechanism"] += 1
                 return found

@@ -40,15 +40,15 @@ CLEAR = 1e-3
 #: The factor is steady when it moves by less than this over a stretch of so many solves.
 STEADY, STRETCH = 8e-3, 4
 #: Slips that grow by more than this over the second half of the solves grow without bound (steady growth doubles them);
-#: those that grow by less have a bound, even where they flicker between equivalent states.
+#: those that grow by less have a bound, even where they alternate between equivalent states.
 GROWTH = 1.25
 #: What comes to rest does so ever more slowly, so its slips at most double; those that grow by more over the second
 #: half of the solves grow ever faster.
-EXPLOSION = 4.0
-#: Solves before growth, with and without a steady factor, is believed.
+DIVERGENCE = 4.0
+#: Solves before growth, with and without a steady factor, is accepted.
 EARLY, PATIENCE = 12, 24
 #: Slips beyond this are without bound.
-ENDLESS = 1e7
+UNBOUNDED = 1e7
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,11 +161,11 @@ def _solve_pressure(program: PenaltyProgram, cost: Floats, compliance: float, so
 def _trend(changes: list[float], factors: list[float], sizes: list[float]) -> bool | None:
     if changes[-1] <= SETTLED:
         return True
-    if sizes[-1] > ENDLESS:
+    if sizes[-1] > UNBOUNDED:
         return False
     solves = len(changes)
     grows = sizes[-1] > GROWTH * sizes[solves // 2]
-    if solves >= EARLY and sizes[-1] > EXPLOSION * sizes[solves // 2]:
+    if solves >= EARLY and sizes[-1] > DIVERGENCE * sizes[solves // 2]:
         return False
     recent = factors[-STRETCH:]
     if len(recent) == STRETCH and max(recent) - min(recent) <= STEADY:

@@ -58,14 +58,14 @@ def decide(program: PenaltyProgram, answer: Answer, *, solver: str = "auto", mot
     Returns
     -------
     Answer
-        Forces corrected onto equilibrium, the mechanism mended where that proves more, and their certificate.
+        Forces corrected onto equilibrium, the mechanism corrected where that proves more, and their certificate.
     """
     found = _checked(program, answer, motions)
     if outcome_of(found.certificate) is not Outcome.UNDECIDED:
         return found
-    mend = partial(open_joints, program, solver=solver)
+    correct = partial(open_joints, program, solver=solver)
     for solve in (solve_margin, _solve_locally):
-        closer = _checked(program, solve(program, solver=solver), motions, mend)
+        closer = _checked(program, solve(program, solver=solver), motions, correct)
         decided = outcome_of(closer.certificate) is not Outcome.UNDECIDED
         if decided or closer.certificate.required_force > found.certificate.required_force:
             found = closer
@@ -93,11 +93,11 @@ def _checked(
     program: PenaltyProgram,
     answer: Answer,
     motions: Motions,
-    mend: Callable[[Floats], Floats] | None = None,
+    correct: Callable[[Floats], Floats] | None = None,
 ) -> Answer:
-    """The answer with its certificate, its forces balanced and its mechanism opened.
+    """The answer with its certificate, its forces balanced and an opening motion added to its mechanism.
 
-    mend : gives a twist next to one that closes joints; with it, forces outside their cones are mended too.
+    correct : gives a twist next to one that closes joints; with it, forces outside their cones are corrected too.
     """
     force = answer.force if answer.status.is_proven else certificate.balance(program, answer.force)
     twist = answer.twist
@@ -108,13 +108,13 @@ def _checked(
         second = certificate.check(program, force, wider)
         if second.required_force > found.required_force:
             twist, found = wider, second
-    if mend is not None and not _proves(found):
+    if correct is not None and not _proves(found):
         settled = certificate.settle(program, force)
         second = certificate.check(program, settled, twist)
         if second.proves_stable:
             force, found = settled, second
-    if mend is not None and found.required_force > 0 and not _proves(found):
-        twist = mend(twist)
+    if correct is not None and found.required_force > 0 and not _proves(found):
+        twist = correct(twist)
         found = certificate.check(program, force, twist)
     return replace(answer, force=force, twist=twist, certificate=found)
 

@@ -1,7 +1,7 @@
 """Limit analysis: how much of a load an assembly carries, with a proven bracket.
 
 The kinematic program min -w' u subject to l' u = 1, A' u in K* (Livesley 1978, with the exact cone) gives the
-mechanism and, as multipliers, the forces. Neither is believed: the lower bound comes from a force field and the
+mechanism and, as multipliers, the forces. Neither is trusted: the lower bound comes from a force field and the
 upper bound from a mechanism that our own code has checked.
 """
 
@@ -70,7 +70,7 @@ class LimitLoad(Result):
     timings: dict[str, float]
     #: With flow="coulomb": the multiplier up to which a state without dilatancy and self-stress was found, and the one
     #: at which there was none. Not a theorem: zero-dilatancy limits are not unique; this is the branch that is reached
-    #: from rest, with no thrust but what the blocks' approach makes.
+    #: from rest, and thrust exists only where blocks move towards each other.
     coulomb: tuple[float, float] | None = None
     bonds: Bonds | None = None  #: what the bonds at the centres of joints carry with `forces`
 

@@ -484,7 +484,7 @@ def _extreme(problem: Problem, functional: Floats, inside: Floats, solver: str) 
 
 
 def _admissible(problem: Problem, balanced: Floats, inside: Floats) -> Floats:
-    """The field, mixed with as little as it takes of one with room in its cones to be proven."""
+    """The field, mixed with as little as it takes of one strictly inside its cones to be proven."""
     program = problem.program
     assert program is not None
     for share in SHARES:

@@ -119,6 +119,8 @@ class Verdict(Result):
                 f"Largest residual {proof.residual:.1e} of a block's load, "
                 f"cones violated by {proof.cone_violation:.1e}."
             )
+            if self.flow == "coulomb" and self.outcome is Outcome.STABLE:
+                lines.append("Coulomb friction without dilatancy and self-stress also finds equilibrium.")
         else:
             if not np.isnan(self.score):
                 lines.append(f"Missing adhesion (score): {self.score:.3g} of the weight.")

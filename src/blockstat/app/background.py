@@ -101,12 +101,12 @@ class Worker:
 
     def __init__(self, work: Callable[..., None], *arguments: Any, report: Callable[[Worker, Any], None]) -> None:
         context: Any = multiprocessing.get_context(_method())
-        ours, theirs = context.Pipe()
-        self._connection, self._report = ours, report
+        parent_end, child_end = context.Pipe()
+        self._connection, self._report = parent_end, report
         self._stopped = False
-        self._process = context.Process(target=_run, args=(work, theirs, arguments), daemon=True)
+        self._process = context.Process(target=_run, args=(work, child_end, arguments), daemon=True)
         self._process.start()
-        theirs.close()
+        child_end.close()
         threading.Thread(target=self._listen, daemon=True).start()
 
     def send(self, message: Any) -> None:

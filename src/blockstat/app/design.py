@@ -283,13 +283,13 @@ class Failed:
         Number of the question.
     message : str
         Why there is no answer.
-    ours : bool
+    is_internal : bool
         True when the fault is in the program.
     """
 
     number: int
     message: str
-    ours: bool = False
+    is_internal: bool = False
 
 
 @dataclass(frozen=True, eq=False)

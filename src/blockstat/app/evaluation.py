@@ -1,4 +1,4 @@
-"""What workers do for the page: evaluate design after design, and the dearer numbers of one design."""
+"""What workers do for the page: evaluate design after design, and the slower results of one design."""
 
 from __future__ import annotations
 
@@ -60,14 +60,14 @@ def evaluated(question: Question, memory: Memory) -> Judged | Failed:
     except InputError as error:
         return Failed(question.number, str(error))
     except Exception as error:
-        return Failed(question.number, f"internal error ({type(error).__name__}: {error})", ours=True)
+        return Failed(question.number, f"internal error ({type(error).__name__}: {error})", is_internal=True)
     now = process_time()
     seconds = {"build": built - begin, **verdict.timings}
     seconds["total"] = now - begin
     return Judged(question.number, verdict, seconds)
 
 
-def dearer_numbers(channel: Channel, number: int, verdict: Verdict, push: str) -> None:
+def slower_results(channel: Channel, number: int, verdict: Verdict, push: str) -> None:
     """Send the limit load and the least friction of a design that was evaluated, each as it comes.
 
     The verdict with its score comes before them, where an earlier mechanism had decided and left the score open.

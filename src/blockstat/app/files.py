@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 Saved = tuple[str, bytes]  #: name of a file and what is in it
 
 
-def opened(name: str, content: bytes, supports: str) -> Model:
+def read_upload(name: str, content: bytes, supports: str) -> Model:
     """Return the model in a file that a browser sent.
 
     Parameters

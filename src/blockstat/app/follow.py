@@ -1,4 +1,4 @@
-"""Keep an evaluator busy with the newest question, and a second worker with the dearer numbers of its answer."""
+"""Keep an evaluator busy with the newest question, and a second worker with the slower results of its answer."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 from blockstat.app.background import Crashed, Ended, Worker
 from blockstat.app.design import Began, Failed, Judged, Model, Question
-from blockstat.app.evaluation import dearer_numbers, evaluate_designs
+from blockstat.app.evaluation import evaluate_designs, slower_results
 
 if TYPE_CHECKING:
     from blockstat.analysis.verdict import Verdict
 
 #: An evaluator that still works on an older design this long after a newer one was asked for is replaced [s].
 PATIENCE = 2.0
-#: The dearer numbers are asked for once nothing has moved for so long [s].
+#: The slower results are asked for once nothing has moved for so long [s].
 QUIET = 0.25
 
 
@@ -37,11 +37,11 @@ class Follower:
     def __init__(self, post: Callable[[Callable[[], None]], None], tell: Callable[[Any], None]) -> None:
         self._post, self._tell = post, tell
         self._evaluator: Worker | None = None
-        self._dear: Worker | None = None
+        self._slower: Worker | None = None
         self._question: Question | None = None
         self._began, self._answered = 0, 0
         self._overdue: float | None = None  # since when a question newer than the one begun waits
-        self._due: tuple[float, Verdict] | None = None  # when the dearer numbers are to be asked for
+        self._due: tuple[float, Verdict] | None = None  # when the slower results are to be asked for
 
     @property
     def pending(self) -> bool:
@@ -68,7 +68,7 @@ class Follower:
         number = self._question.number + 1 if self._question is not None else 1
         self._question = Question(number, model, dict(values), push)
         self._due = None
-        self._stop_dear()
+        self._stop_slower()
         if self._overdue is None:
             self._overdue = monotonic()
         if self._evaluator is None or not self._evaluator.running:
@@ -77,7 +77,7 @@ class Follower:
         return number
 
     def again(self, verdict: Verdict, push: str) -> None:
-        """Ask for the dearer numbers of the design on show once more, with another push.
+        """Ask for the slower results of the design on show once more, with another push.
 
         Parameters
         ----------
@@ -88,11 +88,11 @@ class Follower:
         """
         assert self._question is not None
         self._question = replace(self._question, push=push)
-        self._stop_dear()
+        self._stop_slower()
         self._due = monotonic(), verdict
 
     def tick(self) -> None:
-        """Replace an evaluator that still works on an old question, and start the dearer numbers when it is quiet."""
+        """Replace an evaluator that still works on an old question, and start the slower results when it is quiet."""
         now = monotonic()
         stuck = self._overdue is not None and now - self._overdue > PATIENCE
         if stuck and self._question is not None and self._answered < self._began < self._question.number:
@@ -103,29 +103,29 @@ class Follower:
         if self._due is not None and now >= self._due[0] and self._question is not None:
             verdict, self._due = self._due[1], None
             number, push = self._question.number, self._question.push
-            self._dear = Worker(dearer_numbers, number, verdict, push, report=self._reported)
+            self._slower = Worker(slower_results, number, verdict, push, report=self._reported)
 
     def stop(self) -> None:
         """End both workers."""
-        self._stop_dear()
+        self._stop_slower()
         if self._evaluator is not None:
             self._evaluator.stop()
 
-    def _stop_dear(self) -> None:
-        if self._dear is not None:
-            self._dear.stop()
-            self._dear = None
+    def _stop_slower(self) -> None:
+        if self._slower is not None:
+            self._slower.stop()
+            self._slower = None
 
     def _reported(self, worker: Worker, message: Any) -> None:
         self._post(lambda: self._handle(worker, message))
 
     def _handle(self, worker: Worker, message: Any) -> None:
-        if self._question is None or worker not in (self._evaluator, self._dear):
+        if self._question is None or worker not in (self._evaluator, self._slower):
             return
         if isinstance(message, Ended):
             if isinstance(message, Crashed) and worker is self._evaluator:
                 self._answered = self._question.number
-                self._tell(Failed(self._answered, f"the worker ended: {message.message}", ours=True))
+                self._tell(Failed(self._answered, f"the worker ended: {message.message}", is_internal=True))
             return
         if isinstance(message, Began):
             self._began = message.number

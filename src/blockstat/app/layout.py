@@ -7,7 +7,7 @@ from html import escape
 from typing import TYPE_CHECKING, Any, Protocol
 
 from blockstat.app.design import PUSHES, SUFFIXES, Model
-from blockstat.app.files import SAVES, opened
+from blockstat.app.files import SAVES, read_upload
 from blockstat.app.words import NO_BLOCK, Known, waiting
 from blockstat.errors import InputError
 from blockstat.view.three_d.colouring import CHOICES
@@ -108,7 +108,7 @@ class Layout:
         left = gui.add_panel()
         with left.add_tab("Verdict"):
             self.title = gui.add_html("")
-            self.headline = gui.add_html(waiting("Judging …"))
+            self.headline = gui.add_html(waiting("Assessing …"))
             self.trouble = gui.add_html("")
             self._busy = gui.add_html("")
             self.numbers = gui.add_html("")
@@ -185,7 +185,7 @@ class Layout:
         def _(event: viser.GuiEvent) -> None:
             given = event.target.value
             try:
-                model = opened(given.name, given.content, supports.value)
+                model = read_upload(given.name, given.content, supports.value)
             except InputError as error:
                 text = str(error)
                 page.post(lambda: page.say(text))

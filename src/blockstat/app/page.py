@@ -252,7 +252,7 @@ class Page:
         if isinstance(message, Judged):
             self._show(message)
         elif isinstance(message, Failed):
-            if message.ours:
+            if message.is_internal:
                 LOG.error(message.message)
             self.say(message.message + (LAST_GOOD if self.known is not None else ""))
             if self.known is None:
@@ -280,7 +280,7 @@ class Page:
             panel.judged(self.known)
 
     def _learn(self, message: Any) -> None:
-        """One of the dearer numbers of the design on show."""
+        """One of the slower results of the design on show."""
         assert self.known is not None
         if isinstance(message, Scored):
             self.known = replace(self.known, verdict=message.verdict)

@@ -18,11 +18,12 @@ from blockstat.program.planar import Plane
 from blockstat.typing import Floats
 
 #: A force field proves stability when no block's residual and no cone violation next to it exceeds this
-#: fraction of the block's own load: far below the weight of the dust on it.
+#: fraction of the block's own load: negligible against its weight.
 FORCE_TOLERANCE = 1e-9
 #: Rounding of the residual itself, relative to the forces that meet in a block.
 ROUNDING = 1e-14
-#: Points outside their cones are pressed by this more than they lack, relative and in mean weights.
+#: The normal force of points outside their cones is raised by their deficit, by this fraction of it, and by this many
+#: mean weights.
 PRESSED = 0.02
 #: A mechanism proves instability when any equilibrium would need normal forces of this many total weights.
 #: Sound assemblies stand with about as many weights as they have courses or voussoirs.
@@ -78,7 +79,7 @@ def balance(program: PenaltyProgram, force: Floats, *, passes: int = 4) -> Float
     Notes
     -----
     Minimises `sum |df_i|^2 / d_i` subject to `A (f + df) + w = 0` with d_i the distance of f_i from its cone's
-    boundary, so that points with nothing to spare are left alone.
+    boundary, so that points without slack are left alone.
     """
     slack = np.maximum(point_slack(program, force), 0.0)
     slack += 1e-9 * slack.max(initial=1.0)
@@ -181,7 +182,7 @@ def _balanced(
 
 
 def cone_slack(force: Floats, friction: Floats) -> Floats:
-    """Return the normal force to spare at each point, `f_n - |f_t| / mu`.
+    """Return the slack of the normal force at each point, `f_n - |f_t| / mu`.
 
     Parameters
     ----------
@@ -204,7 +205,7 @@ def cone_slack(force: Floats, friction: Floats) -> Floats:
 
 
 def opening_slack(gap_rate: Floats, friction: Floats) -> Floats:
-    """Return the opening to spare at each point, `g_n - mu |g_t|`.
+    """Return the slack of the opening at each point, `g_n - mu |g_t|`.
 
     Parameters
     ----------
@@ -220,13 +221,13 @@ def opening_slack(gap_rate: Floats, friction: Floats) -> Floats:
         what it drags works against the friction force itself.
     """
     slide = np.hypot(gap_rate[:, 1], gap_rate[:, 2])
-    sticky = np.isinf(friction)
-    coulomb = gap_rate[:, 0] - np.where(sticky, 0.0, friction) * slide
-    return np.where(sticky, np.minimum(gap_rate[:, 0], 0.0) - slide, coulomb)
+    no_slip = np.isinf(friction)
+    coulomb = gap_rate[:, 0] - np.where(no_slip, 0.0, friction) * slide
+    return np.where(no_slip, np.minimum(gap_rate[:, 0], 0.0) - slide, coulomb)
 
 
 def point_slack(program: PenaltyProgram, force: Floats) -> Floats:
-    """Return the normal force to spare at each point within its cone and its bounds.
+    """Return the slack of the normal force at each point within its cone and its bounds.
 
     Parameters
     ----------
@@ -276,11 +277,11 @@ def power(program: PenaltyProgram, twist: Floats) -> tuple[float, float]:
     violation = np.maximum(-slack, 0.0)
     work = float(program.load @ twist)
     if len(program.upper_bounded):
-        sticky = np.isinf(program.friction[program.upper_bounded])
+        no_slip = np.isinf(program.friction[program.upper_bounded])
         rate = gap_rate[program.upper_bounded]
-        opening = np.where(sticky, rate[:, 0], slack[program.upper_bounded])
+        opening = np.where(no_slip, rate[:, 0], slack[program.upper_bounded])
         work -= float(program.upper[program.upper_bounded] @ np.maximum(-opening, 0.0))
-        violation[program.upper_bounded] = np.where(sticky, np.hypot(rate[:, 1], rate[:, 2]), 0.0)
+        violation[program.upper_bounded] = np.where(no_slip, np.hypot(rate[:, 1], rate[:, 2]), 0.0)
     if len(program.lower_bounded):
         work += float(program.lower[program.lower_bounded] @ np.maximum(slack[program.lower_bounded], 0.0))
     return work, float(violation.max(initial=0.0))

@@ -1,6 +1,7 @@
 """Motions that open every joint, and what they do for a mechanism that a solver has left closing a little.
 
-The opening to spare, g_n - mu |g_t|, is concave and homogeneous in the twist, so with d a motion that opens all joints
+The slack of an opening, g_n - mu |g_t|, is concave and homogeneous in the twist. So with d a motion that opens all
+joints
 
     slack(u + e d) >= slack(u) + e slack(d) >= 0    for    e = max -slack(u) / min slack(d).
 
@@ -30,7 +31,7 @@ Motions = Callable[[], Sequence[Floats]]
 SPREADS = (1.0, 0.5, 0.25, 0.1, 0.03, 0.01)
 #: How much faster than sideways all blocks leave the supports.
 LIFT = 2.0
-#: Rounding that a mechanism is opened by beyond what it needs.
+#: Rounding: so much more of the opening motion is added than the mechanism needs.
 SLACK = 1e-6
 #: Motions compared before one is taken.
 FEW = 4
@@ -140,5 +141,5 @@ def cheapest(program: PenaltyProgram, motions: Iterable[Floats]) -> Floats | Non
 
 
 def _least_slack(program: PenaltyProgram, motion: Floats) -> float:
-    """Opening to spare at the joint that has least."""
+    """Slack of the opening at the joint that has least."""
     return float(opening_slack((program.matrix.T @ motion).reshape(-1, 3), program.friction).min(initial=np.inf))

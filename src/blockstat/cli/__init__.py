@@ -1,4 +1,5 @@
 """The command `blockstat`.
 
-This room imports every other room, each inside the command that needs it.
+This room imports `analysis`, `app`, `contact`, `geometry_repair`, `io`, `spec` and `view`, each inside the command that
+needs it, and the root.
 """

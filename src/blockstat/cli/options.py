@@ -37,6 +37,8 @@ PORT = 8321
 Port = Annotated[int, typer.Option(min=1, max=65535, help="Of the page on 127.0.0.1; the next free one if taken.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
 
+#: What typer raises for arguments that it cannot read; it exports only this child of it.
+UsageError: type[Exception] = typer.BadParameter.__bases__[0]
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -217,16 +219,20 @@ def run_app(app: typer.Typer, prog: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("default", InputWarning)
         warnings.showwarning = _show_warning
-        sys.exit(_status(lambda: app(prog_name=prog, standalone_mode=True), prog))
+        sys.exit(_status(lambda: app(prog_name=prog, standalone_mode=False), prog))
 
 
 def _status(call: Callable[[], Any], prog: str) -> int:
     try:
-        call()
+        ended = call()
+        return ended if isinstance(ended, int) else 0
     except InputError as error:
         print(f"{prog}: {error}", file=sys.stderr)
         return 2
-    except KeyboardInterrupt:
+    except UsageError as error:
+        _say_usage(error, prog)
+        return 2
+    except (KeyboardInterrupt, typer.Abort):
         print(f"{prog}: interrupted", file=sys.stderr)
         return 130
     except SystemExit as ended:
@@ -240,7 +246,13 @@ def _status(call: Callable[[], Any], prog: str) -> int:
     except Exception as error:
         print(f"{prog}: internal error ({type(error).__name__}: {error}); please report it", file=sys.stderr)
         return 1
-    return 0
+
+
+def _say_usage(error: Any, prog: str) -> None:
+    """Print what is wrong with the arguments in one line; the message is empty where the help was printed instead."""
+    command = error.ctx.command_path if error.ctx is not None else prog
+    if text := " ".join(error.format_message().split()).rstrip("."):
+        print(f"{prog}: {text}; see `{command} --help`", file=sys.stderr)
 
 
 def _show_warning(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:

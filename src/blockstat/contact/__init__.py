@@ -1,4 +1,4 @@
 """Where blocks touch: interfaces, their contact points, and the joint law of each point.
 
-This room imports `geometry` and the root (`assembly`, `joint`).
+This room imports `geometry` and the root.
 """

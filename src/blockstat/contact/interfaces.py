@@ -209,9 +209,9 @@ def _opposed_faces(assembly: Assembly, pairs: Ints, allowed: Floats) -> tuple[In
     planes = assembly.planes
     opposed = np.einsum("ij,ij->i", planes.normal[fa], planes.normal[fb]) < -np.cos(ANGLE)
     fa, fb, row = fa[opposed], fb[opposed], row[opposed]
-    apart = planes.centre[fb] - planes.centre[fa]
-    distance = np.abs(np.einsum("ij,ij->i", apart, planes.normal[fa] - planes.normal[fb])) / 2
-    near = distance <= reach[row] + np.sin(ANGLE) * np.linalg.norm(apart, axis=1)
+    offset = planes.centre[fb] - planes.centre[fa]
+    distance = np.abs(np.einsum("ij,ij->i", offset, planes.normal[fa] - planes.normal[fb])) / 2
+    near = distance <= reach[row] + np.sin(ANGLE) * np.linalg.norm(offset, axis=1)
     return fa[near], fb[near]
 
 
@@ -223,8 +223,8 @@ def _faces_near(
     count = np.diff(first)[blocks]
     row, face = members(first[blocks], count)
     slack = reach[row][:, None]
-    apart = (boxes[0][face] > upper[row] + slack) | (boxes[1][face] < lower[row] - slack)
-    near = ~(apart[:, 0] | apart[:, 1] | apart[:, 2])
+    separated = (boxes[0][face] > upper[row] + slack) | (boxes[1][face] < lower[row] - slack)
+    near = ~(separated[:, 0] | separated[:, 1] | separated[:, 2])
     return row[near], face[near]
 
 

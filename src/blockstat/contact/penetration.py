@@ -116,8 +116,8 @@ def overlaps(assembly: Assembly, *, gap: float, near: Ints | None = None) -> tup
     pairs = pairs[(deep > limit[:, None]).all(axis=1)]
     pairs = pairs[convex_blocks(assembly, tolerance=gap)[pairs].all(axis=1)]
     limit = gap * assembly.size[pairs].min(axis=1)
-    apart = np.maximum(_separation(assembly, pairs), _separation(assembly, pairs[:, ::-1])) >= -limit
-    pairs, limit = pairs[~apart], limit[~apart]
+    separated = np.maximum(_separation(assembly, pairs), _separation(assembly, pairs[:, ::-1])) >= -limit
+    pairs, limit = pairs[~separated], limit[~separated]
     depth = np.array([_ball(assembly, a, b) for a, b in pairs])
     return pairs[depth > limit], depth[depth > limit]
 

@@ -12,7 +12,7 @@ from blockstat.errors import InputError
 from blockstat.joint import JointLaw, fits
 from blockstat.typing import Floats
 
-#: Cohesion needs a cone with an apex, and one not so far away that the forces drown in it.
+#: Cohesion needs a cone with an apex, and one not so far away that the forces are lost to rounding.
 LEAST_FRICTION = 1e-3
 
 

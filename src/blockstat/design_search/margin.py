@@ -1,4 +1,4 @@
-"""How much a design must have to spare, and what that is worth to each parameter."""
+"""The reserve that a design must have, and its derivatives by each parameter."""
 
 from __future__ import annotations
 
@@ -147,7 +147,7 @@ def measure(make: Make, values: Mapping[str, float], moved: Sequence[str], margi
     The reserve is continuous: at the limit both the multiplier and the score are zero. Its derivatives are exact where
     the joints stay the same and differences where they do not.
     """
-    assembly = make(values)
+    assembly = margin.applied(make(values))
     others = {name: value for name, value in values.items() if name not in moved}
 
     def made(changed: Mapping[str, float]) -> Assembly:

@@ -125,7 +125,7 @@ def search(
     >>> search(scene_from(hut), verify=None).best_parameters
     {'wall.thickness': 0.2}
     """
-    _check(strategy, over, margin, snap)
+    check_strategy(strategy, over, margin, snap)
     space = space_of(building, names)
     margin = margin or Margin()
     if strategy in ("gradient", "pareto"):
@@ -136,6 +136,7 @@ def search(
     begin = begin and joints.handed(begin)
     callbacks = Callbacks(static, verify, begin, speculative, under or _as_it_is, memory, remark, progress, cancel)
     evaluator = Evaluator(space, callbacks, log)
+    _check_friction(evaluator, margin)
     best: Values | None = None
     found: tuple[Candidate, ...] = ()
     finished = True
@@ -153,11 +154,34 @@ def search(
     return _result(evaluator, best, found, finished)
 
 
-def _check(strategy: str, over: str, margin: Margin | None, snap: bool) -> None:
+def check_strategy(strategy: str, over: str, margin: Margin | None, snap: bool) -> None:
+    """Raise InputError unless options of `search` exist and go together.
+
+    Parameters
+    ----------
+    strategy, over, margin, snap
+        As in `search`.
+
+    Raises
+    ------
+    InputError
+        Naming the option.
+    """
     check_choice("strategy", strategy, STRATEGIES)
     check_choice("over", over, OVER)
     if strategy in ("paper", "pruned") and (margin is not None or snap):
         raise InputError(f'margin and snap are for strategies "gradient" and "pareto"; strategy is "{strategy}"')
+
+
+def _check_friction(evaluator: Evaluator, margin: Margin) -> None:
+    """Refuse a margin that no design of the scene can be asked for, by its largest design."""
+    if margin.friction == 1.0:
+        return
+    try:
+        largest = evaluator.make(evaluator.space.start)
+    except InputError:
+        return  # its row in the history says why it cannot be built; others may be
+    margin.applied(largest)
 
 
 def _result(evaluator: Evaluator, best: Values | None, found: tuple[Candidate, ...], finished: bool) -> SearchResult:

@@ -70,7 +70,7 @@ def pruned_line(evaluator: Evaluator) -> Values | None:
 def _bisect(evaluator: Evaluator, line: list[Values]) -> None:
     """Look for where statics begin to allow designs, as if that happened once.
 
-    What is found is not believed: each smaller value is still judged. But the evidence of designs close to the limit is
+    What is found is not trusted: each smaller value is still judged. But the evidence of designs close to the limit is
     then known, with which others may be decided without a solve.
     """
     low, high = -1, len(line)

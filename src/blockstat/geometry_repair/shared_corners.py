@@ -36,8 +36,8 @@ def shared_corners(assembly: Assembly, gap: float) -> Ints:
 
     n, block = len(assembly.vertices), assembly.vertex_block
     pairs = KDTree(assembly.vertices).query_pairs(gap * float(assembly.size.max()), output_type="ndarray")
-    apart = np.linalg.norm(assembly.vertices[pairs[:, 0]] - assembly.vertices[pairs[:, 1]], axis=1)
-    near = (apart <= gap * assembly.size[block[pairs]].min(axis=1)) & (block[pairs[:, 0]] != block[pairs[:, 1]])
+    distance = np.linalg.norm(assembly.vertices[pairs[:, 0]] - assembly.vertices[pairs[:, 1]], axis=1)
+    near = (distance <= gap * assembly.size[block[pairs]].min(axis=1)) & (block[pairs[:, 0]] != block[pairs[:, 1]])
     pairs = pairs[near]
     count, corner = connected_components(n, pairs)
     both, times = np.unique(np.column_stack([corner, block]), axis=0, return_counts=True)

@@ -245,8 +245,8 @@ def conic_program(
     """
     plane = program.plane
     if plane is not None:
-        dry = not compliance and np.isfinite(program.friction).all()
-        folds = dry and plane.holds(cost, at_most_one, pinned) and (offset is None or plane.mirrors(offset))
+        can_slip = not compliance and np.isfinite(program.friction).all()
+        folds = can_slip and plane.holds(cost, at_most_one, pinned) and (offset is None or plane.mirrors(offset))
         plane = plane if folds else None
     conic = _in_space(program, cost, offset) if plane is None else _in_plane(program, plane, cost, offset)
     if penalty:
@@ -259,11 +259,11 @@ def _in_space(program: PenaltyProgram, cost: Floats, offset: Floats | None) -> C
     """Each point is a triple (g_n / mu, g_1, g_2), times mu where that is below 1, or half-lines and zeros."""
     mu = program.friction
     rough = np.flatnonzero((mu > 0) & np.isfinite(mu))
-    sticky, plain = np.flatnonzero(np.isinf(mu)), np.flatnonzero((mu == 0) | np.isinf(mu))
+    no_slip, frictionless_or_no_slip = np.flatnonzero(np.isinf(mu)), np.flatnonzero((mu == 0) | np.isinf(mu))
     slip = np.minimum(mu[rough], 1.0)
     size = np.ones((len(mu), 3))
     size[rough] = np.column_stack([slip / mu[rough], slip, slip])
-    single = np.concatenate([3 * sticky + 1, 3 * sticky + 2, 3 * plain])
+    single = np.concatenate([3 * no_slip + 1, 3 * no_slip + 2, 3 * frictionless_or_no_slip])
     rows = np.concatenate([*(3 * rough + k for k in range(3)), single])
     grouped = np.concatenate([(3 * rough[:, None] + np.arange(3)).reshape(-1), single])
     scale = size.reshape(-1)[rows]
@@ -274,8 +274,8 @@ def _in_space(program: PenaltyProgram, cost: Floats, offset: Floats | None) -> C
         matrix=matrix,
         bound=np.zeros(len(rows)) if offset is None else scale * offset[rows],
         n_triples=len(rough),
-        n_zeros=2 * len(sticky),
-        n_half=len(plain),
+        n_zeros=2 * len(no_slip),
+        n_half=len(frictionless_or_no_slip),
         local=size.reshape(-1, 1)[grouped] * program.local[grouped],
         pair=program.point_blocks[grouped // 3],
         n_blocks=len(program.load) // 6,

@@ -1,4 +1,4 @@
 """Derivatives of limit loads and scores, from the dual of a solved program.
 
-This room imports `analysis`, `program` and `contact`.
+This room imports `analysis`, `program`, `contact`, `geometry` and the root.
 """

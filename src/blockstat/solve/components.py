@@ -1,6 +1,6 @@
-"""Connected components of the contact graph, solved side by side: what one does is nothing to another.
+"""Connected components of the contact graph, solved side by side: they do not interact.
 
-This is exact, since the penalty program of the whole is the sum of those of its components. They are dealt out to as
+This is exact, since the penalty program of the whole is the sum of those of its components. They are assigned to as
 many parts as there are processors, so that a field of a thousand small stacks does not become a thousand programs.
 """
 

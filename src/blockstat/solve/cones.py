@@ -379,11 +379,11 @@ def _rotated(w: Floats, x: Floats, sign: float) -> Floats:
 
 def _spectral(value: Floats, along: Floats, x: Floats) -> Floats:
     """The symmetric matrix with the given eigenvalues on (1, d), (1, -d) and across d, applied to triples."""
-    ahead, across = along[0] * x[1], along[0] * x[2]
-    ahead += along[1] * x[2]
+    along_axis, across = along[0] * x[1], along[0] * x[2]
+    along_axis += along[1] * x[2]
     across -= along[1] * x[1]
     across *= value[2]
-    plus, minus = x[0] + ahead, x[0] - ahead
+    plus, minus = x[0] + along_axis, x[0] - along_axis
     plus *= value[0]
     minus *= value[1]
     found = np.empty_like(x)

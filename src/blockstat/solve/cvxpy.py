@@ -165,7 +165,7 @@ def _run(problem: Any) -> tuple[Status, int]:
     import cvxpy as cp
 
     with warnings.catch_warnings():
-        # The tolerance is out of reach on purpose: the solver goes as far as it can, and the independent check judges.
+        # The tolerance is out of reach on purpose: the solver goes as far as it can, and the certificate check decides.
         warnings.filterwarnings("ignore", message="Solution may be inaccurate")
         with contextlib.suppress(cp.SolverError):  # then there is no answer, and the verdict is undecided
             tolerances = dict.fromkeys(("tol_gap_abs", "tol_gap_rel", "tol_feas"), TOLERANCE)

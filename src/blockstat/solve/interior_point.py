@@ -22,7 +22,7 @@ MOST_ITERATIONS = 100
 #: Linear programs are asked for as many digits as there are, for the sake of the bounds that rest on them; the penalty
 #: program gives a score, and its verdict rests on a certificate of its own.
 TOLERANCE, QUADRATIC_TOLERANCE = 1e-11, 1e-10
-#: Where the iteration stalls, an answer this good is still handed on; the independent check judges it.
+#: Where the iteration stalls, an answer this good is still handed on; the certificate check decides.
 ALMOST = 1e-6
 RAY = 1e-8  #: violation of a ray that proves a program infeasible or unbounded
 ASK = 1.0  #: error of M'z + q = 0, in units of the mean weight, from which an answer may be accepted

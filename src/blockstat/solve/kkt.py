@@ -235,12 +235,12 @@ class KktSolver:
         size = np.inf
         for _ in range(MOST_REFINEMENTS):
             rest = [self._residual(top, answer) for (top, _), answer in zip(right, found, strict=True)]
-            now = max(largest(*left) / max(largest(*given), 1e-300) for left, given in zip(rest, right, strict=True))
+            now = max(largest(*left) / max(largest(*side), 1e-300) for left, side in zip(rest, right, strict=True))
             if now <= self._refined or not now < STALLED * size:
                 break
             size = now
-            mended = [(x + dx, z + dz) for (x, z, _), (dx, dz, _) in zip(found, self._once(rest), strict=True)]
-            found = [(x, z, self._p.matrix @ x - bottom) for (x, z), (_, bottom) in zip(mended, right, strict=True)]
+            refined = [(x + dx, z + dz) for (x, z, _), (dx, dz, _) in zip(found, self._once(rest), strict=True)]
+            found = [(x, z, self._p.matrix @ x - bottom) for (x, z), (_, bottom) in zip(refined, right, strict=True)]
         return [(x, z) for x, z, _ in found]
 
 

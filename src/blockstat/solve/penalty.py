@@ -17,7 +17,7 @@ from blockstat.solve.dispatch import solve
 from blockstat.solve.phase_one import load_path_guess
 from blockstat.typing import Floats
 
-#: Joints open by more than this many violations need no watching when a mechanism is mended.
+#: Joints open by more than this many violations need no watching when a mechanism is corrected.
 WIDE_OPEN = 1e3
 #: A point with an upper bound that closes faster than this fraction of the fastest joint crushes or yields.
 YIELDS = 1e-6
@@ -210,7 +210,7 @@ def open_joints(program: PenaltyProgram, twist: Floats, *, solver: str = "auto")
     Returns
     -------
     Floats
-        The twist, shape (6 n,); the given one when there is nothing to mend or, in jammed assemblies, no such twist.
+        The twist, shape (6 n,); the given one when there is nothing to correct or, in jammed assemblies, no such twist.
 
     Notes
     -----
@@ -219,16 +219,16 @@ def open_joints(program: PenaltyProgram, twist: Floats, *, solver: str = "auto")
     """
     gap_rate = (program.matrix.T @ twist).reshape(-1, 3)
     slack = opening_slack(gap_rate, program.friction)
-    # Points that crush or bonds that yield may go on closing; those that close by an error are mended.
+    # Points that crush or bonds that yield may go on closing; those that close by an error are corrected.
     bounded = program.upper_bounded
     slack[bounded[slack[bounded] < -YIELDS * np.abs(gap_rate).max(initial=0.0)]] = np.inf
     worst = -float(slack.min(initial=0.0))
     if worst <= 0:
         return twist
     offset = np.zeros_like(gap_rate)
-    sticky = np.isinf(program.friction)
-    offset[:, 0] = np.minimum(np.where(sticky & np.isfinite(slack), gap_rate[:, 0], slack) / worst, WIDE_OPEN) - 1.0
-    offset[sticky, 1:] = gap_rate[sticky, 1:] / worst
+    no_slip = np.isinf(program.friction)
+    offset[:, 0] = np.minimum(np.where(no_slip & np.isfinite(slack), gap_rate[:, 0], slack) / worst, WIDE_OPEN) - 1.0
+    offset[no_slip, 1:] = gap_rate[no_slip, 1:] / worst
     least = conic_program(program, np.zeros(len(twist)), least_norm=True, offset=offset.reshape(-1))
     answer = solve(least, solver=solver)
     return twist if answer.status.is_infeasible else twist + worst * answer.twist

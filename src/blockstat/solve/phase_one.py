@@ -28,7 +28,7 @@ INSIDE = 0.1
 LITTLE = 0.05
 #: Of the way to the boundary what a step takes, and the least step after which another is tried.
 STEP, LEAST = 0.95, 0.2
-#: Points with many weights to spare move no further for more: forces are compared with this many mean weights.
+#: Points with a slack of many weights move no further for more: forces are compared with this many mean weights.
 SATURATED = 10.0
 MOST = 25  #: factorisations
 BALANCED = 1e-13  #: of the largest load, what may be left unbalanced

@@ -38,7 +38,7 @@ class Wall(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
 
 
 class Opening(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
-    """Doors or windows of one wall, evenly spaced, each under a lintel; heights snap to whole courses."""
+    """Doors or windows of one wall, evenly spaced, each under a lintel; heights are rounded to whole courses."""
 
     width: Length  #: clear [m]
     height: Length  #: clear [m]
@@ -133,7 +133,7 @@ def lowered(building: Building) -> Plan:
         elements=elements,
         material=building.material,
         joints=building.joints,
-        apart=True,
+        no_overlap=True,
         keys={"elements.vault": "vault", "elements.walls: ": ""} | keys,
     )
 

@@ -79,7 +79,7 @@ def build(scene: Scene) -> Assembly:
             "material": msgspec.to_builtins(plan.material),
         },
     )
-    if not plan.apart:
+    if not plan.no_overlap:
         _check_elements_apart(assembly)
     return assembly
 

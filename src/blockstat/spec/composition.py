@@ -47,7 +47,7 @@ class Plan(msgspec.Struct, frozen=True, kw_only=True):
     material: Material
     joints: tuple[Joint, ...]
     supports: tuple[str, ...] = (GROUND,)
-    apart: bool = False  #: whether the elements are known not to overlap, so that this need not be checked
+    no_overlap: bool = False  #: whether the elements are known not to overlap, so that this need not be checked
     #: what errors call a part of the plan, and what the scene calls it
     keys: dict[str, str] = {}
 

@@ -1,4 +1,4 @@
 """Pictures, animations, attributes and reports of what the statics say.
 
-This room imports `analysis`, `design_search`, `io` and `model`.
+This room imports `analysis`, `design_search`, `sensitivity`, `spec`, `io`, `contact`, `geometry` and the root.
 """

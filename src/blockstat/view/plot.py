@@ -154,7 +154,10 @@ def _fresh_figure(path: Path) -> Figure:
         raise InputError(f"{path}: a picture needs a suffix, such as .png, .svg or .pdf")
     if path.suffix.lower() == ".glb":
         raise InputError(f"{path}: only a mechanism is written as .glb (--mechanism); a picture is .png or .svg")
-    return Figure(figsize=(8, 6), dpi=150, layout=ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.1))
+    figure = Figure(figsize=(8, 6), dpi=150, layout=ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.1))
+    if path.suffix.lower().removeprefix(".") not in figure.canvas.get_supported_filetypes():
+        raise InputError(f'{path}: no picture is written as "{path.suffix}"; a picture is .png, .svg or .pdf')
+    return figure
 
 
 def _haunted(

@@ -160,7 +160,7 @@ class CohesivePreload:
         self.broken = np.zeros(interfaces.n_interfaces, dtype=bool)  #: shape (n_interfaces,)
 
     def begin(self, world: World) -> None:
-        """Mend all joints, and set how far each may open or slip.
+        """Restore all bonds, and set how far each may open or slip.
 
         Parameters
         ----------
@@ -181,10 +181,10 @@ class CohesivePreload:
             Time since release [s], negative while settling.
         """
         poses = Poses(world)
-        at, apart, turn = at_points(poses, self._pair, self._point)
+        at, offset, turn = at_points(poses, self._pair, self._point)
         normal = np.einsum("nij,nj->ni", turn, self._normal)
-        opening = np.einsum("ni,ni->n", apart, normal)
-        slip = np.linalg.norm(apart - opening[:, None] * normal, axis=1)
+        opening = np.einsum("ni,ni->n", offset, normal)
+        slip = np.linalg.norm(offset - opening[:, None] * normal, axis=1)
         gone = (np.maximum(opening, slip) > self._reach) | removed(world, self._pair)
         self.broken[self._interface[gone]] = True
         pull = np.where(self.broken[self._interface], 0.0, self._tension)

@@ -78,7 +78,7 @@ def at_points(poses: Poses, pair: Ints, point: Floats) -> tuple[Floats, Floats, 
     -------
     place : array of float, shape (n, 3)
         Half-way between the two sides [m].
-    apart : array of float, shape (n, 3)
+    offset : array of float, shape (n, 3)
         Side b as seen from side a [m].
     rotation : array of float, shape (n, 3, 3)
         Rotation of block a since built.

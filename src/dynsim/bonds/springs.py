@@ -62,9 +62,9 @@ class Springs:
             Time since release [s], negative while settling.
         """
         poses = Poses(world)
-        at, apart, turn = at_points(poses, self.pair, self.centre)
+        at, offset, turn = at_points(poses, self.pair, self.centre)
         frame = self.frame @ turn.swapaxes(1, 2)
-        shift = np.einsum("nij,nj->ni", frame, apart)
+        shift = np.einsum("nij,nj->ni", frame, offset)
         relative = poses.rotation[self.pair[:, 1]] @ turn.swapaxes(1, 2)
         angle = np.einsum("nij,nj->ni", frame, rotation_vector(relative))
         moved = np.maximum(np.linalg.norm(shift, axis=1), self.size * np.linalg.norm(angle, axis=1))

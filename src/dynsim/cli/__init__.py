@@ -1,4 +1,5 @@
 """The command `dynsim`.
 
-This room imports every other room, each inside the command that needs it.
+This room imports the root, `bonds`, `comparison`, `design_search`, `engine`, `judge`, `loads`, `panel`, `parallel` and
+`view`, each inside the command that needs it, and of `blockstat` the root, `app`, `cli`, `design_search` and `spec`.
 """

@@ -45,7 +45,7 @@ from dynsim.cli.loads import (
 )
 from dynsim.cli.optimise import optimise
 from dynsim.cli.page import open_page
-from dynsim.cli.rows import end_of, print_comparisons, side_by_side, verify_summary
+from dynsim.cli.rows import end_of, print_comparisons, side_by_side, told_apart, verify_summary
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -154,7 +154,7 @@ def shake(
     output: Output = None,
     as_json: AsJson = False,
 ) -> None:
-    """Shake the ground by a record, a pulse or a ramp of acceleration, and evaluate the state that is left.
+    """Shake the ground by a record, a pulse or a ramp of acceleration, and assess the state afterwards.
 
     A block falls when it moves further than its own size, or than the threshold, relative to the ground.
     """
@@ -224,8 +224,8 @@ def compare(
     read = partial(load, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
 
     def kept(rows: list[Row[Comparison]]) -> Comparisons:
-        found = (r.result or Comparison(name=f.stem, note=r.error) for f, r in zip(files, rows, strict=True))
-        return Comparisons(tuple(found))
+        found = [r.result or Comparison(name=f.stem, note=r.error) for f, r in zip(files, rows, strict=True)]
+        return Comparisons(tuple(told_apart(files, found)))
 
     def save(rows: list[Row[Comparison]]) -> None:
         if output is not None:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import warnings
+from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -11,7 +13,7 @@ from blockstat.errors import InputError, InputWarning
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
-    from dynsim.comparison.table import Comparisons
+    from dynsim.comparison.table import Comparison, Comparisons
     from dynsim.judge.verdict import DynamicVerdict
     from dynsim.parallel.pool import Row
 
@@ -49,11 +51,19 @@ def side_by_side(
     -------
     list of Row
         In the order of the files.
+
+    Raises
+    ------
+    InputError
+        For a path where nothing is, before any file is read.
     """
     from rich.console import Console
 
     from dynsim.parallel.pool import INTERRUPTED, Row, run_many
 
+    for file in files:
+        if not file.exists():
+            raise InputError(f"{file}: no such file")
     rows = [Row[T](file.stem, None, INTERRUPTED) for file in files]
     assemblies, number = [], []
     for i, file in enumerate(files):
@@ -78,6 +88,30 @@ def side_by_side(
         run_many(function, assemblies, names=names, jobs=jobs, timeout=timeout, progress=progress)
     if save is not None:
         save(rows)
+    return rows
+
+
+def told_apart(files: list[Path], rows: list[Comparison]) -> list[Comparison]:
+    """Return rows of which no two have the same name, unless a file is given twice.
+
+    Parameters
+    ----------
+    files : list of Path
+        The file of each row.
+    rows : list of Comparison
+        Named as the files say.
+
+    Returns
+    -------
+    list of Comparison
+        Rows with the same name are named by their files, and by the whole paths where file names agree too.
+    """
+    for name in (lambda file: file.stem, str):
+        count = Counter(row.name for row in rows)
+        rows = [
+            replace(row, name=name(file)) if count[row.name] > 1 else row
+            for file, row in zip(files, rows, strict=True)
+        ]  # fmt: skip
     return rows
 
 

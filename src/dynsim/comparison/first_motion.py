@@ -50,9 +50,9 @@ def first_motion_cosine(static: Verdict, dynamic: DynamicVerdict) -> float | Non
     frame = _early(dynamic.run, EARLY * dynamic.brick_threshold)
     if frame is None:
         return None
-    ours, theirs = static.mechanism, _moved(dynamic.run, frame)
-    size = np.sqrt(_product(static, ours, ours) * _product(static, theirs, theirs))
-    return float(_product(static, ours, theirs) / size) if size > 0 else None
+    static_motion, bullet_motion = static.mechanism, _moved(dynamic.run, frame)
+    size = np.sqrt(_product(static, static_motion, static_motion) * _product(static, bullet_motion, bullet_motion))
+    return float(_product(static, static_motion, bullet_motion) / size) if size > 0 else None
 
 
 def _moved(run: Run, frame: int) -> Floats:

@@ -10,7 +10,7 @@ from blockstat.analysis.assess import assess
 from blockstat.analysis.certificate_cache import Memory
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces
-from blockstat.design_search.search import Candidate, Margin, SearchResult, search
+from blockstat.design_search.search import Candidate, Margin, SearchResult, check_strategy, search
 from blockstat.errors import known_options
 from blockstat.spec import Scene, build, with_values
 from blockstat.view.plot import Place, plot
@@ -83,6 +83,8 @@ def optimise(
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
+    check_strategy(strategy, over, margin, snap)
+    memory, jobs = Memory(), jobs_checked(jobs)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True)) as bar:
         task = bar.add_task("searching", total=None)
@@ -92,7 +94,6 @@ def optimise(
             values = " ".join(f"{value:g}" for value in last.parameters.values())
             bar.update(task, completed=done, total=expected, description=f"{values}: {word}")
 
-        memory, jobs = Memory(), jobs_checked(jobs)
         with SpeculativeRuns(partial(verify, settings=settings), jobs) as dynamic:
 
             def begin(assembly: Assembly, interfaces: Interfaces | None = None) -> None:

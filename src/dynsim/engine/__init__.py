@@ -1,4 +1,4 @@
 """The engine: one Bullet client with the blocks of an assembly in it, and the protocol of what acts on them.
 
-This room imports `pybullet`, which no other room does, the root, and of `blockstat` the root, `geometry` and `contact`.
+This room imports the root, and of `blockstat` the root, `geometry` and `contact`. No other room imports Bullet.
 """

@@ -140,8 +140,8 @@ def angles(rotation: Floats) -> Floats:
     -----
     The distance of two rotation matrices is 2 sqrt(2) sin(angle / 2), which is exact for small angles too.
     """
-    apart = np.linalg.norm(rotation - rotation[0], axis=(2, 3))
-    return 2 * np.arcsin(np.minimum(apart / (2 * np.sqrt(2)), 1.0))
+    difference = np.linalg.norm(rotation - rotation[0], axis=(2, 3))
+    return 2 * np.arcsin(np.minimum(difference / (2 * np.sqrt(2)), 1.0))
 
 
 def rate(times: Floats, displacement: Floats, window: float) -> float:

@@ -80,7 +80,7 @@ def threshold_under(assembly: Assembly, loads: Sequence[Load]) -> float:
 
 
 class RestDetection:
-    """Whether blocks are at rest, as seen look by look.
+    """Whether blocks are at rest, from one sample of their places to the next.
 
     Blocks rest when they are still and quiet. They are still when they stayed within a distance of one place for a
     time. They are also still when they are near where they were released, moved by less than three such distances in

@@ -22,8 +22,8 @@ SAME_FALL = 1.3
 class Stages:
     """Settings of the runs; where they do not differ in time step, the first is the only one."""
 
-    first: Settings  #: believed where blocks stand, or clearly fall
-    check: Settings | None = None  #: a coarser one: where it sees the same fall, both are believed
+    first: Settings  #: accepted where blocks stand, or clearly fall
+    check: Settings | None = None  #: a coarser one: where it sees the same fall, both are accepted
     fine: Settings | None = None  #: the last word
 
 

@@ -70,7 +70,7 @@ def verify(
 
     Notes
     -----
-    A run ends early on a fall and on a rest. Where nothing acts but weight, a fall that is not clear is believed only
+    A run ends early on a fall and on a rest. Where nothing acts but weight, a fall that is not clear is accepted only
     if a run with another time step sees the same one (see `dynsim.judge.stages`). Glue stronger than the weight of all
     blocks is tried at that weight first: what stands with weaker glue stands with stronger glue.
 
@@ -104,7 +104,7 @@ def verify(
 
 
 def _staged(evaluate: _Evaluator, runs: Stages) -> DynamicVerdict:
-    """Return the verdict of the first run that is believed, with the process time of all."""
+    """Return the verdict of the first run that is accepted, with the process time of all."""
     verdict = evaluate(runs.first)
     if runs.fine is None or verdict.outcome is DynamicOutcome.STANDS:
         return verdict
@@ -173,7 +173,7 @@ class _Evaluator:
         run = replace(run, process_seconds=run.process_seconds + spent)
         return self._verdict(run, settings.rest_after / run.pace, rest.reached)
 
-    def _verdict(self, run: Run, window: float, resting: bool) -> DynamicVerdict:
+    def _verdict(self, run: Run, window: float, at_rest: bool) -> DynamicVerdict:
         """Return the verdict on a run.
 
         Parameters
@@ -182,7 +182,7 @@ class _Evaluator:
             What is judged.
         window : float
             Time in which blocks at rest move by less than the rest distance [s].
-        resting : bool
+        at_rest : bool
             Whether the run ended on a rest.
         """
         assembly, judged = self._assembly, self._judged
@@ -195,7 +195,7 @@ class _Evaluator:
         beyond = (length >= self._brick) | (turned * ARM * assembly.size >= self._brick)
         ever = np.flatnonzero(beyond.any(axis=0))
         speed = rate(run.times, since, window)
-        stands = resting or speed <= self._rest / window
+        stands = at_rest or speed <= self._rest / window
         outcome = DynamicOutcome.STANDS if stands else DynamicOutcome.CREEPS
         if len(ever) or group_drop >= self._roof or max_drop >= self._brick:
             outcome = DynamicOutcome.FALLS

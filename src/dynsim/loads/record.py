@@ -68,6 +68,8 @@ def read_record(path: str | Path, *, direction: Sequence[float] = (1.0, 0.0, 0.0
 def _rows(path: Path) -> list[list[float]]:
     try:
         text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
     except UnicodeDecodeError:
         raise InputError(f"{path}: not a text file in UTF-8") from None
     except OSError as error:

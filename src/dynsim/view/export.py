@@ -187,8 +187,8 @@ def read_run(path: str | Path) -> Run:
 
 def _others() -> list[str]:
     """Fields of a run that are kept as they are: arrays and numbers."""
-    apart = ("assembly", "displacement", "rotation", "contacts")
-    return [field.name for field in fields(Run) if field.name not in apart]
+    separately = ("assembly", "displacement", "rotation", "contacts")
+    return [field.name for field in fields(Run) if field.name not in separately]
 
 
 def _packed(assembly: Assembly) -> np.ndarray:

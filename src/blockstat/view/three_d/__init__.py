@@ -1,4 +1,4 @@
 """Views in three dimensions, drawn with viser.
 
-This room imports `view` and what `view` may import.
+This room imports `view`, `analysis`, `contact`, `geometry` and the root.
 """
