@@ -29,9 +29,6 @@ REGULARISATION = 1e-15
 CHUNK = 8_000
 #: Normal equations kept for the next program with the same rows, and the most blocks of one worth keeping.
 KEPT, KEPT_BLOCKS = 6, 20_000
-#: The C library returns freed memory to the system beyond twice the largest piece freed so far (32 MiB at most). Asking
-#: for it again takes a sixth of a verdict on 300 blocks; a piece that nothing is written to teaches it to keep some.
-np.empty(31 * 2**20, dtype=np.uint8)
 
 
 class _Known(threading.local):
