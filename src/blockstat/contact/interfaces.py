@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -50,9 +51,31 @@ class Dropped:
     limit: float  #: what would have been accepted [m]
 
 
+class ContactKind(IntEnum):
+    """What touches what at a contact."""
+
+    FACE = 0  #: face on face: the corners of a patch, three or more points
+    EDGE = 1  #: edge on face: the ends of a segment, two points, no area
+    CORNER = 2  #: corner on face: one point, no area
+    CROSSING = 3  #: edge across edge: one point, no area, normal to both edges
+
+
+@dataclass(frozen=True)
+class Unresolved:
+    """A contact without a unique normal: edge along edge, corner on an edge, corner on corner.
+
+    It is in no program. A verdict that depends on it is undecided.
+    """
+
+    a: int
+    b: int
+    point: tuple[float, float, float]  #: [m]
+    reason: str  #: "edge along edge", "corner on edge" or "corner on corner"
+
+
 @dataclass(frozen=True, eq=False)
 class Interfaces:
-    """Contact patches and their corner points.
+    """Contacts between blocks and their points: patches, and edges and corners without area.
 
     The normal points from block a to block b; forces are those on b. The frame (n, t1, t2) is right-handed.
     """
@@ -66,6 +89,13 @@ class Interfaces:
     dropped: tuple[Dropped, ...] = ()
     outlines: tuple[Floats, ...] | None = None  #: corners of the patches where the points are not those
     share: Floats | None = None  #: part of the interface's area that each point stands for; None: equal parts
+    kind: Ints | None = None  #: shape (n_interfaces,), values of `ContactKind`; None: all are patches
+    unresolved: tuple[Unresolved, ...] = ()  #: contacts without a unique normal, which are not among the interfaces
+
+    @property
+    def kinds(self) -> Ints:
+        """Kind of each interface, values of `ContactKind`, shape (n_interfaces,)."""
+        return np.zeros(self.n_interfaces, np.int8) if self.kind is None else self.kind
 
     @property
     def n_interfaces(self) -> int:
