@@ -10,7 +10,7 @@ from blockstat.contact.interfaces import Interfaces
 from blockstat.contact.penetration import overlaps
 from blockstat.contact.point_law import joint_friction
 from blockstat.contact.unresolved import unresolved_contacts
-from blockstat.geometry.rigid_motion import point_velocity
+from blockstat.geometry.polyhedron import point_velocity
 from blockstat.typing import Floats
 
 #: Speeds below this fraction of the fastest corner are rounding.
