@@ -1,8 +1,7 @@
 """Where edges and corners touch: edge on face, corner on face, edge across edge, each clipped exactly.
 
-A point of an edge is on a face when its foot lies inside the outline, in it when it is on a side where the block goes on
-in the same plane or into a notch, and on the rim when it is on a side that is a convex edge. On the rim there is no
-unique normal.
+A point touches a face when its foot lies inside the outline, or on a side where the block goes on in the same plane or
+into a notch. On a side that is a convex edge it is on the rim, where there is no unique normal.
 """
 
 from __future__ import annotations
@@ -10,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -66,7 +65,6 @@ class Features:
         """
         return Features(*(getattr(self, column)[rows] for column in COLUMNS))
 
-
     def shifted(self, first: int) -> Features:
         """Return the contacts with the numbers of their pairs counted from another one.
 
@@ -109,6 +107,21 @@ class Search:
     reach: Floats  #: largest gap or overlap of each pair, shape (n_pairs,) [m]
     rounding: Floats  #: what is nearer to a rim than this is on it, shape (n_pairs,) [m]
 
+    def limits(self, row: int) -> tuple[float, float]:
+        """Return the reach and the rounding of one pair.
+
+        Parameters
+        ----------
+        row : int
+            Number of the pair.
+
+        Returns
+        -------
+        tuple of float
+            Both [m].
+        """
+        return float(self.reach[row]), float(self.rounding[row])
+
     def chunks(self) -> list[Search]:
         """Return the search in parts that fit into memory.
 
@@ -150,9 +163,7 @@ def on_faces(search: Search, side: int, steepest: float) -> tuple[Features, Feat
     assembly, topo = search.assembly, search.topology
     face_row, face = _near_faces(search, side)
     low, high = assembly.vertices[topo.edge[:, 0]], assembly.vertices[topo.edge[:, 1]]
-    edge_row, edge = _near(
-        search, 1 - side, topo.edge_start, np.minimum(low, high), np.maximum(low, high)
-    )
+    edge_row, edge = _near(search, 1 - side, topo.edge_start, np.minimum(low, high), np.maximum(low, high))
     spot = assembly.vertices[topo.corner]
     corner_row, corner = _near(search, 1 - side, topo.corner_start, spot, spot)
     lines = _edges_on(search, side, *_product(len(search.pairs), face_row, face, edge_row, edge), steepest)
@@ -253,13 +264,11 @@ def _edges_on(search: Search, side: int, row: Ints, face: Ints, edge: Ints, stee
     lean = np.einsum("ikj,ij->ik", topo.inward[edge], normal[face]).min(axis=1, initial=1.0)
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     level = np.abs(height[:, 1] - height[:, 0]) <= steepest * length
-    row, face, edge, ends, height, lean, length = (
-        x[level] for x in (row, face, edge, ends, height, lean, length)
-    )
+    row, face, edge, ends, height, lean = row[level], face[level], edge[level], ends[level], height[level], lean[level]
     frame = frames(normal[face])
     flat = np.einsum("ikj,itj->ikt", ends, frame[:, 1:])
     none = np.empty(0, dtype=np.int64)
-    parts = [(none, np.empty(0), np.empty(0), none, none, np.empty(0))]
+    parts: list[tuple[Any, ...]] = [(none, np.empty(0), np.empty(0), none, none, np.empty(0))]
     for own, polygon, sides in _outlines(search, face, frame):
         which, begin, finish, state = _spans(flat[own], polygon, sides >= 0, search.rounding[row[own]])
         middle = flat[own[which], 0] + ((begin + finish) / 2)[:, None] * (flat[own[which], 1] - flat[own[which], 0])
@@ -270,7 +279,14 @@ def _edges_on(search: Search, side: int, row: Ints, face: Ints, edge: Ints, stee
     gap = np.abs(heights).max(axis=1, initial=0.0)
     on_rim = state == RIM
     good = _touches(search, row[which], gap, inset, on_rim) & (on_rim | (lean[which] >= -LEAN))
-    which, share, heights, gap, on_rim, other = (x[good] for x in (which, share, heights, gap, on_rim, other))
+    which, share, heights, gap, on_rim, other = (
+        which[good],
+        share[good],
+        heights[good],
+        gap[good],
+        on_rim[good],
+        other[good],
+    )
     points = ends[which, :1] + share[..., None] * (ends[which, 1:] - ends[which, :1])
     out = normal[face[which]]
     points = points + centre[face[which]][:, None] - heights[..., None] / 2 * out[:, None]
@@ -332,9 +348,7 @@ def _outlines(search: Search, face: Ints, frame: Floats) -> list[tuple[Ints, Flo
     return batches
 
 
-def _spans(
-    ends: Floats, polygon: Floats, rim: np.ndarray, rounding: Floats
-) -> tuple[Ints, Floats, Floats, Ints]:
+def _spans(ends: Floats, polygon: Floats, rim: np.ndarray, rounding: Floats) -> tuple[Ints, Floats, Floats, Ints]:
     """Parts of segments that lie inside polygons or along their rims, as shares of their lengths.
 
     Returns for each part its segment, where it begins and ends, and its state.
@@ -371,7 +385,7 @@ def _spans(
 
 
 def _touches(search: Search, row: Ints, gap: Floats, inset: Floats, on_rim: np.ndarray) -> np.ndarray:
-    """Whether a contact closes: like a patch it must be no more open than it is wide, here its distance from the rim."""
+    """Whether a contact closes: like a patch it is no more open than wide, here than its distance from the rim."""
     return gap <= np.where(on_rim, search.rounding[row], np.minimum(search.reach[row], inset))
 
 
