@@ -8,13 +8,13 @@ only the corners of its convex hull are kept, which is exact for equilibrium.
 
 from __future__ import annotations
 
-from collections import defaultdict
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from blockstat.contact.between import held_apart
 from blockstat.contact.coplanar import Patches, merge_coplanar
 from blockstat.contact.faces import convex_faces, frames, planar
 from blockstat.contact.nonconvex import concave_patches
@@ -37,7 +37,6 @@ ANGLE = np.deg2rad(
     15.0
 )  #: faces further from opposed than this are never one joint; nearer ones are judged by their gap
 NEAR_MISS = 5.0  #: gaps up to this many tolerances are reported as dropped
-FILLED = 1.1  #: a block at most this many times as thick as a gap, and next to both sides, fills it
 
 
 @dataclass(frozen=True)
@@ -46,7 +45,7 @@ class Dropped:
 
     a: int
     b: int
-    reason: str  #: "gap" or "sliver"
+    reason: str  #: "gap", "sliver", or "between" for faces that a block in their gap holds apart
     value: float  #: the gap or the width [m]
     limit: float  #: what would have been accepted [m]
 
@@ -317,9 +316,8 @@ def _gaps(
 
 def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats) -> Interfaces:
     """Judge the patches, merge those of one plane, and list their corner points."""
-    near: list[tuple[Dropped, Floats]] = []
-    dropped: list[Dropped] = []
-    kept: list[tuple] = [(np.empty((0, 2), int), np.empty((0, 3, 3)), np.empty((0, 3)), *[np.empty(0)] * 2)]
+    slivers: list[Dropped] = []
+    kept: list[tuple] = [(np.empty((0, 2), int), np.empty((0, 3, 3)), np.empty((0, 3)), *[np.empty(0)] * 3)]
     corners, counts = [np.empty((0, 2))], [np.empty(0, int)]
     for p in batches:
         size = assembly.size[p.pair].min(axis=1)
@@ -329,44 +327,38 @@ def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats) -> Int
         width = np.minimum(area / np.where(extent > 0, extent, 1.0), extent)
         wide = width > WIDTH * size
         # Faces that meet at an angle touch along their edge; what is more open than wide is no joint.
-        limit = np.minimum(allowed[p.pair].min(axis=1), width)
+        reach = allowed[p.pair].min(axis=1)
+        limit = np.minimum(reach, width)
         close = p.gap <= limit
-        for i in np.flatnonzero(
-            wide & ~close & (p.gap <= NEAR_MISS * allowed[p.pair].min(axis=1)) & (width > p.gap / NEAR_MISS)
-        ):
-            a, b = map(int, p.pair[i])
-            near.append((Dropped(a, b, "gap", float(p.gap[i]), float(limit[i])), p.frame[i, 0]))
+        near = wide & ~close & (p.gap <= NEAR_MISS * reach) & (width > p.gap / NEAR_MISS)
         for i in np.flatnonzero(~wide & close & (width > SPAN * size)):
             a, b = map(int, p.pair[i])
-            dropped.append(Dropped(a, b, "sliver", float(width[i]), float(WIDTH * size[i])))
-        good = np.flatnonzero(wide & close)
-        mask = clip.corners(p.polygon[good], p.count[good], SPAN * size[good])
-        kept.append((p.pair[good], p.frame[good], p.origin[good], area[good], p.gap[good]))
-        corners.append(p.polygon[good][mask])
+            slivers.append(Dropped(a, b, "sliver", float(width[i]), float(WIDTH * size[i])))
+        rows = np.flatnonzero((wide & close) | near)
+        mask = clip.corners(p.polygon[rows], p.count[rows], SPAN * size[rows])
+        kept.append((p.pair[rows], p.frame[rows], p.origin[rows], area[rows], p.gap[rows], limit[rows]))
+        corners.append(p.polygon[rows][mask])
         counts.append(mask.sum(axis=1))
-    pair, frame, origin, area, gaps = (np.concatenate(column) for column in zip(*kept, strict=True))
+    pair, frame, origin, area, gaps, limit = (np.concatenate(column) for column in zip(*kept, strict=True))
     found = Patches(pair, frame, origin, area, gaps, np.concatenate(corners), np.concatenate(counts))
+    found, dropped = _without_blocks_between(assembly, found, limit)
     found = merge_coplanar(found, allowed)
     tangents = np.repeat(found.frame[:, 1:], found.count, axis=0)
     point = np.repeat(found.origin, found.count, axis=0) + np.einsum("nk,nkj->nj", found.corner, tangents)
     start = np.concatenate([[0], np.cumsum(found.count)])
-    dropped = [*_open(assembly, near, found.pair), *dropped]
-    return Interfaces(found.pair, found.frame, found.area, found.gap, point, start, tuple(dropped))
+    return Interfaces(found.pair, found.frame, found.area, found.gap, point, start, (*dropped, *slivers))
 
 
-def _open(assembly: Assembly, near: list[tuple[Dropped, Floats]], pair: Ints) -> list[Dropped]:
-    """The near joints without those that a third block fills, which touches both and is as thick as they are apart."""
-    touching: defaultdict[int, set[int]] = defaultdict(set)
-    for a, b in pair.tolist() if near else ():
-        touching[a].add(b)
-        touching[b].add(a)
-    found = []
-    for joint, normal in near:
-        between = touching[joint.a] & touching[joint.b]
-        corners = (assembly.vertices[slice(*assembly.vertex_start[c : c + 2])] @ normal for c in between)
-        if not any(np.ptp(height) <= FILLED * joint.value for height in corners):
-            found.append(joint)
-    return found
+def _without_blocks_between(assembly: Assembly, found: Patches, limit: Floats) -> tuple[Patches, list[Dropped]]:
+    """The joints that no other block holds open, and the patches that are none: held open, or too far open."""
+    close = found.gap <= limit
+    joints = found if close.all() else found.take(np.flatnonzero(close))
+    held = held_apart(assembly, joints, found, ANGLE)
+    dropped = [
+        Dropped(*map(int, found.pair[i]), "between" if held[i] else "gap", float(found.gap[i]), float(limit[i]))
+        for i in np.flatnonzero(held == close)
+    ]
+    return (joints if not held.any() else found.take(np.flatnonzero(close & ~held))), dropped
 
 
 def _diameter(polygon: Floats, count: Ints) -> Floats:

@@ -12,8 +12,8 @@ from blockstat.typing import Floats, Ints
 
 #: Pairs that are measured at once.
 CHUNK = 100_000
-#: Blocks of up to this many triangles are cut once, as a whole. Others are cut for each pair in the box that both share:
-#: the work grows faster than the number of triangles.
+#: Blocks of up to this many triangles are cut once, as a whole. Others are cut for each pair in the box that both
+#: share: the work grows faster than the number of triangles.
 FEW = 100
 #: What sticks out of a block by less than this fraction of its size is inside of it.
 FLUSH = 1e-6

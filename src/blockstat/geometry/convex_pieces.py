@@ -114,7 +114,7 @@ def _leaves(inside: Floats, walls: Floats, surface: Floats, tolerance: float, on
 
 
 def _best(heights: Floats, reflex: np.ndarray, on: float) -> int:
-    """Of the planes with surface in front, the one that cuts fewest parts of it, and of these the one that halves it."""
+    """Of the planes with surface in front, the one that cuts fewest parts of it, then the one that halves it."""
     front, back = (heights > on).any(axis=2), (heights < -on).any(axis=2)
     cut = (front & back).sum(axis=1)
     uneven = np.abs(front.sum(axis=1) - back.sum(axis=1))
