@@ -88,6 +88,7 @@ class Interfaces:
     dropped: tuple[Dropped, ...] = ()
     outlines: tuple[Floats, ...] | None = None  #: corners of the patches where the points are not those
     share: Floats | None = None  #: part of the interface's area that each point stands for; None: equal parts
+    patches: Patches | None = None  #: the convex patches before those of one plane were merged; None: no others
     kind: Ints | None = None  #: shape (n_interfaces,), values of `ContactKind`; None: all are patches
     unresolved: tuple[Unresolved, ...] = ()  #: contacts without a unique normal, which are not among the interfaces
 
@@ -342,11 +343,14 @@ def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats) -> Int
     pair, frame, origin, area, gaps, limit = (np.concatenate(column) for column in zip(*kept, strict=True))
     found = Patches(pair, frame, origin, area, gaps, np.concatenate(corners), np.concatenate(counts))
     found, dropped = _without_blocks_between(assembly, found, limit)
+    single = found
     found = merge_coplanar(found, allowed)
     tangents = np.repeat(found.frame[:, 1:], found.count, axis=0)
     point = np.repeat(found.origin, found.count, axis=0) + np.einsum("nk,nkj->nj", found.corner, tangents)
     start = np.concatenate([[0], np.cumsum(found.count)])
-    return Interfaces(found.pair, found.frame, found.area, found.gap, point, start, (*dropped, *slivers))
+    parts = None if found is single else single
+    dropped = (*dropped, *slivers)
+    return Interfaces(found.pair, found.frame, found.area, found.gap, point, start, dropped, patches=parts)
 
 
 def _without_blocks_between(assembly: Assembly, found: Patches, limit: Floats) -> tuple[Patches, list[Dropped]]:
