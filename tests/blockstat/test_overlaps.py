@@ -87,7 +87,7 @@ def test_pieces_fill_the_solid_in_the_box():
         corners = np.asarray(block.vertices, dtype=float)
         triangles = corners[triangulate(corners, [np.array(face) for face in block.faces])]
         lower, upper = corners.min(axis=0), np.minimum(corners.max(axis=0), [9, 9, 2.5])
-        pieces = convex_pieces(triangles, lower, upper, 1e-9)
+        pieces = convex_pieces([triangles], lower[None], upper[None], np.array([1e-9]))[0]
         start = np.concatenate([[0], np.cumsum([len(p) for p in pieces])])
         planes = np.concatenate(pieces)
         _, centre = inscribed_balls(planes[:, :3], planes[:, 3], start)

@@ -70,26 +70,31 @@ def piece_depths(blocks: Polyhedra, pairs: Ints, tolerance: Floats) -> Floats:
         Diameters [m], 0 for blocks without a common point. The ball lies in both blocks, so it never says too much.
     """
     lower, upper = blocks.bounds
-    least = np.full(blocks.n_blocks, np.inf)
-    np.minimum.at(least, pairs, tolerance[:, None])
-    triangles: dict[int, Floats] = {}
-    whole: dict[int, list[Floats]] = {}
+    used, number = np.unique(pairs, return_inverse=True)
+    number = number.reshape(-1, 2)
+    triangles = [_triangles(blocks, int(block)) for block in used]
+    least = np.full(len(used), np.inf)
+    np.minimum.at(least, number, tolerance[:, None])
+    few = np.array([len(own) <= FEW for own in triangles], dtype=bool)
+    small = np.flatnonzero(few)
+    whole = dict(
+        zip(
+            small.tolist(),
+            convex_pieces([triangles[k] for k in small], lower[used[small]], upper[used[small]], least[small]),
+            strict=True,
+        )
+    )
+    row, side = np.nonzero(~few[number])
+    low, high = lower[pairs].max(axis=1), upper[pairs].min(axis=1)
+    cut = convex_pieces([triangles[k] for k in number[row, side]], low[row], high[row], tolerance[row])
+    part = dict(zip(zip(row.tolist(), side.tolist(), strict=True), cut, strict=True))
     sets: list[Floats] = []
     owner: list[int] = []
-    for row, pair in enumerate(pairs.tolist()):
-        low, high = lower[pair].max(axis=0), upper[pair].min(axis=0)
-        both = []
-        for block in pair:
-            if block not in triangles:
-                triangles[block] = _triangles(blocks, block)
-                if len(triangles[block]) <= FEW:
-                    box = lower[block], upper[block]
-                    whole[block] = convex_pieces(triangles[block], *box, float(least[block]))
-            part = whole.get(block)
-            both.append(convex_pieces(triangles[block], low, high, float(tolerance[row])) if part is None else part)
-        found = _common(both[0], both[1], low)
+    for k, own in enumerate(number.tolist()):
+        one, two = (whole[own[s]] if own[s] in whole else part[k, s] for s in (0, 1))
+        found = _common(one, two, low[k])
         sets += found
-        owner += [row] * len(found)
+        owner += [k] * len(found)
     depth = np.zeros(len(pairs))
     np.maximum.at(depth, np.array(owner, dtype=np.int64), _diameters(sets))
     return depth
@@ -115,9 +120,9 @@ def lies_inside(blocks: Polyhedra, a: int, b: int) -> bool:
     low, high = (bound[b] for bound in blocks.bounds)
     if (lower < low - flush).any() or (upper > high + flush).any():
         return False
-    inner = convex_pieces(_triangles(blocks, a), lower, upper, flush)
     # With its surface turned, a block becomes what is outside of it.
-    outside = convex_pieces(_triangles(blocks, b)[:, ::-1], lower, upper, flush)
+    solids = [_triangles(blocks, a), _triangles(blocks, b)[:, ::-1]]
+    inner, outside = convex_pieces(solids, np.tile(lower, (2, 1)), np.tile(upper, (2, 1)), np.full(2, flush))
     return _diameters(_common(inner, outside, lower)).max(initial=0.0) <= 2 * flush
 
 

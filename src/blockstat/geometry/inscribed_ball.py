@@ -15,8 +15,8 @@ TIGHT = 1e-11
 #: Weights below this are zero: such a plane does not take part in the direction of an exchange.
 ZERO = 1e-11
 MOST_EXCHANGES = 200
-#: Planes that are held in memory at once.
-CHUNK = 1_000_000
+#: Planes that are worked on at once: few enough to stay in the cache.
+CHUNK = 30_000
 
 
 def inscribed_balls(normal: Floats, offset: Floats, start: Ints) -> tuple[Floats, Floats]:
