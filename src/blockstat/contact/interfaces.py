@@ -348,7 +348,7 @@ def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats) -> Int
     tangents = np.repeat(found.frame[:, 1:], found.count, axis=0)
     point = np.repeat(found.origin, found.count, axis=0) + np.einsum("nk,nkj->nj", found.corner, tangents)
     start = np.concatenate([[0], np.cumsum(found.count)])
-    parts = None if found is single else single
+    parts = None if len(found.pair) == len(single.pair) else single
     dropped = (*dropped, *slivers)
     return Interfaces(found.pair, found.frame, found.area, found.gap, point, start, dropped, patches=parts)
 
@@ -359,8 +359,9 @@ def _without_blocks_between(assembly: Assembly, found: Patches, limit: Floats) -
     joints = found if close.all() else found.take(np.flatnonzero(close))
     held = held_apart(assembly, joints, found, ANGLE)
     dropped = [
-        Dropped(*map(int, found.pair[i]), "between" if held[i] else "gap", float(found.gap[i]), float(limit[i]))
+        Dropped(int(a), int(b), "between" if held[i] else "gap", float(found.gap[i]), float(limit[i]))
         for i in np.flatnonzero(held == close)
+        for a, b in found.pair[[i]]
     ]
     return (joints if not held.any() else found.take(np.flatnonzero(close & ~held))), dropped
 

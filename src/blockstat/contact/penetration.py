@@ -110,7 +110,7 @@ def _originals(assembly: Assembly) -> Ints:
     order = np.argsort(key, kind="stable")
     first = np.arange(assembly.n_blocks)
     for i in np.flatnonzero(np.diff(key[order]) <= SAME * assembly.size[order[1:]]):
-        a, b = first[order[i]], order[i + 1]
+        a, b = int(first[order[i]]), int(order[i + 1])
         one, two = assembly.block_vertices(a), assembly.block_vertices(b)
         if one.shape == two.shape and np.abs(one - two).max() <= SAME * assembly.size[b]:
             first[b] = a
