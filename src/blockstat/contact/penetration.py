@@ -215,7 +215,7 @@ def _convex_overlaps(assembly: Assembly, pairs: Ints, limit: Floats, outward: Fl
         own = face_separation(assembly.vertices, assembly.vertex_start, planes, assembly.face_block, both)
         apart = np.maximum(apart, own)
     met = np.flatnonzero(apart < -limit)
-    depth[met] = convex_depths(assembly, pairs[met], outward)
+    depth[met] = convex_depths(assembly, pairs[met], limit[met], outward)
     return depth
 
 

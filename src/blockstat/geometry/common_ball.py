@@ -19,7 +19,7 @@ FEW = 100
 FLUSH = 1e-6
 
 
-def convex_depths(blocks: Polyhedra, pairs: Ints, outward: Floats | None = None) -> Floats:
+def convex_depths(blocks: Polyhedra, pairs: Ints, least: Floats, outward: Floats | None = None) -> Floats:
     """Return the diameter of the largest ball behind all face planes of both blocks of each pair.
 
     Parameters
@@ -28,6 +28,8 @@ def convex_depths(blocks: Polyhedra, pairs: Ints, outward: Floats | None = None)
         The blocks.
     pairs : array of int, shape (n, 2)
         Two blocks each.
+    least : array of float, shape (n,)
+        Diameters that matter [m]; of those that are no larger, an upper bound is enough.
     outward : array of float, shape (n_faces,), optional
         How far each plane is moved outwards first [m].
 
@@ -41,14 +43,15 @@ def convex_depths(blocks: Polyhedra, pairs: Ints, outward: Floats | None = None)
     reach = reach if outward is None else reach + outward
     first = np.searchsorted(blocks.face_block, np.arange(blocks.n_blocks + 1))
     found = [np.empty(0)]
-    for rows in np.split(pairs, np.arange(CHUNK, len(pairs), CHUNK)):
+    for own in np.split(np.arange(len(pairs)), np.arange(CHUNK, len(pairs), CHUNK)):
+        rows = pairs[own]
         # A block takes part in a set with all its faces: those of a first, then those of b.
         side, face = members(first[rows.reshape(-1)], np.diff(first)[rows.reshape(-1)])
         origin = blocks.centroid[rows[:, 0]][side // 2]
         normal = blocks.planes.normal[face]
         offset = reach[face] - np.einsum("ij,ij->i", normal, origin)
         start = np.searchsorted(side, 2 * np.arange(len(rows) + 1))
-        found.append(2.0 * inscribed_balls(normal, offset, start)[0])
+        found.append(2.0 * inscribed_balls(normal, offset, start, least[own] / 2)[0])
     return np.concatenate(found)
 
 
@@ -62,12 +65,13 @@ def piece_depths(blocks: Polyhedra, pairs: Ints, tolerance: Floats) -> Floats:
     pairs : array of int, shape (n, 2)
         Two blocks each, whose boxes have a common part.
     tolerance : array of float, shape (n,)
-        How far the corners of a convex piece may lie outside its faces [m].
+        How far the corners of a convex piece may lie outside its faces, and the diameters that matter [m].
 
     Returns
     -------
     array of float, shape (n,)
-        Diameters [m], 0 for blocks without a common point. The ball lies in both blocks, so it never says too much.
+        Diameters [m]. The ball lies in both blocks, so it never says too much. Of those that are no larger than the
+        tolerance an upper bound is given.
     """
     lower, upper = blocks.bounds
     used, number = np.unique(pairs, return_inverse=True)
@@ -95,8 +99,8 @@ def piece_depths(blocks: Polyhedra, pairs: Ints, tolerance: Floats) -> Floats:
         found = _common(one, two, low[k])
         sets += found
         owner += [k] * len(found)
-    depth = np.zeros(len(pairs))
-    np.maximum.at(depth, np.array(owner, dtype=np.int64), _diameters(sets))
+    depth, number = np.zeros(len(pairs)), np.array(owner, dtype=np.int64)
+    np.maximum.at(depth, number, _diameters(sets, tolerance[number]))
     return depth
 
 
@@ -123,7 +127,8 @@ def lies_inside(blocks: Polyhedra, a: int, b: int) -> bool:
     # With its surface turned, a block becomes what is outside of it.
     solids = [_triangles(blocks, a), _triangles(blocks, b)[:, ::-1]]
     inner, outside = convex_pieces(solids, np.tile(lower, (2, 1)), np.tile(upper, (2, 1)), np.full(2, flush))
-    return _diameters(_common(inner, outside, lower)).max(initial=0.0) <= 2 * flush
+    sets = _common(inner, outside, lower)
+    return _diameters(sets, np.full(len(sets), 2 * flush)).max(initial=0.0) <= 2 * flush
 
 
 def _common(one: list[Floats], two: list[Floats], origin: Floats) -> list[Floats]:
@@ -132,13 +137,13 @@ def _common(one: list[Floats], two: list[Floats], origin: Floats) -> list[Floats
     return [np.column_stack([own[:, :3], own[:, 3] - own[:, :3] @ origin]) for own in sets]
 
 
-def _diameters(sets: list[Floats]) -> Floats:
+def _diameters(sets: list[Floats], least: Floats) -> Floats:
     """Diameter of the largest ball in each set of half-spaces [m]."""
     if not sets:
         return np.empty(0)
     planes = np.concatenate(sets)
     start = np.concatenate([[0], np.cumsum([len(own) for own in sets])])
-    return 2.0 * inscribed_balls(planes[:, :3], planes[:, 3], start)[0]
+    return 2.0 * inscribed_balls(planes[:, :3], planes[:, 3], start, least / 2)[0]
 
 
 def _triangles(blocks: Polyhedra, block: int) -> Floats:

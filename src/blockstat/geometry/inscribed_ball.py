@@ -19,7 +19,7 @@ MOST_EXCHANGES = 200
 CHUNK = 30_000
 
 
-def inscribed_balls(normal: Floats, offset: Floats, start: Ints) -> tuple[Floats, Floats]:
+def inscribed_balls(normal: Floats, offset: Floats, start: Ints, least: Floats | None = None) -> tuple[Floats, Floats]:
     """Return the largest ball inside each set of half-spaces `normal @ x <= offset`.
 
     Parameters
@@ -30,6 +30,9 @@ def inscribed_balls(normal: Floats, offset: Floats, start: Ints) -> tuple[Floats
         Distance of each plane from the origin along its normal [m]. Take an origin near the sets.
     start : array of int, shape (n_sets + 1,)
         Where the planes of each set begin, and their number at the end.
+    least : array of float, shape (n_sets,), optional
+        Radii that matter [m]: a set is left as soon as its ball is known to be no larger. Its radius is then an upper
+        bound.
 
     Returns
     -------
@@ -54,6 +57,7 @@ def inscribed_balls(normal: Floats, offset: Floats, start: Ints) -> tuple[Floats
     n = len(start) - 1
     radius, centre = np.empty(n), np.empty((n, 3))
     count = np.diff(start)
+    least = np.full(n, -np.inf) if least is None else least
     order = np.argsort(count, kind="stable")
     width = count[order]
     first = 0
@@ -63,12 +67,12 @@ def inscribed_balls(normal: Floats, offset: Floats, start: Ints) -> tuple[Floats
         last = max(last, min(int(np.searchsorted(width, 2 * width[first], side="right")), n))
         last = max(first + 1, min(last, first + CHUNK // max(int(width[last - 1]), 1)))
         rows = order[first:last]
-        radius[rows], centre[rows] = _solve(normal, offset, start[rows], count[rows])
+        radius[rows], centre[rows] = _solve(normal, offset, start[rows], count[rows], least[rows])
         first = last
     return radius, centre
 
 
-def _solve(normal: Floats, offset: Floats, first: Ints, count: Ints) -> tuple[Floats, Floats]:
+def _solve(normal: Floats, offset: Floats, first: Ints, count: Ints, least: Floats) -> tuple[Floats, Floats]:
     """Balls of sets of like size, by the dual simplex method."""
     n, width = len(first), max(int(count.max(initial=0)), 1)
     g, d = np.zeros((n, 4 + width, 4)), np.full((n, 4 + width), np.inf)
@@ -94,7 +98,7 @@ def _solve(normal: Floats, offset: Floats, first: Ints, count: Ints) -> tuple[Fl
         with np.errstate(invalid="ignore"):
             slack = d[live] - np.einsum("nki,ni->nk", g[live], x)
         worst = slack.argmin(axis=1)
-        bad = slack[rows[:, 0], worst] < -TIGHT
+        bad = (slack[rows[:, 0], worst] < -TIGHT) & (x[:, 3] * size[live] > least[live])
         live, held, worst = live[bad], held[bad], worst[bad]
         if not len(live):
             break
