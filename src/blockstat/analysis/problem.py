@@ -15,7 +15,7 @@ from blockstat.analysis.verdict import Outcome
 from blockstat.certificate.interior_motions import expansions
 from blockstat.contact.cells import refine
 from blockstat.contact.interfaces import Interfaces, find_interfaces, near_blocks
-from blockstat.contact.penetration import check_overlaps
+from blockstat.contact.penetration import check_copies, check_overlaps
 from blockstat.contact.point_law import joint_friction, last_law, point_law
 from blockstat.errors import InputError
 from blockstat.geometry.components import connected_components
@@ -195,9 +195,10 @@ def pose(
     warnings: list[str] = []
     with timed(timings, "interfaces"):
         if interfaces is None:
+            check_copies(assembly)
             near = near_blocks(assembly, gap=gap)
-            interfaces = find_interfaces(assembly, gap=gap, near=near)
             warnings += check_overlaps(assembly, gap=gap, near=near)
+            interfaces = find_interfaces(assembly, gap=gap, near=near)
         if assembly.joints and interfaces.share is None:
             interfaces = _divided(assembly, interfaces)
     with timed(timings, "equilibrium"):

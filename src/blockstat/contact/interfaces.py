@@ -8,15 +8,16 @@ only the corners of its convex hull are kept, which is exact for equilibrium.
 
 from __future__ import annotations
 
-from collections import defaultdict
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from blockstat.contact.between import held_apart
 from blockstat.contact.coplanar import Patches, merge_coplanar
 from blockstat.contact.edges import Tolerances, edge_contacts
 from blockstat.contact.faces import convex_faces, frames, planar
+from blockstat.contact.features import ContactKind
 from blockstat.contact.nonconvex import concave_patches
 from blockstat.errors import InputError, known_options
 from blockstat.geometry import clipping as clip
@@ -37,7 +38,6 @@ ANGLE = np.deg2rad(
     15.0
 )  #: faces further from opposed than this are never one joint; nearer ones are judged by their gap
 NEAR_MISS = 5.0  #: gaps up to this many tolerances are reported as dropped
-FILLED = 1.1  #: a block at most this many times as thick as a gap, and next to both sides, fills it
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Dropped:
 
     a: int
     b: int
-    reason: str  #: "gap" or "sliver"
+    reason: str  #: "gap", "sliver", or "between" for faces that a block in their gap holds apart
     value: float  #: the gap or the width [m]
     limit: float  #: what would have been accepted [m]
 
@@ -67,6 +67,7 @@ class Interfaces:
     dropped: tuple[Dropped, ...] = ()
     outlines: tuple[Floats, ...] | None = None  #: corners of the patches where the points are not those
     share: Floats | None = None  #: part of the interface's area that each point stands for; None: equal parts
+    patches: Patches | None = None  #: the convex patches before those of one plane were merged; None: no others
     kind: Ints | None = None  #: shape (n_interfaces,), values of `ContactKind`; None: all are patches
     #: shape (n, 2), pairs that may also touch where there is no unique normal (see `blockstat.contact.unresolved`)
     rims: Ints | None = None
@@ -309,9 +310,8 @@ def _gaps(
 
 def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats, pairs: Ints) -> Interfaces:
     """Judge the patches, merge those of one plane, and list their corner points."""
-    near: list[tuple[Dropped, Floats]] = []
-    dropped: list[Dropped] = []
-    kept: list[tuple] = [(np.empty((0, 2), int), np.empty((0, 3, 3)), np.empty((0, 3)), *[np.empty(0)] * 2)]
+    slivers: list[Dropped] = []
+    kept: list[tuple] = [(np.empty((0, 2), int), np.empty((0, 3, 3)), np.empty((0, 3)), *[np.empty(0)] * 3)]
     corners, counts = [np.empty((0, 2))], [np.empty(0, int)]
     for p in batches:
         size = assembly.size[p.pair].min(axis=1)
@@ -321,47 +321,55 @@ def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats, pairs:
         width = np.minimum(area / np.where(extent > 0, extent, 1.0), extent)
         wide = width > WIDTH * size
         # Faces that meet at an angle touch along their edge; what is more open than wide is no joint.
-        limit = np.minimum(allowed[p.pair].min(axis=1), width)
+        reach = allowed[p.pair].min(axis=1)
+        limit = np.minimum(reach, width)
         close = p.gap <= limit
-        for i in np.flatnonzero(
-            wide & ~close & (p.gap <= NEAR_MISS * allowed[p.pair].min(axis=1)) & (width > p.gap / NEAR_MISS)
-        ):
-            a, b = map(int, p.pair[i])
-            near.append((Dropped(a, b, "gap", float(p.gap[i]), float(limit[i])), p.frame[i, 0]))
+        near = wide & ~close & (p.gap <= NEAR_MISS * reach) & (width > p.gap / NEAR_MISS)
         for i in np.flatnonzero(~wide & close & (width > SPAN * size)):
             a, b = map(int, p.pair[i])
-            dropped.append(Dropped(a, b, "sliver", float(width[i]), float(WIDTH * size[i])))
-        good = np.flatnonzero(wide & close)
-        mask = clip.corners(p.polygon[good], p.count[good], SPAN * size[good])
-        kept.append((p.pair[good], p.frame[good], p.origin[good], area[good], p.gap[good]))
-        corners.append(p.polygon[good][mask])
+            slivers.append(Dropped(a, b, "sliver", float(width[i]), float(WIDTH * size[i])))
+        rows = np.flatnonzero((wide & close) | near)
+        mask = clip.corners(p.polygon[rows], p.count[rows], SPAN * size[rows])
+        kept.append((p.pair[rows], p.frame[rows], p.origin[rows], area[rows], p.gap[rows], limit[rows]))
+        corners.append(p.polygon[rows][mask])
         counts.append(mask.sum(axis=1))
-    pair, frame, origin, area, gaps = (np.concatenate(column) for column in zip(*kept, strict=True))
+    pair, frame, origin, area, gaps, limit = (np.concatenate(column) for column in zip(*kept, strict=True))
     found = Patches(pair, frame, origin, area, gaps, np.concatenate(corners), np.concatenate(counts))
-    found = merge_coplanar(found, allowed)
-    found, kind, rims = edge_contacts(assembly, found, pairs, Tolerances(allowed, WIDTH, float(np.sin(ANGLE))))
+    found, dropped = _without_blocks_between(assembly, found, limit)
+    single = found
+    merged = merge_coplanar(found, allowed)
+    found, kind, rims = edge_contacts(assembly, merged, pairs, Tolerances(allowed, WIDTH, float(np.sin(ANGLE))))
+    if kind is not None:
+        found, kind = _edges_that_touch(assembly, found, kind)
     tangents = np.repeat(found.frame[:, 1:], found.count, axis=0)
     point = np.repeat(found.origin, found.count, axis=0) + np.einsum("nk,nkj->nj", found.corner, tangents)
     start = np.concatenate([[0], np.cumsum(found.count)])
-    dropped = [*_open(assembly, near, found.pair), *dropped]
+    parts = None if len(merged.pair) == len(single.pair) else single
     return Interfaces(
-        found.pair, found.frame, found.area, found.gap, point, start, tuple(dropped), kind=kind, rims=rims
-    )
+        found.pair, found.frame, found.area, found.gap, point, start, (*dropped, *slivers), patches=parts,
+        kind=kind, rims=rims,
+    )  # fmt: skip
 
 
-def _open(assembly: Assembly, near: list[tuple[Dropped, Floats]], pair: Ints) -> list[Dropped]:
-    """The near joints without those that a third block fills, which touches both and is as thick as they are apart."""
-    touching: defaultdict[int, set[int]] = defaultdict(set)
-    for a, b in pair.tolist() if near else ():
-        touching[a].add(b)
-        touching[b].add(a)
-    found = []
-    for joint, normal in near:
-        between = touching[joint.a] & touching[joint.b]
-        corners = (assembly.vertices[slice(*assembly.vertex_start[c : c + 2])] @ normal for c in between)
-        if not any(np.ptp(height) <= FILLED * joint.value for height in corners):
-            found.append(joint)
-    return found
+def _without_blocks_between(assembly: Assembly, found: Patches, limit: Floats) -> tuple[Patches, list[Dropped]]:
+    """The joints that no other block holds open, and the patches that are none: held open, or too far open."""
+    close = found.gap <= limit
+    joints = found if close.all() else found.take(np.flatnonzero(close))
+    held = held_apart(assembly, joints, found, ANGLE)
+    dropped = [
+        Dropped(int(a), int(b), "between" if held[i] else "gap", float(found.gap[i]), float(limit[i]))
+        for i in np.flatnonzero(held == close)
+        for a, b in found.pair[[i]]
+    ]
+    return (joints if not held.any() else found.take(np.flatnonzero(close & ~held))), dropped
+
+
+def _edges_that_touch(assembly: Assembly, found: Patches, kind: Ints) -> tuple[Patches, Ints]:
+    """All contacts but those of edges and corners that another block holds open."""
+    bare = np.flatnonzero(kind != ContactKind.FACE)
+    held = bare[held_apart(assembly, found, found.take(bare), ANGLE)]
+    kept = np.setdiff1d(np.arange(len(kind)), held)
+    return (found, kind) if len(kept) == len(kind) else (found.take(kept), kind[kept])
 
 
 def _diameter(polygon: Floats, count: Ints) -> Floats:
