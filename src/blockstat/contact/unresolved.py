@@ -3,6 +3,7 @@
 They are in no program. The normals that separate the two blocks at the point form a cone. The normals about which a
 motion has `g_n >= mu |g_t|` are those within `pi/2 - atan(mu)` of the velocity, a convex cone too. So a motion that
 keeps clear of the extreme normals keeps clear of all.
+"""
 
 from __future__ import annotations
 
