@@ -335,12 +335,11 @@ def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats, pairs:
         counts.append(mask.sum(axis=1))
     pair, frame, origin, area, gaps, limit = (np.concatenate(column) for column in zip(*kept, strict=True))
     found = Patches(pair, frame, origin, area, gaps, np.concatenate(corners), np.concatenate(counts))
-    found, dropped = _without_blocks_between(assembly, found, limit)
-    single = found
-    merged = merge_coplanar(found, allowed)
+    single, held, dropped = _without_blocks_between(assembly, found, limit)
+    merged = merge_coplanar(single, allowed)
     found, kind, rims = edge_contacts(assembly, merged, pairs, Tolerances(allowed, WIDTH, float(np.sin(ANGLE))))
     if kind is not None:
-        found, kind = _edges_that_touch(assembly, found, kind)
+        found, kind = _edges_that_touch(assembly, found, kind, held)
     tangents = np.repeat(found.frame[:, 1:], found.count, axis=0)
     point = np.repeat(found.origin, found.count, axis=0) + np.einsum("nk,nkj->nj", found.corner, tangents)
     start = np.concatenate([[0], np.cumsum(found.count)])
@@ -351,8 +350,10 @@ def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats, pairs:
     )  # fmt: skip
 
 
-def _without_blocks_between(assembly: Assembly, found: Patches, limit: Floats) -> tuple[Patches, list[Dropped]]:
-    """The joints that no other block holds open, and the patches that are none: held open, or too far open."""
+def _without_blocks_between(
+    assembly: Assembly, found: Patches, limit: Floats
+) -> tuple[Patches, Patches, list[Dropped]]:
+    """The joints that no other block holds open, those held open, and all patches that are none."""
     close = found.gap <= limit
     joints = found if close.all() else found.take(np.flatnonzero(close))
     held = held_apart(assembly, joints, found, ANGLE)
@@ -361,14 +362,19 @@ def _without_blocks_between(assembly: Assembly, found: Patches, limit: Floats) -
         for i in np.flatnonzero(held == close)
         for a, b in found.pair[[i]]
     ]
-    return (joints if not held.any() else found.take(np.flatnonzero(close & ~held))), dropped
+    joints = joints if not held.any() else found.take(np.flatnonzero(close & ~held))
+    return joints, found.take(np.flatnonzero(held)), dropped
 
 
-def _edges_that_touch(assembly: Assembly, found: Patches, kind: Ints) -> tuple[Patches, Ints]:
-    """All contacts but those of edges and corners that another block holds open."""
+def _edges_that_touch(assembly: Assembly, found: Patches, kind: Ints, held: Patches) -> tuple[Patches, Ints]:
+    """All contacts but those of edges and corners that another block holds open, there or elsewhere in their plane."""
     bare = np.flatnonzero(kind != ContactKind.FACE)
-    held = bare[held_apart(assembly, found, found.take(bare), ANGLE)]
-    kept = np.setdiff1d(np.arange(len(kind)), held)
+    contacts = found.take(bare)
+    apart = held_apart(assembly, found, contacts, ANGLE)
+    same = (contacts.pair[:, None] == held.pair).all(axis=2)
+    along = np.einsum("ij,kj->ik", contacts.frame[:, 0], held.frame[:, 0]) > np.cos(ANGLE)
+    apart |= (same & along & (contacts.gap[:, None] > 0)).any(axis=1)
+    kept = np.setdiff1d(np.arange(len(kind)), bare[apart])
     return (found, kind) if len(kept) == len(kind) else (found.take(kept), kind[kept])
 
 
