@@ -106,6 +106,7 @@ class Search:
     pairs: Ints  #: shape (n_pairs, 2)
     reach: Floats  #: largest gap or overlap of each pair, shape (n_pairs,) [m]
     rounding: Floats  #: what is nearer to a rim than this is on it, shape (n_pairs,) [m]
+    rims: bool  #: whether contacts on rims are wanted too
 
     def limits(self, row: int) -> tuple[float, float]:
         """Return the reach and the rounding of one pair.
@@ -137,7 +138,7 @@ class Search:
             return []
         parts = np.split(np.arange(len(work)), np.searchsorted(work, np.arange(CHUNK, work[-1], CHUNK)))
         return [
-            Search(self.assembly, self.topology, self.pairs[p], self.reach[p], self.rounding[p])
+            Search(self.assembly, self.topology, self.pairs[p], self.reach[p], self.rounding[p], self.rims)
             for p in parts
             if len(p)
         ]
@@ -259,11 +260,14 @@ def _edges_on(search: Search, side: int, row: Ints, face: Ints, edge: Ints, stee
     ends = assembly.vertices[topo.edge[edge]] - centre[face][:, None]
     height = np.einsum("ikj,ij->ik", ends, normal[face])
     reach = search.reach[row]
-    near = (height.min(axis=1, initial=np.inf) <= reach) & (height.max(axis=1, initial=-np.inf) >= -reach)
+    low, high = np.minimum(height[:, 0], height[:, 1]), np.maximum(height[:, 0], height[:, 1])
+    near = (low <= reach) & (high >= -reach)
     row, face, edge, ends, height = row[near], face[near], edge[near], ends[near], height[near]
-    lean = np.einsum("ikj,ij->ik", topo.inward[edge], normal[face]).min(axis=1, initial=1.0)
+    toward = np.einsum("ikj,ij->ik", topo.inward[edge], normal[face])
+    lean = np.minimum(toward[:, 0], toward[:, 1])
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     level = np.abs(height[:, 1] - height[:, 0]) <= steepest * length
+    level &= search.rims | (lean >= -LEAN)
     row, face, edge, ends, height, lean = row[level], face[level], edge[level], ends[level], height[level], lean[level]
     frame = frames(normal[face])
     flat = np.einsum("ikj,itj->ikt", ends, frame[:, 1:])
@@ -305,6 +309,9 @@ def _corners_on(search: Search, side: int, row: Ints, face: Ints, corner: Ints) 
     owner, spoke = members(topo.spoke_start[corner], np.diff(topo.spoke_start)[corner])
     lean = np.full(len(row), np.inf)
     np.minimum.at(lean, owner, np.einsum("ij,ij->i", topo.spoke[spoke], normal[face][owner]))
+    wanted = search.rims | (lean >= -LEAN)
+    row, face, corner, offset = row[wanted], face[wanted], corner[wanted], offset[wanted]
+    height, lean = height[wanted], lean[wanted]
     frame = frames(normal[face])
     flat = np.einsum("ij,itj->it", offset, frame[:, 1:])
     state, other = np.zeros(len(row), dtype=np.int8), np.zeros(len(row), dtype=np.int64)
