@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -108,6 +109,12 @@ class Search:
     rounding: Floats  #: what is nearer to a rim than this is on it, shape (n_pairs,) [m]
     rims: bool  #: whether contacts on rims are wanted too
 
+    @cached_property
+    def face_boxes(self) -> tuple[Floats, Floats]:
+        """Lower and upper corners of the boxes of all faces, each shape (n_faces, 3) [m]."""
+        corners, first = self.assembly.vertices[self.assembly.face_vertices], self.assembly.face_start[:-1]
+        return np.minimum.reduceat(corners, first), np.maximum.reduceat(corners, first)
+
     def limits(self, row: int) -> tuple[float, float]:
         """Return the reach and the rounding of one pair.
 
@@ -162,14 +169,15 @@ def on_faces(search: Search, side: int, steepest: float) -> tuple[Features, Feat
         The contacts.
     """
     assembly, topo = search.assembly, search.topology
-    face_row, face = _near_faces(search, side)
-    low, high = assembly.vertices[topo.edge[:, 0]], assembly.vertices[topo.edge[:, 1]]
-    edge_row, edge = _near(search, 1 - side, topo.edge_start, np.minimum(low, high), np.maximum(low, high))
+    start = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks + 1))
+    faces = _near(search, side, start, *search.face_boxes)
+    one, two = assembly.vertices[topo.edge[:, 0]], assembly.vertices[topo.edge[:, 1]]
+    boxes = np.minimum(one, two), np.maximum(one, two)
+    edges = _product(len(search.pairs), *faces, *_near(search, 1 - side, topo.edge_start, *boxes))
     spot = assembly.vertices[topo.corner]
-    corner_row, corner = _near(search, 1 - side, topo.corner_start, spot, spot)
-    lines = _edges_on(search, side, *_product(len(search.pairs), face_row, face, edge_row, edge), steepest)
-    dots = _corners_on(search, side, *_product(len(search.pairs), face_row, face, corner_row, corner))
-    return lines, dots
+    corners = _product(len(search.pairs), *faces, *_near(search, 1 - side, topo.corner_start, spot, spot))
+    lines = _edges_on(search, side, *_beside(search, *edges, boxes), steepest)
+    return lines, _corners_on(search, side, *_beside(search, *corners, (spot, spot)))
 
 
 def crossings(search: Search) -> Features:
@@ -233,12 +241,14 @@ def _near(search: Search, side: int, start: Ints, low: Floats, high: Floats) -> 
     return row[near], item[near]
 
 
-def _near_faces(search: Search, side: int) -> tuple[Ints, Ints]:
-    assembly = search.assembly
-    start = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks + 1))
-    corners = assembly.vertices[assembly.face_vertices]
-    first = assembly.face_start[:-1]
-    return _near(search, side, start, np.minimum.reduceat(corners, first), np.maximum.reduceat(corners, first))
+def _beside(search: Search, row: Ints, face: Ints, item: Ints, boxes: tuple[Floats, Floats]) -> tuple[Ints, Ints, Ints]:
+    """Those combinations of a face and a feature whose boxes come near each other."""
+    reach = search.reach[row]
+    near = np.ones(len(row), dtype=bool)
+    for k in range(3):
+        near &= boxes[0][item, k] <= search.face_boxes[1][face, k] + reach
+        near &= boxes[1][item, k] >= search.face_boxes[0][face, k] - reach
+    return row[near], face[near], item[near]
 
 
 def _product(n: int, row_a: Ints, item_a: Ints, row_b: Ints, item_b: Ints) -> tuple[Ints, Ints, Ints]:
