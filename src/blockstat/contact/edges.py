@@ -78,7 +78,7 @@ def edge_contacts(
     pairs, rims = _candidates(assembly, patches, near, tolerances)
     if not len(pairs):
         return patches, None, rims
-    search = search_of(assembly, pairs, tolerances)
+    search = search_of(assembly, pairs, tolerances, rims=False)
     row, own = _rows_of(pairs, patches.pair, assembly.n_blocks)
     known = Contacts(row, np.zeros(len(row), np.int64), patches.take(own))
     kinds = ContactKind.EDGE, ContactKind.CORNER, ContactKind.CROSSING
@@ -95,7 +95,7 @@ def edge_contacts(
     return both.take(order), kind[order], rims
 
 
-def search_of(assembly: Assembly, pairs: Ints, tolerances: Tolerances) -> Search:
+def search_of(assembly: Assembly, pairs: Ints, tolerances: Tolerances, *, rims: bool) -> Search:
     """Return a search for the edges and corners of some pairs.
 
     Parameters
@@ -106,6 +106,8 @@ def search_of(assembly: Assembly, pairs: Ints, tolerances: Tolerances) -> Search
         The pairs.
     tolerances : Tolerances
         What counts as touching.
+    rims : bool
+        Whether contacts on rims are wanted too.
 
     Returns
     -------
@@ -114,7 +116,7 @@ def search_of(assembly: Assembly, pairs: Ints, tolerances: Tolerances) -> Search
     """
     reach = tolerances.allowed[pairs].min(axis=1)
     rounding = tolerances.rounding * assembly.size[pairs].min(axis=1)
-    return Search(assembly, edge_topology(assembly, np.unique(pairs)), pairs, reach, rounding)
+    return Search(assembly, edge_topology(assembly, np.unique(pairs)), pairs, reach, rounding, rims)
 
 
 def _candidates(assembly: Assembly, patches: Patches, near: Ints, tolerances: Tolerances) -> tuple[Ints, Ints]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -106,6 +107,13 @@ class Search:
     pairs: Ints  #: shape (n_pairs, 2)
     reach: Floats  #: largest gap or overlap of each pair, shape (n_pairs,) [m]
     rounding: Floats  #: what is nearer to a rim than this is on it, shape (n_pairs,) [m]
+    rims: bool  #: whether contacts on rims are wanted too
+
+    @cached_property
+    def face_boxes(self) -> tuple[Floats, Floats]:
+        """Lower and upper corners of the boxes of all faces, each shape (n_faces, 3) [m]."""
+        corners, first = self.assembly.vertices[self.assembly.face_vertices], self.assembly.face_start[:-1]
+        return np.minimum.reduceat(corners, first), np.maximum.reduceat(corners, first)
 
     def limits(self, row: int) -> tuple[float, float]:
         """Return the reach and the rounding of one pair.
@@ -137,7 +145,7 @@ class Search:
             return []
         parts = np.split(np.arange(len(work)), np.searchsorted(work, np.arange(CHUNK, work[-1], CHUNK)))
         return [
-            Search(self.assembly, self.topology, self.pairs[p], self.reach[p], self.rounding[p])
+            Search(self.assembly, self.topology, self.pairs[p], self.reach[p], self.rounding[p], self.rims)
             for p in parts
             if len(p)
         ]
@@ -161,14 +169,15 @@ def on_faces(search: Search, side: int, steepest: float) -> tuple[Features, Feat
         The contacts.
     """
     assembly, topo = search.assembly, search.topology
-    face_row, face = _near_faces(search, side)
-    low, high = assembly.vertices[topo.edge[:, 0]], assembly.vertices[topo.edge[:, 1]]
-    edge_row, edge = _near(search, 1 - side, topo.edge_start, np.minimum(low, high), np.maximum(low, high))
+    start = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks + 1))
+    faces = _near(search, side, start, *search.face_boxes)
+    one, two = assembly.vertices[topo.edge[:, 0]], assembly.vertices[topo.edge[:, 1]]
+    boxes = np.minimum(one, two), np.maximum(one, two)
+    edges = _product(len(search.pairs), *faces, *_near(search, 1 - side, topo.edge_start, *boxes))
     spot = assembly.vertices[topo.corner]
-    corner_row, corner = _near(search, 1 - side, topo.corner_start, spot, spot)
-    lines = _edges_on(search, side, *_product(len(search.pairs), face_row, face, edge_row, edge), steepest)
-    dots = _corners_on(search, side, *_product(len(search.pairs), face_row, face, corner_row, corner))
-    return lines, dots
+    corners = _product(len(search.pairs), *faces, *_near(search, 1 - side, topo.corner_start, spot, spot))
+    lines = _edges_on(search, side, *_beside(search, *edges, boxes), steepest)
+    return lines, _corners_on(search, side, *_beside(search, *corners, (spot, spot)))
 
 
 def crossings(search: Search) -> Features:
@@ -232,12 +241,14 @@ def _near(search: Search, side: int, start: Ints, low: Floats, high: Floats) -> 
     return row[near], item[near]
 
 
-def _near_faces(search: Search, side: int) -> tuple[Ints, Ints]:
-    assembly = search.assembly
-    start = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks + 1))
-    corners = assembly.vertices[assembly.face_vertices]
-    first = assembly.face_start[:-1]
-    return _near(search, side, start, np.minimum.reduceat(corners, first), np.maximum.reduceat(corners, first))
+def _beside(search: Search, row: Ints, face: Ints, item: Ints, boxes: tuple[Floats, Floats]) -> tuple[Ints, Ints, Ints]:
+    """Those combinations of a face and a feature whose boxes come near each other."""
+    reach = search.reach[row]
+    near = np.ones(len(row), dtype=bool)
+    for k in range(3):
+        near &= boxes[0][item, k] <= search.face_boxes[1][face, k] + reach
+        near &= boxes[1][item, k] >= search.face_boxes[0][face, k] - reach
+    return row[near], face[near], item[near]
 
 
 def _product(n: int, row_a: Ints, item_a: Ints, row_b: Ints, item_b: Ints) -> tuple[Ints, Ints, Ints]:
@@ -259,11 +270,14 @@ def _edges_on(search: Search, side: int, row: Ints, face: Ints, edge: Ints, stee
     ends = assembly.vertices[topo.edge[edge]] - centre[face][:, None]
     height = np.einsum("ikj,ij->ik", ends, normal[face])
     reach = search.reach[row]
-    near = (height.min(axis=1, initial=np.inf) <= reach) & (height.max(axis=1, initial=-np.inf) >= -reach)
+    low, high = np.minimum(height[:, 0], height[:, 1]), np.maximum(height[:, 0], height[:, 1])
+    near = (low <= reach) & (high >= -reach)
     row, face, edge, ends, height = row[near], face[near], edge[near], ends[near], height[near]
-    lean = np.einsum("ikj,ij->ik", topo.inward[edge], normal[face]).min(axis=1, initial=1.0)
+    toward = np.einsum("ikj,ij->ik", topo.inward[edge], normal[face])
+    lean = np.minimum(toward[:, 0], toward[:, 1])
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     level = np.abs(height[:, 1] - height[:, 0]) <= steepest * length
+    level &= search.rims | (lean >= -LEAN)
     row, face, edge, ends, height, lean = row[level], face[level], edge[level], ends[level], height[level], lean[level]
     frame = frames(normal[face])
     flat = np.einsum("ikj,itj->ikt", ends, frame[:, 1:])
@@ -305,6 +319,9 @@ def _corners_on(search: Search, side: int, row: Ints, face: Ints, corner: Ints) 
     owner, spoke = members(topo.spoke_start[corner], np.diff(topo.spoke_start)[corner])
     lean = np.full(len(row), np.inf)
     np.minimum.at(lean, owner, np.einsum("ij,ij->i", topo.spoke[spoke], normal[face][owner]))
+    wanted = search.rims | (lean >= -LEAN)
+    row, face, corner, offset = row[wanted], face[wanted], corner[wanted], offset[wanted]
+    height, lean = height[wanted], lean[wanted]
     frame = frames(normal[face])
     flat = np.einsum("ij,itj->it", offset, frame[:, 1:])
     state, other = np.zeros(len(row), dtype=np.int8), np.zeros(len(row), dtype=np.int64)

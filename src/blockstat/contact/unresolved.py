@@ -106,7 +106,7 @@ def unresolved_contacts(
     if pairs is None or not len(pairs):
         return Unresolved(np.empty((0, 2), np.int64), np.empty((0, 3)), (), np.empty((0, 3)), np.empty(0, np.int64))
     tolerances = Tolerances(allowed_gap(assembly, gap), WIDTH, float(np.sin(ANGLE)))
-    search = search_of(assembly, pairs, tolerances)
+    search = search_of(assembly, pairs, tolerances, rims=True)
     known = _known(interfaces, pairs, assembly.n_blocks)
     lines, dots, _ = features_of(search, tolerances.steepest)
     bare = []
