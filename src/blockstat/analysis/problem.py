@@ -198,8 +198,10 @@ def pose(
             near = near_blocks(assembly, gap=gap)
             interfaces = find_interfaces(assembly, gap=gap, near=near)
             warnings += check_overlaps(assembly, gap=gap, near=near)
-        if assembly.joints and interfaces.share is None:
-            interfaces = _divided(assembly, interfaces)
+        if assembly.joints:
+            interfaces = _divided(assembly, interfaces) if interfaces.share is None else interfaces
+            interfaces, said = _without_crushed(assembly, interfaces)
+            warnings += said
     with timed(timings, "equilibrium"):
         held, floating = split_floating(assembly, interfaces)
         touched = np.any(np.isin(interfaces.pair, held), axis=1)
@@ -215,6 +217,27 @@ def _divided(assembly: Assembly, interfaces: Interfaces) -> Interfaces:
     """The interfaces with cells where a joint law asks for them."""
     divisions = np.array([law.divisions if law else 0 for law in last_law(assembly, interfaces)], dtype=np.int64)
     return refine(interfaces, divisions) if divisions.any() else interfaces
+
+
+def _without_crushed(assembly: Assembly, interfaces: Interfaces) -> tuple[Interfaces, list[str]]:
+    """The interfaces without those that crush under any force, and a sentence that names them.
+
+    A contact without area has no strength in compression. Neither forces nor mechanisms know it from no contact.
+    """
+    if interfaces.area.all():
+        return interfaces, []
+    laws = last_law(assembly, interfaces)
+    crushed = np.array([law is not None and law.compression is not None and not (law.bond or law.bond_moment) for law in laws])
+    crushed &= interfaces.area == 0
+    pairs = [" and ".join(f'"{assembly.names[i]}"' for i in pair) for pair in interfaces.pair[crushed]]
+    if not pairs:
+        return interfaces, []
+    more = f" and {len(pairs) - 3} more" if len(pairs) > 3 else ""
+    said = (
+        f"{len(pairs)} contacts without area carry nothing, because their joint law has a compressive strength: "
+        f"{', '.join(pairs[:3])}{more}"
+    )
+    return interfaces.subset(~crushed), [said]
 
 
 def _program(

@@ -27,7 +27,8 @@ def refine(interfaces: Interfaces, divisions: Ints) -> Interfaces:
     interfaces : Interfaces
         The interfaces.
     divisions : array of int, shape (n_interfaces,)
-        Cells along each side of each interface; 0 leaves its corners as they are.
+        Cells along each side of each interface; 0 leaves its corners as they are. A contact without area has no cells
+        and keeps its points.
 
     Returns
     -------
@@ -37,7 +38,7 @@ def refine(interfaces: Interfaces, divisions: Ints) -> Interfaces:
     points, shares, counts = [], [], []
     for k, cells in enumerate(divisions):
         corners = interfaces.point[interfaces.start[k] : interfaces.start[k + 1]]
-        if not cells:
+        if not cells or interfaces.area[k] == 0:
             own, share = corners, interfaces.point_share[interfaces.start[k] : interfaces.start[k + 1]]
         else:
             own, share = _cells(corners, interfaces.frame[k], int(cells))
@@ -51,7 +52,7 @@ def refine(interfaces: Interfaces, divisions: Ints) -> Interfaces:
 
 
 def centres(interfaces: Interfaces, rows: Ints) -> Floats:
-    """Return the centroids of the patches of some interfaces.
+    """Return the centroids of the patches of some interfaces; the middle of an edge, and the point of a corner.
 
     Parameters
     ----------
@@ -69,8 +70,9 @@ def centres(interfaces: Interfaces, rows: Ints) -> Floats:
     for i, k in enumerate(rows):
         own = slice(interfaces.start[k], interfaces.start[k + 1])
         corners, share = interfaces.point[own], interfaces.point_share[own]
-        # Cells have their centroids already; corners enclose one cell.
-        found[i] = share @ corners if interfaces.share is not None else _cells(corners, interfaces.frame[k], 1)[0][0]
+        # Cells have their centroids already, and so have one point or two; more corners enclose one cell.
+        known = interfaces.share is not None or len(corners) < 3
+        found[i] = share @ corners if known else _cells(corners, interfaces.frame[k], 1)[0][0]
     return found
 
 
