@@ -51,7 +51,8 @@ class JointLaw:
     #: [N m], bending and torsion that a bond at the centre of the joint holds; it then holds `bond` in tension and
     #: `bond` in shear, each by itself (a fixed constraint with capacities). None: no bond at the centre.
     bond_moment: float | None = None
-    compression: float | None = None  #: [Pa], compressive strength; None: no limit. Contacts without area then carry nothing
+    #: [Pa], compressive strength, under which contacts without area carry nothing; None: no limit
+    compression: float | None = None
     cells: int = 0  #: contact cells along each side of the joint; 0: its corners, or 8 if it can crush
 
     def __post_init__(self) -> None:

@@ -226,9 +226,9 @@ def _without_crushed(assembly: Assembly, interfaces: Interfaces) -> tuple[Interf
     """
     if interfaces.area.all():
         return interfaces, []
-    laws = last_law(assembly, interfaces)
-    crushed = np.array([law is not None and law.compression is not None and not (law.bond or law.bond_moment) for law in laws])
-    crushed &= interfaces.area == 0
+    crushed = interfaces.area == 0
+    for k, law in enumerate(last_law(assembly, interfaces)):
+        crushed[k] &= law is not None and law.compression is not None and not (law.bond or law.bond_moment)
     pairs = [" and ".join(f'"{assembly.names[i]}"' for i in pair) for pair in interfaces.pair[crushed]]
     if not pairs:
         return interfaces, []

@@ -180,8 +180,9 @@ class Canvas:
             self._contacts.append(self._lines("/contacts/edges", self._local(lines), CONTACT, 4.0))
         if len(dots):
             handle = self._server.scene.add_point_cloud(
-                "/contacts/corners", self._local(dots), CONTACT, point_size=2 * radius, point_shape="circle"
-            )
+                "/contacts/corners", self._local(dots), CONTACT, point_size=2 * radius,
+                point_shape="circle", point_shading="flat", precision="float32",
+            )  # fmt: skip
             self._contacts.append(handle)
 
     def choose(self, block: int | None) -> None:
