@@ -148,3 +148,28 @@ def on_three_corners(mu=0.8, hollow=0.1):
     floor = box((-1, -1, -1), (1, 1, 0), name="floor")
     asm = assembly([floor, Block(np.array(vertices), faces, name="tripod")], friction=mu)
     return asm, tuple(Contact(0, 1, ContactKind.CORNER, (0, TOP), ((1, k),)) for k in range(3))
+
+
+def in_groove(mu=0.2):
+    """Reference 7.5: an octagonal prism with two of its edges on the flanks of a V of 45 degrees to either side.
+
+    The flanks lie along the axes, so gravity leans by 45 degrees.
+    """
+    angle = np.deg2rad(np.arange(0, 360, 45.0))
+    outline = np.column_stack([np.cos(angle), np.sin(angle)])
+    flanks = [box((-2, -1, -1), (-1, 2, 1), name="flank"), box((-1, -1, -2), (1, 2, -1), name="floor")]
+    asm = assembly(
+        [*flanks, extruded(outline, 0.0, 1.9, name="prism")], supports=[0, 1], friction=mu,
+        gravity=np.array([-1.0, 0, -1.0]) / np.sqrt(2),
+    )  # fmt: skip
+    return asm, (
+        Contact(0, 2, ContactKind.EDGE, (0, EAST), ((2, 4), (2, 12))),
+        Contact(1, 2, ContactKind.EDGE, (1, TOP), ((2, 6), (2, 14))),
+    )
+
+
+def on_one_ridge(**options):
+    """A box 1.0 x 0.8 x 1.2 balanced on the edge of one ridge."""
+    ridge = extruded([(-0.1, -0.2), (0.1, -0.2), (0.0, 0.0)], 0.0, 0.8, name="ridge", group="ridge")
+    asm = assembly([ridge, box((-0.5, 0, 0), (0.5, 0.8, 1.2), name="box", group="box")], **options)
+    return asm, (Contact(0, 1, ContactKind.EDGE, (1, BOTTOM), ((0, 2), (0, 5))),)

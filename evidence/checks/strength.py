@@ -99,11 +99,12 @@ def bond_laws(asm, faces):
 
 
 def _centroid(faces, interface):
-    """Centroid of a joint: of its cells, or of the triangles about the mean of its corners."""
+    """Centroid of a joint: of its cells, of the triangles about the mean of its corners, or of fewer than three."""
     own = slice(faces.start[interface], faces.start[interface + 1])
     corners = faces.point[own]
-    if faces.share is not None:
-        return faces.share[own] @ corners
+    if faces.share is not None or len(corners) < 3:
+        share = np.full(len(corners), 1 / len(corners)) if faces.share is None else faces.share[own]
+        return share @ corners
     middle = corners.mean(axis=0)
     arm = corners - middle
     angle = np.arctan2(arm @ faces.frame[interface, 2], arm @ faces.frame[interface, 1])

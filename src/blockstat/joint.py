@@ -14,8 +14,9 @@ field, and the capacity rises to the true one as the cells become more. Scenes w
 
 An edge or a corner on a face has no area. Tensile strength and cohesion give it nothing, and with a compressive
 strength, however great, it carries nothing: a real edge crushes until it has an area that a rigid block does not have.
-Such a contact does not count, and a warning names its blocks. To let it carry, leave compressive strength out of its
-law, or model the narrow face that the edge really has. A bond in newtons belongs to the joint, whatever its area.
+A warning names its blocks. What stands without it is stable; what falls only by driving it in is undecided. To let it
+carry, leave compressive strength out of its law, or model the narrow face that the edge really has. A bond in newtons
+belongs to the joint, whatever its area.
 """
 
 from __future__ import annotations

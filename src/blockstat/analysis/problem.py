@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from time import process_time
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,7 @@ import numpy as np
 from blockstat.analysis.verdict import Outcome
 from blockstat.certificate.interior_motions import expansions
 from blockstat.contact.cells import refine
-from blockstat.contact.interfaces import Interfaces, find_interfaces, near_blocks
+from blockstat.contact.interfaces import Interfaces, Unresolved, find_interfaces, near_blocks
 from blockstat.contact.penetration import check_overlaps
 from blockstat.contact.point_law import joint_friction, last_law, point_law
 from blockstat.errors import InputError
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 #: A joint open by more than this fraction of the block size is mentioned when the verdict rests on it.
 LOOSE = 1e-3
+#: Why a contact without area is not in the program of a joint law with compressive strength.
+CRUSHED = "no area under a compressive strength"
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,22 +224,27 @@ def _divided(assembly: Assembly, interfaces: Interfaces) -> Interfaces:
 def _without_crushed(assembly: Assembly, interfaces: Interfaces) -> tuple[Interfaces, list[str]]:
     """The interfaces without those that crush under any force, and a sentence that names them.
 
-    A contact without area has no strength in compression. Neither forces nor mechanisms know it from no contact.
+    A contact without area has no compressive strength. Forces without it are safe. A mechanism that drives its blocks
+    into each other proves nothing, because they would crush until there is an area: so it is listed as unresolved.
     """
-    if interfaces.area.all():
-        return interfaces, []
     crushed = interfaces.area == 0
-    for k, law in enumerate(last_law(assembly, interfaces)):
-        crushed[k] &= law is not None and law.compression is not None and not (law.bond or law.bond_moment)
-    pairs = [" and ".join(f'"{assembly.names[i]}"' for i in pair) for pair in interfaces.pair[crushed]]
-    if not pairs:
+    if not crushed.any():
         return interfaces, []
-    more = f" and {len(pairs) - 3} more" if len(pairs) > 3 else ""
+    held = np.zeros_like(crushed)
+    for k, law in enumerate(last_law(assembly, interfaces)):
+        crushed[k] &= law is not None and law.compression is not None
+        held[k] = law is not None and bool(law.bond or law.bond_moment)  # in tension and in moment
+    lost = interfaces.subset(crushed)
+    if not lost.n_interfaces:
+        return interfaces, []
+    pairs = [" and ".join(f'"{assembly.names[i]}"' for i in pair) for pair in lost.pair]
+    more = f"; and {len(pairs) - 3} more" if len(pairs) > 3 else ""
     said = (
-        f"{len(pairs)} contacts without area carry nothing, because their joint law has a compressive strength: "
-        f"{', '.join(pairs[:3])}{more}"
+        f"contacts without area carry nothing under a joint law with compressive strength: {'; '.join(pairs[:3])}{more}"
     )
-    return interfaces.subset(~crushed), [said]
+    a, b = lost.pair[lost.point_interface].T.tolist()
+    unresolved = [Unresolved(*row, CRUSHED) for row in zip(a, b, map(tuple, lost.point.tolist()), strict=True)]
+    return replace(interfaces.subset(~crushed | held), unresolved=(*interfaces.unresolved, *unresolved)), [said]
 
 
 def _program(

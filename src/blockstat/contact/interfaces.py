@@ -62,7 +62,7 @@ class ContactKind(IntEnum):
 
 @dataclass(frozen=True)
 class Unresolved:
-    """A contact without a unique normal: edge along edge, corner on an edge, corner on corner.
+    """A contact without a unique normal (edge along edge, corner on an edge, corner on corner), or without strength.
 
     It is in no program. A verdict that depends on it is undecided.
     """
@@ -70,7 +70,8 @@ class Unresolved:
     a: int
     b: int
     point: tuple[float, float, float]  #: [m]
-    reason: str  #: "edge along edge", "corner on edge" or "corner on corner"
+    #: "edge along edge", "corner on edge", "corner on corner", or "no area under a compressive strength"
+    reason: str
 
 
 @dataclass(frozen=True, eq=False)
