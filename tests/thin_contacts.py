@@ -11,7 +11,7 @@ import numpy as np
 
 from blockstat import Block, Interfaces
 from blockstat.contact.faces import frames
-from blockstat.contact.interfaces import ContactKind
+from blockstat.contact.features import ContactKind
 from evidence.scenes.small import assembly, box
 
 #: Numbers of the faces of a box.

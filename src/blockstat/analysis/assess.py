@@ -10,10 +10,9 @@ import numpy as np
 from blockstat.analysis.certificate_cache import Memory
 from blockstat.analysis.coulomb import coulomb_state
 from blockstat.analysis.decision import decide, outcome_of
-from blockstat.analysis.problem import Problem, free_fall, gap_warnings, pose, timed
+from blockstat.analysis.problem import Problem, crushes, free_fall, gap_warnings, pose, timed
 from blockstat.analysis.verdict import Outcome, Verdict, unit_motion
 from blockstat.certificate.check import Certificate
-from blockstat.contact.edges import edge_warnings
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import check_choice, known_options
 from blockstat.program.penalty import PenaltyProgram
@@ -190,10 +189,9 @@ def _verdict(problem: Problem, answer: Answer | None, checked: Answer | None, ti
             outcome = Outcome.UNDECIDED  # loads that happen to balance on nothing
     blocked: list[str] = []
     if outcome is Outcome.UNSTABLE:
-        blocked = edge_warnings(
-            problem.assembly, problem.interfaces, problem.gap, unit_motion(problem.assembly, mechanism)
-        )
-        outcome = Outcome.UNDECIDED if blocked else outcome
+        blocked = []
+        crushed = crushes(problem, unit_motion(problem.assembly, mechanism))
+        outcome = Outcome.UNDECIDED if blocked or crushed else outcome
     return Verdict(
         outcome=outcome,
         score=score,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from time import process_time
 from typing import TYPE_CHECKING, Any
@@ -14,11 +14,12 @@ import numpy as np
 from blockstat.analysis.verdict import Outcome
 from blockstat.certificate.interior_motions import expansions
 from blockstat.contact.cells import refine
-from blockstat.contact.interfaces import Interfaces, Unresolved, find_interfaces, near_blocks
+from blockstat.contact.interfaces import Interfaces, find_interfaces, near_blocks
 from blockstat.contact.penetration import check_overlaps
 from blockstat.contact.point_law import joint_friction, last_law, point_law
 from blockstat.errors import InputError
 from blockstat.geometry.components import connected_components
+from blockstat.geometry.polyhedron import point_velocity
 from blockstat.program.bonds import KINDS, Bonds, bond_columns, bond_forces, bonded
 from blockstat.program.equilibrium import Equilibrium, equilibrium, split_floating, weight
 from blockstat.program.penalty import PenaltyProgram, penalty_program
@@ -30,8 +31,8 @@ if TYPE_CHECKING:
 
 #: A joint open by more than this fraction of the block size is mentioned when the verdict rests on it.
 LOOSE = 1e-3
-#: Why a contact without area is not in the program of a joint law with compressive strength.
-CRUSHED = "no area under a compressive strength"
+#: A contact that closes at less than this, where the fastest corner moves at 1, does not close: rounding.
+CLOSING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +49,7 @@ class Problem:
     warnings: tuple[str, ...]
     timings: dict[str, float]
     bonds: Ints  #: interfaces with a bond at their centre, whose columns follow the contact points
+    crushed: Interfaces | None = None  #: contacts without area that a joint law lets carry nothing
 
     def to_blocks(self, twist: Floats) -> Floats:
         """Return a scaled twist as velocities and rotations of all blocks.
@@ -195,6 +197,7 @@ def pose(
     load = weight(assembly) + checked_loads(assembly, loads)
     timings: dict[str, float] = {}
     warnings: list[str] = []
+    crushed = None
     with timed(timings, "interfaces"):
         if interfaces is None:
             near = near_blocks(assembly, gap=gap)
@@ -202,8 +205,9 @@ def pose(
             warnings += check_overlaps(assembly, gap=gap, near=near)
         if assembly.joints:
             interfaces = _divided(assembly, interfaces) if interfaces.share is None else interfaces
-            interfaces, said = _without_crushed(assembly, interfaces)
-            warnings += said
+            weak, empty = _crushed(assembly, interfaces)
+            crushed, interfaces = interfaces.subset(weak), interfaces.subset(~empty)
+            warnings += _crushed_warnings(assembly, crushed)
     with timed(timings, "equilibrium"):
         held, floating = split_floating(assembly, interfaces)
         touched = np.any(np.isin(interfaces.pair, held), axis=1)
@@ -212,7 +216,7 @@ def pose(
     warnings += _floating_warnings(assembly, floating, interfaces)
     if assembly.support.all():
         warnings.append("all blocks are supports; there was nothing to check")
-    return Problem(assembly, interfaces, load, eq, program, floating, gap, tuple(warnings), timings, bonds)
+    return Problem(assembly, interfaces, load, eq, program, floating, gap, tuple(warnings), timings, bonds, crushed)
 
 
 def _divided(assembly: Assembly, interfaces: Interfaces) -> Interfaces:
@@ -221,30 +225,23 @@ def _divided(assembly: Assembly, interfaces: Interfaces) -> Interfaces:
     return refine(interfaces, divisions) if divisions.any() else interfaces
 
 
-def _without_crushed(assembly: Assembly, interfaces: Interfaces) -> tuple[Interfaces, list[str]]:
-    """The interfaces without those that crush under any force, and a sentence that names them.
-
-    A contact without area has no compressive strength. Forces without it are safe. A mechanism that drives its blocks
-    into each other proves nothing, because they would crush until there is an area: so it is listed as unresolved.
-    """
+def _crushed(assembly: Assembly, interfaces: Interfaces) -> tuple[np.ndarray, np.ndarray]:
+    """Interfaces without area under a joint law with compressive strength, and those of them that hold nothing else."""
     crushed = interfaces.area == 0
     if not crushed.any():
-        return interfaces, []
+        return crushed, crushed
     held = np.zeros_like(crushed)
     for k, law in enumerate(last_law(assembly, interfaces)):
         crushed[k] &= law is not None and law.compression is not None
         held[k] = law is not None and bool(law.bond or law.bond_moment)  # in tension and in moment
-    lost = interfaces.subset(crushed)
-    if not lost.n_interfaces:
-        return interfaces, []
-    pairs = [" and ".join(f'"{assembly.names[i]}"' for i in pair) for pair in lost.pair]
+    return crushed, crushed & ~held
+
+
+def _crushed_warnings(assembly: Assembly, crushed: Interfaces) -> list[str]:
+    pairs = [" and ".join(f'"{assembly.names[i]}"' for i in pair) for pair in crushed.pair]
     more = f"; and {len(pairs) - 3} more" if len(pairs) > 3 else ""
-    said = (
-        f"contacts without area carry nothing under a joint law with compressive strength: {'; '.join(pairs[:3])}{more}"
-    )
-    a, b = lost.pair[lost.point_interface].T.tolist()
-    unresolved = [Unresolved(*row, CRUSHED) for row in zip(a, b, map(tuple, lost.point.tolist()), strict=True)]
-    return replace(interfaces.subset(~crushed | held), unresolved=(*interfaces.unresolved, *unresolved)), [said]
+    what = "contacts without area carry nothing under a joint law with compressive strength"
+    return [f"{what}: {'; '.join(pairs[:3])}{more}"] if pairs else []
 
 
 def _program(
@@ -271,6 +268,31 @@ def _program(
     plane = find_plane(assembly, interfaces, eq) if plain else None
     mu = np.concatenate([friction, np.ones(len(capacity))])
     return eq, penalty_program(eq, mu, plane=plane, **bounds) if len(held) else None, bonds
+
+
+def crushes(problem: Problem, mechanism: Floats) -> bool:
+    """Return whether a mechanism drives in contacts that have no area to crush on.
+
+    They carry nothing under their joint law, but would crush until they have an area, which no rigid block has. So such
+    a mechanism does not prove that the assembly falls.
+
+    Parameters
+    ----------
+    problem
+        The posed problem.
+    mechanism
+        Of all blocks, scaled to move the fastest corner by 1 m, shape (n_blocks, 6).
+
+    Returns
+    -------
+    bool
+        True where such a contact closes.
+    """
+    if problem.crushed is None or not problem.crushed.n_points:
+        return False
+    k = problem.crushed.point_interface
+    a, b = (point_velocity(problem.assembly, mechanism, s, problem.crushed.point) for s in problem.crushed.pair[k].T)
+    return bool((np.einsum("ij,ij->i", problem.crushed.frame[k, 0], b - a) < -CLOSING).any())
 
 
 def free_fall(problem: Problem) -> Floats:

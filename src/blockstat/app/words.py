@@ -12,7 +12,7 @@ import numpy as np
 from blockstat.analysis.limit_load import LoadOutcome
 from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.app.design import Pushed, Slipped
-from blockstat.contact.interfaces import ContactKind
+from blockstat.contact.features import ContactKind
 from blockstat.view.three_d.colouring import tension
 
 if TYPE_CHECKING:

@@ -29,7 +29,8 @@ import numpy as np
 from blockstat.analysis.limit_load import LimitLoad, relative_motion
 from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.assembly import Assembly
-from blockstat.contact.interfaces import ANGLE, GAP, ContactKind, Interfaces
+from blockstat.contact.features import ContactKind
+from blockstat.contact.interfaces import ANGLE, GAP, Interfaces
 from blockstat.errors import InputError
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import next_in_face
