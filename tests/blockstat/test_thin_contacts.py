@@ -32,7 +32,8 @@ from blockstat.sensitivity.vertices import limit_load_by_point, score_by_point
 from blockstat.view.painter import view_of
 from blockstat.view.three_d.geometry import contacts_without_area
 from blockstat.view.utilisation import eccentricity, utilisation
-from thin_contacts import contacts, in_groove, ladder, on_keels, on_one_ridge, on_ridges, on_three_corners
+from evidence.scenes.small import assembly, box
+from thin_contacts import contacts, extruded, in_groove, ladder, on_keels, on_one_ridge, on_ridges, on_three_corners
 
 LADDER_WALL = (4 * 0.5 - 0.2 * np.sin(np.pi / 3)) / (2 * 4 * np.sin(np.pi / 3))  # thrust of a smooth wall / weight
 
@@ -386,3 +387,35 @@ def test_place_and_scale_of_blocks_on_edges_change_nothing():
         size = np.abs(gradient.gradient).sum()
         np.testing.assert_allclose(gradient.gradient.sum(axis=0), 0.0, atol=1e-6 * size)
         assert gradient.along(gradient.points) == pytest.approx(0.0, abs=1e-6 * size)
+
+
+@pytest.mark.parametrize(
+    ("scene", "direction"),
+    [
+        (on_ridges(), (1, 0, 0)),
+        (ladder(), (1, 0, 0)),
+        (on_keels(), (1, 0.2, 0)),
+        (on_three_corners(10.0), (0.1, -1, 0)),
+    ],
+)
+def test_contacts_that_are_searched_for_give_the_same_derivatives(scene, direction):
+    by_hand = limit_load_by_point(found(scene, direction), direction)
+    searched = limit_load_by_point(limit_load(scene[0], direction), direction)
+    np.testing.assert_allclose(searched.gradient, by_hand.gradient, atol=1e-8)
+
+
+def test_a_foot_and_a_keel_on_one_floor_have_derivatives():
+    # One contact: the patch of the foot with the edge of the keel. Corners of the body on the floor stay on it.
+    outline = [(-0.4, 0), (-0.2, 0), (-0.1, 0.1), (0.1, 0.1), (0.3, 0), (0.4, 0.2), (0.4, 1), (-0.4, 1)]
+    asm = assembly([box((-1, -1, -1), (1, 2, 0)), extruded(outline, 0.0, 0.8)])
+    gradient = limit_load_by_point(limit_load(asm, (1, 0, 0)), (1, 0, 0))
+    centre = asm.centroid[1]
+    assert gradient.value == pytest.approx((0.3 - centre[0]) / centre[2], abs=1e-6)
+    motion = any_motion(gradient.points, np.random.default_rng(1))
+    motion[gradient.points[:, 2] <= 0, 2] = 0.0
+
+    def slope(step):
+        ends = [replace(asm, vertices=asm.vertices + s * motion[gradient.vertex_point]) for s in (step, -step)]
+        return np.diff([limit_load(end, (1, 0, 0)).lower for end in ends[::-1]])[0] / (2 * step)
+
+    assert gradient.along(motion) == pytest.approx((4 * slope(1e-3) - slope(2e-3)) / 3, rel=2e-5)
