@@ -87,7 +87,7 @@ def contacts_without_area(interfaces: Interfaces) -> tuple[Floats, Floats]:
     dots : array of float, shape (m, 3)
         Corners on faces, and crossings of edges [m].
     """
-    outlines = [interfaces.outline(k) for k in np.flatnonzero(interfaces.kinds)]
+    outlines = [interfaces.outline(k) for k in np.flatnonzero(interfaces.kinds).tolist()]
     lines = [points for points in outlines if len(points) == 2]
     dots = [points for points in outlines if len(points) == 1]
     return np.array(lines).reshape(-1, 2, 3), np.array(dots).reshape(-1, 3)
