@@ -32,7 +32,7 @@ def strengths(asm, faces):
             continue
         mu = friction_of(asm, faces, i)
         area = faces.area[i]
-        tension = law.tension * area + (law.bond if law.bond_moment is None else 0.0)
+        tension = law.tension * area + (law.bond if law.bond_moment is None and area else 0.0)
         cohesion = np.nan if law.cohesion is None else law.cohesion * area
         if np.isnan(cohesion):
             cohesion = mu * tension if np.isfinite(mu) else np.inf * tension if tension else 0.0
@@ -93,7 +93,7 @@ def bond_laws(asm, faces):
     """Joints with a bond at their centre: (interface, centre, force, moment capacity)."""
     found = []
     for i, law in enumerate(last_law(asm, faces)):
-        if law is not None and law.bond_moment is not None and (law.bond or law.bond_moment):
+        if faces.area[i] and law is not None and law.bond_moment is not None and (law.bond or law.bond_moment):
             found.append((i, _centroid(faces, i), law.bond, law.bond_moment))
     return found
 

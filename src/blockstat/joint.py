@@ -12,11 +12,10 @@ A joint crushes when its pressure reaches the compressive strength. Its corners 
 cells, each with uniform stress and one force at its centroid: every force field found so is one of a real stress
 field, and the capacity rises to the true one as the cells become more. Scenes without laws pay nothing for them.
 
-An edge or a corner on a face has no area. Tensile strength and cohesion give it nothing, and with a compressive
+An edge or a corner on a face has no area. Tensile strength, cohesion and bonds give it nothing, and with a compressive
 strength, however great, it carries nothing: a real edge crushes until it has an area that a rigid block does not have.
 A warning names its blocks. What stands without it is stable; what falls only by driving it in is undecided. To let it
-carry, leave compressive strength out of its law, or model the narrow face that the edge really has. A bond in newtons
-belongs to the joint, whatever its area.
+carry, leave compressive strength out of its law, or model the narrow face that the edge really has.
 """
 
 from __future__ import annotations

@@ -205,9 +205,10 @@ def pose(
             warnings += check_overlaps(assembly, gap=gap, near=near)
         if assembly.joints:
             interfaces = _divided(assembly, interfaces) if interfaces.share is None else interfaces
-            weak, empty = _crushed(assembly, interfaces)
-            crushed, interfaces = interfaces.subset(weak), interfaces.subset(~empty)
-            warnings += _crushed_warnings(assembly, crushed)
+            lost = _crushed(assembly, interfaces)
+            if lost.any():
+                crushed, interfaces = interfaces.subset(lost), interfaces.subset(~lost)
+                warnings += _crushed_warnings(assembly, crushed)
     with timed(timings, "equilibrium"):
         held, floating = split_floating(assembly, interfaces)
         touched = np.any(np.isin(interfaces.pair, held), axis=1)
@@ -225,23 +226,19 @@ def _divided(assembly: Assembly, interfaces: Interfaces) -> Interfaces:
     return refine(interfaces, divisions) if divisions.any() else interfaces
 
 
-def _crushed(assembly: Assembly, interfaces: Interfaces) -> tuple[np.ndarray, np.ndarray]:
-    """Interfaces without area under a joint law with compressive strength, and those of them that hold nothing else."""
+def _crushed(assembly: Assembly, interfaces: Interfaces) -> np.ndarray:
+    """Interfaces without area under a joint law with compressive strength, shape (n_interfaces,)."""
     crushed = interfaces.area == 0
-    if not crushed.any():
-        return crushed, crushed
-    held = np.zeros_like(crushed)
-    for k, law in enumerate(last_law(assembly, interfaces)):
+    for k, law in enumerate(last_law(assembly, interfaces) if crushed.any() else ()):
         crushed[k] &= law is not None and law.compression is not None
-        held[k] = law is not None and bool(law.bond or law.bond_moment)  # in tension and in moment
-    return crushed, crushed & ~held
+    return crushed
 
 
 def _crushed_warnings(assembly: Assembly, crushed: Interfaces) -> list[str]:
     pairs = [" and ".join(f'"{assembly.names[i]}"' for i in pair) for pair in crushed.pair]
     more = f"; and {len(pairs) - 3} more" if len(pairs) > 3 else ""
     what = "contacts without area carry nothing under a joint law with compressive strength"
-    return [f"{what}: {'; '.join(pairs[:3])}{more}"] if pairs else []
+    return [f"{what}: {'; '.join(pairs[:3])}{more}"]
 
 
 def _program(
@@ -288,7 +285,7 @@ def crushes(problem: Problem, mechanism: Floats) -> bool:
     bool
         True where such a contact closes.
     """
-    if problem.crushed is None or not problem.crushed.n_points:
+    if problem.crushed is None:
         return False
     k = problem.crushed.point_interface
     a, b = (point_velocity(problem.assembly, mechanism, s, problem.crushed.point) for s in problem.crushed.pair[k].T)

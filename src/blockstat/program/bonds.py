@@ -52,23 +52,15 @@ def bonded(assembly: Assembly, interfaces: Interfaces) -> tuple[Ints, Floats]:
         The interfaces with a bond, shape (n,).
     capacity : Floats
         The capacities of their columns, four a bond, shape (4 n,) [N]. Moments are divided by the square root of the
-        joint's area (of the largest joint's, where it has none).
+        joint's area.
     """
     rows, capacity = [], []
     for k, law in enumerate(last_law(assembly, interfaces)):
-        if law is not None and law.bond_moment is not None and (law.bond or law.bond_moment):
-            arm = _arm(interfaces, k)
+        arm = np.sqrt(interfaces.area[k])
+        if arm and law is not None and law.bond_moment is not None and (law.bond or law.bond_moment):
             rows.append(k)
             capacity.append((law.bond, law.bond, law.bond_moment / arm, law.bond_moment / arm))
     return np.array(rows, dtype=np.int64), np.array(capacity).reshape(-1)
-
-
-def _arm(interfaces: Interfaces, row: int) -> float:
-    """Length on which the moments of a bond act as forces, so that all values of a program are forces [m].
-
-    Any length gives the same moments. A contact without area takes that of the largest joint.
-    """
-    return float(np.sqrt(interfaces.area[row] or interfaces.area.max())) or 1.0
 
 
 def bond_columns(interfaces: Interfaces, rows: Ints) -> Columns:
@@ -85,14 +77,14 @@ def bond_columns(interfaces: Interfaces, rows: Ints) -> Columns:
     -------
     Columns
         Tension, shear, bending and torsion of each bond, 4 n in all. All values are forces [N]: moments act on an arm
-        of the square root of the joint's area, or of the largest joint's.
+        of the square root of the joint's area.
     """
     n = len(rows)
     frame = interfaces.frame[rows]
     force, couple = np.zeros((n, KINDS, 3, 3)), np.zeros((n, KINDS, 3, 3))
     force[:, 0, 0] = -frame[:, 0]
     force[:, 1, 1:] = frame[:, 1:]
-    arm = np.array([_arm(interfaces, k) for k in rows])[:, None, None]
+    arm = np.sqrt(interfaces.area[rows])[:, None, None]  # moments are forces on this arm, so that all values are [N]
     couple[:, 2, 1:] = arm * frame[:, 1:]
     couple[:, 3, 1] = arm[:, 0] * frame[:, 0]
     return Columns(
