@@ -57,7 +57,7 @@ def refine(interfaces: Interfaces, divisions: Ints) -> Interfaces:
 
 
 def centres(interfaces: Interfaces, rows: Ints) -> Floats:
-    """Return the centroids of the patches of some interfaces.
+    """Return the centroids of the patches of some interfaces; the middle of an edge, and the point of a corner.
 
     Parameters
     ----------
@@ -76,7 +76,8 @@ def centres(interfaces: Interfaces, rows: Ints) -> Floats:
     for i, k in enumerate(rows):
         own = slice(interfaces.start[k], interfaces.start[k + 1])
         corners, share = interfaces.point[own], interfaces.point_share[own]
-        if interfaces.share is None:
+        # Cells have their centroids already, and so have one point or two; more corners enclose one cell.
+        if interfaces.share is None and len(corners) > 2:
             corners, share = _cells_of(parts.get(int(k), [corners]), interfaces.frame[k], 1)
         found[i] = share @ corners
     return found

@@ -8,7 +8,7 @@ only the corners of its convex hull are kept, which is exact for equilibrium.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -99,8 +99,46 @@ class Interfaces:
             return self.share
         return (1.0 / np.maximum(np.diff(self.start), 1))[self.point_interface]
 
+    @property
+    def contacts(self) -> dict[str, int]:
+        """Number of interfaces of each kind, by "face", "edge", "corner" and "crossing"."""
+        counts = np.bincount(self.kinds, minlength=len(ContactKind))
+        return {kind.name.lower(): int(counts[kind]) for kind in ContactKind}
+
+    @property
+    def contact_words(self) -> str:
+        """The kinds that occur with their numbers, such as "3 face, 2 edge"; nothing where all are patches."""
+        if not self.kinds.any():
+            return ""
+        return ", ".join(f"{count} {kind}" for kind, count in self.contacts.items() if count)
+
+    def subset(self, rows: Ints | np.ndarray) -> Interfaces:
+        """Return some of the interfaces with their points.
+
+        Parameters
+        ----------
+        rows : array of int, or array of bool, shape (n_interfaces,)
+            Numbers of the interfaces that stay, or a mask of them.
+
+        Returns
+        -------
+        Interfaces
+            In the order of `rows`; what was dropped or has no normal stays listed.
+        """
+        rows = np.arange(self.n_interfaces)[rows]
+        count = np.diff(self.start)[rows]
+        _, points = members(self.start[rows], count)
+        return replace(
+            self,
+            pair=self.pair[rows], frame=self.frame[rows], area=self.area[rows], gap=self.gap[rows],
+            point=self.point[points], start=np.concatenate([[0], np.cumsum(count)]),
+            outlines=None if self.outlines is None else tuple(self.outlines[k] for k in rows),
+            share=None if self.share is None else self.share[points],
+            kind=None if self.kind is None else self.kind[rows],
+        )  # fmt: skip
+
     def outline(self, interface: int) -> Floats:
-        """Return the corners of a patch in order.
+        """Return the corners of a patch in order: the ends of an edge, or the one point of a corner or a crossing.
 
         Parameters
         ----------
@@ -110,7 +148,7 @@ class Interfaces:
         Returns
         -------
         array, shape (n, 3)
-            Corners [m].
+            Corners [m]: three or more of a patch, fewer without area.
         """
         if self.outlines is not None:
             return self.outlines[interface]
