@@ -9,7 +9,7 @@ from blockstat.contact.interfaces import Interfaces
 from blockstat.contact.penetration import overlaps
 from blockstat.contact.unresolved import unresolved_contacts
 from blockstat.geometry.polyhedron import point_velocity
-from blockstat.typing import Floats
+from blockstat.typing import Floats, Ints
 
 #: Speeds below this fraction of the fastest corner are rounding.
 SLOW = 1e-6
@@ -63,6 +63,7 @@ def rim_warnings(problem: Problem, mechanism: Floats) -> list[str]:
     Two edges, or an edge and a corner, keep apart where `n'g >= 0` about one of the normals that separate them. So the
     motions that they allow are all but those of an open convex cone, and no force does negative work on all of them: a
     motion about which the blocks pass each other is resisted by nothing (the polar of the cone of allowed motions).
+    Blocks that share a sliver too narrow for a patch do not pass each other: there, each normal may resist.
     """
     assembly, rims = problem.assembly, problem.interfaces.rims
     if rims is None or not len(rims):
@@ -79,9 +80,10 @@ def rim_warnings(problem: Problem, mechanism: Floats) -> list[str]:
     corners = found.as_corners()
     one, two = (point_velocity(assembly, mechanism, corners.pair[:, side], corners.point) for side in (0, 1))
     opening = np.einsum("nj,nj->n", corners.frame[:, 0], two - one)
-    passing = np.full(len(found.pair), -np.inf)
+    passing, closing = np.full(len(found.pair), -np.inf), np.full(len(found.pair), np.inf)
     np.maximum.at(passing, found.contact, opening)
-    resists = passing < -SLOW
+    np.minimum.at(closing, found.contact, opening)
+    resists = np.where(_slivers(problem, found.pair), closing, passing) < -SLOW
     if not resists.any():
         return []
     pairs = np.unique(found.pair[resists], axis=0)
@@ -91,6 +93,13 @@ def rim_warnings(problem: Problem, mechanism: Floats) -> list[str]:
         f'"{first}" and "{second}" touch only {reason}, where forces have no definite direction ({len(pairs)} such '
         "pairs would be driven into each other), so instability is not proven"
     ]
+
+
+def _slivers(problem: Problem, pairs: Ints) -> np.ndarray:
+    """Which pairs of blocks share a patch that was too narrow to be taken."""
+    n = problem.assembly.n_blocks
+    slivers = [d.a * n + d.b for d in problem.interfaces.dropped if d.reason == "sliver"]
+    return np.isin(pairs @ [n, 1], slivers)
 
 
 def with_rims(problem: Problem) -> Interfaces:
