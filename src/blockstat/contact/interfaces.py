@@ -10,12 +10,12 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass
-from enum import IntEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from blockstat.contact.coplanar import Patches, merge_coplanar
+from blockstat.contact.edges import Tolerances, edge_contacts
 from blockstat.contact.faces import convex_faces, frames, planar
 from blockstat.contact.nonconvex import concave_patches
 from blockstat.errors import InputError, known_options
@@ -51,28 +51,6 @@ class Dropped:
     limit: float  #: what would have been accepted [m]
 
 
-class ContactKind(IntEnum):
-    """What touches what at a contact."""
-
-    FACE = 0  #: face on face: the corners of a patch, three or more points
-    EDGE = 1  #: edge on face: the ends of a segment, two points, no area
-    CORNER = 2  #: corner on face: one point, no area
-    CROSSING = 3  #: edge across edge: one point, no area, normal to both edges
-
-
-@dataclass(frozen=True)
-class Unresolved:
-    """A contact without a unique normal: edge along edge, corner on an edge, corner on corner.
-
-    It is in no program. A verdict that depends on it is undecided.
-    """
-
-    a: int
-    b: int
-    point: tuple[float, float, float]  #: [m]
-    reason: str  #: "edge along edge", "corner on edge" or "corner on corner"
-
-
 @dataclass(frozen=True, eq=False)
 class Interfaces:
     """Contacts between blocks and their points: patches, and edges and corners without area.
@@ -90,7 +68,8 @@ class Interfaces:
     outlines: tuple[Floats, ...] | None = None  #: corners of the patches where the points are not those
     share: Floats | None = None  #: part of the interface's area that each point stands for; None: equal parts
     kind: Ints | None = None  #: shape (n_interfaces,), values of `ContactKind`; None: all are patches
-    unresolved: tuple[Unresolved, ...] = ()  #: contacts without a unique normal, which are not among the interfaces
+    #: shape (n, 2), pairs that may also touch where there is no unique normal (see `blockstat.contact.unresolved`)
+    rims: Ints | None = None
 
     @property
     def kinds(self) -> Ints:
@@ -170,10 +149,10 @@ def find_interfaces(assembly: Assembly, *, gap: float = GAP, near: Ints | None =
     ([[0, 1]], 4, [1.0])
     """
     near = near_blocks(assembly, gap=gap) if near is None else near
-    allowed = _allowed(assembly, gap)
+    allowed = allowed_gap(assembly, gap)
     rows = _opposed_faces(assembly, near, allowed)
     patches = _clip_faces(assembly, rows)
-    return _collect(assembly, patches, allowed)
+    return _collect(assembly, patches, allowed, near)
 
 
 def near_blocks(assembly: Assembly, *, gap: float = GAP) -> Ints:
@@ -199,12 +178,25 @@ def near_blocks(assembly: Assembly, *, gap: float = GAP) -> Ints:
     if not (isinstance(gap, (int, float)) and 0 < gap < 0.2):
         raise InputError(f"gap is {gap!r}; it must be between 0 and 0.2 of the block size")
     lower, upper = assembly.bounds
-    pairs = near_pairs(lower, upper, NEAR_MISS * _allowed(assembly, gap))
+    pairs = near_pairs(lower, upper, NEAR_MISS * allowed_gap(assembly, gap))
     return pairs[~assembly.support[pairs].all(axis=1)]
 
 
-def _allowed(assembly: Assembly, gap: float) -> Floats:
-    """Largest gap of a joint of each block, shape (n_blocks,) [m]: less than would reach through a thin block."""
+def allowed_gap(assembly: Assembly, gap: float) -> Floats:
+    """Return the largest gap of a joint of each block: less than would reach through a thin block.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    gap : float
+        As in `find_interfaces`.
+
+    Returns
+    -------
+    array of float, shape (n_blocks,)
+        Gaps [m].
+    """
     surface = np.bincount(assembly.face_block, assembly.planes.area, assembly.n_blocks)
     return np.minimum(gap * assembly.size, THIN * 2.0 * assembly.volume / surface)
 
@@ -315,7 +307,7 @@ def _gaps(
     return np.where(live, np.abs(height[1] - height[0]), 0.0).max(axis=1, initial=0.0), middle
 
 
-def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats) -> Interfaces:
+def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats, pairs: Ints) -> Interfaces:
     """Judge the patches, merge those of one plane, and list their corner points."""
     near: list[tuple[Dropped, Floats]] = []
     dropped: list[Dropped] = []
@@ -347,11 +339,14 @@ def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats) -> Int
     pair, frame, origin, area, gaps = (np.concatenate(column) for column in zip(*kept, strict=True))
     found = Patches(pair, frame, origin, area, gaps, np.concatenate(corners), np.concatenate(counts))
     found = merge_coplanar(found, allowed)
+    found, kind, rims = edge_contacts(assembly, found, pairs, Tolerances(allowed, WIDTH, float(np.sin(ANGLE))))
     tangents = np.repeat(found.frame[:, 1:], found.count, axis=0)
     point = np.repeat(found.origin, found.count, axis=0) + np.einsum("nk,nkj->nj", found.corner, tangents)
     start = np.concatenate([[0], np.cumsum(found.count)])
     dropped = [*_open(assembly, near, found.pair), *dropped]
-    return Interfaces(found.pair, found.frame, found.area, found.gap, point, start, tuple(dropped))
+    return Interfaces(
+        found.pair, found.frame, found.area, found.gap, point, start, tuple(dropped), kind=kind, rims=rims
+    )
 
 
 def _open(assembly: Assembly, near: list[tuple[Dropped, Floats]], pair: Ints) -> list[Dropped]:
