@@ -1,7 +1,4 @@
-"""Blocks on edges and corners with exact limits: each with a direction of push, and the multiple of gravity it carries.
-
-The limits are those of `mu` alone and of contact forces without a normal stress distribution: see the functions.
-"""
+"""Blocks on edges and corners with exact limits: each with a direction of push and the acceleration it carries."""
 
 from __future__ import annotations
 
@@ -21,6 +18,7 @@ class Pushed:
     scene: Assembly
     direction: tuple[float, float, float]
     limit: float
+    along_groove: bool = False  #: Bullet's pyramid of friction holds more
 
     def at(self, share: float) -> Assembly:
         """The scene under this share of its limit, as tilted gravity."""
@@ -47,7 +45,7 @@ FLOOR = box((-5, -5, -1), (5, 5, 0), name="floor")
 
 
 def tetrahedron(depth: float, mu: float, over: str = "side") -> Pushed:
-    """A regular tetrahedron whose base is pushed in to a point at some height: three vertices on a floor."""
+    """A regular tetrahedron of edge 1 whose base is pushed in to a point at some height: three vertices on a floor."""
     rho = 1 / np.sqrt(3)
     base = [(rho * np.cos(a), rho * np.sin(a), 0.0) for a in np.deg2rad((0, 120, 240))]
     corners = np.array([*base, (0, 0, np.sqrt(2 / 3)), (0, 0, depth)])
@@ -113,7 +111,7 @@ def prism_in_groove(mu: float, direction: str, beta: float = np.pi / 4) -> Pushe
     scene = assembly([*flanks, prism(octagon, -0.6, 0.6, name="prism")], supports=[0, 1], friction=mu)
     if direction == "across":
         return Pushed(f"octagonal prism in a V, across, mu {mu:g}", scene, (1, 0, 0), 1 / np.tan(beta))
-    return Pushed(f"octagonal prism in a V, along, mu {mu:g}", scene, (0, 1, 0), mu / np.sin(beta))
+    return Pushed(f"octagonal prism in a V, along, mu {mu:g}", scene, (0, 1, 0), mu / np.sin(beta), True)
 
 
 def octahedron_in_corner(mu: float, towards: float = 1.0) -> Pushed:

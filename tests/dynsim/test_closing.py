@@ -1,15 +1,17 @@
-"""Statics and Bullet see the same closed joints: gaps and overlaps within the joint tolerance do not decide a verdict."""
+"""Statics and Bullet see the same closed joints: gaps within the joint tolerance do not decide a verdict."""
 
 import json
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
-from blockstat import InputError, assess, find_interfaces, repair, write
+from blockstat import Block, InputError, assess, find_interfaces, repair, write
 from blockstat.model import arch, assemble
 from dynsim import Settings, compare, simulate, verify
-from dynsim.cli.page import app
+from dynsim.cli.commands import app
 from dynsim.judge.closing import closed_scene
+from evidence.scenes.edges import two_ridges
 from evidence.scenes.small import assembly, box
 
 GROUND = box((-5, -5, -1), (5, 5, 0), name="ground")
@@ -44,10 +46,12 @@ def ring(gap: float):
     return scene.with_(vertices=vertices)
 
 
-def curved_bed():
-    """A block on a rounded bed that is cut in three below and in two above: no plane holds both sides."""
-    x = np.linspace(-0.5, 0.5, 4), np.linspace(-0.5, 0.5, 3)
-    return x
+def short_of_its_ridges():
+    """A box 2 mm above the two ridges it is to lie on: no faces that could be brought into one plane."""
+    scene = two_ridges(0.0, 0.8, (1, 0)).scene
+    vertices = scene.vertices.copy()
+    vertices[scene.vertex_start[2] :] += (0, 0, 2e-3)
+    return scene.with_(vertices=vertices)
 
 
 @pytest.mark.parametrize(
@@ -67,7 +71,8 @@ def test_what_statics_prove_stable_across_gaps_stands_in_bullet_without_settling
     dynamic = verify(scene)
     assert (assess(scene).outcome.word, dynamic.outcome.word) == ("stable", "stands")
     assert dynamic.settling < 0.1 * gap
-    assert 0.4 * gap < dynamic.corners_moved < 1.1 * gap  # nothing adds up from course to course
+    # Nothing adds up from course to course: a corner moves by a gap at most in each of three joints.
+    assert 0.4 * gap < dynamic.corners_moved < np.sqrt(3) * gap
     assert any("closed for Bullet by moving corners" in text for text in dynamic.warnings)
 
 
@@ -90,7 +95,7 @@ def test_closed_blocks_keep_their_masses_and_statics_find_the_joints_where_they_
     after = find_interfaces(closed.assembly, gap=1e-6)
     assert closed.assembly.mass == pytest.approx(scene.mass, rel=1e-12)
     assert {*map(tuple, before.pair.tolist())} == {*map(tuple, after.pair.tolist())}
-    assert closed.closed == before.n_interfaces and closed.left == 0
+    assert (closed.closed, closed.left) == (before.n_interfaces, 0)
 
 
 def test_the_blocks_are_those_of_repair():
@@ -103,7 +108,8 @@ def test_a_scene_with_closed_joints_is_simulated_as_it_is():
     for scene in (stack(3, 0.0), stack(3, 1e-7), ring(0.0)):
         found = find_interfaces(scene)
         closed = closed_scene(scene, found, Settings())
-        assert closed.assembly is scene and closed.interfaces is found and not closed.warnings
+        assert closed.assembly is scene
+        assert not closed.warnings
 
 
 def test_a_run_closes_joints_as_a_verdict_does():
@@ -111,23 +117,34 @@ def test_a_run_closes_joints_as_a_verdict_does():
     assert np.abs(run.displacement).max() < 2e-4
 
 
-def test_a_block_that_cannot_be_closed_is_refused_by_name():
-    # The upper block leans by 2 mm over its base and rests on nothing: a foot of 4 cm below it is 2 mm short. Its other
-    # faces are in planes with those of fixed blocks, so no corner may move there.
-    scene, pair = unclosable()
-    with pytest.raises(InputError, match=f'blocks "{pair[0]}" and "{pair[1]}" do not meet .*blockstat repair'):
+def test_what_cannot_be_closed_is_refused_by_name_with_the_size_of_the_gap():
+    scene = short_of_its_ridges()
+    assert assess(scene).outcome.word == "stable"
+    with pytest.raises(InputError, match=r'blocks "ridge0" and "box" do not meet .* off by 2 mm.*`blockstat repair`'):
         verify(scene)
     row = compare(scene, jobs=1)[0]
-    assert row.dynamic is None and "do not meet" in row.note
+    assert row.dynamic is None
+    assert "do not meet" in row.note
+
+
+def test_what_a_chain_of_closed_joints_holds_is_simulated_as_drawn_and_said_to_be():
+    # The same box with a post that holds it up: the ridges are 2 mm below, and cannot be closed.
+    scene = short_of_its_ridges()
+    post = box((-0.1, -0.3, -1), (0.1, 0.3, 2e-3), name="post")
+    blocks = [*(scene.block_vertices(k) for k in range(3))]
+    faces = [[f.tolist() for f in scene.faces_of(k)] for k in range(3)]
+    built = [post, *(Block(v, f) for v, f in zip(blocks, faces, strict=True))]
+    dynamic = verify(assembly(built, supports=[0, 1, 2], friction=0.8))
+    assert dynamic.outcome.word == "stands"
+    assert (dynamic.corners_moved, dynamic.misfit) == (0.0, pytest.approx(2e-3))
+    assert "2 joints that statics count as closed were simulated as drawn" in dynamic.warnings[0]
 
 
 def test_the_command_line_tells_the_largest_move(tmp_path):
-    from typer.testing import CliRunner
-
     path = tmp_path / "stack.json"
     write(stack(6, 2e-3), path)
     answer = CliRunner().invoke(app, ["verify", str(path), "--json"])
-    told = json.loads(answer.output)
-    assert answer.exit_code == 0 and told["verdict"] == "stands"
+    told = json.loads(answer.stdout)
+    assert (answer.exit_code, told["verdict"]) == (0, "stands")
     assert told["corners_moved"] == pytest.approx(2e-3, rel=0.1)
     assert "moving corners by up to 2 mm" in told["warnings"][0]

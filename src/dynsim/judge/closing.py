@@ -93,8 +93,10 @@ def closed_scene(assembly: Assembly, interfaces: Interfaces, settings: Settings)
         return ClosedScene(assembly, interfaces)
     closed = _closed(assembly, interfaces)
     moved = float(np.linalg.norm(closed.vertices - assembly.vertices, axis=1).max())
+    # A patch that is narrower than the corners moved may vanish: the sliver of a brick on the next but one.
     gap, lost = _gaps_after(closed, interfaces)
     open_still = (gap > tolerance) & ~(lost & (_width(interfaces) <= 2 * moved))
+    # All or nothing: blocks of which some were moved and some were not meet worse than blocks as drawn.
     if open_still.any() and _drop(assembly, interfaces, interfaces.gap).max() <= rest:
         return ClosedScene(assembly, interfaces, left=int(loose.sum()), misfit=float(interfaces.gap.max()))
     drop = _drop(assembly, interfaces, gap)
@@ -118,7 +120,7 @@ def _closed(assembly: Assembly, interfaces: Interfaces) -> Assembly:
 
 
 def _gaps_after(closed: Assembly, interfaces: Interfaces) -> tuple[Floats, np.ndarray]:
-    """Gap of each joint on the moved blocks [m], and whether it is lost: then its two blocks have none, and it is inf."""
+    """Gap of each joint on the moved blocks [m]; inf, and True, where its two blocks have no joint any more."""
     found = find_interfaces(closed)
     pairs, row = np.unique(np.concatenate([interfaces.pair, found.pair]), axis=0, return_inverse=True)
     row = row.reshape(-1)
@@ -163,6 +165,7 @@ def _refusal(assembly: Assembly, interfaces: Interfaces, open_still: np.ndarray,
     most = float(drop[np.isfinite(drop)].max())
     return (
         f'blocks "{a}" and "{b}" do not meet at their joint: faces are off by {1e3 * interfaces.gap[worst]:.2g} mm, '
-        f"statics count it as closed, and moving corners does not close it. In Bullet blocks would fall by "
-        f"{1e3 * most:.2g} mm until they touch; draw them so that they touch (`blockstat repair` says what it leaves open)"
+        "statics count it as closed, and moving corners does not close it. In Bullet blocks would fall by "
+        f"{1e3 * most:.2g} mm until they touch; draw them so that they touch "
+        "(`blockstat repair` says what it leaves open)"
     )

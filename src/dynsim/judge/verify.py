@@ -66,8 +66,9 @@ def verify(
     ------
     InputError
         When nothing is supported or nothing is free, when the group of Eq. 1 or a block of a load does not exist, when
-        a joint law cannot be simulated (see `dynsim.bonds.glue`), when blocks do not meet at joints that statics count as
-        closed and cannot be made to, or for a scene that Bullet cannot simulate. Also for an option that does not exist.
+        a joint law cannot be simulated (see `dynsim.bonds.glue`), when blocks do not meet at joints that statics count
+        as closed and cannot be made to, or for a scene that Bullet cannot simulate. Also for an option that does not
+        exist.
 
     Notes
     -----
