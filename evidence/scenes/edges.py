@@ -62,7 +62,7 @@ def two_ridges(offset: float, mu: float, direction) -> Pushed:
     """A box on two ridges along y."""
     c, b, d, h = 0.3, 1.0, 0.8, 1.2
     ridges = [
-        prism([(x - 0.2, -0.4), (x + 0.2, -0.4), (x, 0)], -0.6, 0.6, name=f"ridge{k}") for k, x in enumerate((-c, c))
+        prism([(x - 0.6, -1.2), (x + 0.6, -1.2), (x, 0)], -0.6, 0.6, name=f"ridge{k}") for k, x in enumerate((-c, c))
     ]
     block = box((offset - b / 2, -d / 2, 0), (offset + b / 2, d / 2, h), name="box")
     scene = assembly([*ridges, block], supports=[0, 1], friction=mu)

@@ -68,8 +68,8 @@ def test_a_difference_made_on_purpose_is_told_by_its_cause(cause):
 
 def test_shapes_that_overlap_are_named_before_self_stress():
     # Bullet pushes what overlaps apart, and that makes the thrust.
-    # A rest distance beyond the overlap leaves it as drawn.
-    row = compare_one(jammed(squeeze=12e-3), settings=Settings(rest=0.5))
+    # Less than a tenth of the default threshold is left as drawn.
+    row = compare_one(jammed(squeeze=9e-3), settings=Settings(brick_threshold=0.03))
     assert (row.coulomb, row.dynamic) == ("stable_only_by_self_stress", "stands")
     assert (row.agree_coulomb, row.cause) == (False, "geometry")
 

@@ -47,10 +47,10 @@ def ring(gap: float):
 
 
 def short_of_its_ridges():
-    """A box 2 mm above the two ridges it is to lie on: no faces that could be brought into one plane."""
+    """A box 6 mm above the two ridges it is to lie on: no faces that could be brought into one plane."""
     scene = two_ridges(0.0, 0.8, (1, 0)).scene
     vertices = scene.vertices.copy()
-    vertices[scene.vertex_start[2] :] += (0, 0, 2e-3)
+    vertices[scene.vertex_start[2] :] += (0, 0, 6e-3)
     return scene.with_(vertices=vertices)
 
 
@@ -91,7 +91,7 @@ def test_closing_does_not_hold_what_statics_prove_to_fall():
 def test_closed_blocks_keep_their_masses_and_statics_find_the_joints_where_they_were():
     scene = wall(1e-3, 1e-3)
     before = find_interfaces(scene)
-    closed = closed_scene(scene, before, Settings())
+    closed = closed_scene(scene, before)
     after = find_interfaces(closed.assembly, gap=1e-6)
     assert closed.assembly.mass == pytest.approx(scene.mass, rel=1e-12)
     assert {*map(tuple, before.pair.tolist())} == {*map(tuple, after.pair.tolist())}
@@ -100,14 +100,14 @@ def test_closed_blocks_keep_their_masses_and_statics_find_the_joints_where_they_
 
 def test_the_blocks_are_those_of_repair():
     scene = stack(3, 2e-3)
-    closed = closed_scene(scene, find_interfaces(scene), Settings())
+    closed = closed_scene(scene, find_interfaces(scene))
     assert np.array_equal(closed.assembly.vertices, repair(scene)[0].vertices)
 
 
 def test_a_scene_with_closed_joints_is_simulated_as_it_is():
     for scene in (stack(3, 0.0), stack(3, 1e-7), ring(0.0)):
         found = find_interfaces(scene)
-        closed = closed_scene(scene, found, Settings())
+        closed = closed_scene(scene, found)
         assert closed.assembly is scene
         assert not closed.warnings
 
@@ -120,7 +120,7 @@ def test_a_run_closes_joints_as_a_verdict_does():
 def test_what_cannot_be_closed_is_refused_by_name_with_the_size_of_the_gap():
     scene = short_of_its_ridges()
     assert assess(scene).outcome.word == "stable"
-    with pytest.raises(InputError, match=r'blocks "ridge0" and "box" do not meet .* off by 2 mm.*`blockstat repair`'):
+    with pytest.raises(InputError, match=r'blocks "ridge0" and "box" do not meet .* off by 6 mm.*`blockstat repair`'):
         verify(scene)
     row = compare(scene, jobs=1)[0]
     assert row.dynamic is None
@@ -128,15 +128,15 @@ def test_what_cannot_be_closed_is_refused_by_name_with_the_size_of_the_gap():
 
 
 def test_what_a_chain_of_closed_joints_holds_is_simulated_as_drawn_and_said_to_be():
-    # The same box with a post that holds it up: the ridges are 2 mm below, and cannot be closed.
+    # The same box with a post that holds it up: the ridges are 6 mm below, and cannot be closed.
     scene = short_of_its_ridges()
-    post = box((-0.1, -0.3, -1), (0.1, 0.3, 2e-3), name="post")
+    post = box((-0.1, -0.3, -1), (0.1, 0.3, 6e-3), name="post")
     blocks = [*(scene.block_vertices(k) for k in range(3))]
     faces = [[f.tolist() for f in scene.faces_of(k)] for k in range(3)]
     built = [post, *(Block(v, f) for v, f in zip(blocks, faces, strict=True))]
     dynamic = verify(assembly(built, supports=[0, 1, 2], friction=0.8))
     assert dynamic.outcome.word == "stands"
-    assert (dynamic.corners_moved, dynamic.misfit) == (0.0, pytest.approx(2e-3))
+    assert (dynamic.corners_moved, dynamic.misfit) == (0.0, pytest.approx(6e-3))
     assert "2 joints that statics count as closed were simulated as drawn" in dynamic.warnings[0]
 
 

@@ -24,8 +24,9 @@ from blockstat.geometry_repair.repair import close_joints
 from blockstat.typing import Floats
 from dynsim.judge.criteria import default_threshold
 from dynsim.judge.stages import chain
-from dynsim.settings import Settings
 
+#: Sound assemblies settle by less than this part of the default threshold: gaps that move blocks by less do not matter.
+SHARE = 0.1
 #: Gaps and cosines below this, relative to the size of the block, are rounding.
 ROUNDING = 1e-9
 
@@ -58,7 +59,7 @@ class ClosedScene:
         return told
 
 
-def closed_scene(assembly: Assembly, interfaces: Interfaces, settings: Settings) -> ClosedScene:
+def closed_scene(assembly: Assembly, interfaces: Interfaces) -> ClosedScene:
     """Return the blocks with the joints closed that statics count as closed.
 
     Parameters
@@ -67,8 +68,6 @@ def closed_scene(assembly: Assembly, interfaces: Interfaces, settings: Settings)
         The blocks.
     interfaces : Interfaces
         Joints of the assembly.
-    settings : Settings
-        Its rest distance says which gaps matter.
 
     Returns
     -------
@@ -78,29 +77,32 @@ def closed_scene(assembly: Assembly, interfaces: Interfaces, settings: Settings)
     Raises
     ------
     InputError
-        Naming two blocks, where blocks would fall by more than the rest distance until they touch, and moving corners
-        does not prevent it.
+        Naming two blocks, where blocks would fall by a tenth of the threshold or more until they touch, and moving
+        corners does not prevent it.
 
     Notes
     -----
-    A gap matters when a chain of such joints, from a support to the furthest block, moves a block by more than the rest
-    distance: what moves by less counts as resting.
+    Gaps matter when a block falls by `SHARE` of the default threshold until joints hold it, or when one joint is open
+    by that much. Then all are closed of which a chain, from a support to the furthest block, would move it so far.
     """
-    rest = settings.rest * default_threshold(assembly)
-    tolerance = rest / max(chain(assembly, interfaces), 1)
-    loose = interfaces.gap > tolerance
-    if not loose.any():
+    least = SHARE * default_threshold(assembly)
+    opening = _openings(interfaces)
+    own = opening.max(initial=0.0)
+    drawn = _drop(assembly, interfaces, opening).max()
+    if max(drawn, own) <= least:
         return ClosedScene(assembly, interfaces)
+    tolerance = least / max(chain(assembly, interfaces), 1)
+    loose = opening > tolerance
     closed = _closed(assembly, interfaces)
     moved = float(np.linalg.norm(closed.vertices - assembly.vertices, axis=1).max())
     # A patch that is narrower than the corners moved may vanish: the sliver of a brick on the next but one.
     gap, lost = _gaps_after(closed, interfaces)
-    open_still = (gap > tolerance) & ~(lost & (_width(interfaces) <= 2 * moved))
+    open_still = (opening > 0) & (gap > tolerance) & ~(lost & (_width(interfaces) <= 2 * moved))
     # All or nothing: blocks of which some were moved and some were not meet worse than blocks as drawn.
-    if open_still.any() and _drop(assembly, interfaces, interfaces.gap).max() <= rest:
-        return ClosedScene(assembly, interfaces, left=int(loose.sum()), misfit=float(interfaces.gap.max()))
-    drop = _drop(assembly, interfaces, gap)
-    if drop.max() > rest:
+    if open_still.any() and _drop(assembly, interfaces, opening, thrust=True).max() <= least:
+        return ClosedScene(assembly, interfaces, left=int(loose.sum()), misfit=float(own))
+    drop = _drop(assembly, interfaces, gap, thrust=True)
+    if drop.max() > least:
         raise InputError(_refusal(assembly, interfaces, open_still, drop))
     mended = loose & ~open_still
     return ClosedScene(
@@ -130,6 +132,15 @@ def _gaps_after(closed: Assembly, interfaces: Interfaces) -> tuple[Floats, np.nd
     return np.where(gap < 0, np.inf, gap), gap < 0
 
 
+def _openings(interfaces: Interfaces) -> Floats:
+    """Gap of each joint [m]; 0 for edges and corners of blocks that have a face in common, which holds them apart."""
+    if interfaces.kind is None:
+        return interfaces.gap
+    face = interfaces.area > 0
+    code = interfaces.pair @ (int(interfaces.pair.max(initial=0)) + 1, 1)
+    return np.where(face | ~np.isin(code, code[face]), interfaces.gap, 0.0)
+
+
 def _width(interfaces: Interfaces) -> Floats:
     """Area of each joint over its longest extent along an axis [m]; 0 for edges and corners."""
     first = interfaces.start[:-1]
@@ -137,17 +148,17 @@ def _width(interfaces: Interfaces) -> Floats:
     return interfaces.area / np.maximum((high - low).max(axis=1), np.sqrt(interfaces.area) + 1e-300)
 
 
-def _drop(assembly: Assembly, interfaces: Interfaces, gap: Floats) -> Floats:
+def _drop(assembly: Assembly, interfaces: Interfaces, gap: Floats, *, thrust: bool = False) -> Floats:
     """How far each block falls at least until a chain of joints holds it, shape (n_blocks,) [m].
 
     A block falls by gap / cos(angle between normal and gravity) until a joint closes, so joints along gravity hold
-    nothing. Blocks that only such joints reach are not counted: they have 0.
+    nothing. With thrust they do, and a block falls by no less than the gap. Blocks that no such joint reaches have 0.
     """
     from scipy import sparse
     from scipy.sparse.csgraph import dijkstra
 
     down = assembly.gravity / np.linalg.norm(assembly.gravity)
-    cosine = np.abs(interfaces.frame[:, 0] @ down)
+    cosine = np.ones(len(gap)) if thrust else np.abs(interfaces.frame[:, 0] @ down)
     rounding = ROUNDING * assembly.size[interfaces.pair].min(axis=1)
     fall = np.where(gap > rounding, gap, 0.0) / np.maximum(cosine, ROUNDING) + rounding * 1e-3
     rows = np.flatnonzero(cosine > ROUNDING)

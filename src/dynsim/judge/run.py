@@ -151,7 +151,7 @@ def simulate(
     start = process_time()
     times, displacement, rotation, kinetic = [], [], [], []
     removed = np.full(assembly.n_blocks, np.inf)
-    scene = closed_scene(assembly, find_interfaces(assembly) if interfaces is None else interfaces, settings)
+    scene = closed_scene(assembly, find_interfaces(assembly) if interfaces is None else interfaces)
     assembly, interfaces = scene.assembly, scene.interfaces
     acting = (*bonds_of(assembly, interfaces=interfaces), *as_loads(assembly, loads), *actions)
     with World(assembly, settings, acting, interfaces=interfaces) as world:

@@ -94,7 +94,7 @@ def verify(
         settings = replace(settings, end=AFTERWARDS * settings.end)
     if any(law.strong for law in assembly.joints):
         settings = replace(settings, settle=settings.settle + GLUE_SETTLES)
-    scene = closed_scene(assembly, find_interfaces(assembly) if interfaces is None else interfaces, settings)
+    scene = closed_scene(assembly, find_interfaces(assembly) if interfaces is None else interfaces)
     verdict = _verify(scene.assembly, settings, acting, actions, scene.interfaces)
     if scene.warnings:
         verdict = replace(verdict, corners_moved=scene.moved, misfit=scene.misfit)
