@@ -11,7 +11,7 @@ from blockstat.analysis.coulomb import CoulombState
 from blockstat.certificate.check import Certificate
 from blockstat.contact.interfaces import Interfaces
 from blockstat.contact.point_law import point_law
-from blockstat.geometry.rigid_motion import point_velocity
+from blockstat.geometry.polyhedron import point_velocity
 from blockstat.program.bonds import Bonds
 from blockstat.result import Result, Sentence, finite
 from blockstat.typing import Floats, Ints
@@ -136,6 +136,8 @@ class Verdict(Result):
         if len(self.floating):
             names = ", ".join(self.assembly.names[i] for i in self.floating[:limit])
             lines.append(f"Nothing holds: {names}{' ...' if len(self.floating) > limit else ''}.")
+        if words := self.interfaces.contact_words:
+            lines.append(f"Contacts: {words}.")
         lines += [f"Warning: {text}" for text in self.warnings]
         return "\n".join(lines)
 
@@ -163,6 +165,7 @@ class Verdict(Result):
             },
             "blocks": self.assembly.n_blocks,
             "interfaces": self.interfaces.n_interfaces,
+            "contacts": self.interfaces.contacts,
             "contact_points": self.interfaces.n_points,
             "dropped": len(self.interfaces.dropped),
             "solver": self.solver,
