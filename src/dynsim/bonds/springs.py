@@ -170,7 +170,7 @@ def spring_set(
         pair=pair,
         centre=centre,
         frame=interfaces.frame[rows],
-        size=np.sqrt(_squares(interfaces, rows)),
+        size=np.sqrt(interfaces.area[rows]),
         stiffness=k[0],
         angular=k[1],
         viscous=viscous[0],
@@ -192,7 +192,7 @@ def _fastest(assembly: Assembly, interfaces: Interfaces, rows: Ints, stiffness: 
     columns = bond_columns(interfaces, rows)
     matrix = equilibrium(assembly, interfaces, np.zeros((assembly.n_blocks, 6)), free, rows[:0], columns).matrix
     (tension, *shear), (torsion, *bending) = stiffness.transpose(0, 2, 1)
-    arm2 = _squares(interfaces, rows)
+    arm2 = interfaces.area[rows]
     none = np.zeros(len(rows))
     k = [(tension, none, none), (none, *shear), (none, *(b / arm2 for b in bending)), (none, torsion / arm2, none)]
     # A mass matrix' root: of the mass, and of the inertia by its Cholesky factor.
@@ -206,17 +206,6 @@ def _fastest(assembly: Assembly, interfaces: Interfaces, rows: Ints, stiffness: 
     gram = (weighted @ weighted.T).tocsr()
     start = np.random.default_rng(0).normal(size=gram.shape[0])
     return float(eigsh(gram, k=1, v0=start, return_eigenvectors=False)[0])
-
-
-def _squares(interfaces: Interfaces, rows: Ints) -> Floats:
-    """Square of the arm on which the moments of each bond act [m2]: the area, or that of the columns where it is 0."""
-    area = interfaces.area[rows]
-    if area.all():
-        return area
-    couple = bond_columns(interfaces, rows).couple
-    assert couple is not None
-    couple = couple.reshape(len(rows), -1, 3, 3)
-    return np.where(area > 0, area, np.einsum("nj,nj->n", couple[:, 2, 1], couple[:, 2, 1]))
 
 
 def _reduced(assembly: Assembly, pair: Ints, centre: Floats, frame: Floats) -> Floats:
