@@ -256,8 +256,7 @@ def _opposed_faces(assembly: Assembly, pairs: Ints, allowed: Floats) -> tuple[In
     """Faces (fa, fb) of paired blocks that are nearly opposed and nearly coplanar."""
     lower, upper = assembly.bounds
     reach = NEAR_MISS * allowed[pairs].min(axis=1)
-    corners, start = assembly.vertices[assembly.face_vertices], assembly.face_start[:-1]
-    boxes = np.minimum.reduceat(corners, start), np.maximum.reduceat(corners, start)
+    boxes = assembly.face_bounds
     row_a, face_a = _faces_near(assembly, boxes, pairs[:, 0], lower[pairs[:, 1]], upper[pairs[:, 1]], reach)
     row_b, face_b = _faces_near(assembly, boxes, pairs[:, 1], lower[pairs[:, 0]], upper[pairs[:, 0]], reach)
     count_b = np.bincount(row_b, minlength=len(pairs))
