@@ -17,19 +17,17 @@ import numpy as np
 from blockstat.contact.coplanar import Patches, merge_coplanar
 from blockstat.contact.faces import convex_faces, frames, planar
 from blockstat.contact.nonconvex import concave_patches
-from blockstat.errors import InputError, known_options
+from blockstat.contact.tolerance import FLATNESS, GAP, allowed_gaps, stated_length
+from blockstat.errors import known_options
 from blockstat.geometry import clipping as clip
 from blockstat.geometry.broad_phase import near_pairs
+from blockstat.geometry.facets import facets
 from blockstat.geometry.polyhedron import members
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-#: Largest gap or overlap of a joint, relative to the smaller block: 2 mm for a brick. Real vault meshes do not
-#: close better, and their verdicts do not change from half this tolerance to five times it.
-GAP = 1e-2
-THIN = 0.25  #: of the mean thickness of a block, volume over half its surface, that a gap may be at most
 WIDTH = 1e-6  #: a patch narrower than this, relative to the smaller block, is two blocks meeting at an edge
 SPAN = 1e-9  #: corners closer than this to a line of their neighbours say nothing new (rounding of coordinates)
 ANGLE = np.deg2rad(
@@ -108,16 +106,18 @@ class Interfaces:
 
 
 @known_options
-def find_interfaces(assembly: Assembly, *, gap: float = GAP, near: Ints | None = None) -> Interfaces:
+def find_interfaces(assembly: Assembly, *, gap: float | str = GAP, near: Ints | None = None) -> Interfaces:
     """Find the interfaces between all blocks that touch; those between two supports are left out.
 
     Parameters
     ----------
     assembly : Assembly
         The blocks.
-    gap : float, optional
+    gap : float or str, optional
         Largest gap or overlap of a joint, relative to the size (cube root of volume) of the smaller block. For plates
-        and needles it is no more than a quarter of their thickness.
+        and needles it is no more than a quarter of their thickness. A length such as "2 mm" says in addition that the
+        geometry is no more exact: faces of a block that are flat to a quarter of it are one face
+        (`blockstat.geometry.facets.facets`).
     near : array of int, shape (n, 2), optional
         Pairs of blocks among which to look, as `near_blocks` gives them.
 
@@ -129,7 +129,7 @@ def find_interfaces(assembly: Assembly, *, gap: float = GAP, near: Ints | None =
     Raises
     ------
     InputError
-        When `gap` is not between 0 and 0.2, or for an option that does not exist.
+        When `gap` is neither between 0 and 0.2 nor a length, or for an option that does not exist.
 
     Examples
     --------
@@ -140,20 +140,21 @@ def find_interfaces(assembly: Assembly, *, gap: float = GAP, near: Ints | None =
     ([[0, 1]], 4, [1.0])
     """
     near = near_blocks(assembly, gap=gap) if near is None else near
-    allowed = _allowed(assembly, gap)
+    allowed = allowed_gaps(assembly, gap)
+    assembly = _flattened(assembly, gap, allowed)
     rows = _opposed_faces(assembly, near, allowed)
     patches = _clip_faces(assembly, rows)
     return _collect(assembly, patches, allowed)
 
 
-def near_blocks(assembly: Assembly, *, gap: float = GAP) -> Ints:
+def near_blocks(assembly: Assembly, *, gap: float | str = GAP) -> Ints:
     """Find the pairs of blocks whose boxes touch, or nearly so, without those of two supports.
 
     Parameters
     ----------
     assembly : Assembly
         The blocks.
-    gap : float, optional
+    gap : float or str, optional
         As in `find_interfaces`.
 
     Returns
@@ -164,19 +165,16 @@ def near_blocks(assembly: Assembly, *, gap: float = GAP) -> Ints:
     Raises
     ------
     InputError
-        When `gap` is not between 0 and 0.2.
+        When `gap` is neither between 0 and 0.2 nor a length.
     """
-    if not (isinstance(gap, (int, float)) and 0 < gap < 0.2):
-        raise InputError(f"gap is {gap!r}; it must be between 0 and 0.2 of the block size")
     lower, upper = assembly.bounds
-    pairs = near_pairs(lower, upper, NEAR_MISS * _allowed(assembly, gap))
+    pairs = near_pairs(lower, upper, NEAR_MISS * allowed_gaps(assembly, gap))
     return pairs[~assembly.support[pairs].all(axis=1)]
 
 
-def _allowed(assembly: Assembly, gap: float) -> Floats:
-    """Largest gap of a joint of each block, shape (n_blocks,) [m]: less than would reach through a thin block."""
-    surface = np.bincount(assembly.face_block, assembly.planes.area, assembly.n_blocks)
-    return np.minimum(gap * assembly.size, THIN * 2.0 * assembly.volume / surface)
+def _flattened(assembly: Assembly, gap: float | str, allowed: Floats) -> Assembly:
+    """The blocks with the faces that the search sees: a gap that is a length says how exact the geometry is."""
+    return assembly if stated_length(gap) is None else facets(assembly, tolerance=FLATNESS * allowed)
 
 
 @dataclass(frozen=True)
