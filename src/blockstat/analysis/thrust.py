@@ -210,7 +210,7 @@ def thrust_range(
     friction: float | None = None,
     gravity: Any = None,
     loads: Floats | None = None,
-    gap: float = GAP,
+    gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     solver: str = "auto",
 ) -> ThrustRange:
@@ -284,7 +284,7 @@ def settlement(
     friction: float | None = None,
     gravity: Any = None,
     loads: Floats | None = None,
-    gap: float = GAP,
+    gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     solver: str = "auto",
 ) -> Settlement:
@@ -364,7 +364,7 @@ def load_domain(
     friction: float | None = None,
     gravity: Any = None,
     loads: Floats | None = None,
-    gap: float = GAP,
+    gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     solver: str = "auto",
 ) -> LoadDomain:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from blockstat.contact.tolerance import gap_lengths
 from blockstat.errors import InputError
 from blockstat.geometry.broad_phase import near_pairs
 from blockstat.geometry.polyhedron import FacePlanes, members
@@ -25,15 +26,16 @@ DEEP = 0.1
 CHUNK = 2_000_000
 
 
-def check_overlaps(assembly: Assembly, *, gap: float, near: Ints | None = None) -> list[str]:
+def check_overlaps(assembly: Assembly, *, gap: float | str, near: Ints | None = None) -> list[str]:
     """Refuse deep overlaps of blocks and warn of shallow ones.
 
     Parameters
     ----------
     assembly : Assembly
         The blocks.
-    gap : float
-        Overlaps up to this fraction of the size of the smaller block are joints.
+    gap : float or str
+        Overlaps up to this gap of a joint, a share of the size of the smaller block or a length such as "2 mm",
+        are joints.
     near : array of int, shape (n, 2), optional
         Pairs of blocks among which to look; None for all.
 
@@ -82,15 +84,16 @@ def tell(assembly: Assembly, pairs: Ints, depth: Floats) -> str:
     return f'{len(pairs)} pairs of blocks overlap, the worst "{a}" and "{b}" by {depth[worst]:.2g} m'
 
 
-def overlaps(assembly: Assembly, *, gap: float, near: Ints | None = None) -> tuple[Ints, Floats]:
+def overlaps(assembly: Assembly, *, gap: float | str, near: Ints | None = None) -> tuple[Ints, Floats]:
     """Find pairs of convex blocks that overlap.
 
     Parameters
     ----------
     assembly : Assembly
         The blocks. Two supports may overlap.
-    gap : float
-        Overlaps up to this fraction of the size of the smaller block do not count.
+    gap : float or str
+        Overlaps up to this gap of a joint, a share of the size of the smaller block or a length such as "2 mm",
+        do not count.
     near : array of int, shape (n, 2), optional
         Pairs among which to look, as `blockstat.contact.interfaces.near_blocks` gives them; None for all.
 
@@ -110,27 +113,28 @@ def overlaps(assembly: Assembly, *, gap: float, near: Ints | None = None) -> tup
     ([[0, 1]], [0.1])
     """
     lower, upper = assembly.bounds
+    lengths = gap_lengths(assembly, gap)
     pairs = near_pairs(lower, upper, np.zeros(assembly.n_blocks)) if near is None else near
     pairs = pairs[~assembly.support[pairs].all(axis=1)]
-    limit = gap * assembly.size[pairs].min(axis=1)
+    limit = lengths[pairs].min(axis=1)
     deep = np.minimum(upper[pairs[:, 0]], upper[pairs[:, 1]]) - np.maximum(lower[pairs[:, 0]], lower[pairs[:, 1]])
     pairs = pairs[(deep > limit[:, None]).all(axis=1)]
-    pairs = pairs[convex_blocks(assembly, tolerance=gap)[pairs].all(axis=1)]
-    limit = gap * assembly.size[pairs].min(axis=1)
+    pairs = pairs[convex_blocks(assembly, tolerance=lengths / assembly.size)[pairs].all(axis=1)]
+    limit = lengths[pairs].min(axis=1)
     separated = np.maximum(_separation(assembly, pairs), _separation(assembly, pairs[:, ::-1])) >= -limit
     pairs, limit = pairs[~separated], limit[~separated]
     depth = np.array([_ball(assembly, a, b) for a, b in pairs])
     return pairs[depth > limit], depth[depth > limit]
 
 
-def convex_blocks(assembly: Assembly, *, tolerance: float = 1e-6) -> np.ndarray:
+def convex_blocks(assembly: Assembly, *, tolerance: float | Floats = 1e-6) -> np.ndarray:
     """Return which blocks are convex.
 
     Parameters
     ----------
     assembly : Assembly
         The blocks.
-    tolerance : float, optional
+    tolerance : float or array of float, shape (n_blocks,), optional
         A vertex may lie outside a face plane by this fraction of the size of its block.
 
     Returns

@@ -48,8 +48,7 @@ def facets(solid: Solid, *, tolerance: Floats | None = None) -> Solid:
     -----
     Beyond rounding, the two neighbours that fit a plane best are merged first, as in hierarchical face clustering, as
     long as their corners fit between the two planes and none of the merged faces leans to the common plane by more than
-    `blockstat.geometry.flat_regions.LEAN`. Which faces become one does not depend on their order, nor on the other
-    blocks.
+    `blockstat.geometry.flat_regions.LEAN`. Which faces become one does not depend on the other blocks.
 
     A merged face is one closed outline. Faces that surround a hole stay as they are: their patches lie in one plane,
     and become one joint later.
@@ -135,6 +134,8 @@ def _merged(solid: Solid, label: Ints, inner: np.ndarray, tail: Ints, head: Ints
     whole = np.zeros(len(label), dtype=bool)  # regions with one outline, by their lowest face
     whole[np.unique(region[edge])] = True
     whole[region[edge[place < 0]]] = False
+    if not whole.any():
+        return solid
     kept = ~whole[region]  # corners of faces that stay as they are
     ring = edge[order[whole[region[edge[order]]]]]
     corner = np.concatenate([np.flatnonzero(kept), ring])
