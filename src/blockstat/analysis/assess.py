@@ -13,7 +13,6 @@ from blockstat.analysis.decision import decide, outcome_of
 from blockstat.analysis.problem import Problem, free_fall, gap_warnings, pose, timed
 from blockstat.analysis.verdict import Outcome, Verdict, unit_motion
 from blockstat.certificate.check import Certificate
-from blockstat.contact.edges import edge_warnings
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import check_choice, known_options
 from blockstat.program.penalty import PenaltyProgram
@@ -190,9 +189,7 @@ def _verdict(problem: Problem, answer: Answer | None, checked: Answer | None, ti
             outcome = Outcome.UNDECIDED  # loads that happen to balance on nothing
     blocked: list[str] = []
     if outcome is Outcome.UNSTABLE:
-        blocked = edge_warnings(
-            problem.assembly, problem.interfaces, problem.gap, unit_motion(problem.assembly, mechanism)
-        )
+        blocked = []
         outcome = Outcome.UNDECIDED if blocked else outcome
     return Verdict(
         outcome=outcome,

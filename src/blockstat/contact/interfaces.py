@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from blockstat.contact.coplanar import Patches, merge_coplanar
+from blockstat.contact.edges import Tolerances, edge_contacts
 from blockstat.contact.faces import convex_faces, frames, planar
 from blockstat.contact.nonconvex import concave_patches
-from blockstat.contact.tolerance import FLATNESS, GAP, allowed_gaps, stated_length
+from blockstat.contact.tolerance import FLATNESS, GAP, allowed_gap, stated_length
 from blockstat.errors import known_options
 from blockstat.geometry import clipping as clip
 from blockstat.geometry.broad_phase import near_pairs
@@ -50,7 +51,7 @@ class Dropped:
 
 @dataclass(frozen=True, eq=False)
 class Interfaces:
-    """Contact patches and their corner points.
+    """Contacts between blocks and their points: patches, and edges and corners without area.
 
     The normal points from block a to block b; forces are those on b. The frame (n, t1, t2) is right-handed.
     """
@@ -64,6 +65,14 @@ class Interfaces:
     dropped: tuple[Dropped, ...] = ()
     outlines: tuple[Floats, ...] | None = None  #: corners of the patches where the points are not those
     share: Floats | None = None  #: part of the interface's area that each point stands for; None: equal parts
+    kind: Ints | None = None  #: shape (n_interfaces,), values of `ContactKind`; None: all are patches
+    #: shape (n, 2), pairs that may also touch where there is no unique normal (see `blockstat.contact.unresolved`)
+    rims: Ints | None = None
+
+    @property
+    def kinds(self) -> Ints:
+        """Kind of each interface, values of `ContactKind`, shape (n_interfaces,)."""
+        return np.zeros(self.n_interfaces, np.int8) if self.kind is None else self.kind
 
     @property
     def n_interfaces(self) -> int:
@@ -140,11 +149,11 @@ def find_interfaces(assembly: Assembly, *, gap: float | str = GAP, near: Ints | 
     ([[0, 1]], 4, [1.0])
     """
     near = near_blocks(assembly, gap=gap) if near is None else near
-    allowed = allowed_gaps(assembly, gap)
-    assembly = _flattened(assembly, gap, allowed)
+    allowed = allowed_gap(assembly, gap)
+    assembly = as_searched(assembly, gap)
     rows = _opposed_faces(assembly, near, allowed)
     patches = _clip_faces(assembly, rows)
-    return _collect(assembly, patches, allowed)
+    return _collect(assembly, patches, allowed, near)
 
 
 def near_blocks(assembly: Assembly, *, gap: float | str = GAP) -> Ints:
@@ -168,13 +177,28 @@ def near_blocks(assembly: Assembly, *, gap: float | str = GAP) -> Ints:
         When `gap` is neither between 0 and 0.2 nor a length.
     """
     lower, upper = assembly.bounds
-    pairs = near_pairs(lower, upper, NEAR_MISS * allowed_gaps(assembly, gap))
+    pairs = near_pairs(lower, upper, NEAR_MISS * allowed_gap(assembly, gap))
     return pairs[~assembly.support[pairs].all(axis=1)]
 
 
-def _flattened(assembly: Assembly, gap: float | str, allowed: Floats) -> Assembly:
-    """The blocks with the faces that the search sees: a gap that is a length says how exact the geometry is."""
-    return assembly if stated_length(gap) is None else facets(assembly, tolerance=FLATNESS * allowed)
+def as_searched(assembly: Assembly, gap: float | str) -> Assembly:
+    """Return the blocks with the faces that the search sees.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    gap : float or str
+        As in `find_interfaces`.
+
+    Returns
+    -------
+    Assembly
+        The blocks themselves, or with facets if the gap is a length: it says how exact the geometry is.
+    """
+    if stated_length(gap) is None:
+        return assembly
+    return facets(assembly, tolerance=FLATNESS * allowed_gap(assembly, gap))
 
 
 @dataclass(frozen=True)
@@ -283,7 +307,7 @@ def _gaps(
     return np.where(live, np.abs(height[1] - height[0]), 0.0).max(axis=1, initial=0.0), middle
 
 
-def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats) -> Interfaces:
+def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats, pairs: Ints) -> Interfaces:
     """Judge the patches, merge those of one plane, and list their corner points."""
     near: list[tuple[Dropped, Floats]] = []
     dropped: list[Dropped] = []
@@ -315,11 +339,14 @@ def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats) -> Int
     pair, frame, origin, area, gaps = (np.concatenate(column) for column in zip(*kept, strict=True))
     found = Patches(pair, frame, origin, area, gaps, np.concatenate(corners), np.concatenate(counts))
     found = merge_coplanar(found, allowed)
+    found, kind, rims = edge_contacts(assembly, found, pairs, Tolerances(allowed, WIDTH, float(np.sin(ANGLE))))
     tangents = np.repeat(found.frame[:, 1:], found.count, axis=0)
     point = np.repeat(found.origin, found.count, axis=0) + np.einsum("nk,nkj->nj", found.corner, tangents)
     start = np.concatenate([[0], np.cumsum(found.count)])
     dropped = [*_open(assembly, near, found.pair), *dropped]
-    return Interfaces(found.pair, found.frame, found.area, found.gap, point, start, tuple(dropped))
+    return Interfaces(
+        found.pair, found.frame, found.area, found.gap, point, start, tuple(dropped), kind=kind, rims=rims
+    )
 
 
 def _open(assembly: Assembly, near: list[tuple[Dropped, Floats]], pair: Ints) -> list[Dropped]:

@@ -84,7 +84,7 @@ def gap_lengths(solid: Polyhedra, gap: float | str) -> Floats:
     return gap * solid.size if length is None else np.full(solid.n_blocks, length)  # type: ignore[operator]
 
 
-def allowed_gaps(solid: Polyhedra, gap: float | str) -> Floats:
+def allowed_gap(solid: Polyhedra, gap: float | str) -> Floats:
     """Return the largest gap of a joint of each block: less than would reach through a thin block.
 
     Parameters

@@ -101,16 +101,12 @@ def _corner_distance(solid: Polyhedra, sets: np.ndarray) -> float:
 def _distances(solid: Polyhedra, edges: _Edges, pairs: Ints, bound: float) -> Floats:
     """Distance between the surfaces of each pair of blocks, exact where it is at most the bound [m]."""
     best = np.full(len(pairs), np.inf)
-    lower, upper = solid.bounds
-    near = [
-        _near_box(edges.box, edges.first, edges.count, pairs[:, i], (lower[pairs[:, 1 - i]], upper[pairs[:, 1 - i]]), bound)
-        for i in (0, 1)
-    ]
+    boxes = [(solid.bounds[0][pairs[:, i]], solid.bounds[1][pairs[:, i]]) for i in (0, 1)]
+    near = [_near_box(edges.box, edges.first, edges.count, pairs[:, i], boxes[1 - i], bound) for i in (0, 1)]
     row, one, other = _matches(near[0], near[1], edges.box, edges.box, len(pairs), bound)
     np.minimum.at(best, row, _segments(edges.ends[one], edges.ends[other]))
     for i in (0, 1):
-        boxes = lower[pairs[:, i]], upper[pairs[:, i]]
-        faces = _near_box(edges.face_box, edges.first_face, edges.faces, pairs[:, 1 - i], boxes, bound)
+        faces = _near_box(edges.face_box, edges.first_face, edges.faces, pairs[:, 1 - i], boxes[i], bound)
         row, edge, face = _matches(near[i], faces, edges.box, edges.face_box, len(pairs), bound)
         np.minimum.at(best, row, _edge_to_face(solid, edges.ends[edge], face))
     return best

@@ -6,12 +6,13 @@ between such pieces are no edges of the stone: nothing rests on them.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections import defaultdict
+from dataclasses import dataclass, replace
+from heapq import heapify, heappop, heappush
 from typing import TypeVar
 
 import numpy as np
 
-from blockstat.geometry.flat_regions import flat_regions
 from blockstat.geometry.polyhedron import Polyhedra, next_in_face
 from blockstat.typing import Floats, Ints
 
@@ -25,6 +26,9 @@ ROUNDING = 1e-6
 FLAT = 1e-3
 #: A line turns at a corner if the sine of the angle is larger.
 STRAIGHT = 1e-6
+#: A face leans by at most this to the plane of its region. Faces of two blocks that are further than 15 degrees from
+#: opposed are never one joint (`blockstat.contact.interfaces.ANGLE`); half of it is left to each.
+LEAN = np.deg2rad(7.5)
 
 
 def facets(solid: Solid, *, tolerance: Floats | None = None) -> Solid:
@@ -48,7 +52,7 @@ def facets(solid: Solid, *, tolerance: Floats | None = None) -> Solid:
     -----
     Beyond rounding, the two neighbours that fit a plane best are merged first, as in hierarchical face clustering, as
     long as their corners fit between the two planes and none of the merged faces leans to the common plane by more than
-    `blockstat.geometry.flat_regions.LEAN`. Which faces become one does not depend on the other blocks.
+    `LEAN`. Which faces become one does not depend on the other blocks.
 
     A merged face is one closed outline. Faces that surround a hole stay as they are: their patches lie in one plane,
     and become one joint later.
@@ -76,7 +80,7 @@ def facets(solid: Solid, *, tolerance: Floats | None = None) -> Solid:
     sides = np.column_stack([face[one], face[other]])
     label = _coplanar(solid, sides, rounding)
     if tolerance is not None:
-        label = flat_regions(solid, label, sides, np.where(tolerance > rounding, tolerance, 0.0))
+        label = _flat_regions(solid, label, sides, np.where(tolerance > rounding, tolerance, 0.0))
     if (label == np.arange(len(label))).all():
         return solid
     inner = np.zeros(len(tail), dtype=bool)
@@ -86,7 +90,7 @@ def facets(solid: Solid, *, tolerance: Floats | None = None) -> Solid:
 
 
 def _opposite(tail: Ints, head: Ints, n_vertices: int) -> tuple[Ints, Ints]:
-    """The two corners from which each edge goes, one in each of its faces; edges of other than two faces are no such."""
+    """The two corners from which each edge goes, one in each of its two faces."""
     key = np.minimum(tail, head).astype(np.int64) * n_vertices + np.maximum(tail, head)
     order = np.argsort(key, kind="stable")
     same = key[order[1:]] == key[order[:-1]]
@@ -123,6 +127,102 @@ def _coplanar(solid: Polyhedra, sides: Ints, rounding: Floats) -> Ints:
     plane = (high - low)[label] <= rounding[solid.face_block]
     _, first = np.unique(label, return_index=True)
     return np.where(plane, first[label], lowest)
+
+
+@dataclass(frozen=True)
+class _Region:
+    """Faces of one block that are merged so far."""
+
+    vertices: Ints  #: numbers, once each
+    area: Floats  #: vector area, shape (3,) [m2]
+    normals: Floats  #: unit normals of the faces that are wider than the tolerance, shape (n, 3)
+
+
+def _flat_regions(solid: Polyhedra, label: Ints, sides: Ints, tolerance: Floats) -> Ints:
+    """Merge regions whose corners lie between two planes as near as the tolerance of their block, zero for none.
+
+    A face that is narrower than the tolerance may have any direction: that of a sliver is noise.
+    """
+    ends = label[sides]
+    ends = np.unique(np.sort(ends[ends[:, 0] != ends[:, 1]], axis=1), axis=0)
+    ends = ends[tolerance[solid.face_block[ends[:, 0]]] > 0]
+    if not len(ends):
+        return label
+    merged = np.arange(len(label))
+    block = solid.face_block[ends[:, 0]]
+    for one in np.unique(block):
+        for region, into in _cluster(solid, label, ends[block == one], float(tolerance[one])):
+            merged[region] = into
+    return merged[label]
+
+
+def _cluster(solid: Polyhedra, label: Ints, ends: Ints, tolerance: float) -> list[tuple[int, int]]:
+    """Which regions of a block are merged into which, the lowest of each."""
+    regions, beside = _start(solid, label, ends, tolerance)
+    heap = [(_cost(solid, regions, (a, b), tolerance), a, b) for a, b in ends.tolist()]
+    heap = [item for item in heap if item[0] >= 0]
+    heapify(heap)
+    into: dict[int, int] = {}
+    parts: dict[int, list[int]] = {}
+    number = len(label)
+    while heap:
+        _, a, b = heappop(heap)
+        if a not in regions or b not in regions:
+            continue
+        one, other = regions.pop(a), regions.pop(b)
+        regions[number] = _Region(
+            np.union1d(one.vertices, other.vertices),
+            one.area + other.area,
+            np.concatenate([one.normals, other.normals]),
+        )
+        parts[number] = parts.pop(a, [a]) + parts.pop(b, [b])
+        beside[number] = (beside.pop(a) | beside.pop(b)) - {a, b}
+        for near in beside[number]:
+            beside[near] = beside[near] - {a, b} | {number}
+            cost = _cost(solid, regions, (near, number), tolerance)
+            if cost >= 0:
+                heappush(heap, (cost, near, number))
+        number += 1
+    for members in parts.values():
+        into.update(dict.fromkeys(members, min(members)))
+    return list(into.items())
+
+
+def _start(
+    solid: Polyhedra, label: Ints, ends: Ints, tolerance: float
+) -> tuple[dict[int, _Region], dict[int, set[int]]]:
+    """The regions to begin with, and those beside each."""
+    beside: dict[int, set[int]] = defaultdict(set)
+    for a, b in ends.tolist():
+        beside[a].add(b)
+        beside[b].add(a)
+    first, last = np.searchsorted(solid.face_block, solid.face_block[ends[0, 0]] + np.array([0, 1]))
+    regions = {}
+    for region in beside:
+        faces = first + np.flatnonzero(label[first:last] == region)
+        corners = [solid.face_vertices[solid.face_start[f] : solid.face_start[f + 1]] for f in faces]
+        vertices = np.unique(np.concatenate(corners))
+        area = (solid.planes.normal[faces] * solid.planes.area[faces, None]).sum(axis=0)
+        size = float(np.linalg.norm(area))
+        length = float(np.linalg.norm(np.ptp(solid.vertices[vertices], axis=0)))
+        wide = size > tolerance * length
+        regions[region] = _Region(vertices, area, (area / size)[None] if wide else np.empty((0, 3)))
+    return regions, dict(beside)
+
+
+def _cost(solid: Polyhedra, regions: dict[int, _Region], pair: tuple[int, int], tolerance: float) -> float:
+    """How far apart two planes are that hold both regions between them [m]; -1 if they are not one."""
+    one, other = regions[pair[0]], regions[pair[1]]
+    area = one.area + other.area
+    size = float(np.linalg.norm(area))
+    if size == 0:
+        return -1.0
+    normal = area / size
+    if min((one.normals @ normal).min(initial=1.0), (other.normals @ normal).min(initial=1.0)) < np.cos(LEAN):
+        return -1.0
+    height = solid.vertices[np.concatenate([one.vertices, other.vertices])] @ normal
+    thickness = float(height.max() - height.min())
+    return thickness if thickness <= tolerance else -1.0
 
 
 def _merged(solid: Solid, label: Ints, inner: np.ndarray, tail: Ints, head: Ints, face: Ints) -> Solid:
