@@ -152,7 +152,8 @@ def find_interfaces(assembly: Assembly, *, gap: float | str = GAP, near: Ints | 
     allowed = allowed_gap(assembly, gap)
     assembly = as_searched(assembly, gap)
     rows = _opposed_faces(assembly, near, allowed)
-    patches = _clip_faces(assembly, rows)
+    rough = assembly.planes.warp * (stated_length(gap) is not None)
+    patches = _clip_faces(assembly, rows, rough)
     return _collect(assembly, patches, allowed, near)
 
 
@@ -211,6 +212,7 @@ class _Pieces:
     count: Ints
     origin: Floats
     gap: Floats
+    rough: Floats  #: how far the corners of the two faces leave their planes, together [m]
 
 
 def _opposed_faces(assembly: Assembly, pairs: Ints, allowed: Floats) -> tuple[Ints, Ints]:
@@ -250,7 +252,7 @@ def _faces_near(
     return row[near], face[near]
 
 
-def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints]) -> list[_Pieces]:
+def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints], rough: Floats) -> list[_Pieces]:
     """Common patches of face pairs, in batches of like corner counts; concave faces go piece by piece."""
     fa, fb = rows
     if not len(fa):
@@ -284,6 +286,7 @@ def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints]) -> list[_Pieces]:
                 count=count,
                 origin=origin[batch] + middle[:, None] * frame[batch, 0],
                 gap=gap,
+                rough=rough[fa[batch]] + rough[fb[batch]],
             )
         )
     return found
@@ -333,7 +336,7 @@ def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats, pairs:
             dropped.append(Dropped(a, b, "sliver", float(width[i]), float(WIDTH * size[i])))
         good = np.flatnonzero(wide & close)
         mask = clip.corners(p.polygon[good], p.count[good], SPAN * size[good])
-        kept.append((p.pair[good], p.frame[good], p.origin[good], area[good], p.gap[good]))
+        kept.append((p.pair[good], p.frame[good], p.origin[good], area[good], p.gap[good] + p.rough[good]))
         corners.append(p.polygon[good][mask])
         counts.append(mask.sum(axis=1))
     pair, frame, origin, area, gaps = (np.concatenate(column) for column in zip(*kept, strict=True))
