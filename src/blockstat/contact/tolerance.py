@@ -54,9 +54,7 @@ def stated_length(gap: float | str) -> float | None:
             raise InputError(f'gap is "{gap}"; it must be a share of the block size, or a length such as "2 mm"')
         return length
     if not (isinstance(gap, (int, float)) and 0 < gap < 0.2):
-        raise InputError(
-            f'gap is {gap!r}; it must be between 0 and 0.2 of the block size, or a length such as "2 mm"'
-        )
+        raise InputError(f'gap is {gap!r}; it must be between 0 and 0.2 of the block size, or a length such as "2 mm"')
     return None
 
 

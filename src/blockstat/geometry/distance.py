@@ -112,9 +112,7 @@ def _distances(solid: Polyhedra, edges: _Edges, pairs: Ints, bound: float) -> Fl
     return best
 
 
-def _near_box(
-    boxes: Boxes, first: Ints, count: Ints, blocks: Ints, other: Boxes, bound: float
-) -> tuple[Ints, Ints]:
+def _near_box(boxes: Boxes, first: Ints, count: Ints, blocks: Ints, other: Boxes, bound: float) -> tuple[Ints, Ints]:
     """For each row those parts of its block that come within the bound of a box."""
     row, part = members(first[blocks], count[blocks])
     near = ((boxes[0][part] <= other[1][row] + bound) & (boxes[1][part] >= other[0][row] - bound)).all(axis=1)
