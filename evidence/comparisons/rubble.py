@@ -14,7 +14,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from blockstat import Assembly, find_interfaces, read
-from blockstat.contact.unresolved import unresolved
+from blockstat.contact.unresolved import unresolved_contacts
 from evidence import results
 from evidence.paths import CASES
 from evidence.tables import table
@@ -48,7 +48,7 @@ def measured(folder: Path) -> dict[str, list[tuple[str, str, float, bool]]]:
 def found_between(assembly: Assembly, gap: float | str) -> dict[frozenset[str], str]:
     """What is found between two blocks, by their names."""
     interfaces = find_interfaces(assembly, gap=gap)
-    bare = unresolved(assembly, interfaces, gap=gap)
+    bare = unresolved_contacts(assembly, interfaces, gap=gap)
 
     def names(pair: tuple[int, int]) -> frozenset[str]:
         return frozenset(assembly.names[block] for block in pair)

@@ -11,6 +11,7 @@ from blockstat.analysis.certificate_cache import Memory
 from blockstat.analysis.coulomb import coulomb_state
 from blockstat.analysis.decision import decide, outcome_of
 from blockstat.analysis.problem import Problem, free_fall, gap_warnings, pose, timed
+from blockstat.analysis.rims import overlap_warnings, rim_warnings, with_rims
 from blockstat.analysis.verdict import Outcome, Verdict, unit_motion
 from blockstat.certificate.check import Certificate
 from blockstat.contact.interfaces import GAP, Interfaces
@@ -117,13 +118,10 @@ def assess(
                 state = coulomb_state(problem.program, solver=_second(solver))
     timings["total"] = sum(timings.values())
     verdict = _verdict(problem, answer, checked, timings)
-    early = answer is not None and answer.status in (Status.MECHANISM, Status.RECALLED)
-    if early and verdict.outcome is Outcome.UNDECIDED:
-        # The mechanism of least adhesion moves fewer blocks, so it may not press on contacts that are not modelled.
-        return assess(
-            assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=problem.interfaces,
-            solver=solver, flow=flow,
-        )  # fmt: skip
+    if verdict.outcome is Outcome.UNSTABLE and (warnings := rim_warnings(problem, verdict.mechanism)):
+        options = {"friction": friction, "gravity": gravity, "loads": loads, "gap": gap, "solver": solver}
+        held = assess(assembly, interfaces=with_rims(problem), score=False, **options)
+        verdict = _beyond_doubt(verdict, held, warnings)
     if flow == "associated":
         return verdict
     outcome = verdict.outcome
@@ -188,9 +186,8 @@ def _verdict(problem: Problem, answer: Answer | None, checked: Answer | None, ti
         elif outcome is Outcome.STABLE:
             outcome = Outcome.UNDECIDED  # loads that happen to balance on nothing
     blocked: list[str] = []
-    if outcome is Outcome.UNSTABLE:
-        blocked = []
-        outcome = Outcome.UNDECIDED if blocked else outcome
+    if outcome is Outcome.UNSTABLE and (blocked := overlap_warnings(problem, unit_motion(problem.assembly, mechanism))):
+        outcome = Outcome.UNDECIDED
     return Verdict(
         outcome=outcome,
         score=score,
@@ -206,3 +203,10 @@ def _verdict(problem: Problem, answer: Answer | None, checked: Answer | None, ti
         warnings=(*problem.warnings, *blocked, *gap_warnings(problem, outcome)),
         bonds=problem.to_bonds(force),
     )
+
+
+def _beyond_doubt(verdict: Verdict, held: Verdict, warnings: list[str]) -> Verdict:
+    """Unstable where the blocks fall whatever contacts without a unique normal carry, undecided elsewhere."""
+    if held.outcome is Outcome.UNSTABLE:
+        return replace(verdict, mechanism=held.mechanism, certificate=held.certificate)
+    return replace(verdict, outcome=Outcome.UNDECIDED, warnings=(*verdict.warnings, *warnings))

@@ -27,7 +27,7 @@ def refine(interfaces: Interfaces, divisions: Ints) -> Interfaces:
     interfaces : Interfaces
         The interfaces.
     divisions : array of int, shape (n_interfaces,)
-        Cells along each side of each interface; 0 leaves its corners as they are.
+        Cells along each side of each interface; 0 leaves its corners as they are. Edges and corners have no cells.
 
     Returns
     -------
@@ -37,7 +37,7 @@ def refine(interfaces: Interfaces, divisions: Ints) -> Interfaces:
     points, shares, counts = [], [], []
     for k, cells in enumerate(divisions):
         corners = interfaces.point[interfaces.start[k] : interfaces.start[k + 1]]
-        if not cells:
+        if not cells or not interfaces.area[k]:
             own, share = corners, interfaces.point_share[interfaces.start[k] : interfaces.start[k + 1]]
         else:
             own, share = _cells(corners, interfaces.frame[k], int(cells))

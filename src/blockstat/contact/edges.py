@@ -24,8 +24,8 @@ from blockstat.contact.features import (
     position,
     together,
 )
-from blockstat.geometry.polyhedron import members
 from blockstat.geometry.convexity import convex_solids, separations
+from blockstat.geometry.polyhedron import members
 from blockstat.geometry.topology import edge_topology
 from blockstat.typing import Floats, Ints
 

@@ -196,7 +196,8 @@ def crossings(search: Search) -> Features:
     height = np.einsum("ij,ij->i", offset, normal)
     good = np.abs(height) <= search.reach[row]
     for at, line in ((share, a), (other, b)):
-        margin = search.rounding[row] / np.linalg.norm(line, axis=1)
+        # Like a patch it must be no more open than it is wide, here its distance from the ends.
+        margin = np.maximum(search.rounding[row], np.abs(height)) / np.linalg.norm(line, axis=1)
         good &= (at > margin) & (at < 1 - margin)
     lean_a = np.einsum("ikj,ij->ik", topo.inward[one], normal)
     lean_b = np.einsum("ikj,ij->ik", topo.inward[two], normal)
@@ -259,19 +260,19 @@ def _edges_on(search: Search, side: int, row: Ints, face: Ints, edge: Ints, stee
     frame = frames(normal[face])
     flat = np.einsum("ikj,itj->ikt", ends, frame[:, 1:])
     none = np.empty(0, dtype=np.int64)
-    parts = [(none, np.empty(0), np.empty(0), none, none)]
+    parts = [(none, np.empty(0), np.empty(0), none, none, np.empty(0))]
     for own, polygon, sides in _outlines(search, face, frame):
         which, begin, finish, state = _spans(
             flat[own], polygon, sides >= 0, search.rounding[row[own]], search.beyond[row[own]]
         )
         middle = flat[own[which], 0] + ((begin + finish) / 2)[:, None] * (flat[own[which], 1] - flat[own[which], 0])
-        parts.append((own[which], begin, finish, state, _nearest(middle, polygon[which], sides[which])))
-    which, begin, finish, state, other = (np.concatenate(column) for column in zip(*parts, strict=True))
+        parts.append((own[which], begin, finish, state, *_nearest(middle, polygon[which], sides[which])))
+    which, begin, finish, state, other, inset = (np.concatenate(column) for column in zip(*parts, strict=True))
     share = np.stack([begin, finish], axis=1)
     heights = height[which, :1] + share * (height[which, 1:] - height[which, :1])
     gap = np.abs(heights).max(axis=1, initial=0.0)
     on_rim = state == RIM
-    good = (gap <= search.reach[row[which]]) & (on_rim | (lean[which] >= -LEAN))
+    good = _touches(search, row[which], gap, inset, on_rim) & (on_rim | (lean[which] >= -LEAN))
     which, share, heights, gap, on_rim, other = (x[good] for x in (which, share, heights, gap, on_rim, other))
     points = ends[which, :1] + share[..., None] * (ends[which, 1:] - ends[which, :1])
     out = normal[face[which]]
@@ -294,6 +295,7 @@ def _corners_on(search: Search, side: int, row: Ints, face: Ints, corner: Ints) 
     frame = frames(normal[face])
     flat = np.einsum("ij,itj->it", offset, frame[:, 1:])
     state, other = np.zeros(len(row), dtype=np.int8), np.zeros(len(row), dtype=np.int64)
+    inset = np.zeros(len(row))
     for own, polygon, sides in _outlines(search, face, frame):
         rounding, beyond = search.rounding[row[own]], search.beyond[row[own]]
         state[own] = position(flat[own][:, None], polygon, sides >= 0, rounding, beyond)[:, 0]
@@ -303,8 +305,10 @@ def _corners_on(search: Search, side: int, row: Ints, face: Ints, corner: Ints) 
         meets = np.minimum(meets, len(topo.corner) - 1)
         at_corner = distance.min(axis=1) <= beyond
         at_corner &= topo.corner[meets] == topo.vertex[assembly.face_vertices[at]]
-        other[own] = np.where(at_corner, ~meets, _nearest(flat[own], polygon, sides))
+        side_below, inset[own] = _nearest(flat[own], polygon, sides)
+        other[own] = np.where(at_corner, ~meets, side_below)
     good = (state == RIM) | ((state == INSIDE) & (lean >= -LEAN))
+    good &= _touches(search, row, np.abs(height), inset, state == RIM)
     row, face, corner, height, other = row[good], face[good], corner[good], height[good], other[good]
     out = normal[face]
     place = assembly.vertices[topo.corner[corner]] - height[:, None] / 2 * out
@@ -369,17 +373,23 @@ def _spans(
     return which, cuts[which, begin], cuts[which, finish], found
 
 
-def _nearest(points: Floats, polygon: Floats, sides: Ints) -> Ints:
-    """The convex edge of each polygon that is nearest to a point, -1 where the polygon has none."""
+def _touches(search: Search, row: Ints, gap: Floats, inset: Floats, on_rim: np.ndarray) -> np.ndarray:
+    """Whether a contact closes: like a patch it must be no more open than it is wide, here its distance from the rim."""
+    return gap <= np.where(on_rim, search.rounding[row], np.minimum(search.reach[row], inset))
+
+
+def _nearest(points: Floats, polygon: Floats, sides: Ints) -> tuple[Ints, Floats]:
+    """The convex edge of each polygon that is nearest to a point, -1 where it has none, and its distance."""
     if not len(points):
-        return np.empty(0, dtype=np.int64)
+        return np.empty(0, dtype=np.int64), np.empty(0)
     line = np.roll(polygon, -1, axis=1) - polygon
     offset = points[:, None] - polygon
     square = (line**2).sum(axis=2)
     share = np.clip((offset * line).sum(axis=2) / np.where(square > 0, square, 1.0), 0.0, 1.0)
     distance = np.linalg.norm(offset - share[..., None] * line, axis=2)
-    best = np.where((sides >= 0) & (square > 0), distance, np.inf).argmin(axis=1)
-    return np.take_along_axis(sides, best[:, None], axis=1)[:, 0]
+    distance = np.where((sides >= 0) & (square > 0), distance, np.inf)
+    best = distance.argmin(axis=1)[:, None]
+    return np.take_along_axis(sides, best, axis=1)[:, 0], np.take_along_axis(distance, best, axis=1)[:, 0]
 
 
 def position(

@@ -51,15 +51,38 @@ class Unresolved:
             One point each.
         """
         n = len(self.contact)
-        none = np.zeros(n)
-        kind = np.full(n, ContactKind.CORNER, np.int8)
-        point = self.point[self.contact]
-        return Interfaces(
-            self.pair[self.contact], frames(self.normal), none, none, point, np.arange(n + 1), kind=kind
+        none, kind = np.zeros(n), np.full(n, ContactKind.CORNER, np.int8)
+        pair, point = self.pair[self.contact], self.point[self.contact]
+        return Interfaces(pair, frames(self.normal), none, none, point, np.arange(n + 1), kind=kind)
+
+    def beside(self, interfaces: Interfaces) -> Interfaces:
+        """Return interfaces and after them these contacts as corners on faces.
+
+        Parameters
+        ----------
+        interfaces : Interfaces
+            Interfaces of the same blocks.
+
+        Returns
+        -------
+        Interfaces
+            All contacts; none is left unresolved.
+        """
+        more = self.as_corners()
+        columns = ("pair", "frame", "area", "gap", "point", "kinds")
+        pair, frame, area, gap, point, kind = (
+            np.concatenate([getattr(interfaces, c), getattr(more, c)]) for c in columns
         )
+        start = np.concatenate([interfaces.start, interfaces.start[-1] + more.start[1:]])
+        outlines, share = interfaces.outlines, interfaces.share
+        if outlines is not None:
+            outlines = (*outlines, *more.point[:, None])
+        if share is not None:
+            share = np.concatenate([share, np.ones(more.n_points)])
+        return Interfaces(pair, frame, area, gap, point, start, interfaces.dropped, outlines, share, kind)
 
 
-def unresolved(
+def unresolved_contacts(
     assembly: Assembly, interfaces: Interfaces, *, gap: float | str = GAP, pairs: Ints | None = None
 ) -> Unresolved:
     """Find the contacts without a unique normal.

@@ -1,0 +1,103 @@
+"""Whether a mechanism holds at the contacts that are in no program: those without a unique normal, and overlaps."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from blockstat.analysis.problem import Problem
+from blockstat.certificate.check import opening_slack
+from blockstat.contact.interfaces import Interfaces
+from blockstat.contact.penetration import overlaps
+from blockstat.contact.point_law import joint_friction
+from blockstat.contact.unresolved import unresolved_contacts
+from blockstat.geometry.polyhedron import point_velocity
+from blockstat.typing import Floats
+
+#: Speeds below this fraction of the fastest corner are rounding.
+SLOW = 1e-6
+
+
+def overlap_warnings(problem: Problem, mechanism: Floats) -> list[str]:
+    """Warn of blocks in a mechanism that overlap too far to have a joint, and so have none in the program.
+
+    Parameters
+    ----------
+    problem
+        The posed problem.
+    mechanism
+        Velocity [m] and rotation [rad] of each block, shape (n_blocks, 6); the fastest corner moves by 1 m.
+
+    Returns
+    -------
+    list of str
+        One warning that names a pair, or none.
+    """
+    assembly = problem.assembly
+    joined = {tuple(pair) for pair in problem.interfaces.pair.tolist()}
+    moves = np.abs(mechanism).max(axis=1) > 0
+    hidden = [pair for pair in overlaps(assembly, gap=problem.gap)[0].tolist() if tuple(sorted(pair)) not in joined]
+    hidden = [pair for pair in hidden if moves[pair].any()]
+    if not hidden:
+        return []
+    one, two = (assembly.names[i] for i in hidden[0])
+    return [
+        f'"{one}" and "{two}" overlap too far to have a joint ({len(hidden)} such pairs move), so instability is '
+        "not proven"
+    ]
+
+
+def rim_warnings(problem: Problem, mechanism: Floats) -> list[str]:
+    """Warn of blocks that may resist a mechanism where they touch without a unique normal.
+
+    The mechanism is a proof where `g_n >= mu |g_t|` holds about each normal that keeps the two blocks apart.
+
+    Parameters
+    ----------
+    problem
+        The posed problem.
+    mechanism
+        As in `overlap_warnings`.
+
+    Returns
+    -------
+    list of str
+        One warning that names a pair, or none.
+    """
+    assembly, rims = problem.assembly, problem.interfaces.rims
+    if rims is None or not len(rims):
+        return []
+    a, b = rims.T
+    apart = mechanism[b, :3] - mechanism[a, :3] + np.cross(mechanism[a, 3:], assembly.centroid[a] - assembly.centroid[b])
+    turn = (mechanism[b, 3:] - mechanism[a, 3:]) * assembly.size[b, None]
+    moving = rims[np.hypot(np.linalg.norm(apart, axis=1), np.linalg.norm(turn, axis=1)) > SLOW]
+    found = unresolved_contacts(assembly, problem.interfaces, gap=problem.gap, pairs=moving)
+    corners = found.as_corners()
+    one, two = (point_velocity(assembly, mechanism, corners.pair[:, side], corners.point) for side in (0, 1))
+    rates = np.einsum("nij,nj->ni", corners.frame, two - one)
+    resists = opening_slack(rates, joint_friction(assembly, corners)) < -SLOW
+    if not resists.any():
+        return []
+    pairs = np.unique(corners.pair[resists], axis=0)
+    first, second = (assembly.names[i] for i in pairs[0])
+    reason = found.reason[found.contact[resists.argmax()]]
+    return [
+        f'"{first}" and "{second}" touch only {reason}, where forces have no definite direction ({len(pairs)} such '
+        "pairs may resist), so instability is not proven"
+    ]
+
+
+def with_rims(problem: Problem) -> Interfaces:
+    """Return the interfaces of a problem with all that contacts without a unique normal could carry.
+
+    Parameters
+    ----------
+    problem
+        The posed problem.
+
+    Returns
+    -------
+    Interfaces
+        What falls with these, falls.
+    """
+    found = unresolved_contacts(problem.assembly, problem.interfaces, gap=problem.gap)
+    return found.beside(problem.interfaces)
