@@ -375,7 +375,7 @@ def _spans(
 
 def _touches(search: Search, row: Ints, gap: Floats, inset: Floats, on_rim: np.ndarray) -> np.ndarray:
     """Whether a contact closes: like a patch it must be no more open than it is wide, here its distance from the rim."""
-    return gap <= np.where(on_rim, search.rounding[row], np.minimum(search.reach[row], inset))
+    return gap <= np.where(on_rim, search.beyond[row], np.minimum(search.reach[row], inset))
 
 
 def _nearest(points: Floats, polygon: Floats, sides: Ints) -> tuple[Ints, Floats]:
