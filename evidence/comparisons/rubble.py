@@ -2,7 +2,7 @@
 
     python -m evidence.comparisons.rubble [--gap "2 mm"] [--json] [--write FILE]
 
-The measurement (contacts.json beside the walls) lists the distance of every pair of stones that is nearer than 3 mm, and
+The measurement (contacts.json beside the walls) lists the distance of every pair of stones nearer than 3 mm, and
 the length over which their sides are opposed within 2 mm and 3 degrees. A pair with at least 5 mm of it is a pair of
 faces, another one a pair of a corner or an edge.
 """
