@@ -165,7 +165,7 @@ def pulled_slab():
     asm = assembly(
         [
             box((-3, 0, -1), (8, 1, 0), name="ground"),
-            box((2, 0, 1), (3, 1, 2), name="wall"),
+            box((2, 0, 1.1), (3, 1, 2), name="wall"),  # clear of the edge of A
             box((-2, 0, 0), (2, 1, 1), name="A", density=0.25),
             box((-2, 0, 1), (2, 1, 2), name="B", density=0.25),
         ],

@@ -17,7 +17,7 @@ from blockstat.certificate.check import Certificate
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import check_choice, known_options
 from blockstat.program.penalty import PenaltyProgram
-from blockstat.solve.answer import Answer, Status
+from blockstat.solve.answer import Answer
 from blockstat.solve.cvxpy import solve_on_paper
 from blockstat.solve.dispatch import CHOICES
 from blockstat.solve.penalty import solve_penalty

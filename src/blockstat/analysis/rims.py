@@ -67,7 +67,9 @@ def rim_warnings(problem: Problem, mechanism: Floats) -> list[str]:
     if rims is None or not len(rims):
         return []
     a, b = rims.T
-    apart = mechanism[b, :3] - mechanism[a, :3] + np.cross(mechanism[a, 3:], assembly.centroid[a] - assembly.centroid[b])
+    apart = (
+        mechanism[b, :3] - mechanism[a, :3] + np.cross(mechanism[a, 3:], assembly.centroid[a] - assembly.centroid[b])
+    )
     turn = (mechanism[b, 3:] - mechanism[a, 3:]) * assembly.size[b, None]
     moving = rims[np.hypot(np.linalg.norm(apart, axis=1), np.linalg.norm(turn, axis=1)) > SLOW]
     found = unresolved_contacts(assembly, problem.interfaces, gap=problem.gap, pairs=moving)

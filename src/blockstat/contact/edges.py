@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -79,9 +79,9 @@ def edge_contacts(
     pairs, rims = _candidates(assembly, patches, near, tolerances)
     if not len(pairs):
         return patches, None, rims
-    search = search_of(assembly, pairs, tolerances)
+    search = search_of(assembly, pairs, tolerances, rims=False)
     row, own = _rows_of(pairs, patches.pair, assembly.n_blocks)
-    known = Contacts(row, np.zeros(len(row), np.int8), patches.take(own))
+    known = Contacts(row, np.zeros(len(row), np.int64), patches.take(own))
     kinds = ContactKind.EDGE, ContactKind.CORNER, ContactKind.CROSSING
     for kind, found in zip(kinds, features_of(search, tolerances.steepest), strict=True):
         free = found.take(~found.rim)
@@ -91,12 +91,12 @@ def edge_contacts(
     rest = np.setdiff1d(np.arange(len(patches.pair)), own)
     merged = _merged(search, known)
     both = patches.take(rest).with_more([patch for _, patch in merged])
-    kind = np.concatenate([np.zeros(len(rest), np.int8), np.array([kind for kind, _ in merged], np.int8)])
+    kind = np.concatenate([np.zeros(len(rest), np.int64), np.array([kind for kind, _ in merged], np.int64)])
     order = np.lexsort((kind, both.pair[:, 1], both.pair[:, 0]))
     return both.take(order), kind[order], rims
 
 
-def search_of(assembly: Assembly, pairs: Ints, tolerances: Tolerances) -> Search:
+def search_of(assembly: Assembly, pairs: Ints, tolerances: Tolerances, *, rims: bool) -> Search:
     """Return a search for the edges and corners of some pairs.
 
     Parameters
@@ -107,6 +107,8 @@ def search_of(assembly: Assembly, pairs: Ints, tolerances: Tolerances) -> Search
         The pairs.
     tolerances : Tolerances
         What counts as touching.
+    rims : bool
+        Whether contacts on rims are wanted too.
 
     Returns
     -------
@@ -116,7 +118,8 @@ def search_of(assembly: Assembly, pairs: Ints, tolerances: Tolerances) -> Search
     reach = tolerances.allowed[pairs].min(axis=1)
     rounding = tolerances.rounding * assembly.size[pairs].min(axis=1)
     beyond = reach if tolerances.blurred else rounding
-    return Search(assembly, edge_topology(assembly, np.unique(pairs)), pairs, reach, rounding, beyond)
+    topology = edge_topology(assembly, np.unique(pairs))
+    return Search(assembly, topology, pairs, reach, rounding, beyond, rims)
 
 
 def _candidates(assembly: Assembly, patches: Patches, near: Ints, tolerances: Tolerances) -> tuple[Ints, Ints]:
@@ -180,8 +183,8 @@ class Contacts:
             pairs[features.row], frame, origin, np.zeros(n), features.gap, flat[:, :points].reshape(-1, 2),
             np.full(n, points),
         )  # fmt: skip
-        both = [np.concatenate(x) for x in zip(self.patches.columns(), new.columns(), strict=True)]
-        kinds = np.concatenate([self.kind, np.full(n, kind, np.int8)])
+        both: list[Any] = [np.concatenate(x) for x in zip(self.patches.columns(), new.columns(), strict=True)]
+        kinds = np.concatenate([self.kind, np.full(n, kind, np.int64)])
         return Contacts(np.concatenate([self.row, features.row]), kinds, Patches(*both))
 
 
@@ -222,7 +225,7 @@ def covered(search: Search, features: Features, known: Contacts, least: float) -
     alike = np.einsum("ij,ij->i", normal, features.normal[item])
     local = np.einsum("nkj,ntj->nkt", features.ends[item] - patches.origin[cover][:, None], patches.frame[cover])
     near = (np.abs(local[..., 0]).max(axis=1) <= search.reach[row]) & (alike >= least)
-    # Seen along another normal, a point within the gap of a plane lies beside its place by as much as the normals differ.
+    # Seen along another normal, a point off the plane lies beside its place by as much as the normals differ.
     aside = 2 * search.rounding[row] + search.reach[row] * np.sqrt(np.clip(1 - alike**2, 0.0, 1.0))
     near, local, cover, item, aside = np.flatnonzero(near), local[near], cover[near], item[near], aside[near]
     if len(near):
@@ -244,7 +247,7 @@ def _merged(search: Search, known: Contacts) -> list[tuple[int, Patch]]:
     kinds = known.kind[order].tolist()
     for row, kind, patch in zip(known.row[order].tolist(), kinds, known.patches.take(order), strict=True):
         own = rows[row]
-        if kind == ContactKind.FACE or not _absorbed(own, kind, patch, search.reach[row], search.rounding[row]):
+        if kind == ContactKind.FACE or not _absorbed(own, kind, patch, *search.limits(row)):
             own.append((kind, patch))
     return [item for row in sorted(rows) for item in rows[row]]
 

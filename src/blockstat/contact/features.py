@@ -1,8 +1,7 @@
 """Where edges and corners touch: edge on face, corner on face, edge across edge, each clipped exactly.
 
-A point of an edge is on a face when its foot lies inside the outline, in it when it is on a side where the block goes on
-in the same plane or into a notch, and on the rim when it is on a side that is a convex edge. On the rim there is no
-unique normal.
+A point touches a face when its foot lies inside the outline, or on a side where the block goes on in the same plane or
+into a notch. On a side that is a convex edge it is on the rim, where there is no unique normal.
 """
 
 from __future__ import annotations
@@ -10,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from typing import TYPE_CHECKING
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -66,7 +66,6 @@ class Features:
         """
         return Features(*(getattr(self, column)[rows] for column in COLUMNS))
 
-
     def shifted(self, first: int) -> Features:
         """Return the contacts with the numbers of their pairs counted from another one.
 
@@ -109,6 +108,28 @@ class Search:
     reach: Floats  #: largest gap or overlap of each pair, shape (n_pairs,) [m]
     rounding: Floats  #: what is nearer to a rim than this is on it, shape (n_pairs,) [m]
     beyond: Floats  #: what is outside an outline, but no further than this, is on its rim, shape (n_pairs,) [m]
+    rims: bool  #: whether contacts on rims are wanted too
+
+    @cached_property
+    def face_boxes(self) -> tuple[Floats, Floats]:
+        """Lower and upper corners of the boxes of all faces, each shape (n_faces, 3) [m]."""
+        corners, first = self.assembly.vertices[self.assembly.face_vertices], self.assembly.face_start[:-1]
+        return np.minimum.reduceat(corners, first), np.maximum.reduceat(corners, first)
+
+    def limits(self, row: int) -> tuple[float, float]:
+        """Return the reach and the rounding of one pair.
+
+        Parameters
+        ----------
+        row : int
+            Number of the pair.
+
+        Returns
+        -------
+        tuple of float
+            Both [m].
+        """
+        return float(self.reach[row]), float(self.rounding[row])
 
     def chunks(self) -> list[Search]:
         """Return the search in parts that fit into memory.
@@ -125,7 +146,9 @@ class Search:
             return []
         parts = np.split(np.arange(len(work)), np.searchsorted(work, np.arange(CHUNK, work[-1], CHUNK)))
         return [
-            Search(self.assembly, self.topology, self.pairs[p], self.reach[p], self.rounding[p], self.beyond[p])
+            Search(
+                self.assembly, self.topology, self.pairs[p], self.reach[p], self.rounding[p], self.beyond[p], self.rims
+            )
             for p in parts
             if len(p)
         ]
@@ -149,16 +172,15 @@ def on_faces(search: Search, side: int, steepest: float) -> tuple[Features, Feat
         The contacts.
     """
     assembly, topo = search.assembly, search.topology
-    face_row, face = _near_faces(search, side)
-    low, high = assembly.vertices[topo.edge[:, 0]], assembly.vertices[topo.edge[:, 1]]
-    edge_row, edge = _near(
-        search, 1 - side, topo.edge_start, np.minimum(low, high), np.maximum(low, high)
-    )
+    start = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks + 1))
+    faces = _near(search, side, start, *search.face_boxes)
+    one, two = assembly.vertices[topo.edge[:, 0]], assembly.vertices[topo.edge[:, 1]]
+    boxes = np.minimum(one, two), np.maximum(one, two)
+    edges = _product(len(search.pairs), *faces, *_near(search, 1 - side, topo.edge_start, *boxes))
     spot = assembly.vertices[topo.corner]
-    corner_row, corner = _near(search, 1 - side, topo.corner_start, spot, spot)
-    lines = _edges_on(search, side, *_product(len(search.pairs), face_row, face, edge_row, edge), steepest)
-    dots = _corners_on(search, side, *_product(len(search.pairs), face_row, face, corner_row, corner))
-    return lines, dots
+    corners = _product(len(search.pairs), *faces, *_near(search, 1 - side, topo.corner_start, spot, spot))
+    lines = _edges_on(search, side, *_beside(search, *edges, boxes), steepest)
+    return lines, _corners_on(search, side, *_beside(search, *corners, (spot, spot)))
 
 
 def crossings(search: Search) -> Features:
@@ -222,12 +244,14 @@ def _near(search: Search, side: int, start: Ints, low: Floats, high: Floats) -> 
     return row[near], item[near]
 
 
-def _near_faces(search: Search, side: int) -> tuple[Ints, Ints]:
-    assembly = search.assembly
-    start = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks + 1))
-    corners = assembly.vertices[assembly.face_vertices]
-    first = assembly.face_start[:-1]
-    return _near(search, side, start, np.minimum.reduceat(corners, first), np.maximum.reduceat(corners, first))
+def _beside(search: Search, row: Ints, face: Ints, item: Ints, boxes: tuple[Floats, Floats]) -> tuple[Ints, Ints, Ints]:
+    """Those combinations of a face and a feature whose boxes come near each other."""
+    reach = search.reach[row]
+    near = np.ones(len(row), dtype=bool)
+    for k in range(3):
+        near &= boxes[0][item, k] <= search.face_boxes[1][face, k] + reach
+        near &= boxes[1][item, k] >= search.face_boxes[0][face, k] - reach
+    return row[near], face[near], item[near]
 
 
 def _product(n: int, row_a: Ints, item_a: Ints, row_b: Ints, item_b: Ints) -> tuple[Ints, Ints, Ints]:
@@ -249,18 +273,19 @@ def _edges_on(search: Search, side: int, row: Ints, face: Ints, edge: Ints, stee
     ends = assembly.vertices[topo.edge[edge]] - centre[face][:, None]
     height = np.einsum("ikj,ij->ik", ends, normal[face])
     reach = search.reach[row]
-    near = (height.min(axis=1, initial=np.inf) <= reach) & (height.max(axis=1, initial=-np.inf) >= -reach)
+    low, high = np.minimum(height[:, 0], height[:, 1]), np.maximum(height[:, 0], height[:, 1])
+    near = (low <= reach) & (high >= -reach)
     row, face, edge, ends, height = row[near], face[near], edge[near], ends[near], height[near]
-    lean = np.einsum("ikj,ij->ik", topo.inward[edge], normal[face]).min(axis=1, initial=1.0)
+    toward = np.einsum("ikj,ij->ik", topo.inward[edge], normal[face])
+    lean = np.minimum(toward[:, 0], toward[:, 1])
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     level = np.abs(height[:, 1] - height[:, 0]) <= steepest * length
-    row, face, edge, ends, height, lean, length = (
-        x[level] for x in (row, face, edge, ends, height, lean, length)
-    )
+    level &= search.rims | (lean >= -LEAN)
+    row, face, edge, ends, height, lean = row[level], face[level], edge[level], ends[level], height[level], lean[level]
     frame = frames(normal[face])
     flat = np.einsum("ikj,itj->ikt", ends, frame[:, 1:])
     none = np.empty(0, dtype=np.int64)
-    parts = [(none, np.empty(0), np.empty(0), none, none, np.empty(0))]
+    parts: list[tuple[Any, ...]] = [(none, np.empty(0), np.empty(0), none, none, np.empty(0))]
     for own, polygon, sides in _outlines(search, face, frame):
         which, begin, finish, state = _spans(
             flat[own], polygon, sides >= 0, search.rounding[row[own]], search.beyond[row[own]]
@@ -273,7 +298,14 @@ def _edges_on(search: Search, side: int, row: Ints, face: Ints, edge: Ints, stee
     gap = np.abs(heights).max(axis=1, initial=0.0)
     on_rim = state == RIM
     good = _touches(search, row[which], gap, inset, on_rim) & (on_rim | (lean[which] >= -LEAN))
-    which, share, heights, gap, on_rim, other = (x[good] for x in (which, share, heights, gap, on_rim, other))
+    which, share, heights, gap, on_rim, other = (
+        which[good],
+        share[good],
+        heights[good],
+        gap[good],
+        on_rim[good],
+        other[good],
+    )
     points = ends[which, :1] + share[..., None] * (ends[which, 1:] - ends[which, :1])
     out = normal[face[which]]
     points = points + centre[face[which]][:, None] - heights[..., None] / 2 * out[:, None]
@@ -292,6 +324,9 @@ def _corners_on(search: Search, side: int, row: Ints, face: Ints, corner: Ints) 
     owner, spoke = members(topo.spoke_start[corner], np.diff(topo.spoke_start)[corner])
     lean = np.full(len(row), np.inf)
     np.minimum.at(lean, owner, np.einsum("ij,ij->i", topo.spoke[spoke], normal[face][owner]))
+    wanted = search.rims | (lean >= -LEAN)
+    row, face, corner, offset = row[wanted], face[wanted], corner[wanted], offset[wanted]
+    height, lean = height[wanted], lean[wanted]
     frame = frames(normal[face])
     flat = np.einsum("ij,itj->it", offset, frame[:, 1:])
     state, other = np.zeros(len(row), dtype=np.int8), np.zeros(len(row), dtype=np.int64)
@@ -374,7 +409,7 @@ def _spans(
 
 
 def _touches(search: Search, row: Ints, gap: Floats, inset: Floats, on_rim: np.ndarray) -> np.ndarray:
-    """Whether a contact closes: like a patch it must be no more open than it is wide, here its distance from the rim."""
+    """Whether a contact closes: like a patch it is no more open than wide, here than its distance from the rim."""
     return gap <= np.where(on_rim, search.beyond[row], np.minimum(search.reach[row], inset))
 
 

@@ -72,7 +72,7 @@ class Interfaces:
     @property
     def kinds(self) -> Ints:
         """Kind of each interface, values of `ContactKind`, shape (n_interfaces,)."""
-        return np.zeros(self.n_interfaces, np.int8) if self.kind is None else self.kind
+        return np.zeros(self.n_interfaces, np.int64) if self.kind is None else self.kind
 
     @property
     def n_interfaces(self) -> int:

@@ -1,8 +1,8 @@
 """Contacts without a unique normal: edge along edge, corner on an edge, corner on corner.
 
-They are in no program. What they can carry is bounded by the forces about a few normals: those that separate the two
-blocks at the point form a cone, and a motion that keeps clear of its extreme normals keeps clear of all. For the normals
-`n` with `g_n >= mu |g_t|` are those within the angle of `pi/2 - atan(mu)` of the velocity, and they form a convex cone.
+They are in no program. The normals that separate the two blocks at the point form a cone. The normals about which a
+motion has `g_n >= mu |g_t|` are those within `pi/2 - atan(mu)` of the velocity, a convex cone too. So a motion that
+keeps clear of the extreme normals keeps clear of all.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Unresolved:
             One point each.
         """
         n = len(self.contact)
-        none, kind = np.zeros(n), np.full(n, ContactKind.CORNER, np.int8)
+        none, kind = np.zeros(n), np.full(n, ContactKind.CORNER, np.int64)
         pair, point = self.pair[self.contact], self.point[self.contact]
         return Interfaces(pair, frames(self.normal), none, none, point, np.arange(n + 1), kind=kind)
 
@@ -109,7 +109,7 @@ def unresolved_contacts(
     blurred = stated_length(gap) is not None
     tolerances = Tolerances(allowed_gap(assembly, gap), WIDTH, float(np.sin(ANGLE)), blurred)
     assembly = as_searched(assembly, gap)
-    search = search_of(assembly, pairs, tolerances)
+    search = search_of(assembly, pairs, tolerances, rims=True)
     known = _known(interfaces, pairs, assembly.n_blocks)
     lines, dots, _ = features_of(search, tolerances.steepest)
     bare = []
@@ -126,7 +126,7 @@ def _known(interfaces: Interfaces, pairs: Ints, n_blocks: int) -> Contacts:
     wanted = interfaces.pair @ [n_blocks, 1]
     place = np.minimum(np.searchsorted(key, wanted), len(key) - 1)
     own = np.flatnonzero(key[place] == wanted)
-    outlines = [interfaces.outline(k) for k in own]
+    outlines = [interfaces.outline(k) for k in own.tolist()]
     origin = np.array([o[0] for o in outlines]).reshape(-1, 3)
     frame = interfaces.frame[own]
     flat = [(o - o[0]) @ f[1:].T for o, f in zip(outlines, frame, strict=True)]
@@ -140,7 +140,7 @@ def _bounded(search: Search, lines: Features, dots: Features) -> Unresolved:
     """The contacts that have normals, each point once, with the extreme ones."""
     n_lines = len(lines.row)
     row = np.concatenate([np.repeat(lines.row, 2), dots.row])
-    point = np.concatenate([lines.ends.reshape(-1, 3), dots.ends[:, 0]])
+    point: Floats = np.concatenate([lines.ends.reshape(-1, 3), dots.ends[:, 0]])
     own, other = (np.concatenate([np.repeat(getattr(lines, f), 2), getattr(dots, f)]) for f in ("own", "other"))
     owner, normal = _extreme_normals(search, row, own, other)
     live = np.unique(owner)
@@ -163,7 +163,7 @@ def _places(search: Search, row: Ints, point: Floats) -> tuple[Ints, Ints]:
 
 
 def _extreme_normals(search: Search, row: Ints, own: Ints, other: Ints) -> tuple[Ints, Floats]:
-    """The extreme normals of the planes that keep two features apart: the contact of each, ascending, and the normal."""
+    """The contact, ascending, and the direction of the extreme normals of planes that keep two features apart."""
     owners, directions = zip(*(_directions(search, row, feature) for feature in (own, other)), strict=True)
     owner = np.concatenate(owners)
     order = np.argsort(owner, kind="stable")

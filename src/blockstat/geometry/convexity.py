@@ -60,10 +60,11 @@ def separations(blocks: Polyhedra, pairs: Ints) -> tuple[Floats, Floats]:
     first : array of float, shape (n,)
         Distance along the normal of the face that separates best [m]; below zero where none does.
     second : array of float, shape (n,)
-        The same for the best face whose normal points elsewhere. Blocks that two such faces keep apart by nothing meet in
-        one line at most, and have no unique normal there.
+        The same for the best face whose normal points elsewhere. Where it is not below zero the blocks meet in one line
+        at most, and have no unique normal there.
     """
-    (one, n_one, next_one), (two, n_two, next_two) = (_best_faces(blocks, pairs[:, order]) for order in ([0, 1], [1, 0]))
+    one, n_one, next_one = _best_faces(blocks, pairs)
+    two, n_two, next_two = _best_faces(blocks, pairs[:, ::-1])
     alike = np.einsum("ij,ij->i", n_one, -n_two) > APART
     # The better of the two comes first; the other block's best face counts unless it says the same.
     swap = two > one

@@ -26,7 +26,9 @@ class Topology:
     spoke_start: Ints  #: shape (n_corners + 1,)
     spoke: Floats  #: directions of the edges that leave each corner, shape (n_spokes, 3), unit
     saddle: np.ndarray  #: shape (n_corners,), whether an edge of the corner is a notch
-    side: Ints  #: shape (n_face_corners,), the convex edge that begins at that corner of a face, -1 for a flat or a notch
+    side: (
+        Ints  #: shape (n_face_corners,), the convex edge that begins at that corner of a face, -1 for a flat or a notch
+    )
 
 
 def edge_topology(blocks: Polyhedra, chosen: Ints) -> Topology:
@@ -70,7 +72,7 @@ def edge_topology(blocks: Polyhedra, chosen: Ints) -> Topology:
     along = blocks.vertices[ends[:, 1]] - blocks.vertices[ends[:, 0]]
     along /= np.linalg.norm(along, axis=1)[:, None]
     left, right = blocks.planes.normal[face[out]], blocks.planes.normal[face[back]]
-    inward = np.stack([np.cross(left, along), np.cross(along, right)], axis=1)
+    inward: Floats = np.stack([np.cross(left, along), np.cross(along, right)], axis=1)
     fold = np.einsum("ij,ij->i", inward[:, 0], right)
     alike = np.einsum("ij,ij->i", left, right) >= 0
     flat = (np.abs(fold) < FLAT) & alike
