@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from blockstat import Assembly, Block, assess, box
-from blockstat.geometry.distance import smallest_gap
+from blockstat.surface.distance import smallest_gap
 
 BOTH = np.array([0, 1])
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from blockstat import Assembly, Block, InputError, assess, box, find_interfaces
-from blockstat.geometry.facets import facets
 from blockstat.geometry.triangulation import triangulate
+from blockstat.surface.facets import facets
 
 
 def in_triangles(block):

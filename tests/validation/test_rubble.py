@@ -12,7 +12,7 @@ import pytest
 import shapely
 
 from blockstat import Assembly, Block, assess, find_interfaces, limit_load, read
-from blockstat.geometry.distance import smallest_gap
+from blockstat.surface.distance import smallest_gap
 from evidence.comparisons import rubble
 
 WALLS = ["thangavelu_noise10", "thangavelu_noise40", "thangavelu_noise70"]

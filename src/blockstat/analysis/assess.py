@@ -10,7 +10,7 @@ import numpy as np
 from blockstat.analysis.certificate_cache import Memory
 from blockstat.analysis.coulomb import coulomb_state
 from blockstat.analysis.decision import decide, outcome_of
-from blockstat.analysis.problem import Problem, free_fall, gap_warnings, pose, timed
+from blockstat.analysis.problem import Problem, crushes, free_fall, gap_warnings, pose, timed
 from blockstat.analysis.rims import overlap_warnings, rim_warnings, with_rims
 from blockstat.analysis.verdict import Outcome, Verdict, unit_motion
 from blockstat.certificate.check import Certificate
@@ -186,8 +186,10 @@ def _verdict(problem: Problem, answer: Answer | None, checked: Answer | None, ti
         elif outcome is Outcome.STABLE:
             outcome = Outcome.UNDECIDED  # loads that happen to balance on nothing
     blocked: list[str] = []
-    if outcome is Outcome.UNSTABLE and (blocked := overlap_warnings(problem, unit_motion(problem.assembly, mechanism))):
-        outcome = Outcome.UNDECIDED
+    if outcome is Outcome.UNSTABLE:
+        motion = unit_motion(problem.assembly, mechanism)
+        blocked = overlap_warnings(problem, motion)
+        outcome = Outcome.UNDECIDED if blocked or crushes(problem, motion) else outcome
     return Verdict(
         outcome=outcome,
         score=score,

@@ -96,6 +96,7 @@ class ThrustRange(Result):
             "greatest": finite(self.greatest),
             "blocks": self.assembly.n_blocks,
             "interfaces": self.interfaces.n_interfaces,
+            "contacts": self.interfaces.contacts,
             "warnings": list(self.warnings),
         }
 
@@ -152,6 +153,7 @@ class Settlement(Result):
             "reaction": finite(self.reaction),
             "blocks": self.assembly.n_blocks,
             "interfaces": self.interfaces.n_interfaces,
+            "contacts": self.interfaces.contacts,
             "warnings": list(self.warnings),
         }
 

@@ -69,10 +69,10 @@ def edge_topology(blocks: Polyhedra, chosen: Ints) -> Topology:
     out = out[np.argsort(tail[out] * n + head[out], kind="stable")]
     back = back[np.argsort(head[back] * n + tail[back], kind="stable")]
     ends = np.column_stack([tail[out], head[out]])
-    along = blocks.vertices[ends[:, 1]] - blocks.vertices[ends[:, 0]]
-    along /= np.linalg.norm(along, axis=1)[:, None]
+    line = blocks.vertices[ends[:, 1]] - blocks.vertices[ends[:, 0]]
+    along: Floats = line / np.linalg.norm(line, axis=1)[:, None]
     left, right = blocks.planes.normal[face[out]], blocks.planes.normal[face[back]]
-    inward: Floats = np.stack([np.cross(left, along), np.cross(along, right)], axis=1)
+    inward: Floats = np.stack([np.cross(left, along), np.cross(along, right)], axis=1).astype(float)
     fold = np.einsum("ij,ij->i", inward[:, 0], right)
     alike = np.einsum("ij,ij->i", left, right) >= 0
     flat = (np.abs(fold) < FLAT) & alike
