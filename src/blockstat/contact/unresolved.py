@@ -79,7 +79,9 @@ class Unresolved:
             outlines = (*outlines, *more.point[:, None])
         if share is not None:
             share = np.concatenate([share, np.ones(more.n_points)])
-        return Interfaces(pair, frame, area, gap, point, start, interfaces.dropped, outlines, share, kind)
+        return Interfaces(
+            pair, frame, area, gap, point, start, interfaces.dropped, outlines, share, interfaces.patches, kind
+        )
 
 
 def unresolved_contacts(
