@@ -48,6 +48,7 @@ class Tolerances:
     allowed: Floats  #: gap of a joint of each block, shape (n_blocks,) [m]
     rounding: float  #: lengths below this, relative to the smaller block, are nothing
     steepest: float  #: largest sine of the angle between a contact and a face that counts as lying on it
+    blurred: bool = False  #: whether a rim is as wide as the gap: the geometry is no more exact than that
 
 
 def edge_contacts(
@@ -116,7 +117,9 @@ def search_of(assembly: Assembly, pairs: Ints, tolerances: Tolerances, *, rims: 
     """
     reach = tolerances.allowed[pairs].min(axis=1)
     rounding = tolerances.rounding * assembly.size[pairs].min(axis=1)
-    return Search(assembly, edge_topology(assembly, np.unique(pairs)), pairs, reach, rounding, rims)
+    beyond = reach if tolerances.blurred else rounding
+    topology = edge_topology(assembly, np.unique(pairs))
+    return Search(assembly, topology, pairs, reach, rounding, beyond, rims)
 
 
 def _candidates(assembly: Assembly, patches: Patches, near: Ints, tolerances: Tolerances) -> tuple[Ints, Ints]:

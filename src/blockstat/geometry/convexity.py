@@ -13,6 +13,35 @@ APART = float(np.cos(np.deg2rad(15.0)))
 CHUNK = 2_000_000
 
 
+def protrusions(blocks: Polyhedra) -> Floats:
+    """Return how far the last corner of its block lies in front of each face.
+
+    Parameters
+    ----------
+    blocks : Polyhedra
+        The blocks.
+
+    Returns
+    -------
+    array of float, shape (n_faces,)
+        Distances [m]; zero but for rounding, or the warp of the face, where the block is convex.
+    """
+    planes, n_vertices = blocks.planes, np.diff(blocks.vertex_start)
+    first_face = np.searchsorted(blocks.face_block, np.arange(blocks.n_blocks + 1))
+    kinds, kind = np.unique(np.column_stack([n_vertices, np.diff(first_face)]), axis=0, return_inverse=True)
+    found = np.empty(len(blocks.face_block))
+    for number, (vertices, faces) in enumerate(kinds):
+        own = np.flatnonzero(kind.reshape(-1) == number)
+        corner = blocks.vertex_start[own][:, None] + np.arange(vertices)
+        face = first_face[own][:, None] + np.arange(faces)
+        origin = blocks.vertices[corner[:, :1]]
+        normal = planes.normal[face]
+        offset = ((planes.centre[face] - origin) * normal).sum(axis=2)
+        height = normal @ (blocks.vertices[corner] - origin).swapaxes(1, 2)
+        found[face] = height.max(axis=2) - offset
+    return found
+
+
 def convex_solids(blocks: Polyhedra, tolerance: float) -> np.ndarray:
     """Return which blocks are convex.
 
@@ -28,21 +57,8 @@ def convex_solids(blocks: Polyhedra, tolerance: float) -> np.ndarray:
     array of bool, shape (n_blocks,)
         True for a convex block.
     """
-    planes, n_vertices = blocks.planes, np.diff(blocks.vertex_start)
-    first_face = np.searchsorted(blocks.face_block, np.arange(blocks.n_blocks + 1))
-    n_faces = np.diff(first_face)
-    kinds, kind = np.unique(np.column_stack([n_vertices, n_faces]), axis=0, return_inverse=True)
-    convex = np.empty(blocks.n_blocks, dtype=bool)
-    for number, (vertices, faces) in enumerate(kinds):
-        own = np.flatnonzero(kind.reshape(-1) == number)
-        corner = blocks.vertex_start[own][:, None] + np.arange(vertices)
-        face = first_face[own][:, None] + np.arange(faces)
-        origin = blocks.vertices[corner[:, :1]]
-        normal = planes.normal[face]
-        offset = ((planes.centre[face] - origin) * normal).sum(axis=2)
-        height = normal @ (blocks.vertices[corner] - origin).swapaxes(1, 2) - offset[..., None]
-        convex[own] = height.max(axis=(1, 2)) <= tolerance * blocks.size[own]
-    return convex
+    first = np.searchsorted(blocks.face_block, np.arange(blocks.n_blocks))
+    return np.maximum.reduceat(protrusions(blocks), first) <= tolerance * blocks.size
 
 
 def separations(blocks: Polyhedra, pairs: Ints) -> tuple[Floats, Floats]:
