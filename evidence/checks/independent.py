@@ -82,7 +82,10 @@ def check_joints(asm, faces, gap=GAP):
     centre = np.add.reduceat(corners, asm.face_start[:-1]) / np.diff(asm.face_start)[:, None]
     first = np.searchsorted(asm.face_block, np.arange(asm.n_blocks + 1))
     k = faces.point_interface
-    allowed = gap * size[faces.pair].min(axis=1)[k]
+    if isinstance(gap, str):  # a length; faces that are flat to a quarter of it are one face, on both sides
+        allowed = np.full(len(k), 1.5 * float(gap.split()[0]) * {"m": 1.0, "mm": 1e-3}[gap.split()[1]])
+    else:
+        allowed = gap * size[faces.pair].min(axis=1)[k]
     kind = np.zeros(len(faces.pair), int) if faces.kind is None else faces.kind
     on_face = np.zeros((2, len(k)), bool)
     for side, sign in ((0, 1.0), (1, -1.0)):

@@ -38,7 +38,7 @@ def assess(
     friction: float | None = None,
     gravity: Any = None,
     loads: Floats | None = None,
-    gap: float = GAP,
+    gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     solver: str = "auto",
     flow: str = "associated",
@@ -61,7 +61,7 @@ def assess(
     loads
         Further wrench on each block about its centroid, shape (n_blocks, 6) [N, N m].
     gap
-        Tolerance of the joint search, relative to block size.
+        Tolerance of the joint search: a share of the block size, or a length such as "2 mm".
     interfaces
         Use these joints instead of searching.
     solver

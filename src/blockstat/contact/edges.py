@@ -24,7 +24,7 @@ from blockstat.contact.features import (
     position,
     together,
 )
-from blockstat.geometry.convexity import separations, supporting_faces
+from blockstat.geometry.convexity import protrusions, separations
 from blockstat.geometry.polyhedron import members
 from blockstat.geometry.topology import edge_topology
 from blockstat.typing import Floats, Ints
@@ -48,6 +48,7 @@ class Tolerances:
     allowed: Floats  #: gap of a joint of each block, shape (n_blocks,) [m]
     rounding: float  #: lengths below this, relative to the smaller block, are nothing
     steepest: float  #: largest sine of the angle between a contact and a face that counts as lying on it
+    blurred: bool = False  #: whether a rim is as wide as the gap: the geometry is no more exact than that
 
 
 def edge_contacts(
@@ -116,13 +117,15 @@ def search_of(assembly: Assembly, pairs: Ints, tolerances: Tolerances, *, rims: 
     """
     reach = tolerances.allowed[pairs].min(axis=1)
     rounding = tolerances.rounding * assembly.size[pairs].min(axis=1)
-    return Search(assembly, edge_topology(assembly, np.unique(pairs)), pairs, reach, rounding, rims)
+    beyond = reach if tolerances.blurred else rounding
+    topology = edge_topology(assembly, np.unique(pairs))
+    return Search(assembly, topology, pairs, reach, rounding, beyond, rims)
 
 
 def _candidates(assembly: Assembly, patches: Patches, near: Ints, tolerances: Tolerances) -> tuple[Ints, Ints]:
     """Pairs that may have contacts of edges or corners, and those that may touch where there is no unique normal."""
     near, reach, rounding, beside = _boxes_meet(assembly, near, tolerances)
-    supporting = supporting_faces(assembly, CONVEX)
+    supporting = protrusions(assembly) <= CONVEX * assembly.size[assembly.face_block]
     first_face = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks))
     convex = np.logical_and.reduceat(supporting, first_face)
     both = convex[near[:, 0]] & convex[near[:, 1]]

@@ -13,35 +13,32 @@ APART = float(np.cos(np.deg2rad(15.0)))
 CHUNK = 2_000_000
 
 
-def supporting_faces(blocks: Polyhedra, tolerance: float) -> np.ndarray:
-    """Return which faces have their whole block behind their plane; of a convex block all do.
+def protrusions(blocks: Polyhedra) -> Floats:
+    """Return how far the last corner of its block lies in front of each face.
 
     Parameters
     ----------
     blocks : Polyhedra
         The blocks.
-    tolerance : float
-        A vertex may lie outside a face plane by this fraction of the size of its block.
 
     Returns
     -------
-    array of bool, shape (n_faces,)
-        False for faces beside a notch.
+    array of float, shape (n_faces,)
+        Distances [m]; zero but for rounding, or the warp of the face, where the block is convex.
     """
     planes, first_vertex = blocks.planes, blocks.vertex_start
     first_face = np.searchsorted(blocks.face_block, np.arange(blocks.n_blocks + 1))
     n_vertices, n_faces = np.diff(first_vertex), np.diff(first_face)
     kind = n_vertices * (n_faces.max(initial=0) + 1) + n_faces
-    supporting = np.empty(len(blocks.face_block), dtype=bool)
+    found = np.empty(len(blocks.face_block))
     for number in np.unique(kind):
         own = np.flatnonzero(kind == number)
         corner = blocks.vertices[first_vertex[own][:, None] + np.arange(n_vertices[own[0]])]
         face = first_face[own][:, None] + np.arange(n_faces[own[0]])
         origin, normal = corner[:, :1], planes.normal[face]
         offset = np.einsum("nfj,nfj->nf", planes.centre[face] - origin, normal)
-        height = (normal @ (corner - origin).swapaxes(1, 2)).max(axis=2)
-        supporting[face] = height - offset <= tolerance * blocks.size[own, None]
-    return supporting
+        found[face] = (normal @ (corner - origin).swapaxes(1, 2)).max(axis=2) - offset
+    return found
 
 
 def separations(blocks: Polyhedra, pairs: Ints, supporting: np.ndarray) -> tuple[Floats, Floats]:
