@@ -141,17 +141,16 @@ def _candidates(assembly: Assembly, patches: Patches, near: Ints, tolerances: To
         first, second = separations(assembly, near[bare], supporting)
         apart[bare[first > reach[bare]]] = True
         no_normal[bare[second >= -rounding[bare]]] = True
-    rows = np.flatnonzero(patched[place] & ~apart[place])
-    if len(rows):
-        patch, pair = patches.take(rows), place[rows]
-        apart[pair[both[pair] & _divides(assembly, patch, reach[pair])]] = True
-        no_normal[pair[plain[rows] & _flush(assembly, patch, reach[pair], rounding[pair])]] = True
+    if len(rows := np.flatnonzero(both[place] & ~apart[place])):
+        pair = place[rows]
+        apart[pair[_divides(assembly, patches.take(rows), reach[pair])]] = True
+    if len(rows := np.flatnonzero(~both[place] & plain)):
+        pair = place[rows]
+        no_normal[pair[_flush(assembly, patches.take(rows), reach[pair], rounding[pair])]] = True
     return near[~apart & ~no_normal], near[~apart]
 
 
-def _boxes_meet(
-    assembly: Assembly, near: Ints, tolerances: Tolerances
-) -> tuple[Ints, Floats, Floats, np.ndarray]:
+def _boxes_meet(assembly: Assembly, near: Ints, tolerances: Tolerances) -> tuple[Ints, Floats, Floats, np.ndarray]:
     """The pairs whose boxes meet, their reach and rounding, and whether the boxes share no more than a line."""
     a, b = near.T
     reach = np.minimum(tolerances.allowed[a], tolerances.allowed[b])
