@@ -14,9 +14,11 @@ from blockstat.certificate.check import Certificate
 from blockstat.certificate.interior_motions import Motions, no_motions, with_interior_motion
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.solve.answer import Answer
-from blockstat.solve.penalty import open_joints, solve_margin
+from blockstat.solve.penalty import open_joints, solve_least_force, solve_margin
 from blockstat.typing import Floats
 
+#: Each correction of a mechanism leaves a small part of its violation; more are made while they prove more.
+CORRECTIONS = 3
 #: A block that weighs less than this beside the heaviest is given this as its unit.
 LIGHTEST = 1e-9
 
@@ -64,7 +66,7 @@ def decide(program: PenaltyProgram, answer: Answer, *, solver: str = "auto", mot
     if outcome_of(found.certificate) is not Outcome.UNDECIDED:
         return found
     correct = partial(open_joints, program, solver=solver)
-    for solve in (solve_margin, _solve_locally):
+    for solve in (solve_margin, solve_margin_locally, solve_least_force):
         closer = _checked(program, solve(program, solver=solver), motions, correct)
         decided = outcome_of(closer.certificate) is not Outcome.UNDECIDED
         if decided or closer.certificate.required_force > found.certificate.required_force:
@@ -74,8 +76,23 @@ def decide(program: PenaltyProgram, answer: Answer, *, solver: str = "auto", mot
     return found
 
 
-def _solve_locally(program: PenaltyProgram, *, solver: str) -> Answer:
-    """The least adhesion in units of the lighter block of each joint, where light blocks are lost beside heavy ones."""
+def solve_margin_locally(program: PenaltyProgram, *, solver: str = "auto") -> Answer:
+    """Find the least adhesion in units of the lighter block of each joint.
+
+    In the units of the whole assembly, light blocks are lost beside heavy ones.
+
+    Parameters
+    ----------
+    program
+        The penalty program.
+    solver
+        One of `blockstat.solve.dispatch.CHOICES`.
+
+    Returns
+    -------
+    Answer
+        As of `blockstat.solve.penalty.solve_margin`, in the units of the program.
+    """
     own = np.linalg.norm(program.load.reshape(-1, 6), axis=1)
     own = np.maximum(own, LIGHTEST * own.max(initial=1.0))
     sides = np.where(program.point_blocks >= 0, np.append(own, np.inf)[program.point_blocks], np.inf)
@@ -102,7 +119,7 @@ def _checked(
     force = answer.force if answer.status.is_proven else certificate.balance(program, answer.force)
     twist = answer.twist
     found = certificate.check(program, force, twist)
-    if found.required_force > 0 and not _proves(found):
+    if np.isfinite(found.required_force) and found.required_force > 0 and not found.proves_stable:
         first = () if answer.interior is None else (answer.interior,)
         wider = with_interior_motion(program, twist, (*first, *motions()))
         second = certificate.check(program, force, wider)
@@ -113,9 +130,14 @@ def _checked(
         second = certificate.check(program, settled, twist)
         if second.proves_stable:
             force, found = settled, second
-    if correct is not None and found.required_force > 0 and not _proves(found):
-        twist = correct(twist)
-        found = certificate.check(program, force, twist)
+    for _ in range(CORRECTIONS if correct is not None else 0):
+        if not found.required_force or _proves(found):
+            break
+        closer = correct(twist)
+        second = certificate.check(program, force, closer)
+        if not second.required_force > found.required_force:
+            break
+        twist, found = closer, second
     return replace(answer, force=force, twist=twist, certificate=found)
 
 
