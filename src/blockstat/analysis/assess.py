@@ -165,9 +165,7 @@ def _solved(
     return answer, checked
 
 
-def _with_reserve(
-    problem: Problem, verdict: Verdict, checked: Answer, loads: Floats | None, solver: str
-) -> Verdict:
+def _with_reserve(problem: Problem, verdict: Verdict, checked: Answer, loads: Floats | None, solver: str) -> Verdict:
     """A stable verdict with what it has no reserve against, and the slivers that it rests on."""
     neutral = neutral_blocks(problem, checked, solver=solver)
     warnings = neutral_warning(problem, neutral)

@@ -130,8 +130,8 @@ def _checked(
         second = certificate.check(program, settled, twist)
         if second.proves_stable:
             force, found = settled, second
-    for _ in range(CORRECTIONS if correct is not None else 0):
-        if not found.required_force or _proves(found):
+    for _ in range(CORRECTIONS):
+        if correct is None or not found.required_force or _proves(found):
             break
         closer = correct(twist)
         second = certificate.check(program, force, closer)

@@ -146,9 +146,7 @@ def without(interfaces: Interfaces, left_out: Ints) -> Interfaces:
     outlines = None if interfaces.outlines is None else tuple(interfaces.outlines[k] for k in kept)
     share = None if interfaces.share is None else interfaces.share[points]
     start = np.concatenate([[0], np.cumsum(count)])
-    return replace(
-        interfaces, **changes, point=interfaces.point[points], start=start, outlines=outlines, share=share
-    )
+    return replace(interfaces, **changes, point=interfaces.point[points], start=start, outlines=outlines, share=share)
 
 
 def sliver_warning(problem: Problem, slivers: Ints, limit: int = 3) -> list[str]:

@@ -119,10 +119,11 @@ class Verdict(Result):
         if self.outcome in (Outcome.STABLE, Outcome.STABLE_ONLY_BY_SELF_STRESS):
             lines.append(
                 f"Largest residual {proof.residual:.1e} of a block's load, "
-                f"cones violated by {proof.cone_violation:.1e}, normal forces of {proof.total_force:.3g} times the weight."
+                f"cones violated by {proof.cone_violation:.1e}."
             )
+            lines.append(f"Normal forces of {proof.total_force:.3g} times the weight in total.")
             if proof.residual > FORCE_TOLERANCE:
-                lines.append(f"Of the residual, {proof.imbalance:.1e} is more than rounding of the forces on the block.")
+                lines.append(f"Without rounding of the forces on a block, residuals are {proof.imbalance:.1e}.")
             if self.flow == "coulomb" and self.outcome is Outcome.STABLE:
                 lines.append("Coulomb friction without dilatancy and self-stress also finds equilibrium.")
         else:

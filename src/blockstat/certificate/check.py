@@ -383,7 +383,8 @@ def force_errors(program: PenaltyProgram, force: Floats) -> ForceErrors:
     residual = np.linalg.norm((program.matrix @ force.reshape(-1) + program.load).reshape(n, 6), axis=1)
     own = np.linalg.norm(program.load.reshape(n, 6), axis=1)
     magnitude = np.linalg.norm(force, axis=1)
-    rounding = ROUNDING * sum(np.bincount(side[side >= 0], magnitude[side >= 0], n) for side in a_b.T)
+    met = np.array([np.bincount(side[side >= 0], magnitude[side >= 0], n) for side in a_b.T]).sum(axis=0)
+    rounding = ROUNDING * met
     rounding[(rounding >= own) & (own > 0)] = 0.0
     excess = np.maximum(residual - rounding, 0.0)
 
