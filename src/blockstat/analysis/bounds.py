@@ -65,7 +65,11 @@ def lower_bound(
         mixed = (1 - share) * balanced + share * inside
         value = (1 - share) * multiplier
         loaded = replace(program, load=program.load + value * load)
-        if certificate.check(loaded, mixed, nothing).proves_stable:
+        found = certificate.check(loaded, mixed, nothing)
+        if not found.proves_stable and found.cone_violation == 0.0:
+            mixed = certificate.balance(loaded, mixed)  # which at the limit itself may leave no slack to move in
+            found = certificate.check(loaded, mixed, nothing)
+        if found.proves_stable:
             return Bound(value, mixed)
     return None
 

@@ -98,13 +98,21 @@ def balance(program: PenaltyProgram, force: Floats, *, passes: int = 4) -> Float
     slip = np.minimum(program.friction, 1.0)  # the cone is that much narrower across than along
     weights = slack[:, None] * np.column_stack([np.ones_like(slip), slip, slip])
     plane = program.plane
-    if plane is not None and not (plane.holds(program.load) and plane.mirrors(force.reshape(-1))):
+    if plane is not None and not (plane.mirrors(force.reshape(-1)) and _is_planar(program, plane, force)):
         plane = None
     try:
         solve = _solver(program, weights) if plane is None else _solver_in_plane(program, plane, weights)
         return _balanced(program, force, weights.reshape(-1), solve, passes)
     except ArithmeticError:
         return force
+
+
+def _is_planar(program: PenaltyProgram, plane: Plane, force: Floats) -> bool:
+    """Whether what is left to balance lies in the plane to rounding; coordinates far from the origin are rounded more."""
+    residual = program.matrix @ force.reshape(-1) + program.load
+    out = residual - plane.unfold @ (plane.unfold.T @ residual)
+    size = max(np.abs(force).max(initial=0.0), np.abs(program.load).max(initial=0.0))
+    return bool(np.abs(out).max(initial=0.0) <= ROUNDING * size)
 
 
 def _solver(program: PenaltyProgram, weights: Floats) -> Callable[[Floats], Floats]:
