@@ -22,7 +22,7 @@ from blockstat.certificate import check as certificate
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.contact.point_law import joint_friction
 from blockstat.errors import InputError, check_choice, known_options
-from blockstat.geometry.rigid_motion import point_velocity
+from blockstat.geometry.polyhedron import point_velocity
 from blockstat.loads import as_load
 from blockstat.program.bonds import Bonds
 from blockstat.program.conic import conic_program

@@ -11,7 +11,7 @@ from blockstat.analysis.coulomb import CoulombState
 from blockstat.certificate.check import FORCE_TOLERANCE, Certificate
 from blockstat.contact.interfaces import Interfaces
 from blockstat.contact.point_law import point_law
-from blockstat.geometry.rigid_motion import point_velocity
+from blockstat.geometry.polyhedron import point_velocity
 from blockstat.program.bonds import Bonds
 from blockstat.result import Result, Sentence, finite
 from blockstat.typing import Floats, Ints

@@ -13,8 +13,7 @@ import numpy as np
 from blockstat.contact.interfaces import Interfaces
 from blockstat.contact.penetration import overlaps
 from blockstat.geometry.broad_phase import near_pairs
-from blockstat.geometry.polyhedron import members, next_in_face
-from blockstat.geometry.rigid_motion import point_velocity
+from blockstat.geometry.polyhedron import members, next_in_face, point_velocity
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:

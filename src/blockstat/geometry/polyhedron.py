@@ -1,4 +1,4 @@
-"""Geometry of closed polyhedra stored as flat arrays: face planes and exact mass integrals.
+"""Geometry of closed polyhedra stored as flat arrays: face planes, exact mass integrals, rigid velocity.
 
 Faces are polygons of any size. Each face is split into triangles about the mean of its vertices: for a
 planar face any such split is exact, and for a warped one two blocks that share the face agree on it.
@@ -243,3 +243,26 @@ class Polyhedra:
             Vertices [m].
         """
         return self.vertices[self.vertex_start[block] : self.vertex_start[block + 1]]
+
+
+def point_velocity(blocks: Polyhedra, twist: Floats, block: Ints, point: Floats) -> Floats:
+    """Return the velocity of points fixed to blocks, v + omega x (p - centroid).
+
+    Parameters
+    ----------
+    blocks : Polyhedra
+        The blocks, an assembly for instance.
+    twist : array, shape (n_blocks, 6)
+        Velocity of the centroid [m/s] and angular velocity [rad/s] of each block.
+    block : array of int, shape (n_points,)
+        The block that each point is fixed to.
+    point : array, shape (n_points, 3)
+        The points [m].
+
+    Returns
+    -------
+    array, shape (n_points, 3)
+        Velocity of each point [m/s].
+    """
+    velocity: Floats = twist[block, :3] + np.cross(twist[block, 3:], point - blocks.centroid[block])
+    return velocity

@@ -16,7 +16,7 @@ from scipy import sparse
 
 from blockstat.contact.interfaces import Interfaces
 from blockstat.geometry.components import connected_components
-from blockstat.geometry.rigid_motion import point_velocity
+from blockstat.geometry.polyhedron import point_velocity
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
