@@ -108,7 +108,7 @@ def balance(program: PenaltyProgram, force: Floats, *, passes: int = 4) -> Float
 
 
 def _is_planar(program: PenaltyProgram, plane: Plane, force: Floats) -> bool:
-    """Whether what is left to balance lies in the plane to rounding; coordinates far from the origin are rounded more."""
+    """Whether what is left to balance lies in the plane to rounding; far from the origin, coordinates do not."""
     residual = program.matrix @ force.reshape(-1) + program.load
     out = residual - plane.unfold @ (plane.unfold.T @ residual)
     size = max(np.abs(force).max(initial=0.0), np.abs(program.load).max(initial=0.0))
