@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.analysis.bounds import SHARES
-from blockstat.analysis.decision import decide, outcome_of
+from blockstat.analysis.decision import SHARES, decide, outcome_of
 from blockstat.analysis.limit_load import LoadOutcome, limit_load
 from blockstat.analysis.problem import Problem, pose
 from blockstat.analysis.verdict import Outcome, corner_speed
@@ -96,6 +95,7 @@ class ThrustRange(Result):
             "greatest": finite(self.greatest),
             "blocks": self.assembly.n_blocks,
             "interfaces": self.interfaces.n_interfaces,
+            "contacts": self.interfaces.contacts,
             "warnings": list(self.warnings),
         }
 
@@ -152,6 +152,7 @@ class Settlement(Result):
             "reaction": finite(self.reaction),
             "blocks": self.assembly.n_blocks,
             "interfaces": self.interfaces.n_interfaces,
+            "contacts": self.interfaces.contacts,
             "warnings": list(self.warnings),
         }
 
