@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blockstat import Assembly, Interfaces, LoadOutcome, Outcome, assess, box, limit_load
+from blockstat import Assembly, Block, Interfaces, LoadOutcome, Outcome, assess, box, limit_load
 from blockstat.analysis.problem import pose
 from blockstat.certificate.check import FORCE_LIMIT, check
 from blockstat.contact.interfaces import GAP
@@ -168,6 +168,14 @@ def test_a_block_with_reserve_is_not_called_balanced(name):
     assert verdict.outcome is Outcome.STABLE
     assert not len(verdict.neutral)
     assert verdict.warnings == ()
+
+
+def test_a_cube_on_the_ridge_of_a_roof_is_balanced():
+    corners = [(0, 0, -1), (1, 0, -1), (1, 1, -1), (0, 1, -1), (0.5, 0, 0), (0.5, 1, 0)]
+    roof = Block(corners, [[0, 3, 2, 1], [0, 1, 4], [2, 3, 5], [1, 2, 5, 4], [3, 0, 4, 5]], name="roof")
+    verdict = assess(Assembly.from_blocks([roof, box((0, 0, 0), (1, 1, 1))], supports=["roof"]))
+    assert verdict.outcome is Outcome.STABLE
+    assert verdict.neutral.tolist() == [1]
 
 
 def test_what_rests_on_a_balanced_block_is_named_with_it_and_what_stands_beside_is_not():
