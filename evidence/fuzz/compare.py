@@ -11,7 +11,7 @@ from time import process_time
 import numpy as np
 
 from blockstat import InputError, assess
-from evidence.fuzz.generate import UTM, place, scene, shuffled
+from evidence.fuzz.generate import FINE, UTM, place, scene, shuffled
 from evidence.fuzz.judge import NEAR, Judgement, Truth, decide, judge, near_limit
 from evidence.fuzz.programs import LACK, Points
 from evidence.fuzz.scene import Place, Scene
@@ -101,7 +101,7 @@ def elsewhere(found: Scene, seed: int) -> list[tuple[str, str]]:
         ("turned", replace(found, place=Place(place(random, far=False).turn, found.place.scale))),
         ("scaled", replace(found, place=Place(found.place.turn, float(10.0 ** random.uniform(-3, 3))))),
     ]
-    if found.family not in ("slivers", "gaps", "sizes"):
+    if found.family not in FINE:
         others.append(("far away", far))
     return [(name, verdict(other)[0]) for name, other in others]
 

@@ -32,10 +32,13 @@ FAMILIES: dict[str, Callable[[Random], Parts]] = {
     "corners": shapes.corner,
     "wedges": shapes.wedge,
     "concave": shapes.concave,
+    "heaps": shapes.heap,
 }
 FRICTION = (0.0, 1e-6, 1e-3, 0.1, 0.3, 0.5, 0.7, 1.0, 3.0, 10.0, np.inf)
 LIKELY = (0.06, 0.02, 0.02, 0.1, 0.15, 0.2, 0.2, 0.1, 0.05, 0.05, 0.05)
-#: Coordinates far from the origin are rounded: a place is at most so many sizes of a small block away.
+SLIPPERY = (0.0, 0.1, 0.3, 1.0)
+#: Families of which the details are lost in the rounding of coordinates far from the origin.
+FINE = ("slivers", "gaps", "sizes")
 UTM = np.array([692_000.0, 5_336_000.0, 520.0])
 
 
@@ -50,9 +53,11 @@ def scene(seed: int, family: str | None = None) -> Scene:
     down = np.array([0.0, 0.0, -1.0])
     down += random.choice([0.0, 0.0, 0.05, 0.3, 0.7]) * random.uniform(-1, 1, 3) * [1, 1, 0]
     density = 10.0 ** (random.choice([0.0, 0.0, 1.0]) * random.uniform(-1, 1, len(solids)))
+    sheets = stacks.thin(solids) if name == "sheets" else ()
     return Scene(
         name, tuple(solids), tuple(map(bool, support)), tuple(density.tolist()),
-        float(random.choice(FRICTION, p=LIKELY)), down, place(random, far=name not in ("slivers", "gaps", "sizes")),
+        float(random.choice(FRICTION, p=LIKELY)), down, place(random, far=name not in FINE), sheets,
+        float(random.choice(SLIPPERY)),
     )  # fmt: skip
 
 

@@ -68,7 +68,7 @@ def decide(points: Points) -> tuple[Truth, float, Points]:
         outer = least_lack(points, outer=True)
         if outer.falls:
             return Truth.UNSTABLE, outer.lack, points
-        if points.scene.friction in (0.0, np.inf) or not np.isfinite(outer.lack + inner.lack):
+        if np.isin(points.friction, (0.0, np.inf)).all() or not np.isfinite(outer.lack + inner.lack):
             break
         points = points.refined(outer.force).refined(inner.force)
     near = outer.lack <= NEAR

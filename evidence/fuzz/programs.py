@@ -49,6 +49,11 @@ class Points:
         return cls(scene, points, np.concatenate(frame), np.concatenate(pair), (around,) * len(points))
 
     @cached_property
+    def friction(self) -> Array:
+        """Coefficient of each point."""
+        return self.scene.friction_of(self.pair)
+
+    @cached_property
     def free(self) -> Array:
         """Blocks that can move."""
         return np.flatnonzero(~np.array(self.scene.support, dtype=bool))
@@ -98,14 +103,7 @@ class Points:
 
     def rays(self, *, outer: bool) -> csc_matrix:
         """Extreme forces of the polygons, shape (3 n_points, n_rays)."""
-        mu = self.scene.friction
-        if mu == 0.0 or not len(self.point):
-            one = np.tile([[1.0], [0.0], [0.0]], (len(self.point), 1, 1))
-            groups = list(one)
-        elif np.isinf(mu):
-            groups = [np.array([[1.0, 0, 0, 0, 0], [0, 1, -1, 0, 0], [0, 0, 0, 1, -1]])] * len(self.point)
-        else:
-            groups = [_polygon(angle, mu, outer=outer) for angle in self.angles]
+        groups = [_rays(angle, mu, outer=outer) for angle, mu in zip(self.angles, self.friction, strict=True)]
         rows = np.concatenate([np.repeat(3 * i + np.arange(3), g.shape[1]) for i, g in enumerate(groups)] or [[]])
         first = np.cumsum([0] + [g.shape[1] for g in groups])
         columns = np.concatenate(
@@ -126,12 +124,10 @@ class Points:
 
     def slack(self, force: Array) -> Array:
         """How far forces are inside their cones, in units of the points."""
-        mu = self.scene.friction
-        if np.isinf(mu):
-            return force[:, 0]
-        # At no friction a tangent force is outside by itself; else by the normal force that it lacks.
+        slides = np.isfinite(self.friction)
         tangent = np.hypot(force[:, 1], force[:, 2])
-        return np.minimum(force[:, 0], mu * force[:, 0] - tangent)
+        spare = np.where(slides, self.friction, 0.0) * force[:, 0] - tangent
+        return np.minimum(force[:, 0], np.where(slides, spare, np.inf))
 
 
 @dataclass(frozen=True)
@@ -144,13 +140,16 @@ class Answer:
     falls: bool  #: the mechanism is driven by the loads, and no forces of bounded size resist it
 
 
-def _polygon(angle: Array, mu: float, *, outer: bool) -> Array:
-    """Rays n + mu e of a polygon, shape (3, k), about unit length."""
+def _rays(angle: Array, mu: float, *, outer: bool) -> Array:
+    """Extreme forces of a point, shape (3, k): those of a polygon unless there is no friction or no sliding."""
+    if mu == 0.0:
+        return np.array([[1.0], [0.0], [0.0]])
+    if np.isinf(mu):
+        return np.array([[1.0, 0, 0, 0, 0], [0, 1, -1, 0, 0], [0, 0, 0, 1, -1]])
+    radius = np.full(len(angle), mu)
     if outer:
         half = (np.roll(angle, -1) - angle) % (2 * np.pi) / 2
         angle, radius = angle + half, mu / np.cos(half)
-    else:
-        radius = np.full(len(angle), mu)
     rays = np.stack([np.ones(len(angle)), radius * np.cos(angle), radius * np.sin(angle)])
     return rays / max(1.0, mu)
 
@@ -162,9 +161,14 @@ def least_lack(points: Points, *, outer: bool, shift: Array | None = None) -> An
     n, m = rays.shape[1], len(load)
     whole = hstack([points.matrix @ rays, identity(m), -identity(m)], format="csc")
     cost = np.concatenate([np.zeros(n), np.ones(2 * m)])
-    options = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
-    found = linprog(cost, A_eq=whole, b_eq=-load, method="highs-ds", options=options)
-    if found.x is None:
+    most = FORCES * points.scene.weights[points.free].sum() / points.unit.min(initial=np.inf)
+    bounds = np.column_stack([np.zeros(len(cost)), np.append(np.full(n, most), np.full(2 * m, np.inf))])
+    for tolerance in (1e-10, 1e-9, 1e-7):  # what is found is checked, whatever the tolerance
+        options = {"primal_feasibility_tolerance": tolerance, "dual_feasibility_tolerance": tolerance}
+        found = linprog(cost, A_eq=whole, b_eq=-load, bounds=bounds, method="highs-ds", options=options)
+        if found.x is not None:
+            break
+    else:
         return Answer(np.inf, np.zeros((len(points.point), 3)), False, False)
     force = (rays @ found.x[:n]).reshape(-1, 3)
     force, stands = _balanced(points, force, load) if found.fun < LACK else (force, False)
@@ -191,8 +195,10 @@ def _falls(points: Points, twist: Array, load: Array) -> bool:
     """Whether a mechanism works under the loads, and any forces against it would need to be too large."""
     work = float(twist @ load)
     rate = (points.matrix.T @ twist).reshape(-1, 3)
-    mu = points.scene.friction
     slide = np.hypot(rate[:, 1], rate[:, 2])
-    closing = -(rate[:, 0] - mu * slide) if np.isfinite(mu) else np.maximum(-rate[:, 0], slide)
+    slips = np.isfinite(points.friction)
+    closing = np.where(
+        slips, np.where(slips, points.friction, 0.0) * slide - rate[:, 0], np.maximum(-rate[:, 0], slide)
+    )
     resisted = float((np.maximum(closing, 0.0) / points.unit).max(initial=0.0))  # per newton of normal force
     return work > LACK and work >= FORCES * resisted * points.scene.weights[points.free].sum()

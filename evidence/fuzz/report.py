@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
-from evidence.fuzz.compare import Category, Result
+from evidence.fuzz.compare import FAILURES, Category, Result
 from evidence.fuzz.generate import FAMILIES
 from evidence.fuzz.limits import Limit
 from evidence.fuzz.touch import Touch
 from evidence.tables import table
 
 SHOWN = [category for category in Category if category is not Category.RIGHT]
+MOST = 40  #: failures listed on the page
 HEAD = """# Random scenes
 
 Written by `make evidence ONLY=fuzz`. `evidence/fuzz` makes random scenes of two to twelve blocks and judges each with
@@ -80,8 +81,11 @@ def summary(results: Sequence[Result], limits: Sequence[Limit]) -> str:
 
 def page(results: Sequence[Result], limits: Sequence[Limit]) -> str:
     """docs/fuzz.md."""
-    fails = [f"- {line(r)}" for r in sorted(results, key=lambda r: r.seed) if r.fails]
+    wrong = [result for result in results if result.fails]
+    fails = [f"- {line(r)}" for r in sorted(wrong, key=lambda r: (FAILURES.index(r.category), r.seed))]
     fails += [f"- {bracket_line(found)}" for found in limits if found.fails]
+    if len(fails) > MOST:
+        fails = [*fails[:MOST], f"- and {len(fails) - MOST} more"]
     text = HEAD + summary(results, limits)
     if fails:
         text += "\n## Failures\n\n`python -m evidence.fuzz --only SEED` repeats one.\n\n" + "\n".join(fails) + "\n"

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from blockstat import Assembly, Block
+from blockstat import Assembly, Block, JointLaw
 from evidence.fuzz.solids import Array, Solid
 
 
@@ -32,6 +32,13 @@ class Scene:
     friction: float
     gravity: Array
     place: Place = field(default_factory=Place)
+    sheets: tuple[int, ...] = ()  #: blocks with another friction on all their joints
+    sheet_friction: float = 0.0
+
+    def friction_of(self, pair: Array) -> Array:
+        """Coefficient of friction between blocks, pair : shape (n, 2)."""
+        slips = np.isin(pair, self.sheets).any(axis=1)
+        return np.where(slips, self.sheet_friction, self.friction)
 
     @property
     def weights(self) -> Array:
@@ -49,6 +56,7 @@ class Scene:
                 place.scale * self.solids[i].vertices @ place.turn.T + place.shift,
                 self.solids[i].faces,
                 name=f"{i}",
+                group="sheet" if i in self.sheets else "stone",
                 density=self.density[i],
             )
             for i in order
@@ -59,4 +67,5 @@ class Scene:
             name=self.family,
             friction=self.friction,
             gravity=(place.turn @ self.gravity).tolist(),
+            joints=[JointLaw(("sheet", "*"), friction=self.sheet_friction)] if self.sheets else [],
         )

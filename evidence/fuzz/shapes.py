@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from evidence.fuzz.pieces import Piece, separating
 from evidence.fuzz.solids import Solid, box, extruded, hull
 from evidence.fuzz.stacks import Parts, Random, about_z, slab
 
@@ -16,7 +17,6 @@ def ring(random: Random) -> Parts:
     count, inner = int(random.integers(3, 10)), 1.0
     outer = inner + random.uniform(0.05, 0.6)
     if random.random() < 0.3:
-        begin, end = np.pi * random.uniform(-0.02, 0.0), 0.0
         begin, end = -np.pi / 2, 3 * np.pi / 2
     else:
         half = random.uniform(0.2, 0.5) * np.pi
@@ -30,7 +30,11 @@ def ring(random: Random) -> Parts:
     solids = [wedge(a, b) for a, b in zip(angle[:-1], angle[1:], strict=True)]
     if end - begin > 6:
         low = min(float(solid.vertices[:, 2].min()) for solid in solids)
-        return [box((-3, -1, low - 1), (3, 1, low)), *solids], [True] + [False] * count
+        frame = [box((-3, -1, low - 1), (3, 1, low))]
+        if random.random() < 0.6:
+            wide = max(float(solid.vertices[:, 0].max()) for solid in solids)
+            frame += [box((wide, -1, low), (3, 1, 2)), box((-3, -1, low), (-wide, 1, 2))]
+        return [*frame, *solids], [True] * len(frame) + [False] * count
     step = angle[1] - angle[0]
     return [wedge(begin - step, begin), *solids, wedge(end, end + step)], [True, *[False] * count, True]
 
@@ -55,7 +59,7 @@ def keystone(random: Random) -> Parts:
 
 
 def ladder(random: Random) -> Parts:
-    """A box that leans with an edge on the floor against a wall, and perhaps another against it."""
+    """A box that leans with an edge on the floor against a wall, or against a block that may move."""
     length, thick, angle = random.uniform(1.5, 4), random.uniform(0.05, 0.5), np.radians(random.uniform(15, 80))
     x0 = thick * np.sin(angle)
     along, up = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
@@ -67,7 +71,7 @@ def ladder(random: Random) -> Parts:
         solids.append(box((-x0 - 0.5 - 1e-9, 0, 0), (-x0 - 0.2, 1, 0.5)))
     if random.random() < 0.3:
         solids.append(box((random.uniform(0.3, 0.8) * wall, 1.5, 0), (wall, 2.0, 0.5)))
-    return solids, [True, True] + [False] * (len(solids) - 2)
+    return solids, [True, bool(random.random() < 0.7)] + [False] * (len(solids) - 2)
 
 
 def groove(random: Random) -> Parts:
@@ -158,7 +162,9 @@ def points(random: Random) -> Parts:
     posts = random.uniform(-0.6, 0.6, (int(random.integers(3, 5)), 2))
     kept = [p for i, p in enumerate(posts) if all(np.abs(p - q).max() > 0.25 for q in posts[:i])]
     for x, y in kept:
-        foot = np.array([(x - 0.1, y - 0.1, -1), (x + 0.1, y - 0.1, -1), (x + 0.1, y + 0.1, -1), (x - 0.1, y + 0.1, -1)])
+        foot = np.array(
+            [(x - 0.1, y - 0.1, -1), (x + 0.1, y - 0.1, -1), (x + 0.1, y + 0.1, -1), (x - 0.1, y + 0.1, -1)]
+        )
         solids.append(hull(np.array([*foot, (x, y, 0.0)])))
     low = random.uniform(-0.7, -0.4, 2)
     solids.append(box((*low, 0.0), (*(low + random.uniform(0.9, 1.3, 2)), random.uniform(0.2, 0.8))))
@@ -199,6 +205,35 @@ def wedge(random: Random) -> Parts:
     if random.random() < 0.4:
         return [slab().moved((0, 0, 0)), *solids], [True] + [False] * len(solids)
     return solids, [True] + [False] * (len(solids) - 1)
+
+
+def heap(random: Random) -> Parts:
+    """Convex blocks of four to eight corners, let down one after the other until they touch what is below them."""
+    base = [slab(), box((-1, -2, 0), (0, 2, random.uniform(0.1, 1)))]
+    base.append(extruded([[(0, 0), (1, 0), (1, random.uniform(0.1, 1))]], -2, 2))
+    solids = base[: random.integers(1, 4)]
+    fixed = len(solids)
+    for _ in range(random.integers(1, 6)):
+        if random.random() < 0.5:
+            shape = hull(random.uniform(-0.4, 0.4, (int(random.integers(4, 9)), 3)))
+        else:
+            turn = about_z(random.uniform(0, 3)) if random.random() < 0.5 else Rotation.random(random_state=random)
+            turn = turn if isinstance(turn, np.ndarray) else turn.as_matrix()
+            half = random.uniform(0.1, 0.5, 3)
+            shape = box(-half, half).moved(turn=turn)
+        shape = shape.moved((*random.uniform(-0.6, 0.6, 2), 0.0))
+        solids.append(shape.moved((0, 0, max(_height(shape, below) for below in solids))))
+    return solids, [True] * fixed + [False] * (len(solids) - fixed)
+
+
+def _height(shape: Solid, below: Solid) -> float:
+    """How far a convex solid is raised when it comes down on another; -inf beside it."""
+    axes = separating(Piece.of(below.pieces[0]), Piece.of(shape.pieces[0]))
+    gap = (shape.pieces[0] @ axes.T).min(axis=0) - (below.pieces[0] @ axes.T).max(axis=0)
+    level, rising = np.abs(axes[:, 2]) < 1e-9, axes[:, 2] >= 1e-9
+    if (gap[level] >= 0).any():
+        return -np.inf
+    return float((-gap[rising] / axes[rising, 2]).min())
 
 
 def concave(random: Random) -> Parts:
@@ -262,7 +297,10 @@ def tees(random: Random) -> Parts:
         solids, support = [slab(), tee], [True, False]
     else:
         inner = random.uniform(0.0, 0.8 * m)
-        walls = [box((inner - 2, -1, -1), (inner, 2, h - t)), box((w - random.uniform(0.0, 0.8 * m), -1, -1), (w + 2, 2, h - t))]
+        walls = [
+            box((inner - 2, -1, -1), (inner, 2, h - t)),
+            box((w - random.uniform(0.0, 0.8 * m), -1, -1), (w + 2, 2, h - t)),
+        ]
         solids, support = [*walls, tee], [True, random.random() < 0.8, False]
     if random.random() < 0.6:
         x = random.uniform(-0.1, w - 0.3)

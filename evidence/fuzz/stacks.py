@@ -142,6 +142,11 @@ def sheets(random: Random) -> Parts:
     return solids, [True] + [False] * (len(solids) - 1)
 
 
+def thin(solids: list[Solid]) -> tuple[int, ...]:
+    """Numbers of the sheets among the solids."""
+    return tuple(i for i, solid in enumerate(solids) if np.ptp(solid.vertices[:, 2]) < 0.01)
+
+
 def midair(random: Random) -> Parts:
     """Supports that hang in the air: beside, above and below blocks, some of which nothing carries."""
     solids, support = [], []

@@ -17,15 +17,14 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from scipy.spatial import ConvexHull
 
+from evidence.fuzz.pieces import SAME, Piece, separating
 from evidence.fuzz.scene import Scene
 from evidence.fuzz.solids import Array
 
 GAP, THIN, WIDTH = 1e-2, 0.25, 1e-6
 SURE = 2.0  #: what is this much closer or wider than the tolerance is certain, this much further impossible
 GRID = 1e-4  #: of the least width of a contact: grid of the corners of common patches
-SAME = 1e-3  #: directions closer than this are one normal [rad]
 
 
 @dataclass(frozen=True)
@@ -40,32 +39,6 @@ class Touch:
     kind: str  #: dimensions of the two ends that meet: "22" face on face, "21" edge on face, "11" edge across edge
     unique: bool  #: no other normal is possible
     certain: bool  #: unique, and well within the tolerances
-
-
-@dataclass(frozen=True)
-class Piece:
-    """A convex piece of a solid with the directions of its faces and edges."""
-
-    corners: Array
-    normals: Array
-    edges: Array
-
-    @classmethod
-    def of(cls, corners: Array) -> Piece:
-        """From its corners."""
-        found = ConvexHull(corners - corners.mean(axis=0))
-        normals = _distinct(found.equations[:, :3])
-        edges = []
-        for triangle, beside, normal in zip(found.simplices, found.neighbors, found.equations, strict=True):
-            for k in range(3):
-                other = found.equations[beside[k], :3]
-                if np.linalg.norm(np.cross(normal[:3], other)) > 1e-7:
-                    i, j = np.delete(triangle, k)
-                    along = corners[j] - corners[i]
-                    edges.append(along / np.linalg.norm(along))
-        edges = np.array(edges)
-        sign = np.sign(edges[np.arange(len(edges)), np.abs(edges).argmax(axis=1)])
-        return cls(corners, normals, _distinct(edges * sign[:, None]))
 
 
 def touches(scene: Scene) -> list[Touch]:
@@ -99,7 +72,7 @@ def _near(scene: Scene, reach: Array) -> Iterator[tuple[int, int]]:
 
 def _between(a: int, b: int, one: Piece, two: Piece, allowed: float, width: float) -> list[Touch]:
     """Contacts of two convex pieces."""
-    axes = _axes(one, two)
+    axes = separating(one, two)
     high, low = (one.corners @ axes.T).max(axis=0), (two.corners @ axes.T).min(axis=0)
     gap = low - high
     best = float(gap.max())
@@ -117,14 +90,6 @@ def _between(a: int, b: int, one: Piece, two: Piece, allowed: float, width: floa
         if len(points):
             loose.append(Touch(a, b, axes[axis], points, float(gap[axis]), kind, False, False))
     return loose
-
-
-def _axes(one: Piece, two: Piece) -> Array:
-    """Directions from the first piece to the second among which one separates them best."""
-    cross = np.cross(one.edges[:, None], two.edges[None]).reshape(-1, 3)
-    length = np.linalg.norm(cross, axis=1)
-    cross = cross[length > SAME] / length[length > SAME, None]
-    return np.concatenate([one.normals, -two.normals, cross, -cross])
 
 
 def _clusters(axes: Array, gap: Array, least: float) -> list[int]:
@@ -217,14 +182,3 @@ def _filled(scene: Scene, pieces: list[list[Piece]], touch: Touch, rim: float) -
             if ((touch.points @ piece.normals.T - high).max(axis=1) <= rim).all():
                 return True
     return False
-
-
-def _distinct(directions: Array) -> Array:
-    """Unit vectors without those that are the same."""
-    kept: list[Array] = []
-    for row in directions:
-        if all(np.abs(row - other).max() > 1e-7 for other in kept):
-            kept.append(row)
-    return np.array(kept)
-
-
