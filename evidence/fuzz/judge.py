@@ -53,8 +53,9 @@ def judge(scene: Scene) -> Judgement:
     if possible[0] is Truth.UNSTABLE:
         return Judgement(*possible[:2], found, possible[2])
     loose = any(not t.unique for t in found)
-    if Truth.UNSURE in (sure[0], possible[0]):
-        return Judgement(Truth.UNSURE, sure[1], found, sure[2])
+    for truth, lack, points in (sure, possible):
+        if truth in (Truth.UNSURE, Truth.LIMIT):
+            return Judgement(truth, lack, found, points)
     return Judgement(Truth.NORMAL if loose else Truth.TOLERANCE, sure[1], found, sure[2])
 
 

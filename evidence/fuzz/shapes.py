@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from evidence.fuzz.pieces import Piece, separating
-from evidence.fuzz.solids import Solid, box, extruded, hull
+from evidence.fuzz.solids import Piece, Solid, box, extruded, hull, separating
 from evidence.fuzz.stacks import Parts, Random, about_z, slab
 
 QUARTER = Rotation.from_euler("z", np.pi / 2).as_matrix()
@@ -242,7 +241,7 @@ def concave(random: Random) -> Parts:
 
 
 def profile(kind: str, w: float, h: float, t: float) -> Solid:
-    """An L, T or U of width w, height h and thickness t, its feet or bar at height 0; its pieces overlap in its corners."""
+    """An L, T or U of width w, height h and thickness t; its pieces overlap in its corners."""
     rect = lambda x0, z0, x1, z1: [(x0, z0), (x1, z0), (x1, z1), (x0, z1)]  # noqa: E731
     if kind == "L":
         pieces = [rect(0, 0, w, t), rect(0, 0, t, h)]

@@ -78,8 +78,8 @@ def _apart(places: Array, width: float) -> list[Array]:
 
 
 def slivers(random: Random) -> Parts:
-    """A beam on ledges, one or both of them as narrow as 1e-9 to 1e-2 of it, but not about the least width of a joint."""
-    width = 10.0 ** (random.uniform(-9, -6.7) if random.random() < 0.4 else random.uniform(-5.3, -2))
+    """A beam on ledges, one or both as narrow as 1e-9 to 1e-2 of it, but not about the least width of a joint."""
+    width = 10.0 ** (random.uniform(-9, -6.7) if random.random() < 0.25 else random.uniform(-5.3, -2))
     solids = [box((-2, -1, -1), (0, 1, 0)), box((2, -1, -1), (4, 1, 0))]
     left = random.choice([0.3, width])
     solids.append(box((-left, -0.5, 0), (2 + width, 0.5, random.uniform(0.2, 1.0))))

@@ -18,9 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from evidence.fuzz.pieces import SAME, Piece, separating
 from evidence.fuzz.scene import Scene
-from evidence.fuzz.solids import Array
+from evidence.fuzz.solids import SAME, Array, Piece, separating
 
 GAP, THIN, WIDTH = 1e-2, 0.25, 1e-6
 SURE = 2.0  #: what is this much closer or wider than the tolerance is certain, this much further impossible
