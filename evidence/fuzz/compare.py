@@ -12,7 +12,7 @@ import numpy as np
 
 from blockstat import InputError, assess
 from evidence.fuzz.generate import FINE, UTM, place, scene, shuffled
-from evidence.fuzz.judge import NEAR, Judgement, Truth, decide, judge, near_limit
+from evidence.fuzz.judge import NEAR, Judgement, Truth, choices, decide, judge, near_limit
 from evidence.fuzz.programs import LACK, Points
 from evidence.fuzz.scene import Place, Scene
 
@@ -121,6 +121,8 @@ def compare(found: Scene, judgement: Judgement, word: str) -> Category:
         return Category.AT_LIMIT if undecided else Category.RIGHT
     if word.startswith("stable" if truth is Truth.STABLE else "unstable"):
         return Category.RIGHT
+    if undecided and judgement.passes:
+        return Category.NO_NORMAL
     if _within_gaps(found, judgement, word):
         return Category.TOLERANCE
     if near_limit(judgement, NEAR if undecided else LACK):
@@ -134,7 +136,9 @@ def _within_gaps(found: Scene, judgement: Judgement, word: str) -> bool:
     """Whether the answer is another with the points on one side of open joints or on the other."""
     if max((abs(touch.gap) for touch in judgement.touches), default=0.0) < 1e-9:
         return False
-    used = [t for t in judgement.touches if t.certain or judgement.truth is Truth.UNSTABLE]
+    used = [t for t in judgement.touches if t.certain]
+    if judgement.truth is Truth.UNSTABLE:
+        used = next(choices(judgement.touches))
     for side in (-0.5, 0.5):
         moved = [replace(t, points=t.points + side * t.gap * t.normal) for t in used]
         truth = decide(Points.of(found, moved))[0]

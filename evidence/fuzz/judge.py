@@ -1,15 +1,18 @@
 """The judge: whether a scene surely stands, surely falls, or is too close, and what that hangs on.
 
 Surely stable: with the certain contacts alone, forces inside the exact cones and of bounded size balance every block.
-Surely unstable: with all possible contacts, those without a normal of their own pushing along every normal that they
-may have, a mechanism is driven by the loads. More contacts hold more, so nothing lies between but scenes that hang on a
-contact without a normal, on a tolerance, or on the last digits.
+Surely unstable: a mechanism that keeps all possible contacts is driven by the loads. Two edges or corners without a
+normal of their own only keep each other apart: they pass each other if the motion opens them along one of the normals
+that separate them, and do not resist it then. So one of their normals is chosen, without friction, and each choice is
+tried. Nothing lies between but scenes that hang on such a contact, on a tolerance, or on the last digits.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
+from itertools import islice, product
 
 import numpy as np
 
@@ -17,6 +20,7 @@ from evidence.fuzz.programs import Answer, Points, least_lack
 from evidence.fuzz.scene import Scene
 from evidence.fuzz.touch import Touch, touches
 
+MOST = 64  #: choices of normals that are tried
 ROUNDS = 6  #: refinements of the friction polygons
 NEAR = 1e-6  #: of each block's weight: loads that differ by less are the limit itself
 
@@ -40,6 +44,7 @@ class Judgement:
     lack: float  #: unbalanced load with the contacts that decided, in weights of the blocks
     touches: list[Touch]
     points: Points  #: of the contacts that decided
+    passes: bool = False  #: blocks fall past one another at contacts without a normal of their own
 
 
 def judge(scene: Scene) -> Judgement:
@@ -49,14 +54,27 @@ def judge(scene: Scene) -> Judgement:
     sure = decide(certain)
     if sure[0] is Truth.STABLE or all(t.certain for t in found):
         return Judgement(*sure[:2], found, sure[2])
-    possible = decide(Points.of(scene, found))
-    if possible[0] is Truth.UNSTABLE:
-        return Judgement(*possible[:2], found, possible[2])
+    tried = [sure]
+    for chosen in choices(found):
+        tried.append(decide(Points.of(scene, chosen)))
+        if tried[-1][0] is Truth.UNSTABLE:
+            return Judgement(*tried[-1][:2], found, tried[-1][2], any(not t.unique for t in found))
     loose = any(not t.unique for t in found)
-    for truth, lack, points in (sure, possible):
+    for truth, lack, points in tried:
         if truth in (Truth.UNSURE, Truth.LIMIT):
             return Judgement(truth, lack, found, points)
     return Judgement(Truth.NORMAL if loose else Truth.TOLERANCE, sure[1], found, sure[2])
+
+
+def choices(found: list[Touch]) -> Iterator[list[Touch]]:
+    """All possible contacts, those of each rim with one of its normals; the first few where there are many."""
+    rims: dict[tuple[int, ...], list[Touch]] = {}
+    for touch in found:
+        if not touch.unique:
+            rims.setdefault(touch.rim, []).append(touch)
+    unique = [touch for touch in found if touch.unique]
+    for chosen in islice(product(*rims.values()), MOST):
+        yield [*unique, *chosen]
 
 
 def decide(points: Points) -> tuple[Truth, float, Points]:

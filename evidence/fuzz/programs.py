@@ -33,6 +33,7 @@ class Points:
     frame: Array  #: shape (n, 3, 3), rows n, t1, t2
     pair: Array  #: shape (n, 2)
     angles: tuple[Array, ...]  #: of each point, ascending
+    smooth: Array  #: of each point, whether nothing resists sliding: contacts without a normal of their own
 
     @classmethod
     def of(cls, scene: Scene, touches: list[Touch]) -> Points:
@@ -45,13 +46,16 @@ class Points:
             frame.append(np.tile(np.stack([touch.normal, across[1], across[2]]), (n, 1, 1)))
             pair.append(np.tile([touch.a, touch.b], (n, 1)))
         points = np.concatenate(point)
+        smooth = np.repeat([not touch.unique for touch in touches], [len(touch.points) for touch in touches]).astype(
+            bool
+        )
         around = 2 * np.pi * np.arange(SIDES) / SIDES
-        return cls(scene, points, np.concatenate(frame), np.concatenate(pair), (around,) * len(points))
+        return cls(scene, points, np.concatenate(frame), np.concatenate(pair), (around,) * len(points), smooth)
 
     @cached_property
     def friction(self) -> Array:
         """Coefficient of each point."""
-        return self.scene.friction_of(self.pair)
+        return np.where(self.smooth, 0.0, self.scene.friction_of(self.pair))
 
     @cached_property
     def free(self) -> Array:

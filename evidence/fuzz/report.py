@@ -19,8 +19,8 @@ Written by `make evidence ONLY=fuzz`. `evidence/fuzz` makes random scenes of two
 a contact search and linear programs of its own. It shares nothing with the statics but the solids. The judge finds the
 contacts of convex pieces by separating axes. Friction polygons inside the cones prove that a scene stands, polygons
 outside prove that it falls; both proofs are checked on the exact cones. A contact without a normal of its own, an edge
-along an edge or a corner on a corner, is left out where the judge proves that a scene stands, and pushes along every
-normal that it may have where the judge proves that it falls.
+along an edge or a corner on a corner, is left out where the judge proves that a scene stands. Where the judge proves
+that it falls, the motion must open such a contact along one of the normals that separate the two blocks.
 
 Tolerances are those that the statics state: joints open by less than 1e-2 of the smaller block are closed, contacts
 narrower than 1e-6 of it have no normal. What is within a factor of two of a tolerance is counted apart. Each block's

@@ -13,7 +13,7 @@ one within twice the tolerance is possible.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -38,6 +38,7 @@ class Touch:
     kind: str  #: dimensions of the two ends that meet: "22" face on face, "21" edge on face, "11" edge across edge
     unique: bool  #: no other normal is possible
     certain: bool  #: unique, and well within the tolerances
+    rim: tuple[int, ...] = ()  #: blocks and pieces that touch; contacts of one rim are its possible normals
 
 
 def touches(scene: Scene) -> list[Touch]:
@@ -48,9 +49,9 @@ def touches(scene: Scene) -> list[Touch]:
     found: list[Touch] = []
     for a, b in _near(scene, SURE * allowed):
         pair = [
-            touch
-            for one in pieces[a]
-            for two in pieces[b]
+            replace(touch, rim=(a, b, i, k))
+            for i, one in enumerate(pieces[a])
+            for k, two in enumerate(pieces[b])
             for touch in _between(a, b, one, two, min(allowed[a], allowed[b]), WIDTH * min(size[a], size[b]))
         ]
         found += [touch for touch in pair if touch.unique or not _covered(touch, pair)]
@@ -82,13 +83,26 @@ def _between(a: int, b: int, one: Piece, two: Piece, allowed: float, width: floa
     (first, *others) = ties
     kind, points, transversal = _meeting(one, two, axes[first], rim)
     if transversal and not others:
-        return [Touch(a, b, axes[first], points, best, kind, True, abs(best) <= allowed / SURE)]
+        # What is open is certain only where it is wider than it is open.
+        wide = abs(best) <= rim or _meeting(one, two, axes[first], abs(best))[2]
+        exact = Touch(a, b, axes[first], points, best, kind, True, wide and abs(best) <= allowed / SURE)
+        return [exact, *_nearly(exact, one, two, rim, SURE * allowed)]
     loose = []
     for axis in _clusters(axes, gap, min(best, 0.0) - rim):
         kind, points, _ = _meeting(one, two, axes[axis], rim)
         if len(points):
             loose.append(Touch(a, b, axes[axis], points, float(gap[axis]), kind, False, False))
     return loose
+
+
+def _nearly(exact: Touch, one: Piece, two: Piece, rim: float, reach: float) -> list[Touch]:
+    """The contact that would be if corners that are open by less than the tolerance touched as well."""
+    depth = [corners @ exact.normal for corners in (one.corners, two.corners)]
+    depth = [depth[0].max() - depth[0], depth[1] - depth[1].min()]
+    if not any(((open_ > rim) & (open_ <= reach)).any() for open_ in depth):
+        return []
+    kind, points, transversal = _meeting(one, two, exact.normal, rim, reach)
+    return [replace(exact, kind=kind, points=points, certain=False)] if transversal else []
 
 
 def _clusters(axes: Array, gap: Array, least: float) -> list[int]:
@@ -103,13 +117,13 @@ def _clusters(axes: Array, gap: Array, least: float) -> list[int]:
     return chosen
 
 
-def _meeting(one: Piece, two: Piece, normal: Array, rim: float) -> tuple[str, Array, bool]:
+def _meeting(one: Piece, two: Piece, normal: Array, rim: float, reach: float = 0.0) -> tuple[str, Array, bool]:
     """Kind of the ends of two pieces along a normal, the points that they share, and whether these are off the rims."""
     frame = np.linalg.svd(normal[None])[2][1:]
     ends, heights = [], []
     for corners, sign in ((one.corners, 1.0), (two.corners, -1.0)):
         along = sign * corners @ normal
-        end = corners[along >= along.max() - max(rim, SAME * SAME * np.ptp(along))]
+        end = corners[along >= along.max() - max(rim, reach, SAME * SAME * np.ptp(along))]
         ends.append(end)
         heights.append(sign * along.max())
     origin = ends[1].mean(axis=0)
@@ -173,11 +187,24 @@ def _filled(scene: Scene, pieces: list[list[Piece]], touch: Touch, rim: float) -
     """Whether a third block lies in an open joint."""
     if touch.gap <= rim:
         return False
-    for c, group in enumerate(pieces):
-        if c in (touch.a, touch.b):
-            continue
-        for piece in group:
-            high = (piece.corners @ piece.normals.T).max(axis=0)
-            if ((touch.points @ piece.normals.T - high).max(axis=1) <= rim).all():
-                return True
-    return False
+    frame = np.linalg.svd(touch.normal[None])[2][1:]
+    origin = touch.points.mean(axis=0)
+    patch = shapely.MultiPoint((touch.points - origin) @ frame.T).convex_hull
+    sections = (
+        _section(piece.corners - origin, touch.normal, frame)
+        for c, group in enumerate(pieces)
+        if c not in (touch.a, touch.b)
+        for piece in group
+    )
+    return any(section is not None and patch.buffer(rim).intersects(section) for section in sections)
+
+
+def _section(corners: Array, normal: Array, frame: Array) -> shapely.Geometry | None:
+    """Where a convex piece meets the plane through the origin across a normal."""
+    height = corners @ normal
+    above, below = corners[height > 0], corners[height <= 0]
+    if not (len(above) and len(below)):
+        return None
+    share = (height[height > 0][:, None] / (height[height > 0][:, None] - height[height <= 0]))[..., None]
+    through = above[:, None] + share * (below - above[:, None])
+    return shapely.MultiPoint(through.reshape(-1, 3) @ frame.T).convex_hull

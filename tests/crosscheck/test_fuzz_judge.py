@@ -1,5 +1,7 @@
 """The judge of random scenes, where the answer is known by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
@@ -28,7 +30,7 @@ def made(solids, fixed=1, *, friction=0.7, gravity=DOWN, **more):
 def multiplier(found, direction, outer):
     points = Points.of(found, touches(found))
     around = 2 * np.pi * np.arange(SIDES) / SIDES
-    points = Points(found, points.point, points.frame, points.pair, (around,) * len(points.point))
+    points = replace(points, angles=(around,) * len(points.point))
     return carried(points, np.asarray(direction, float), outer=outer)
 
 
@@ -163,9 +165,17 @@ def test_diagonal_neighbours_touch_without_a_normal_of_their_own():
     assert not any(touch.unique for touch in contacts)
 
 
-def test_what_hangs_on_such_a_contact_is_neither_stable_nor_unstable():
+def test_blocks_pass_each_other_at_an_edge_that_the_motion_opens():
     posts = [box((-1, 0, -1), (0, 1, 0)), box((1, 0, -1), (2, 1, 0))]
-    assert truth(made([*posts, box((0, 0, 0), (1, 1, 1))], 2)) is Truth.NORMAL
+    assert truth(made([*posts, box((0, 0, 0), (1, 1, 1))], 2)) is Truth.UNSTABLE
+
+
+def test_what_hangs_on_edges_that_every_motion_closes_is_neither_stable_nor_unstable():
+    """A block that two walls keep upright stands with its lower edges on the edges of two posts."""
+    posts = [box((-1, 0, -1), (0, 1, 0)), box((1, 0, -1), (2, 1, 0))]
+    walls = [box((-1.5, 0, 0), (-0.5, 1, 2)), box((1.5, 0, 0), (2.5, 1, 2))]
+    body = extruded([[(0, 0), (1, 0), (1.5, 1), (1.5, 2), (-0.5, 2), (-0.5, 1)]], 0, 1)
+    assert truth(made([*posts, *walls, body], 4, friction=0.0)) is Truth.NORMAL
 
 
 @pytest.mark.parametrize("kind", ["L", "U"])
