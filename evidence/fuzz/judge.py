@@ -22,6 +22,7 @@ from evidence.fuzz.touch import Touch, touches
 
 MOST = 64  #: choices of normals that are tried
 ROUNDS = 6  #: refinements of the friction polygons
+MODEST, LARGE = 1e3, 1e5  #: forces that are tried, in weights of all free blocks
 NEAR = 1e-6  #: of each block's weight: loads that differ by less are the limit itself
 
 
@@ -81,12 +82,14 @@ def decide(points: Points) -> tuple[Truth, float, Points]:
     """Stable or unstable with these contacts, by polygons that are refined until they tell."""
     outer = Answer(np.inf, np.empty((0, 3)), False, False)
     for _ in range(ROUNDS):
-        inner = least_lack(points, outer=False)
-        if inner.stands:
+        if least_lack(points, outer=False, most=MODEST).stands:
             return Truth.STABLE, 0.0, points
         outer = least_lack(points, outer=True)
         if outer.falls:
             return Truth.UNSTABLE, outer.lack, points
+        inner = least_lack(points, outer=False, most=LARGE)
+        if inner.stands:
+            return Truth.STABLE, 0.0, points
         if np.isin(points.friction, (0.0, np.inf)).all() or not np.isfinite(outer.lack + inner.lack):
             break
         points = points.refined(outer.force).refined(inner.force)

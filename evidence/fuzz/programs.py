@@ -158,14 +158,17 @@ def _rays(angle: Array, mu: float, *, outer: bool) -> Array:
     return rays / max(1.0, mu)
 
 
-def least_lack(points: Points, *, outer: bool, shift: Array | None = None) -> Answer:
-    """Forces in the polygons that leave the least load unbalanced, and the mechanism that is their dual."""
+def least_lack(points: Points, *, outer: bool, shift: Array | None = None, most: float = FORCES) -> Answer:
+    """Forces in the polygons that leave the least load unbalanced, and the mechanism that is their dual.
+
+    No ray is larger than `most` weights of all free blocks. Jammed blocks may press on each other as hard as that.
+    """
     load = points.load if shift is None else points.load + shift
     rays = points.rays(outer=outer)
     n, m = rays.shape[1], len(load)
     whole = hstack([points.matrix @ rays, identity(m), -identity(m)], format="csc")
     cost = np.concatenate([np.zeros(n), np.ones(2 * m)])
-    most = FORCES * points.scene.weights[points.free].sum() / points.unit.min(initial=np.inf)
+    most *= points.scene.weights[points.free].sum() / points.unit.min(initial=np.inf)
     bounds = np.column_stack([np.zeros(len(cost)), np.append(np.full(n, most), np.full(2 * m, np.inf))])
     for tolerance in (1e-10, 1e-9, 1e-7):  # what is found is checked, whatever the tolerance
         options = {"primal_feasibility_tolerance": tolerance, "dual_feasibility_tolerance": tolerance}
@@ -185,7 +188,8 @@ def _balanced(points: Points, force: Array, load: Array) -> tuple[Array, bool]:
     matrix = points.matrix.toarray()
     flat = force.ravel()
     # Corrections next to what a force already is keep small forces in their cones.
-    scale = np.repeat(np.linalg.norm(force, axis=1) + 1e-6, 3)
+    slip = np.minimum(points.friction, 1.0)
+    scale = ((np.linalg.norm(force, axis=1) + 1e-6) * np.array([np.ones_like(slip), slip, slip])).T.ravel()
     flat = flat - scale * np.linalg.lstsq(matrix * scale, matrix @ flat + load, rcond=1e-13)[0]
     force = flat.reshape(-1, 3)
     total = (np.linalg.norm(force, axis=1) * points.unit).sum()
