@@ -1,11 +1,23 @@
 """The check of a Coulomb state: forces and displacements that belong together under friction without dilatancy.
 
 Forces alone do not show that an assembly stands: blocks jammed between others hold themselves on paper. A Coulomb state
-is a pair of forces f and displacements v in which the displacements cause the forces. The forces balance and lie in
-their cones, every loaded point closes, no unloaded point closes by more than its joint was open, and friction opposes
-slip. Elastic slip below the surface of the cone is allowed, sliding at the surface as far as it goes.
+is a pair of forces f and displacements v in which the displacements cause the forces:
 
-Nothing here depends on how the pair was found: all figures come from the arrays.
+- the forces balance every block and lie in their cones;
+- every loaded point closes, `q_i = -(A'v)_n > 0`;
+- no unloaded point closes by more than its joint was open before. How far that was is not known. No joint is taken to
+  have been looser than the loaded points of the same state, so that an unloaded point may close by as much as the
+  loaded point that closes most;
+- friction opposes slip: `f_t = -k g_t` with some k >= 0, so elastic slip below the surface of the cone is allowed, and
+  sliding at the surface as far as it goes;
+- bonds oppose what stretches, shears and bends them.
+
+Such a pair exists just where joints can be named in which the loads cause the forces: joint i with a normal stiffness
+`f_n / q_i`, a tangential stiffness `|f_t| / |g_t|`, and nothing that acts before the loads come. Self-stress has no such
+joints, because two loaded points that face each other across a block can not both close.
+
+Cohesion acts as a constant attraction, since the forces of the program count from the apex of the cone. A point at its
+lower bound need not close. Nothing here depends on how the pair was found: all figures come from the arrays.
 """
 
 from __future__ import annotations
@@ -18,9 +30,9 @@ from blockstat.certificate.check import FORCE_TOLERANCE, force_errors
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.typing import Floats
 
-#: Relative accuracy of the rates g = A'v that a solver returns. A closing or an opposition that is smaller, relative to
-#: the largest rate, may be rounding: two joints that face each other across a block close by amounts that add up to
-#: nothing, and one of them by a rounding error.
+#: Relative accuracy of the rates g = A'v. A closing or an opposition that is smaller, relative to the largest rate, may
+#: be rounding: two joints that face each other across a block close by amounts that add up to nothing, and one of them
+#: by a rounding error. Solvers return rates to 1e-8 at worst.
 RATE_ACCURACY = 1e-6
 
 
@@ -30,9 +42,9 @@ class CoulombCertificate:
 
     residual: float  #: largest unbalanced force of a block, relative to its load
     cone_violation: float  #: largest missing normal force of a point, relative to the lighter block's load
-    closing: float  #: least closing of a loaded point; it must be positive
-    clearance_violation: float  #: largest closing of an unloaded point beyond what its joint was open
-    friction_violation: float  #: `sum (|f_t| |g_t| + f_t.g_t) / sum |f| |g|`: friction that does not oppose slip
+    closing: float  #: least closing of a loaded point, which must be positive; inf where nothing is loaded
+    clearance_violation: float  #: closing of an unloaded point beyond the largest of a loaded one
+    friction_violation: float  #: largest slip of a loaded point that its friction does not oppose, or of a bond
     unsupported: float  #: share of the normal forces at loaded points that do not close
 
     @property
@@ -47,7 +59,7 @@ class CoulombCertificate:
 
 
 def check_coulomb_state(
-    program: PenaltyProgram, force: Floats, displacement: Floats, clearance: Floats
+    program: PenaltyProgram, force: Floats, displacement: Floats, opening: Floats | None = None
 ) -> CoulombCertificate:
     """Compute the certificate of forces and displacements.
 
@@ -59,9 +71,9 @@ def check_coulomb_state(
         Shape (m, 3), in its units.
     displacement
         v of all free blocks, shape (6 n,), of any size.
-    clearance
-        By how much the joint was open at each point before, shape (m,), in units of the displacements; not negative.
-        A point without clearance may not close unless it is loaded.
+    opening
+        By how much the joint was open at each point before, in units of the displacements, shape (m,), if that is
+        known. A point may then also close by that much without carrying anything.
 
     Returns
     -------
@@ -72,25 +84,28 @@ def check_coulomb_state(
     ----------
     De Saxce & Feng: The bipotential method, 1998.
     """
+    if not (np.isfinite(force).all() and np.isfinite(displacement).all()):
+        return CoulombCertificate(np.inf, np.inf, -np.inf, np.inf, np.inf, 1.0)
     residual, missing = force_errors(program, force)
-    touching = slice(0, program.n_points)  # bonds, which follow, neither close nor slip
-    gap_rate = (program.matrix.T @ displacement).reshape(-1, 3)[touching]
-    own, clearance = force[touching], clearance[touching]
-    size = max(float(np.abs(gap_rate).max(initial=0.0)), float(clearance.max(initial=0.0)), 1e-300)
-    gap_rate, clearance = gap_rate / size, clearance / size
-    loaded = loaded_points(program, force)[touching]
-    closing = -gap_rate[:, 0]
-    normal = np.maximum(own[:, 0], 0.0)
-    tangent, slip = np.linalg.norm(own[:, 1:], axis=1), np.linalg.norm(gap_rate[:, 1:], axis=1)
-    against = tangent * slip + np.einsum("ij,ij->i", own[:, 1:], gap_rate[:, 1:])
-    work = float((np.linalg.norm(own, axis=1) * np.linalg.norm(gap_rate, axis=1)).sum())
+    rate = (program.matrix.T @ displacement).reshape(-1, 3)
+    size = max(float(np.abs(rate).max(initial=0.0)), 1e-300)
+    rate = rate / size
+    closing = -rate[:, 0]
+    touching = np.arange(len(rate)) < program.n_points  # bonds follow
+    loaded = loaded_points(program, force)
+    at_points, normal = loaded & touching, np.maximum(force[:, 0], 0.0) * touching
+    free = np.full(len(rate), closing[at_points].max(initial=0.0))
+    if opening is not None:
+        free = np.maximum(free, opening / size)
+    aside = _against_opposition(force[loaded], rate[loaded])
+    stretched = np.maximum(rate[loaded & ~touching, 0], 0.0)  # a bond that comes closer pulls no more
     return CoulombCertificate(
         residual=residual,
         cone_violation=missing,
-        closing=float(closing[loaded].min(initial=np.inf)),
-        clearance_violation=float((closing - clearance)[~loaded].max(initial=0.0)),
-        friction_violation=float(against[loaded].sum()) / work if work > 0 else 0.0,
-        unsupported=float(normal[loaded & (closing <= RATE_ACCURACY)].sum() / max(normal.sum(), 1e-300)),
+        closing=float(closing[at_points].min(initial=np.inf)),
+        clearance_violation=float((closing - free)[~loaded & touching].max(initial=0.0)),
+        friction_violation=float(max(aside.max(initial=0.0), stretched.max(initial=0.0))),
+        unsupported=float(normal[at_points & (closing <= RATE_ACCURACY)].sum() / max(normal.sum(), 1e-300)),
     )
 
 
@@ -107,9 +122,24 @@ def loaded_points(program: PenaltyProgram, force: Floats) -> np.ndarray:
     Returns
     -------
     array of bool, shape (m,)
-        False where the force is within the tolerance of the forces, relative to the lighter block's load.
+        False where the force is within the tolerance of the forces, relative to the lighter block's load, of nothing or
+        of its lower bound.
     """
     own = np.linalg.norm(program.load.reshape(-1, 6), axis=1)
     blocks = program.point_blocks
     lighter = np.where(blocks >= 0, np.append(own, np.inf)[blocks], np.inf).min(axis=1)
-    return np.linalg.norm(force, axis=1) > FORCE_TOLERANCE * lighter
+    tolerance = FORCE_TOLERANCE * lighter
+    at_bound = (program.lower > 0) & (force[:, 0] <= program.lower + tolerance)
+    return (np.linalg.norm(force, axis=1) > tolerance) & ~at_bound
+
+
+def _against_opposition(force: Floats, rate: Floats) -> Floats:
+    """By how much the slip of each point lies off the half-line of slips that its friction opposes, shape (n,).
+
+    It counts by the friction's share of the force: at a point without friction any slip is right.
+    """
+    size = np.maximum(np.linalg.norm(force, axis=1), 1e-300)
+    tangent = np.linalg.norm(force[:, 1:], axis=1)
+    along = force[:, 1:] / np.maximum(tangent, 1e-300)[:, None]
+    opposed = np.minimum(np.einsum("ij,ij->i", along, rate[:, 1:]), 0.0)
+    return tangent / size * np.linalg.norm(rate[:, 1:] - opposed[:, None] * along, axis=1)
