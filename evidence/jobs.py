@@ -66,6 +66,7 @@ JOBS: Sequence[Job] = (
     result("iterations", 2, "dynamics.iterations"),
     result("search", 24, "benchmarks.search --sample 16 --lighter --reasons"),
     result("soundness", 3, "comparisons.soundness"),
+    result("rubble", 0.1, "comparisons.rubble"),
     result("sweep", 0.3, "benchmarks.sweep"),
     result("live_page", 1.5, "benchmarks.live_page"),
     result("solvers", 11, "benchmarks.solvers"),

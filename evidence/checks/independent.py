@@ -23,6 +23,7 @@ FORCE = 1e-8  #: of a block's own load, what a balanced block may lack and a con
 ROUNDING = 1e-12  #: of the forces that meet in a block
 MANY_WEIGHTS = 1e6  #: no assembly stands by contact forces of so many weights
 ADHESION = 1e-5  #: of the total load and adhesion; forces of an unstable assembly are the solver's own
+CROSSING = 3  #: the kind of a contact of two edges that cross
 PARALLEL = np.cos(np.deg2rad(8.0))  # a joint lies halfway between its faces, which turn by 15 degrees at most
 
 
@@ -66,7 +67,11 @@ def live_load(asm, load):
 
 
 def check_joints(asm, faces, gap=GAP):
-    """Every contact point lies on a face of either block, and the normal leads from the first to the second."""
+    """Every contact point lies where its kind says, and the normal leads from the first block to the second.
+
+    A point of a patch lies on a face of either block. In assemblies with edges and corners it may be one of those too,
+    and lies on a face of one. A crossing lies on an edge of either block, at right angles to the normal.
+    """
     square = faces.frame @ faces.frame.swapaxes(1, 2)
     assert np.abs(square - np.eye(3)).max(initial=0.0) < 1e-9
     size = np.cbrt(bodies(asm)[0] / asm.density)
@@ -77,7 +82,12 @@ def check_joints(asm, faces, gap=GAP):
     centre = np.add.reduceat(corners, asm.face_start[:-1]) / np.diff(asm.face_start)[:, None]
     first = np.searchsorted(asm.face_block, np.arange(asm.n_blocks + 1))
     k = faces.point_interface
-    allowed = gap * size[faces.pair].min(axis=1)[k]
+    if isinstance(gap, str):  # a length; faces that are flat to a quarter of it are one face, on both sides
+        allowed = np.full(len(k), 1.5 * float(gap.split()[0]) * {"m": 1.0, "mm": 1e-3}[gap.split()[1]])
+    else:
+        allowed = gap * size[faces.pair].min(axis=1)[k]
+    kind = np.zeros(len(faces.pair), int) if faces.kind is None else faces.kind
+    on_face = np.zeros((2, len(k)), bool)
     for side, sign in ((0, 1.0), (1, -1.0)):
         block = faces.pair[k, side]
         count = np.diff(first)[block]
@@ -86,7 +96,24 @@ def check_joints(asm, faces, gap=GAP):
         facing = sign * np.einsum("ij,ij->i", normal[face], faces.frame[k[point], 0]) > PARALLEL
         height = np.abs(np.einsum("ij,ij->i", faces.point[point] - centre[face], normal[face]))
         touches = facing & (height <= allowed[point] + 1e-14 * np.abs(faces.point[point]).max(axis=1))
-        assert np.logical_or.reduceat(touches, np.cumsum(count) - count).all(), "a contact point lies on no face"
+        on_face[side] = np.logical_or.reduceat(touches, np.cumsum(count) - count)
+    needed = on_face.all(axis=0) if not kind.any() else on_face.any(axis=0)
+    assert needed[kind[k] != CROSSING].all(), "a contact point lies on no face"
+    for i in np.flatnonzero(kind[k] == CROSSING):
+        for block in faces.pair[k[i]]:
+            assert crosses(asm, block, faces.point[i], faces.frame[k[i], 0], allowed[i]), "no edge at a crossing"
+
+
+def crosses(asm, block, point, normal, allowed):
+    """Whether an edge of a block passes through a point at right angles to a normal."""
+    first, last = np.searchsorted(asm.face_block, [block, block + 1])
+    own = slice(asm.face_start[first], asm.face_start[last])
+    tail = asm.vertices[asm.face_vertices[own]]
+    along = asm.vertices[asm.face_vertices[following(asm.face_start)][own]] - tail
+    length = np.linalg.norm(along, axis=1)
+    share = np.clip(((point - tail) * along).sum(axis=1) / length**2, 0.0, 1.0)
+    near = np.linalg.norm(tail + share[:, None] * along - point, axis=1) <= allowed
+    return bool((near & (np.abs(along @ normal) <= 1e-6 * length)).any())
 
 
 def imbalance(asm, faces, wrench, centroid, forces, bonds=()):

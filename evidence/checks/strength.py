@@ -32,7 +32,7 @@ def strengths(asm, faces):
             continue
         mu = friction_of(asm, faces, i)
         area = faces.area[i]
-        tension = law.tension * area + (law.bond if law.bond_moment is None else 0.0)
+        tension = law.tension * area + (law.bond if law.bond_moment is None and area else 0.0)
         cohesion = np.nan if law.cohesion is None else law.cohesion * area
         if np.isnan(cohesion):
             cohesion = mu * tension if np.isfinite(mu) else np.inf * tension if tension else 0.0
@@ -93,17 +93,18 @@ def bond_laws(asm, faces):
     """Joints with a bond at their centre: (interface, centre, force, moment capacity)."""
     found = []
     for i, law in enumerate(last_law(asm, faces)):
-        if law is not None and law.bond_moment is not None and (law.bond or law.bond_moment):
+        if faces.area[i] and law is not None and law.bond_moment is not None and (law.bond or law.bond_moment):
             found.append((i, _centroid(faces, i), law.bond, law.bond_moment))
     return found
 
 
 def _centroid(faces, interface):
-    """Centroid of a joint: of its cells, or of the triangles about the mean of its corners."""
+    """Centroid of a joint: of its cells, of the triangles about the mean of its corners, or of fewer than three."""
     own = slice(faces.start[interface], faces.start[interface + 1])
     corners = faces.point[own]
-    if faces.share is not None:
-        return faces.share[own] @ corners
+    if faces.share is not None or len(corners) < 3:
+        share = np.full(len(corners), 1 / len(corners)) if faces.share is None else faces.share[own]
+        return share @ corners
     middle = corners.mean(axis=0)
     arm = corners - middle
     angle = np.arctan2(arm @ faces.frame[interface, 2], arm @ faces.frame[interface, 1])

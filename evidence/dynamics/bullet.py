@@ -19,6 +19,7 @@ from blockstat import build
 from blockstat.spec import scene_from
 from dynsim import Settings, verify
 from dynsim.settings import PRESETS
+from evidence.dynamics import edges
 from evidence.paths import DOCS, EXAMPLES
 from evidence.plotting import panels, save
 from evidence.references.dynamics import LIMITS
@@ -83,7 +84,7 @@ def page(found: dict) -> str:
     for r in found["costs"]:
         words = [r[name] for name in ("preset", "blocks", "expected", "verdict")]
         lines.append(row([*words, f"{r['seconds']:.1f}", f"{r['simulated']:.2f}", f"{r['time_step']:g}"]))
-    return "\n".join(lines) + "\n"
+    return "\n".join(lines + edges.section(found["edges"])) + "\n"
 
 
 def plot(found: dict, path: Path) -> None:
@@ -116,6 +117,7 @@ def main() -> None:
     found = {"costs": costs("default", options.sizes)}
     for preset in set(options.presets) - {"default"}:
         found["costs"] += costs(preset, options.sizes[:2])
+    found["edges"] = edges.rows()
     found["errors"] = [row for preset in options.presets for row in errors(preset)]
     print(json.dumps(found) if options.json else page(found))
     if options.write:

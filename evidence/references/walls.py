@@ -31,12 +31,7 @@ def turned_wall(name: str):
 def bed_joints(asm) -> Interfaces:
     """Horizontal joints alone: the blocks of a course do not touch."""
     faces = find_interfaces(asm)
-    keep = np.abs(faces.frame[:, 0, 2]) > 0.5
-    count, points = np.diff(faces.start), keep[faces.point_interface]
-    start = np.concatenate([[0], np.cumsum(count[keep])])
-    return Interfaces(
-        faces.pair[keep], faces.frame[keep], faces.area[keep], faces.gap[keep], faces.point[points], start
-    )
+    return faces.subset(np.abs(faces.frame[:, 0, 2]) > 0.5)
 
 
 def open_heads(name: str) -> Value:

@@ -25,6 +25,15 @@ def slice_(outline, depth: float, **options) -> Block:
     return hexahedron([(x, depth, z) for x, z in outline], [(x, 0, z) for x, z in outline], **options)
 
 
+def prism(outline, depth: float, **options) -> Block:
+    """A block with any outline in the plane x, z, counter-clockwise seen from -y, from y = 0 to `depth`."""
+    n = len(outline)
+    sides = [[i, (i + 1) % n, n + (i + 1) % n, n + i] for i in range(n)]
+    corners = [(x, 0, z) for x, z in outline] + [(x, depth, z) for x, z in outline]
+    faces = [list(range(n)), list(range(n, 2 * n))[::-1], *[side[::-1] for side in sides]]
+    return Block(np.array(corners, dtype=float), faces, **options)
+
+
 def assembly(blocks, **options) -> Assembly:
     return Assembly.from_blocks(blocks, **{"supports": [0], "density": 1.0, "gravity": (0, 0, -1)} | options)
 
@@ -165,7 +174,7 @@ def pulled_slab():
     asm = assembly(
         [
             box((-3, 0, -1), (8, 1, 0), name="ground"),
-            box((2, 0, 1), (3, 1, 2), name="wall"),
+            box((2, 0, 1.1), (3, 1, 2), name="wall"),  # clear of the edge of A
             box((-2, 0, 0), (2, 1, 1), name="A", density=0.25),
             box((-2, 0, 1), (2, 1, 2), name="B", density=0.25),
         ],

@@ -11,6 +11,11 @@ its own a joint in tension T holds mu T in shear, which is also what a cohesive 
 A joint crushes when its pressure reaches the compressive strength. Its corners cannot say so, so it is divided into
 cells, each with uniform stress and one force at its centroid: every force field found so is one of a real stress
 field, and the capacity rises to the true one as the cells become more. Scenes without laws pay nothing for them.
+
+An edge or a corner on a face has no area. Tensile strength, cohesion and bonds give it nothing, and with a compressive
+strength, however great, it carries nothing: a real edge crushes until it has an area that a rigid block does not have.
+A warning names its blocks. What stands without it is stable; what falls only by driving it in is undecided. To let it
+carry, leave compressive strength out of its law, or model the narrow face that the edge really has.
 """
 
 from __future__ import annotations
@@ -46,7 +51,8 @@ class JointLaw:
     #: [N m], bending and torsion that a bond at the centre of the joint holds; it then holds `bond` in tension and
     #: `bond` in shear, each by itself (a fixed constraint with capacities). None: no bond at the centre.
     bond_moment: float | None = None
-    compression: float | None = None  #: [Pa], compressive strength; None: no limit
+    #: [Pa], compressive strength, under which contacts without area carry nothing; None: no limit
+    compression: float | None = None
     cells: int = 0  #: contact cells along each side of the joint; 0: its corners, or 8 if it can crush
 
     def __post_init__(self) -> None:

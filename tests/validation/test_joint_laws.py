@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from blockstat import JointLaw, LoadOutcome, Outcome, assess, limit_load
-from evidence.scenes.small import assembly, box
+from evidence.scenes.small import assembly, box, prism
 
 CLOSE = 1e-6
 
@@ -78,6 +78,53 @@ def test_a_stress_block_narrows_the_joint_of_a_tipping_block(used):
     assert min(below) > -CLOSE  # cells are a lower bound
     assert below[2] < max(0.25 * below[0], CLOSE)
     assert below[1] < 0.04 * exact
+
+
+@pytest.mark.parametrize("used", [0.25, 0.5, 0.75])
+def test_a_block_on_two_feet_crushes_on_its_feet(used):
+    # A portal 1 wide on two feet of f = 0.1, tipping about the right one. The pressure sigma = W / (used 2 f) needs a
+    # length s = 2 f used. It fills the right foot from its rim, and then the left one from its inner edge at x = f.
+    # The resultant lies at x_R, and lambda z_G = x_R - 1/2. The hull would carry pressure under the opening.
+    foot = 0.1
+    outline = [(0, 0), (foot, 0), (foot, 1.5), (1 - foot, 1.5), (1 - foot, 0), (1, 0), (1, 2), (0, 2)]
+    portal = prism(outline, 1.0, name="stone", group="stone")
+    ground = box((-5, -5, -1), (5, 5, 0), name="ground", group="ground")
+    plain = assembly([ground, portal], friction=2.0)
+    right = min(2 * foot * used, foot)
+    left = 2 * foot * used - right
+    resultant = (right * (1 - right / 2) + left * (foot - left / 2)) / (right + left)
+    exact = (resultant - 0.5) / plain.centroid[1, 2]
+    strength = plain.mass[1] / (used * 2 * foot)
+    below = []
+    for cells in (4, 8, 16):
+        found = limit_load(plain.with_(joints=[law(compression=strength, cells=cells)]), (1, 0, 0))
+        assert found.gap < CLOSE
+        below.append(exact - found.lower)
+    assert min(below) > -CLOSE  # cells are a lower bound
+    assert below[2] < max(0.35 * below[0], CLOSE)
+    assert below[1] < 0.01 * exact
+
+
+def test_feet_crush_under_the_weight_that_they_carry():
+    # Two feet of .1 x 1 carry at most sigma .2, whatever their hull of 1 x 1 is.
+    outline = [(0, 0), (0.1, 0), (0.1, 1.5), (0.9, 1.5), (0.9, 0), (1, 0), (1, 2), (0, 2)]
+    ground = box((-5, -5, -1), (5, 5, 0), name="ground", group="ground")
+    plain = assembly([ground, prism(outline, 1.0, name="stone", group="stone")])
+    for share, outcome in ((1 + 1e-5, Outcome.STABLE), (1 - 1e-5, Outcome.UNSTABLE)):
+        strong = plain.with_(joints=[law(compression=share * plain.mass[1] / 0.2)])
+        assert assess(strong).outcome is outcome
+
+
+def test_a_bond_of_unequal_feet_sits_at_their_common_centroid():
+    # Feet of .3 and .1: centroid of the area at (.3 x .15 + .1 x .95) / .4 = .35. A moment-free bond there holds a pull
+    # that goes through it up to its strength, and one beside it not.
+    outline = [(0, 0), (0.3, 0), (0.3, 1.5), (0.9, 1.5), (0.9, 0), (1, 0), (1, 2), (0, 2)]
+    ground = box((-5, -5, -1), (5, 5, 0), name="ground", group="ground")
+    bond = law(bond=10.0, bond_moment=0.0)
+    plain = assembly([ground, prism(outline, 1.0, name="stone", group="stone")], gravity=(0, 0, -1e-9), joints=[bond])
+    offset = np.array([0.35, 0.5, 0.0]) - plain.centroid[1]
+    found = limit_load(plain, pull((0, 0, 1), np.cross(offset, (0, 0, 1))))
+    assert found.lower == pytest.approx(10.0, rel=1e-5)
 
 
 def test_crushing_under_its_own_weight():

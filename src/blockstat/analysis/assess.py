@@ -10,14 +10,14 @@ import numpy as np
 from blockstat.analysis.certificate_cache import Memory
 from blockstat.analysis.coulomb import coulomb_state
 from blockstat.analysis.decision import decide, outcome_of
-from blockstat.analysis.problem import Problem, free_fall, gap_warnings, pose, timed
+from blockstat.analysis.problem import Problem, crushes, free_fall, gap_warnings, pose, timed
+from blockstat.analysis.rims import overlap_warnings, rim_warnings, with_rims
 from blockstat.analysis.verdict import Outcome, Verdict, unit_motion
 from blockstat.certificate.check import Certificate
-from blockstat.contact.edges import edge_warnings
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import check_choice, known_options
 from blockstat.program.penalty import PenaltyProgram
-from blockstat.solve.answer import Answer, Status
+from blockstat.solve.answer import Answer
 from blockstat.solve.cvxpy import solve_on_paper
 from blockstat.solve.dispatch import CHOICES
 from blockstat.solve.penalty import solve_penalty
@@ -38,7 +38,7 @@ def assess(
     friction: float | None = None,
     gravity: Any = None,
     loads: Floats | None = None,
-    gap: float = GAP,
+    gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     solver: str = "auto",
     flow: str = "associated",
@@ -61,7 +61,7 @@ def assess(
     loads
         Further wrench on each block about its centroid, shape (n_blocks, 6) [N, N m].
     gap
-        Tolerance of the joint search, relative to block size.
+        Tolerance of the joint search: a share of the block size, or a length such as "2 mm".
     interfaces
         Use these joints instead of searching.
     solver
@@ -118,13 +118,10 @@ def assess(
                 state = coulomb_state(problem.program, solver=_second(solver))
     timings["total"] = sum(timings.values())
     verdict = _verdict(problem, answer, checked, timings)
-    early = answer is not None and answer.status in (Status.MECHANISM, Status.RECALLED)
-    if early and verdict.outcome is Outcome.UNDECIDED:
-        # The mechanism of least adhesion moves fewer blocks, so it may not press on contacts that are not modelled.
-        return assess(
-            assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=problem.interfaces,
-            solver=solver, flow=flow,
-        )  # fmt: skip
+    if verdict.outcome is Outcome.UNSTABLE and (warnings := rim_warnings(problem, verdict.mechanism)):
+        options = {"friction": friction, "gravity": gravity, "loads": loads, "gap": gap, "solver": solver}
+        held = assess(assembly, interfaces=with_rims(problem), score=False, **options)
+        verdict = _beyond_doubt(verdict, held, warnings)
     if flow == "associated":
         return verdict
     outcome = verdict.outcome
@@ -190,10 +187,9 @@ def _verdict(problem: Problem, answer: Answer | None, checked: Answer | None, ti
             outcome = Outcome.UNDECIDED  # loads that happen to balance on nothing
     blocked: list[str] = []
     if outcome is Outcome.UNSTABLE:
-        blocked = edge_warnings(
-            problem.assembly, problem.interfaces, problem.gap, unit_motion(problem.assembly, mechanism)
-        )
-        outcome = Outcome.UNDECIDED if blocked else outcome
+        motion = unit_motion(problem.assembly, mechanism)
+        blocked = overlap_warnings(problem, motion)
+        outcome = Outcome.UNDECIDED if blocked or crushes(problem, motion) else outcome
     return Verdict(
         outcome=outcome,
         score=score,
@@ -209,3 +205,10 @@ def _verdict(problem: Problem, answer: Answer | None, checked: Answer | None, ti
         warnings=(*problem.warnings, *blocked, *gap_warnings(problem, outcome)),
         bonds=problem.to_bonds(force),
     )
+
+
+def _beyond_doubt(verdict: Verdict, held: Verdict, warnings: list[str]) -> Verdict:
+    """Unstable where the blocks fall whatever contacts without a unique normal carry, undecided elsewhere."""
+    if held.outcome is Outcome.UNSTABLE:
+        return replace(verdict, mechanism=held.mechanism, certificate=held.certificate)
+    return replace(verdict, outcome=Outcome.UNDECIDED, warnings=(*verdict.warnings, *warnings))

@@ -85,7 +85,8 @@ class LimitLoad(Result):
         """Return the joints that move in the mechanism, by kind.
 
         A hinge opens at one side and not at the other. A sliding joint shifts along itself (and opens at the rate
-        friction asks for). An opening one loses contact everywhere.
+        friction asks for). An opening one loses contact everywhere. An edge or a corner that stays where it is, while
+        its block turns about it, is a hinge too.
 
         Parameters
         ----------
@@ -100,13 +101,18 @@ class LimitLoad(Result):
         found: dict[str, list[tuple[str, str]]] = {"hinges": [], "sliding": [], "opening": []}
         rate = relative_motion(self.assembly, self.interfaces, self.mechanism)
         friction = np.minimum(joint_friction(self.assembly, self.interfaces), 1e3)
+        a, b = self.interfaces.pair.T
+        turning = np.linalg.norm(self.mechanism[b, 3:] - self.mechanism[a, 3:], axis=1)
+        size = self.assembly.size[self.interfaces.pair].min(axis=1)
+        turns = (self.interfaces.area == 0) & (turning * size > tolerance)
         for k, pair in enumerate(self.interfaces.pair):
             own = rate[self.interfaces.start[k] : self.interfaces.start[k + 1]]
             slide = np.hypot(own[:, 1], own[:, 2])
             contact = own[:, 0] - friction[k] * slide <= tolerance
-            if np.abs(own).max(initial=0.0) <= tolerance:
+            still = bool(np.abs(own).max(initial=0.0) <= tolerance)
+            if still and not turns[k]:
                 continue
-            kind = "sliding" if contact.all() else "hinges" if contact.any() else "opening"
+            kind = "sliding" if contact.all() and not still else "hinges" if contact.any() else "opening"
             found[kind].append((self.assembly.names[pair[0]], self.assembly.names[pair[1]]))
         return found
 
@@ -125,6 +131,8 @@ class LimitLoad(Result):
                 lines.append(f"Zero dilatancy, reached from rest: {self.coulomb[0]:.5g} to {self.coulomb[1]:.5g}")
             counts = ", ".join(f"{len(pairs)} {kind}" for kind, pairs in self.joints().items())
             lines.append(f"Joints of the mechanism: {counts}.")
+        if words := self.interfaces.contact_words:
+            lines.append(f"Contacts: {words}.")
         return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
 
     def summary(self) -> dict[str, Any]:
@@ -146,6 +154,7 @@ class LimitLoad(Result):
             "joints": self.joints(),
             "blocks": self.assembly.n_blocks,
             "interfaces": self.interfaces.n_interfaces,
+            "contacts": self.interfaces.contacts,
             "warnings": list(self.warnings),
             "timings": self.timings,
         }
@@ -181,7 +190,7 @@ def limit_load(
     friction: float | None = None,
     gravity: Any = None,
     loads: Floats | None = None,
-    gap: float = GAP,
+    gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     solver: str = "auto",
     flow: str = "associated",
@@ -205,7 +214,7 @@ def limit_load(
     loads
         Further wrench on each block about its centroid, shape (n_blocks, 6) [N, N m], which does not grow.
     gap
-        Tolerance of the joint search, relative to block size.
+        Tolerance of the joint search: a share of the block size, or a length such as "2 mm".
     interfaces
         Use these joints instead of searching.
     solver

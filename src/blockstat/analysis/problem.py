@@ -15,14 +15,18 @@ from blockstat.analysis.verdict import Outcome
 from blockstat.certificate.interior_motions import expansions
 from blockstat.contact.cells import refine
 from blockstat.contact.interfaces import Interfaces, find_interfaces, near_blocks
-from blockstat.contact.penetration import check_overlaps
+from blockstat.contact.penetration import check_copies, check_overlaps
 from blockstat.contact.point_law import joint_friction, last_law, point_law
+from blockstat.contact.tolerance import gap_words
 from blockstat.errors import InputError
 from blockstat.geometry.components import connected_components
+from blockstat.geometry.polyhedron import point_velocity
 from blockstat.program.bonds import KINDS, Bonds, bond_columns, bond_forces, bonded
 from blockstat.program.equilibrium import Equilibrium, equilibrium, split_floating, weight
 from blockstat.program.penalty import PenaltyProgram, penalty_program
 from blockstat.program.planar import find_plane
+from blockstat.surface.distance import smallest_gap
+from blockstat.surface.facets import facets
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -30,6 +34,8 @@ if TYPE_CHECKING:
 
 #: A joint open by more than this fraction of the block size is mentioned when the verdict rests on it.
 LOOSE = 1e-3
+#: A contact that closes at less than this, where the fastest corner moves at 1, does not close: rounding.
+CLOSING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,10 +48,11 @@ class Problem:
     eq: Equilibrium  #: of the blocks that a chain of joints ties to a support
     program: PenaltyProgram | None  #: None when there is no such block
     floating: Ints  #: blocks that nothing holds
-    gap: float
+    gap: float | str
     warnings: tuple[str, ...]
     timings: dict[str, float]
     bonds: Ints  #: interfaces with a bond at their centre, whose columns follow the contact points
+    crushed: Interfaces | None = None  #: contacts without area that a joint law lets carry nothing
 
     def to_blocks(self, twist: Floats) -> Floats:
         """Return a scaled twist as velocities and rotations of all blocks.
@@ -166,7 +173,7 @@ def pose(
     friction: float | None,
     gravity: Any,
     loads: Floats | None,
-    gap: float,
+    gap: float | str,
     interfaces: Interfaces | None,
 ) -> Problem:
     """Check the input, find the joints and set up the program.
@@ -193,13 +200,19 @@ def pose(
     load = weight(assembly) + checked_loads(assembly, loads)
     timings: dict[str, float] = {}
     warnings: list[str] = []
+    crushed = None
     with timed(timings, "interfaces"):
         if interfaces is None:
+            check_copies(assembly)
             near = near_blocks(assembly, gap=gap)
-            interfaces = find_interfaces(assembly, gap=gap, near=near)
             warnings += check_overlaps(assembly, gap=gap, near=near)
-        if assembly.joints and interfaces.share is None:
-            interfaces = _divided(assembly, interfaces)
+            interfaces = find_interfaces(assembly, gap=gap, near=near)
+        if assembly.joints:
+            interfaces = _divided(assembly, interfaces) if interfaces.share is None else interfaces
+            lost = _crushed(assembly, interfaces)
+            if lost.any():
+                crushed, interfaces = interfaces.subset(lost), interfaces.subset(~lost)
+                warnings += _crushed_warnings(assembly, crushed)
     with timed(timings, "equilibrium"):
         held, floating = split_floating(assembly, interfaces)
         touched = np.any(np.isin(interfaces.pair, held), axis=1)
@@ -208,13 +221,28 @@ def pose(
     warnings += _floating_warnings(assembly, floating, interfaces)
     if assembly.support.all():
         warnings.append("all blocks are supports; there was nothing to check")
-    return Problem(assembly, interfaces, load, eq, program, floating, gap, tuple(warnings), timings, bonds)
+    return Problem(assembly, interfaces, load, eq, program, floating, gap, tuple(warnings), timings, bonds, crushed)
 
 
 def _divided(assembly: Assembly, interfaces: Interfaces) -> Interfaces:
     """The interfaces with cells where a joint law asks for them."""
     divisions = np.array([law.divisions if law else 0 for law in last_law(assembly, interfaces)], dtype=np.int64)
     return refine(interfaces, divisions) if divisions.any() else interfaces
+
+
+def _crushed(assembly: Assembly, interfaces: Interfaces) -> np.ndarray:
+    """Interfaces without area under a joint law with compressive strength, shape (n_interfaces,)."""
+    crushed = interfaces.area == 0
+    for k, law in enumerate(last_law(assembly, interfaces) if crushed.any() else ()):
+        crushed[k] &= law is not None and law.compression is not None
+    return crushed
+
+
+def _crushed_warnings(assembly: Assembly, crushed: Interfaces) -> list[str]:
+    pairs = [" and ".join(f'"{assembly.names[i]}"' for i in pair) for pair in crushed.pair]
+    more = f"; and {len(pairs) - 3} more" if len(pairs) > 3 else ""
+    what = "contacts without area carry nothing under a joint law with compressive strength"
+    return [f"{what}: {'; '.join(pairs[:3])}{more}"]
 
 
 def _program(
@@ -241,6 +269,31 @@ def _program(
     plane = find_plane(assembly, interfaces, eq) if plain else None
     mu = np.concatenate([friction, np.ones(len(capacity))])
     return eq, penalty_program(eq, mu, plane=plane, **bounds) if len(held) else None, bonds
+
+
+def crushes(problem: Problem, mechanism: Floats) -> bool:
+    """Return whether a mechanism drives in contacts that have no area to crush on.
+
+    They carry nothing under their joint law, but would crush until they have an area, which no rigid block has. So such
+    a mechanism does not prove that the assembly falls.
+
+    Parameters
+    ----------
+    problem
+        The posed problem.
+    mechanism
+        Of all blocks, scaled to move the fastest corner by 1 m, shape (n_blocks, 6).
+
+    Returns
+    -------
+    bool
+        True where such a contact closes.
+    """
+    if problem.crushed is None:
+        return False
+    k = problem.crushed.point_interface
+    a, b = (point_velocity(problem.assembly, mechanism, s, problem.crushed.point) for s in problem.crushed.pair[k].T)
+    return bool((np.einsum("ij,ij->i", problem.crushed.frame[k, 0], b - a) < -CLOSING).any())
 
 
 def free_fall(problem: Problem) -> Floats:
@@ -306,10 +359,26 @@ def checked_loads(assembly: Assembly, loads: Floats | None) -> Floats:
 
 
 def _floating_warnings(assembly: Assembly, floating: Ints, interfaces: Interfaces) -> list[str]:
+    """Name the blocks that touch nothing, or say how far apart all are when none touches another."""
     touched = np.unique(interfaces.pair)
     alone = np.setdiff1d(floating, touched)
+    if len(alone) > 1 and not len(touched):
+        return ["no two blocks touch: " + _distances(assembly)]
     return [f'block "{assembly.names[i]}" touches nothing' for i in alone[:5]] + (
         [f"{len(alone) - 5} more blocks touch nothing"] if len(alone) > 5 else []
+    )
+
+
+def _distances(assembly: Assembly) -> str:
+    """How far apart free blocks are at least, and how far from the supports."""
+    solid, free, support = facets(assembly), assembly.free, np.flatnonzero(assembly.support)
+    between, *pair = smallest_gap(solid, free, free)
+    one, two = (assembly.names[i] for i in pair)
+    below, *pair = smallest_gap(solid, free, support)
+    near, held = (assembly.names[i] for i in sorted(pair, key=lambda i: assembly.support[i]))
+    return (
+        f'the smallest gap between two of them is {between:.3g} m ("{one}" and "{two}"), '
+        f'and {below:.3g} m to a support ("{near}" and "{held}")'
     )
 
 
@@ -334,7 +403,7 @@ def gap_warnings(problem: Problem, outcome: Outcome) -> list[str]:
         least = min(near, key=lambda d: d.value / d.limit)
         a, b = assembly.names[least.a], assembly.names[least.b]
         return [
-            f"{len(near)} near joints were not taken (gap tolerance {gap:g} of the block size), the closest "
+            f"{len(near)} near joints were not taken (gap tolerance {gap_words(gap)}), the closest "
             f'"{a}" to "{b}" with {least.value:.2g} m: a larger tolerance may change the verdict'
         ]
     loose = interfaces.gap > LOOSE * assembly.size[interfaces.pair].min(axis=1)

@@ -96,6 +96,7 @@ class ThrustRange(Result):
             "greatest": finite(self.greatest),
             "blocks": self.assembly.n_blocks,
             "interfaces": self.interfaces.n_interfaces,
+            "contacts": self.interfaces.contacts,
             "warnings": list(self.warnings),
         }
 
@@ -152,6 +153,7 @@ class Settlement(Result):
             "reaction": finite(self.reaction),
             "blocks": self.assembly.n_blocks,
             "interfaces": self.interfaces.n_interfaces,
+            "contacts": self.interfaces.contacts,
             "warnings": list(self.warnings),
         }
 
@@ -210,7 +212,7 @@ def thrust_range(
     friction: float | None = None,
     gravity: Any = None,
     loads: Floats | None = None,
-    gap: float = GAP,
+    gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     solver: str = "auto",
 ) -> ThrustRange:
@@ -284,7 +286,7 @@ def settlement(
     friction: float | None = None,
     gravity: Any = None,
     loads: Floats | None = None,
-    gap: float = GAP,
+    gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     solver: str = "auto",
 ) -> Settlement:
@@ -364,7 +366,7 @@ def load_domain(
     friction: float | None = None,
     gravity: Any = None,
     loads: Floats | None = None,
-    gap: float = GAP,
+    gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     solver: str = "auto",
 ) -> LoadDomain:

@@ -136,6 +136,8 @@ class Verdict(Result):
         if len(self.floating):
             names = ", ".join(self.assembly.names[i] for i in self.floating[:limit])
             lines.append(f"Nothing holds: {names}{' ...' if len(self.floating) > limit else ''}.")
+        if words := self.interfaces.contact_words:
+            lines.append(f"Contacts: {words}.")
         lines += [f"Warning: {text}" for text in self.warnings]
         return "\n".join(lines)
 
@@ -163,6 +165,7 @@ class Verdict(Result):
             },
             "blocks": self.assembly.n_blocks,
             "interfaces": self.interfaces.n_interfaces,
+            "contacts": self.interfaces.contacts,
             "contact_points": self.interfaces.n_points,
             "dropped": len(self.interfaces.dropped),
             "solver": self.solver,

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from blockstat.app.words import NO_BLOCK, Known, block_card
 from blockstat.typing import Floats
 from blockstat.view.plot import extent
 from blockstat.view.three_d.arrows import force_arrows, thrust_arrows
 from blockstat.view.three_d.canvas import Canvas
 from blockstat.view.three_d.colouring import colouring
-from blockstat.view.three_d.page import GLASS, mechanism_vertices
+from blockstat.view.three_d.geometry import contacts_without_area
+from blockstat.view.three_d.page import DOT, GLASS, mechanism_vertices
 from blockstat.view.three_d.player import Player, swing
 
 if TYPE_CHECKING:
@@ -142,6 +145,8 @@ class View:
                 self.canvas.arrows(name, verdict.assembly.vertices[:0], verdict.assembly.vertices[:0], (0, 0, 0), 1.0)
             else:
                 self.canvas.arrows(name, arrows.tail, arrows.head, arrows.colour, arrows.radius)
+        shown = verdict.interfaces if found else verdict.interfaces.subset(np.empty(0, dtype=np.int64))
+        self.canvas.contacts(*contacts_without_area(shown), DOT * extent(verdict.assembly))
         if found:
             words = [f"longest arrow of {name}: {a.longest / 1e3:.3g} kN" for name, a in found.items() if len(a.tail)]
             self._layout.legend.content += "".join(

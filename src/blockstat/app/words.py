@@ -12,6 +12,7 @@ import numpy as np
 from blockstat.analysis.limit_load import LoadOutcome
 from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.app.design import Pushed, Slipped
+from blockstat.contact.features import ContactKind
 from blockstat.view.three_d.colouring import tension
 
 if TYPE_CHECKING:
@@ -105,6 +106,8 @@ def numbers(known: Known) -> str:
         ("weight", "kN", f"{assembly.free_weight / 1e3:.4g}"),
         ("blocks / joints", "", f"{assembly.n_blocks:,} / {verdict.interfaces.n_interfaces:,}"),
     ]
+    if words := verdict.interfaces.contact_words:
+        rows.append(("contacts", "", words))
     cells = "".join(
         f'<tr><td style="padding:.12em .6em .12em 0">{escape(name)} <span style="color:#666;font-size:.85em">'
         f'{escape(unit)}</span></td><td style="text-align:right;vertical-align:top"><b>{value}</b></td></tr>'
@@ -175,6 +178,8 @@ def block_card(verdict: Verdict, block: int, moved: Floats | None = None) -> str
         net = verdict.forces[own].sum(axis=0)
         shear = float(np.hypot(net[1], net[2]))
         other = assembly.names[a if b == block else b]
+        if faces.kinds[joint] != ContactKind.FACE:
+            other += f" ({ContactKind(faces.kinds[joint]).name.lower()})"
         rows.append(f"<tr><td>{escape(other)}</td><td>{net[0] / 1e3:.3g}</td><td>{shear / 1e3:.3g}</td></tr>")
     fixed = " (support)" if assembly.support[block] else ""
     lines = [f"<b>{escape(assembly.names[block])}</b>{fixed}, weight {weight / 1e3:.4g} kN"]

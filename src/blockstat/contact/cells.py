@@ -2,21 +2,26 @@
 
 Uniform stress in each cell is a real stress field, so what the cells carry the joint carries. The cells are narrow at
 the rims, where the pressure of a hinge concentrates: their bounds follow (1 - cos)/2 along each side of the smallest
-rectangle around the patch.
+rectangle around the patch. A joint of several patches, such as that of a block on two feet, has cells on each of them:
+the hull, which is enough for equilibrium, would carry pressure where nothing touches.
 """
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import replace
 
 import numpy as np
 
+from blockstat.contact.coplanar import SAME_NORMAL
 from blockstat.contact.interfaces import Interfaces
 from blockstat.geometry import clipping as clip
 from blockstat.typing import Floats, Ints
 
 #: Cells below this fraction of the patch are rounding at its outline.
 SPECK = 1e-9
+#: A hull that is larger than its patches by more than this fraction is not filled by them.
+FILLED = 1e-6
 
 
 def refine(interfaces: Interfaces, divisions: Ints) -> Interfaces:
@@ -27,7 +32,7 @@ def refine(interfaces: Interfaces, divisions: Ints) -> Interfaces:
     interfaces : Interfaces
         The interfaces.
     divisions : array of int, shape (n_interfaces,)
-        Cells along each side of each interface; 0 leaves its corners as they are.
+        Cells along each side of each interface; 0 leaves its corners as they are. Edges and corners have no cells.
 
     Returns
     -------
@@ -35,12 +40,13 @@ def refine(interfaces: Interfaces, divisions: Ints) -> Interfaces:
         The same interfaces, with other contact points.
     """
     points, shares, counts = [], [], []
+    parts = _parts(interfaces)
     for k, cells in enumerate(divisions):
         corners = interfaces.point[interfaces.start[k] : interfaces.start[k + 1]]
-        if not cells:
+        if not cells or not interfaces.area[k]:
             own, share = corners, interfaces.point_share[interfaces.start[k] : interfaces.start[k + 1]]
         else:
-            own, share = _cells(corners, interfaces.frame[k], int(cells))
+            own, share = _cells_of(parts.get(k, [corners]), interfaces.frame[k], int(cells))
         points.append(own)
         shares.append(share)
         counts.append(len(own))
@@ -51,7 +57,7 @@ def refine(interfaces: Interfaces, divisions: Ints) -> Interfaces:
 
 
 def centres(interfaces: Interfaces, rows: Ints) -> Floats:
-    """Return the centroids of the patches of some interfaces.
+    """Return the centroids of the patches of some interfaces; the middle of an edge, and the point of a corner.
 
     Parameters
     ----------
@@ -66,16 +72,53 @@ def centres(interfaces: Interfaces, rows: Ints) -> Floats:
         Centroids [m].
     """
     found = np.empty((len(rows), 3))
+    parts = _parts(interfaces) if interfaces.share is None else {}
     for i, k in enumerate(rows):
         own = slice(interfaces.start[k], interfaces.start[k + 1])
         corners, share = interfaces.point[own], interfaces.point_share[own]
-        # Cells have their centroids already; corners enclose one cell.
-        found[i] = share @ corners if interfaces.share is not None else _cells(corners, interfaces.frame[k], 1)[0][0]
+        # Cells have their centroids already, and so have one point or two; more corners enclose one cell.
+        if interfaces.share is None and len(corners) > 2:
+            corners, share = _cells_of(parts.get(int(k), [corners]), interfaces.frame[k], 1)
+        found[i] = share @ corners
     return found
 
 
+def _parts(interfaces: Interfaces) -> dict[int, list[Floats]]:
+    """Corners of the patches of those joints whose hull they do not fill, each of shape (n, 3) [m]."""
+    patches = interfaces.patches
+    if patches is None:
+        return {}
+    rows: defaultdict[tuple[int, ...], list[int]] = defaultdict(list)
+    for k, pair in enumerate(interfaces.pair.tolist()):
+        rows[tuple(pair)].append(k)
+    found: defaultdict[int, list[Floats]] = defaultdict(list)
+    for patch in patches:
+        # Of the joints of two blocks with one normal, a patch belongs to that in whose plane it lies.
+        own = np.array(rows[tuple(patch.pair.tolist())], dtype=int)
+        normal = interfaces.frame[own, 0]
+        height = np.abs(np.einsum("ij,ij->i", normal, patch.origin - interfaces.point[interfaces.start[own]]))
+        aligned = np.linalg.norm(np.cross(normal, patch.frame[0]), axis=1) < SAME_NORMAL
+        if aligned.any():
+            k = int(own[np.where(aligned, height, np.inf).argmin()])
+            found[k].append(patch.origin + patch.polygon @ patch.frame[1:])
+    return {k: own for k, own in found.items() if _hull_area(interfaces, k) > (1 + FILLED) * interfaces.area[k]}
+
+
+def _hull_area(interfaces: Interfaces, k: int) -> float:
+    corners = interfaces.point[interfaces.start[k] : interfaces.start[k + 1]] - interfaces.point[interfaces.start[k]]
+    x, y = interfaces.frame[k, 1:] @ corners.T
+    return 0.5 * abs(float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()))
+
+
+def _cells_of(parts: list[Floats], frame: Floats, cells: int) -> tuple[Floats, Floats]:
+    """Centroids [m], shape (n, 3), and shares of the whole area, shape (n,), of the cells of convex patches."""
+    points, areas = zip(*(_cells(corners, frame, cells) for corners in parts), strict=True)
+    area = np.concatenate(areas)
+    return np.concatenate(points), area / area.sum()
+
+
 def _cells(corners: Floats, frame: Floats, cells: int) -> tuple[Floats, Floats]:
-    """Centroids [m], shape (n, 3), and shares of the area, shape (n,), of the cells of a convex patch."""
+    """Centroids [m], shape (n, 3), and areas [m2], shape (n,), of the cells of a convex patch."""
     centre = corners.mean(axis=0)
     flat = (corners - centre) @ frame[1:].T
     flat = flat[np.argsort(np.arctan2(flat[:, 1], flat[:, 0]))]
@@ -89,7 +132,7 @@ def _cells(corners: Floats, frame: Floats, cells: int) -> tuple[Floats, Floats]:
     polygon, count = clip.clip(np.repeat(flat[None], len(window), axis=0), window)
     area, centroid = _centroids(polygon, count)
     real = area > SPECK * area.sum()
-    return centre + (centroid[real] @ turn) @ frame[1:], area[real] / area[real].sum()
+    return centre + (centroid[real] @ turn) @ frame[1:], area[real]
 
 
 def _rectangle(outline: Floats) -> Floats:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
 
-from blockstat.contact.nonconvex import outline_hull
+from blockstat.contact.faces import outline_hull
 from blockstat.geometry.polyhedron import members
 from blockstat.typing import Floats, Ints
 
@@ -63,6 +63,40 @@ class Patches:
             self.corner[corner], count,
         )  # fmt: skip
 
+    def columns(self) -> tuple[Floats | Ints, ...]:
+        """Return the arrays in their order.
+
+        Returns
+        -------
+        tuple of array
+            One a field.
+        """
+        return self.pair, self.frame, self.origin, self.area, self.gap, self.corner, self.count
+
+    def with_more(self, more: Sequence[Patch]) -> Patches:
+        """Return these patches and then some others.
+
+        Parameters
+        ----------
+        more : sequence of Patch
+            At least one.
+
+        Returns
+        -------
+        Patches
+            All of them.
+        """
+        pair, frame, origin, area, gaps, polygon = zip(*more, strict=True)
+        return Patches(
+            np.concatenate([self.pair, pair]),
+            np.concatenate([self.frame, frame]),
+            np.concatenate([self.origin, origin]),
+            np.concatenate([self.area, area]),
+            np.concatenate([self.gap, gaps]),
+            np.concatenate([self.corner, *polygon]),
+            np.concatenate([self.count, [len(p) for p in polygon]]),
+        )
+
     def __iter__(self) -> Iterator[Patch]:
         polygons = np.split(self.corner, np.cumsum(self.count)[:-1])
         rows = zip(self.pair, self.frame, self.origin, self.area.tolist(), self.gap.tolist(), polygons, strict=True)
@@ -98,16 +132,7 @@ def merge_coplanar(patches: Patches, allowed: Floats) -> Patches:
         return patches
     single = patches.take(np.flatnonzero(~several))
     merged = _merged(patches.take(np.flatnonzero(several)), allowed)
-    pair, frame, origin, area, gaps, polygon = zip(*merged, strict=True)
-    both = Patches(
-        np.concatenate([single.pair, pair]),
-        np.concatenate([single.frame, frame]),
-        np.concatenate([single.origin, origin]),
-        np.concatenate([single.area, area]),
-        np.concatenate([single.gap, gaps]),
-        np.concatenate([single.corner, *polygon]),
-        np.concatenate([single.count, [len(p) for p in polygon]]),
-    )
+    both = single.with_more(merged)
     return both.take(np.lexsort((both.pair[:, 1], both.pair[:, 0])))
 
 
@@ -119,13 +144,27 @@ def _merged(patches: Iterable[Patch], allowed: Floats) -> list[Patch]:
         tolerance = float(allowed[list(pair)].min())
         while rest:
             seed = rest[0]
-            same = [p for p in rest if _coplanar(seed, p, tolerance)]
+            same = [p for p in rest if in_one_plane(seed, p, tolerance)]
             rest = [p for p in rest if not any(p is q for q in same)]
-            merged.append(seed if len(same) == 1 else _join(seed, same))
+            merged.append(seed if len(same) == 1 else joined(seed, same))
     return merged
 
 
-def _coplanar(a: Patch, b: Patch, tolerance: float) -> bool:
+def in_one_plane(a: Patch, b: Patch, tolerance: float) -> bool:
+    """Whether two patches lie in one plane and face the same way.
+
+    Parameters
+    ----------
+    a, b : Patch
+        The patches.
+    tolerance : float
+        Largest distance of the second from the plane of the first [m].
+
+    Returns
+    -------
+    bool
+        True for patches of one plane.
+    """
     if a is b:
         return True
     normal, other = a.frame[0], b.frame[0]
@@ -136,7 +175,21 @@ def _coplanar(a: Patch, b: Patch, tolerance: float) -> bool:
     )
 
 
-def _join(seed: Patch, patches: list[Patch]) -> Patch:
+def joined(seed: Patch, patches: Sequence[Patch]) -> Patch:
+    """Return the convex hull of patches of one plane.
+
+    Parameters
+    ----------
+    seed : Patch
+        Its frame and origin are those of the hull.
+    patches : sequence of Patch
+        All patches to join, with the seed.
+
+    Returns
+    -------
+    Patch
+        Its area is the sum of theirs, its gap the largest.
+    """
     points = np.concatenate([p.origin + p.polygon @ p.frame[1:] - seed.origin for p in patches])
     outline = outline_hull(points @ seed.frame[1:].T)
     return seed._replace(polygon=outline, area=sum(p.area for p in patches), gap=max(p.gap for p in patches))

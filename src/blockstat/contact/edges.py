@@ -1,123 +1,280 @@
-"""Edges and corners that rest on faces, and overlaps: contacts that the model of planar patches does not have.
+"""Contacts of edges and corners beside the patches: which pairs can have them, and what a patch does not cover.
 
-A mechanism is a proof only if no block runs into another. Patches are checked by the certificate; here it is checked
-that no moving corner or edge presses into a face it rests on without a patch.
+Two convex blocks on the two sides of the plane of their patch meet nowhere but in it. So edges and corners are looked
+for in pairs without a patch, and in pairs of which a block is not convex or reaches through that plane.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections import defaultdict
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.contact.interfaces import Interfaces
-from blockstat.contact.penetration import overlaps
-from blockstat.geometry.broad_phase import near_pairs
-from blockstat.geometry.polyhedron import members, next_in_face, point_velocity
+from blockstat.contact.coplanar import Patch, Patches, in_one_plane, joined
+from blockstat.contact.faces import frames
+from blockstat.contact.features import (
+    INSIDE,
+    ContactKind,
+    Features,
+    Search,
+    crossings,
+    on_faces,
+    position,
+    together,
+)
+from blockstat.geometry.convexity import convex_solids, separations
+from blockstat.geometry.polyhedron import members
+from blockstat.geometry.topology import edge_topology
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-#: Points along an edge that are looked at.
-SAMPLES = 5
-#: A point this far inside the outline of a face, relative to the smaller block, rests on the face and not on its rim.
-INSIDE = 1e-3
-#: Speeds into a face below this fraction of the fastest corner are rounding.
-SLOW = 1e-6
+#: A vertex may lie outside a face of a convex block by this fraction of its size: rounding of coordinates.
+CONVEX = 1e-6
+#: The plane of a patch is that of both faces when the patch is no more open than rounding and no narrower than this,
+#: both relative to the smaller block: then both blocks lie on their sides of it to a thousandth.
+PLAIN = 1e-3
+#: Cosine of the normals of a patch and of an edge in it: faces nearer to opposed than this may be one joint.
+ONE_PATCH = float(np.cos(np.deg2rad(15.0)))
 
 
-def edge_warnings(assembly: Assembly, interfaces: Interfaces, gap: float, mechanism: Floats) -> list[str]:
-    """Warn of pairs of blocks that a mechanism drives into each other where only an edge or a corner touches.
+@dataclass(frozen=True)
+class Tolerances:
+    """What counts as touching."""
+
+    allowed: Floats  #: gap of a joint of each block, shape (n_blocks,) [m]
+    rounding: float  #: lengths below this, relative to the smaller block, are nothing
+    steepest: float  #: largest sine of the angle between a contact and a face that counts as lying on it
+    blurred: bool = False  #: whether a rim is as wide as the gap: the geometry is no more exact than that
+
+
+def edge_contacts(
+    assembly: Assembly, patches: Patches, near: Ints, tolerances: Tolerances
+) -> tuple[Patches, Ints | None, Ints]:
+    """Add the contacts of edges and corners to the patches of an assembly.
 
     Parameters
     ----------
     assembly : Assembly
         The blocks.
-    interfaces : Interfaces
-        The contacts that the model has.
-    gap : float
-        Tolerance of the contact search, relative to block size.
-    mechanism : array, shape (n_blocks, 6)
-        Velocity [m] and rotation [rad] of each block; the fastest corner moves by 1 m.
+    patches : Patches
+        Its patches, one a plane and pair.
+    near : array of int, shape (n, 2)
+        Pairs among which to look.
+    tolerances : Tolerances
+        What counts as touching.
 
     Returns
     -------
-    list of str
-        One warning that names a pair, or none.
+    patches : Patches
+        All contacts, sorted by pair; those of edges have two points, those of corners one.
+    kind : array of int or None
+        Values of `ContactKind`, None where there are patches only.
+    rims : array of int, shape (k, 2)
+        Pairs that may also touch where there is no unique normal.
     """
+    pairs, rims = _candidates(assembly, patches, near, tolerances)
+    if not len(pairs):
+        return patches, None, rims
+    search = search_of(assembly, pairs, tolerances, rims=False)
+    row, own = _rows_of(pairs, patches.pair, assembly.n_blocks)
+    known = Contacts(row, np.zeros(len(row), np.int64), patches.take(own))
+    kinds = ContactKind.EDGE, ContactKind.CORNER, ContactKind.CROSSING
+    for kind, found in zip(kinds, features_of(search, tolerances.steepest), strict=True):
+        free = found.take(~found.rim)
+        known = known.with_more(kind, free.take(~covered(search, free, known, ONE_PATCH)), pairs)
+    if len(known.row) == len(row):
+        return patches, None, rims
+    rest = np.setdiff1d(np.arange(len(patches.pair)), own)
+    merged = _merged(search, known)
+    both = patches.take(rest).with_more([patch for _, patch in merged])
+    kind = np.concatenate([np.zeros(len(rest), np.int64), np.array([kind for kind, _ in merged], np.int64)])
+    order = np.lexsort((kind, both.pair[:, 1], both.pair[:, 0]))
+    return both.take(order), kind[order], rims
+
+
+def search_of(assembly: Assembly, pairs: Ints, tolerances: Tolerances, *, rims: bool) -> Search:
+    """Return a search for the edges and corners of some pairs.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    pairs : array of int, shape (n, 2)
+        The pairs.
+    tolerances : Tolerances
+        What counts as touching.
+    rims : bool
+        Whether contacts on rims are wanted too.
+
+    Returns
+    -------
+    Search
+        The pairs with the edges of their blocks.
+    """
+    reach = tolerances.allowed[pairs].min(axis=1)
+    rounding = tolerances.rounding * assembly.size[pairs].min(axis=1)
+    beyond = reach if tolerances.blurred else rounding
+    topology = edge_topology(assembly, np.unique(pairs))
+    return Search(assembly, topology, pairs, reach, rounding, beyond, rims)
+
+
+def _candidates(assembly: Assembly, patches: Patches, near: Ints, tolerances: Tolerances) -> tuple[Ints, Ints]:
+    """Pairs that may have contacts of edges or corners, and those that may touch where there is no unique normal."""
+    reach = tolerances.allowed[near].min(axis=1)[:, None]
     lower, upper = assembly.bounds
-    pairs = near_pairs(lower, upper, gap * assembly.size)
-    joined = {tuple(pair) for pair in interfaces.pair.tolist()}
-    moves = np.abs(mechanism).max(axis=1) > 0
-    hidden = [pair for pair in overlaps(assembly, gap=gap)[0].tolist() if tuple(sorted(pair)) not in joined]
-    hidden = [pair for pair in hidden if moves[pair].any()]
-    if hidden:
-        one, two = (assembly.names[i] for i in hidden[0])
-        return [
-            f'"{one}" and "{two}" overlap too far to have a joint ({len(hidden)} such pairs move), so instability is '
-            "not proven"
-        ]
-    bare = np.array([tuple(pair) not in joined for pair in pairs.tolist()], dtype=bool)
-    pairs = pairs[bare & moves[pairs].any(axis=1)]
-    both = np.concatenate([pairs, pairs[:, ::-1]])
-    found = np.unique(np.sort(both[_presses(assembly, both, gap, mechanism)], axis=1), axis=0)
-    if not len(found):
-        return []
-    one, two = (assembly.names[i] for i in found[0])
-    return [
-        f'"{one}" and "{two}" touch only at an edge or a corner ({len(found)} such pairs would be driven into '
-        "each other); such contacts are not modelled, so instability is not proven"
-    ]
+    gap = np.maximum(lower[near[:, 0]] - upper[near[:, 1]], lower[near[:, 1]] - upper[near[:, 0]])
+    near, reach = near[close := (gap <= reach).all(axis=1)], reach[close, 0]
+    convex = convex_solids(assembly, CONVEX)[near].all(axis=1)
+    key = patches.pair @ [assembly.n_blocks, 1]
+    size = assembly.size[patches.pair].min(axis=1)
+    plain = (patches.gap <= tolerances.rounding * size) & (patches.area >= PLAIN * size**2)
+    mine = near @ [assembly.n_blocks, 1]
+    apart, corner = convex & np.isin(mine, key[plain]), np.zeros(len(near), dtype=bool)
+    open_ = np.flatnonzero(convex & ~apart)
+    if len(open_):
+        bare = open_[~np.isin(mine[open_], key)]
+        first, second = separations(assembly, near[bare])
+        apart[bare[first > reach[bare]]] = True
+        corner[bare[second >= -tolerances.rounding * assembly.size[near[bare]].min(axis=1)]] = True
+        patched = open_[np.isin(mine[open_], key)]
+        apart[patched[_beside(assembly, patches, near[patched], reach[patched])]] = True
+    return near[~apart & ~corner], near[~apart]
 
 
-def _presses(assembly: Assembly, pairs: Ints, gap: float, mechanism: Floats) -> Ints:
-    """Pairs of which a point on an edge of the first rests inside a face of the second and moves into it."""
-    row, face, points = _near(assembly, pairs, gap)
-    inside = _depth(assembly, face, points) > INSIDE * _sizes(assembly, pairs[row])
-    row, face, points = row[inside], face[inside], points[inside]
-    one, two = (point_velocity(assembly, mechanism, pairs[row, side], points) for side in (0, 1))
-    speed = np.einsum("ij,ij->i", one - two, assembly.planes.normal[face])
-    return np.unique(row[speed < -SLOW])
+def _beside(assembly: Assembly, patches: Patches, pairs: Ints, reach: Floats) -> np.ndarray:
+    """Whether the plane of a patch of each pair has the two blocks on its two sides."""
+    key = patches.pair @ [assembly.n_blocks, 1]
+    mine = pairs @ [assembly.n_blocks, 1]
+    first, last = np.searchsorted(key, mine, "left"), np.searchsorted(key, mine, "right")
+    row, patch = members(first, last - first)
+    beside = np.ones(len(row), dtype=bool)
+    for side, sign in ((0, 1.0), (1, -1.0)):
+        block = pairs[row, side]
+        owner, vertex = members(assembly.vertex_start[block], np.diff(assembly.vertex_start)[block])
+        offset = assembly.vertices[vertex] - patches.origin[patch][owner]
+        over = sign * np.einsum("ij,ij->i", offset, patches.frame[patch, 0][owner]) > reach[row][owner]
+        beside[owner[over]] = False
+    found = np.zeros(len(pairs), dtype=bool)
+    found[row[beside]] = True
+    return found
 
 
-def _sizes(assembly: Assembly, pairs: Ints) -> Floats:
-    return assembly.size[pairs].min(axis=1)
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """Contacts of the pairs of a search, one a row."""
+
+    row: Ints  #: number of the pair
+    kind: Ints
+    patches: Patches
+
+    def with_more(self, kind: ContactKind, features: Features, pairs: Ints) -> Contacts:
+        """The same and others of one kind."""
+        n = len(features.row)
+        if not n:
+            return self
+        frame, origin = frames(features.normal), features.ends.mean(axis=1)
+        flat = np.einsum("nkj,ntj->nkt", features.ends - origin[:, None], frame[:, 1:])
+        points = 2 if kind == ContactKind.EDGE else 1
+        new = Patches(
+            pairs[features.row], frame, origin, np.zeros(n), features.gap, flat[:, :points].reshape(-1, 2),
+            np.full(n, points),
+        )  # fmt: skip
+        both: list[Any] = [np.concatenate(x) for x in zip(self.patches.columns(), new.columns(), strict=True)]
+        kinds = np.concatenate([self.kind, np.full(n, kind, np.int64)])
+        return Contacts(np.concatenate([self.row, features.row]), kinds, Patches(*both))
 
 
-def _near(assembly: Assembly, pairs: Ints, gap: float) -> tuple[Ints, Ints, Floats]:
-    """Points along the edges of the first block of a pair that lie in the plane of a face of the second.
-
-    Returns for each its pair, the face, and itself, shape (k, 3) [m].
-    """
-    bound = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks + 1))
-    first, count = bound[:-1], np.diff(bound)
-    row, face = members(first[pairs[:, 1]], count[pairs[:, 1]])
-    # Faces of a block are one run of corners, each the tail of an edge.
-    tail, head = assembly.face_vertices, assembly.face_vertices[next_in_face(assembly.face_start)]
-    start, corners = assembly.face_start[first], np.diff(assembly.face_start[bound])
-    block = pairs[row, 0]
-    place, edge = members(start[block], corners[block])
-    once = tail[edge] < head[edge]  # two faces share an edge and go along it in opposite ways
-    place, edge = place[once], edge[once]
-    row, face = row[place], face[place]
-    normal, centre = assembly.planes.normal[face], assembly.planes.centre[face]
-    low, high = (np.einsum("ij,ij->i", assembly.vertices[end[edge]] - centre, normal) for end in (tail, head))
-    share = np.linspace(0, 1, SAMPLES)
-    height = np.outer(low, 1 - share) + np.outer(high, share)
-    which, sample = np.nonzero(np.abs(height) <= gap * _sizes(assembly, pairs[row])[:, None])
-    part = share[sample][:, None]
-    points = (1 - part) * assembly.vertices[tail[edge[which]]] + part * assembly.vertices[head[edge[which]]]
-    return row[which], face[which], points
+def _rows_of(pairs: Ints, other: Ints, n_blocks: int) -> tuple[Ints, Ints]:
+    """Which of some other pairs are among the sorted pairs: their numbers there, and their own."""
+    key, wanted = pairs @ [n_blocks, 1], other @ [n_blocks, 1]
+    place = np.minimum(np.searchsorted(key, wanted), len(key) - 1)
+    own = np.flatnonzero(key[place] == wanted)
+    return place[own], own
 
 
-def _depth(assembly: Assembly, face: Ints, points: Floats) -> Floats:
-    """How far inside the outline of a convex face the foot of each point is [m]."""
-    corners = assembly.vertices[assembly.face_vertices]
-    edges = corners[next_in_face(assembly.face_start)] - corners
-    inward = np.cross(np.repeat(assembly.planes.normal, np.diff(assembly.face_start), axis=0), edges)
-    inward /= np.maximum(np.linalg.norm(inward, axis=1), 1e-300)[:, None]
-    owner, edge = members(assembly.face_start[face], np.diff(assembly.face_start)[face])
-    least = np.full(len(face), np.inf)
-    np.minimum.at(least, owner, np.einsum("ij,ij->i", inward[edge], points[owner] - corners[edge]))
-    return least
+def features_of(search: Search, steepest: float) -> tuple[Features, Features, Features]:
+    """Edges on faces, corners on faces and edges across edges of all pairs."""
+    lines, dots, crossed = [], [], []
+    first = 0
+    for part in search.chunks():
+        for side in (0, 1):
+            line, dot = on_faces(part, side, steepest)
+            lines.append(line.shifted(first))
+            dots.append(dot.shifted(first))
+        crossed.append(crossings(part).shifted(first))
+        first += len(part.pairs)
+    return together(lines), together(dots), together(crossed)
+
+
+def covered(search: Search, features: Features, known: Contacts, least: float) -> np.ndarray:
+    """Which features lie in a contact that is known, with a normal whose cosine to theirs is at least so much."""
+    found = np.zeros(len(features.row), dtype=bool)
+    order = np.argsort(known.row, kind="stable")
+    rows = known.row[order]
+    first, last = np.searchsorted(rows, features.row, "left"), np.searchsorted(rows, features.row, "right")
+    item, place = members(first, last - first)
+    if not len(item):
+        return found
+    cover = order[place]
+    patches, row = known.patches, features.row[item]
+    normal = patches.frame[cover, 0]
+    alike = np.einsum("ij,ij->i", normal, features.normal[item])
+    local = np.einsum("nkj,ntj->nkt", features.ends[item] - patches.origin[cover][:, None], patches.frame[cover])
+    near = (np.abs(local[..., 0]).max(axis=1) <= search.reach[row]) & (alike >= least)
+    # Seen along another normal, a point off the plane lies beside its place by as much as the normals differ.
+    aside = 2 * search.rounding[row] + search.reach[row] * np.sqrt(np.clip(1 - alike**2, 0.0, 1.0))
+    near, local, cover, item, aside = np.flatnonzero(near), local[near], cover[near], item[near], aside[near]
+    if len(near):
+        first = (np.cumsum(patches.count) - patches.count)[cover]
+        width = int(patches.count[cover].max())
+        column = np.minimum(np.arange(width), patches.count[cover][:, None] - 1)
+        polygon = patches.corner[first[:, None] + column]
+        no_rim = np.zeros(polygon.shape[:2], dtype=bool)
+        inside = position(local[..., 1:], polygon, no_rim, aside) == INSIDE
+        at_corner = np.linalg.norm(local[..., None, 1:] - polygon[:, None], axis=3).min(axis=2) <= aside[:, None]
+        found[item[(inside | at_corner).all(axis=1)]] = True
+    return found
+
+
+def _merged(search: Search, known: Contacts) -> list[tuple[int, Patch]]:
+    """The contacts, those of one plane and one line in one."""
+    rows: defaultdict[int, list[tuple[int, Patch]]] = defaultdict(list)
+    order = np.lexsort((known.kind, known.row))
+    kinds = known.kind[order].tolist()
+    for row, kind, patch in zip(known.row[order].tolist(), kinds, known.patches.take(order), strict=True):
+        own = rows[row]
+        if kind == ContactKind.FACE or not _absorbed(own, kind, patch, *search.limits(row)):
+            own.append((kind, patch))
+    return [item for row in sorted(rows) for item in rows[row]]
+
+
+def _absorbed(own: list[tuple[int, Patch]], kind: int, new: Patch, reach: float, rounding: float) -> bool:
+    """Whether a contact has become part of one before it, which then is in its place."""
+    for k, (other, patch) in enumerate(own):
+        if not in_one_plane(patch, new, reach):
+            continue
+        if other == ContactKind.FACE:
+            own[k] = other, joined(patch, [patch, new])
+            return True
+        line = _line(patch, new, rounding)
+        if line is not None and (ContactKind.EDGE in (other, kind) or np.ptp(line.polygon, axis=0).max() == 0):
+            own[k] = min(other, kind), line
+            return True
+    return False
+
+
+def _line(one: Patch, two: Patch, rounding: float) -> Patch | None:
+    """The segment from end to end of two contacts, or None when they do not lie in a line."""
+    points = np.concatenate([one.polygon, (two.origin + two.polygon @ two.frame[1:] - one.origin) @ one.frame[1:].T])
+    distance = np.linalg.norm(points[:, None] - points, axis=2)
+    i, j = np.unravel_index(distance.argmax(), distance.shape)
+    gap = max(one.gap, two.gap)
+    if distance[i, j] <= 2 * rounding:
+        return one._replace(polygon=one.polygon[:1], gap=gap)
+    along = (points[j] - points[i]) / distance[i, j]
+    aside = (points - points[i]) @ [-along[1], along[0]]
+    return one._replace(polygon=points[[i, j]], gap=gap) if np.abs(aside).max() <= 2 * rounding else None

@@ -8,35 +8,33 @@ only the corners of its convex hull are kept, which is exact for equilibrium.
 
 from __future__ import annotations
 
-from collections import defaultdict
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from blockstat.contact.between import held_apart
 from blockstat.contact.coplanar import Patches, merge_coplanar
-from blockstat.contact.faces import convex_faces, frames, planar
-from blockstat.contact.nonconvex import concave_patches
-from blockstat.errors import InputError, known_options
+from blockstat.contact.edges import Tolerances, edge_contacts
+from blockstat.contact.faces import concave_patches, convex_faces, frames, planar
+from blockstat.contact.features import ContactKind
+from blockstat.contact.tolerance import FLATNESS, GAP, allowed_gap, stated_length
+from blockstat.errors import known_options
 from blockstat.geometry import clipping as clip
 from blockstat.geometry.broad_phase import near_pairs
 from blockstat.geometry.polyhedron import members
+from blockstat.surface.facets import facets
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-#: Largest gap or overlap of a joint, relative to the smaller block: 2 mm for a brick. Real vault meshes do not
-#: close better, and their verdicts do not change from half this tolerance to five times it.
-GAP = 1e-2
-THIN = 0.25  #: of the mean thickness of a block, volume over half its surface, that a gap may be at most
 WIDTH = 1e-6  #: a patch narrower than this, relative to the smaller block, is two blocks meeting at an edge
 SPAN = 1e-9  #: corners closer than this to a line of their neighbours say nothing new (rounding of coordinates)
 ANGLE = np.deg2rad(
     15.0
 )  #: faces further from opposed than this are never one joint; nearer ones are judged by their gap
 NEAR_MISS = 5.0  #: gaps up to this many tolerances are reported as dropped
-FILLED = 1.1  #: a block at most this many times as thick as a gap, and next to both sides, fills it
 
 
 @dataclass(frozen=True)
@@ -45,14 +43,14 @@ class Dropped:
 
     a: int
     b: int
-    reason: str  #: "gap" or "sliver"
+    reason: str  #: "gap", "sliver", or "between" for faces that a block in their gap holds apart
     value: float  #: the gap or the width [m]
     limit: float  #: what would have been accepted [m]
 
 
 @dataclass(frozen=True, eq=False)
 class Interfaces:
-    """Contact patches and their corner points.
+    """Contacts between blocks and their points: patches, and edges and corners without area.
 
     The normal points from block a to block b; forces are those on b. The frame (n, t1, t2) is right-handed.
     """
@@ -66,6 +64,15 @@ class Interfaces:
     dropped: tuple[Dropped, ...] = ()
     outlines: tuple[Floats, ...] | None = None  #: corners of the patches where the points are not those
     share: Floats | None = None  #: part of the interface's area that each point stands for; None: equal parts
+    patches: Patches | None = None  #: the convex patches before those of one plane were merged; None: no others
+    kind: Ints | None = None  #: shape (n_interfaces,), values of `ContactKind`; None: all are patches
+    #: shape (n, 2), pairs that may also touch where there is no unique normal (see `blockstat.contact.unresolved`)
+    rims: Ints | None = None
+
+    @property
+    def kinds(self) -> Ints:
+        """Kind of each interface, values of `ContactKind`, shape (n_interfaces,)."""
+        return np.zeros(self.n_interfaces, np.int64) if self.kind is None else self.kind
 
     @property
     def n_interfaces(self) -> int:
@@ -89,8 +96,46 @@ class Interfaces:
             return self.share
         return (1.0 / np.maximum(np.diff(self.start), 1))[self.point_interface]
 
+    @property
+    def contacts(self) -> dict[str, int]:
+        """Number of interfaces of each kind, by "face", "edge", "corner" and "crossing"."""
+        counts = np.bincount(self.kinds, minlength=len(ContactKind))
+        return {kind.name.lower(): int(counts[kind]) for kind in ContactKind}
+
+    @property
+    def contact_words(self) -> str:
+        """The kinds that occur with their numbers, such as "3 face, 2 edge"; nothing where all are patches."""
+        if not self.kinds.any():
+            return ""
+        return ", ".join(f"{count} {kind}" for kind, count in self.contacts.items() if count)
+
+    def subset(self, rows: Ints | np.ndarray) -> Interfaces:
+        """Return some of the interfaces with their points.
+
+        Parameters
+        ----------
+        rows : array of int, or array of bool, shape (n_interfaces,)
+            Numbers of the interfaces that stay, or a mask of them.
+
+        Returns
+        -------
+        Interfaces
+            In the order of `rows`; what was dropped or has no normal stays listed.
+        """
+        rows = np.arange(self.n_interfaces)[rows]
+        count = np.diff(self.start)[rows]
+        _, points = members(self.start[rows], count)
+        return replace(
+            self,
+            pair=self.pair[rows], frame=self.frame[rows], area=self.area[rows], gap=self.gap[rows],
+            point=self.point[points], start=np.concatenate([[0], np.cumsum(count)]),
+            outlines=None if self.outlines is None else tuple(self.outlines[k] for k in rows),
+            share=None if self.share is None else self.share[points],
+            kind=None if self.kind is None else self.kind[rows],
+        )  # fmt: skip
+
     def outline(self, interface: int) -> Floats:
-        """Return the corners of a patch in order.
+        """Return the corners of a patch in order: the ends of an edge, or the one point of a corner or a crossing.
 
         Parameters
         ----------
@@ -100,7 +145,7 @@ class Interfaces:
         Returns
         -------
         array, shape (n, 3)
-            Corners [m].
+            Corners [m]: three or more of a patch, fewer without area.
         """
         if self.outlines is not None:
             return self.outlines[interface]
@@ -108,16 +153,18 @@ class Interfaces:
 
 
 @known_options
-def find_interfaces(assembly: Assembly, *, gap: float = GAP, near: Ints | None = None) -> Interfaces:
+def find_interfaces(assembly: Assembly, *, gap: float | str = GAP, near: Ints | None = None) -> Interfaces:
     """Find the interfaces between all blocks that touch; those between two supports are left out.
 
     Parameters
     ----------
     assembly : Assembly
         The blocks.
-    gap : float, optional
+    gap : float or str, optional
         Largest gap or overlap of a joint, relative to the size (cube root of volume) of the smaller block. For plates
-        and needles it is no more than a quarter of their thickness.
+        and needles it is no more than a quarter of their thickness. A length such as "2 mm" says in addition that the
+        geometry is no more exact: faces of a block that are flat to a quarter of it are one face
+        (`blockstat.surface.facets.facets`).
     near : array of int, shape (n, 2), optional
         Pairs of blocks among which to look, as `near_blocks` gives them.
 
@@ -129,7 +176,7 @@ def find_interfaces(assembly: Assembly, *, gap: float = GAP, near: Ints | None =
     Raises
     ------
     InputError
-        When `gap` is not between 0 and 0.2, or for an option that does not exist.
+        When `gap` is neither between 0 and 0.2 nor a length, or for an option that does not exist.
 
     Examples
     --------
@@ -140,20 +187,22 @@ def find_interfaces(assembly: Assembly, *, gap: float = GAP, near: Ints | None =
     ([[0, 1]], 4, [1.0])
     """
     near = near_blocks(assembly, gap=gap) if near is None else near
-    allowed = _allowed(assembly, gap)
+    allowed = allowed_gap(assembly, gap)
+    assembly = as_searched(assembly, gap)
     rows = _opposed_faces(assembly, near, allowed)
-    patches = _clip_faces(assembly, rows)
-    return _collect(assembly, patches, allowed)
+    rough = assembly.planes.warp * (stated_length(gap) is not None)
+    patches = _clip_faces(assembly, rows, rough)
+    return _collect(assembly, patches, allowed, near)
 
 
-def near_blocks(assembly: Assembly, *, gap: float = GAP) -> Ints:
+def near_blocks(assembly: Assembly, *, gap: float | str = GAP) -> Ints:
     """Find the pairs of blocks whose boxes touch, or nearly so, without those of two supports.
 
     Parameters
     ----------
     assembly : Assembly
         The blocks.
-    gap : float, optional
+    gap : float or str, optional
         As in `find_interfaces`.
 
     Returns
@@ -164,19 +213,31 @@ def near_blocks(assembly: Assembly, *, gap: float = GAP) -> Ints:
     Raises
     ------
     InputError
-        When `gap` is not between 0 and 0.2.
+        When `gap` is neither between 0 and 0.2 nor a length.
     """
-    if not (isinstance(gap, (int, float)) and 0 < gap < 0.2):
-        raise InputError(f"gap is {gap!r}; it must be between 0 and 0.2 of the block size")
     lower, upper = assembly.bounds
-    pairs = near_pairs(lower, upper, NEAR_MISS * _allowed(assembly, gap))
+    pairs = near_pairs(lower, upper, NEAR_MISS * allowed_gap(assembly, gap))
     return pairs[~assembly.support[pairs].all(axis=1)]
 
 
-def _allowed(assembly: Assembly, gap: float) -> Floats:
-    """Largest gap of a joint of each block, shape (n_blocks,) [m]: less than would reach through a thin block."""
-    surface = np.bincount(assembly.face_block, assembly.planes.area, assembly.n_blocks)
-    return np.minimum(gap * assembly.size, THIN * 2.0 * assembly.volume / surface)
+def as_searched(assembly: Assembly, gap: float | str) -> Assembly:
+    """Return the blocks with the faces that the search sees.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    gap : float or str
+        As in `find_interfaces`.
+
+    Returns
+    -------
+    Assembly
+        The blocks themselves, or with facets if the gap is a length: it says how exact the geometry is.
+    """
+    if stated_length(gap) is None:
+        return assembly
+    return facets(assembly, tolerance=FLATNESS * allowed_gap(assembly, gap))
 
 
 @dataclass(frozen=True)
@@ -189,6 +250,7 @@ class _Pieces:
     count: Ints
     origin: Floats
     gap: Floats
+    rough: Floats  #: how far the corners of the two faces leave their planes, together [m]
 
 
 def _opposed_faces(assembly: Assembly, pairs: Ints, allowed: Floats) -> tuple[Ints, Ints]:
@@ -228,7 +290,7 @@ def _faces_near(
     return row[near], face[near]
 
 
-def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints]) -> list[_Pieces]:
+def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints], rough: Floats) -> list[_Pieces]:
     """Common patches of face pairs, in batches of like corner counts; concave faces go piece by piece."""
     fa, fb = rows
     if not len(fa):
@@ -262,6 +324,7 @@ def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints]) -> list[_Pieces]:
                 count=count,
                 origin=origin[batch] + middle[:, None] * frame[batch, 0],
                 gap=gap,
+                rough=rough[fa[batch]] + rough[fb[batch]],
             )
         )
     return found
@@ -285,11 +348,10 @@ def _gaps(
     return np.where(live, np.abs(height[1] - height[0]), 0.0).max(axis=1, initial=0.0), middle
 
 
-def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats) -> Interfaces:
+def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats, pairs: Ints) -> Interfaces:
     """Judge the patches, merge those of one plane, and list their corner points."""
-    near: list[tuple[Dropped, Floats]] = []
-    dropped: list[Dropped] = []
-    kept: list[tuple] = [(np.empty((0, 2), int), np.empty((0, 3, 3)), np.empty((0, 3)), *[np.empty(0)] * 2)]
+    slivers: list[Dropped] = []
+    kept: list[tuple] = [(np.empty((0, 2), int), np.empty((0, 3, 3)), np.empty((0, 3)), *[np.empty(0)] * 3)]
     corners, counts = [np.empty((0, 2))], [np.empty(0, int)]
     for p in batches:
         size = assembly.size[p.pair].min(axis=1)
@@ -299,44 +361,62 @@ def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats) -> Int
         width = np.minimum(area / np.where(extent > 0, extent, 1.0), extent)
         wide = width > WIDTH * size
         # Faces that meet at an angle touch along their edge; what is more open than wide is no joint.
-        limit = np.minimum(allowed[p.pair].min(axis=1), width)
+        reach = allowed[p.pair].min(axis=1)
+        limit = np.minimum(reach, width)
         close = p.gap <= limit
-        for i in np.flatnonzero(
-            wide & ~close & (p.gap <= NEAR_MISS * allowed[p.pair].min(axis=1)) & (width > p.gap / NEAR_MISS)
-        ):
-            a, b = map(int, p.pair[i])
-            near.append((Dropped(a, b, "gap", float(p.gap[i]), float(limit[i])), p.frame[i, 0]))
+        near = wide & ~close & (p.gap <= NEAR_MISS * reach) & (width > p.gap / NEAR_MISS)
         for i in np.flatnonzero(~wide & close & (width > SPAN * size)):
             a, b = map(int, p.pair[i])
-            dropped.append(Dropped(a, b, "sliver", float(width[i]), float(WIDTH * size[i])))
-        good = np.flatnonzero(wide & close)
-        mask = clip.corners(p.polygon[good], p.count[good], SPAN * size[good])
-        kept.append((p.pair[good], p.frame[good], p.origin[good], area[good], p.gap[good]))
-        corners.append(p.polygon[good][mask])
+            slivers.append(Dropped(a, b, "sliver", float(width[i]), float(WIDTH * size[i])))
+        gaps = p.gap + p.rough
+        rows = np.flatnonzero((wide & close) | near)
+        mask = clip.corners(p.polygon[rows], p.count[rows], SPAN * size[rows])
+        kept.append((p.pair[rows], p.frame[rows], p.origin[rows], area[rows], gaps[rows], limit[rows] + p.rough[rows]))
+        corners.append(p.polygon[rows][mask])
         counts.append(mask.sum(axis=1))
-    pair, frame, origin, area, gaps = (np.concatenate(column) for column in zip(*kept, strict=True))
+    pair, frame, origin, area, gaps, limit = (np.concatenate(column) for column in zip(*kept, strict=True))
     found = Patches(pair, frame, origin, area, gaps, np.concatenate(corners), np.concatenate(counts))
-    found = merge_coplanar(found, allowed)
+    single, held, dropped = _without_blocks_between(assembly, found, limit)
+    merged = merge_coplanar(single, allowed)
+    found, kind, rims = edge_contacts(assembly, merged, pairs, Tolerances(allowed, WIDTH, float(np.sin(ANGLE))))
+    if kind is not None:
+        found, kind = _edges_that_touch(assembly, found, kind, held)
     tangents = np.repeat(found.frame[:, 1:], found.count, axis=0)
     point = np.repeat(found.origin, found.count, axis=0) + np.einsum("nk,nkj->nj", found.corner, tangents)
     start = np.concatenate([[0], np.cumsum(found.count)])
-    dropped = [*_open(assembly, near, found.pair), *dropped]
-    return Interfaces(found.pair, found.frame, found.area, found.gap, point, start, tuple(dropped))
+    parts = None if len(merged.pair) == len(single.pair) else single
+    return Interfaces(
+        found.pair, found.frame, found.area, found.gap, point, start, (*dropped, *slivers), patches=parts,
+        kind=kind, rims=rims,
+    )  # fmt: skip
 
 
-def _open(assembly: Assembly, near: list[tuple[Dropped, Floats]], pair: Ints) -> list[Dropped]:
-    """The near joints without those that a third block fills, which touches both and is as thick as they are apart."""
-    touching: defaultdict[int, set[int]] = defaultdict(set)
-    for a, b in pair.tolist() if near else ():
-        touching[a].add(b)
-        touching[b].add(a)
-    found = []
-    for joint, normal in near:
-        between = touching[joint.a] & touching[joint.b]
-        corners = (assembly.vertices[slice(*assembly.vertex_start[c : c + 2])] @ normal for c in between)
-        if not any(np.ptp(height) <= FILLED * joint.value for height in corners):
-            found.append(joint)
-    return found
+def _without_blocks_between(
+    assembly: Assembly, found: Patches, limit: Floats
+) -> tuple[Patches, Patches, list[Dropped]]:
+    """The joints that no other block holds open, those held open, and all patches that are none."""
+    close = found.gap <= limit
+    joints = found if close.all() else found.take(np.flatnonzero(close))
+    held = held_apart(assembly, joints, found, ANGLE)
+    dropped = [
+        Dropped(int(a), int(b), "between" if held[i] else "gap", float(found.gap[i]), float(limit[i]))
+        for i in np.flatnonzero(held == close)
+        for a, b in found.pair[[i]]
+    ]
+    joints = joints if not held.any() else found.take(np.flatnonzero(close & ~held))
+    return joints, found.take(np.flatnonzero(held)), dropped
+
+
+def _edges_that_touch(assembly: Assembly, found: Patches, kind: Ints, held: Patches) -> tuple[Patches, Ints]:
+    """All contacts but those of edges and corners that another block holds open, there or elsewhere in their plane."""
+    bare = np.flatnonzero(kind != ContactKind.FACE)
+    contacts = found.take(bare)
+    apart = held_apart(assembly, found, contacts, ANGLE)
+    same = (contacts.pair[:, None] == held.pair).all(axis=2)
+    along = np.einsum("ij,kj->ik", contacts.frame[:, 0], held.frame[:, 0]) > np.cos(ANGLE)
+    apart |= (same & along & (contacts.gap[:, None] > 0)).any(axis=1)
+    kept = np.setdiff1d(np.arange(len(kind)), bare[apart])
+    return (found, kind) if len(kept) == len(kind) else (found.take(kept), kind[kept])
 
 
 def _diameter(polygon: Floats, count: Ints) -> Floats:

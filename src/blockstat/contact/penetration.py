@@ -1,18 +1,22 @@
 """Find blocks that run into each other: rigid blocks cannot, and statics would not notice.
 
 Two convex blocks are apart when a face plane of one has the other outside. Pairs that fail this test are
-measured by the largest ball that fits into both. Blocks with concave faces or notches are not examined.
+measured by the largest ball that fits into both. Blocks with notches are cut into convex pieces first.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from blockstat.contact.tolerance import gap_lengths
 from blockstat.errors import InputError
 from blockstat.geometry.broad_phase import near_pairs
-from blockstat.geometry.polyhedron import FacePlanes, members
+from blockstat.geometry.common_ball import convex_depths, lies_inside, piece_depths
+from blockstat.geometry.convexity import protrusions
+from blockstat.geometry.polyhedron import FacePlanes
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -21,19 +25,25 @@ if TYPE_CHECKING:
 #: An overlap deeper than this fraction of the smaller block is an error; between the joint tolerance and
 #: this it is a warning, as in meshes from curved surfaces whose corners do not quite meet.
 DEEP = 0.1
+#: Blocks whose corners agree to this fraction of their size are copies at one place.
+SAME = 1e-6
+#: Blocks that only touch have fewer near pairs than this for each block. Where there are more, the pairs with the
+#: nearest centroids are measured first: one deep overlap is enough to refuse.
+CROWDED = 50
 #: Rows (face of one block, corner of the other) that are held in memory at once.
 CHUNK = 2_000_000
 
 
-def check_overlaps(assembly: Assembly, *, gap: float, near: Ints | None = None) -> list[str]:
+def check_overlaps(assembly: Assembly, *, gap: float | str, near: Ints | None = None) -> list[str]:
     """Refuse deep overlaps of blocks and warn of shallow ones.
 
     Parameters
     ----------
     assembly : Assembly
         The blocks.
-    gap : float
-        Overlaps up to this fraction of the size of the smaller block are joints.
+    gap : float or str
+        Overlaps up to this gap of a joint, a share of the size of the smaller block or a length such as "2 mm",
+        are joints.
     near : array of int, shape (n, 2), optional
         Pairs of blocks among which to look; None for all.
 
@@ -47,17 +57,69 @@ def check_overlaps(assembly: Assembly, *, gap: float, near: Ints | None = None) 
     InputError
         Naming the two blocks that overlap most, when the overlap is deeper than a tenth of the smaller one.
     """
+    most = CROWDED * assembly.n_blocks
+    if near is not None and len(near) > most:
+        apart = np.linalg.norm(assembly.centroid[near[:, 0]] - assembly.centroid[near[:, 1]], axis=1)
+        nearest = np.argsort(apart / assembly.size[near].min(axis=1), kind="stable")[:most]
+        _refuse_deep(assembly, *overlaps(assembly, gap=gap, near=near[nearest]))
     pairs, depth = overlaps(assembly, gap=gap, near=near)
-    if not len(pairs):
-        return []
+    _refuse_deep(assembly, pairs, depth)
+    return [tell(assembly, pairs, depth)] if len(pairs) else []
+
+
+def _refuse_deep(assembly: Assembly, pairs: Ints, depth: Floats) -> None:
+    """Raise InputError when the overlap that is deepest for its size is deeper than `DEEP`."""
     relative = depth / assembly.size[pairs].min(axis=1)
+    if not len(pairs) or relative.max() <= DEEP:
+        return
     worst = int(relative.argmax())
-    if relative[worst] > DEEP:
-        a, b = (assembly.names[i] for i in pairs[worst])
+    inner, outer = sorted(map(int, pairs[worst]), key=lambda block: assembly.volume[block])
+    a, b = (assembly.names[i] for i in pairs[worst])
+    what = f'blocks "{a}" and "{b}" overlap by {depth[worst]:.3g} m'
+    if lies_inside(assembly, inner, outer):
+        what = f'block "{assembly.names[inner]}" lies inside block "{assembly.names[outer]}"'
+    raise InputError(f"{what}; rigid blocks may touch but not overlap")
+
+
+def check_copies(assembly: Assembly) -> None:
+    """Refuse copies of a block at one place, without a look at all pairs of them.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks. Two supports may overlap.
+
+    Raises
+    ------
+    InputError
+        Naming two blocks at one place, and how many blocks are copies.
+    """
+    first = _originals(assembly)
+    extra = np.flatnonzero(first != np.arange(assembly.n_blocks))
+    extra = extra[~(assembly.support[extra] & assembly.support[first[extra]])]
+    if len(extra):
+        a, b = (assembly.names[i] for i in (first[extra[0]], extra[0]))
+        more = f" ({len(extra)} blocks are copies of others)" if len(extra) > 1 else ""
         raise InputError(
-            f'blocks "{a}" and "{b}" overlap by {depth[worst]:.3g} m; rigid blocks may touch but not overlap'
+            f'blocks "{a}" and "{b}" are copies at one place{more}; rigid blocks may touch but not overlap'
         )
-    return [tell(assembly, pairs, depth)]
+
+
+def _originals(assembly: Assembly) -> Ints:
+    """For each block the first one with the same corners, which is mostly itself."""
+    # Copies agree in any number; other blocks seldom agree in one with irrational weights.
+    local = assembly.centroid - assembly.centroid.mean(axis=0)
+    key = local @ np.sqrt([2.0, 3.0, 5.0]) + np.sqrt(7.0) * assembly.size
+    order = np.argsort(key, kind="stable")
+    first = np.arange(assembly.n_blocks)
+    for i in np.flatnonzero(np.diff(key[order]) <= SAME * assembly.size[order[1:]]):
+        a, b = int(first[order[i]]), int(order[i + 1])
+        one, two = assembly.block_vertices(a), assembly.block_vertices(b)
+        if one.shape == two.shape and np.abs(one - two).max() <= SAME * assembly.size[b]:
+            first[b] = a
+    lowest = np.arange(assembly.n_blocks)
+    np.minimum.at(lowest, first, np.arange(assembly.n_blocks))
+    return lowest[first]
 
 
 def tell(assembly: Assembly, pairs: Ints, depth: Floats) -> str:
@@ -82,15 +144,16 @@ def tell(assembly: Assembly, pairs: Ints, depth: Floats) -> str:
     return f'{len(pairs)} pairs of blocks overlap, the worst "{a}" and "{b}" by {depth[worst]:.2g} m'
 
 
-def overlaps(assembly: Assembly, *, gap: float, near: Ints | None = None) -> tuple[Ints, Floats]:
-    """Find pairs of convex blocks that overlap.
+def overlaps(assembly: Assembly, *, gap: float | str, near: Ints | None = None) -> tuple[Ints, Floats]:
+    """Find pairs of blocks that overlap.
 
     Parameters
     ----------
     assembly : Assembly
         The blocks. Two supports may overlap.
-    gap : float
-        Overlaps up to this fraction of the size of the smaller block do not count.
+    gap : float or str
+        Overlaps up to this gap of a joint, a share of the size of the smaller block or a length such as "2 mm",
+        do not count.
     near : array of int, shape (n, 2), optional
         Pairs among which to look, as `blockstat.contact.interfaces.near_blocks` gives them; None for all.
 
@@ -99,7 +162,12 @@ def overlaps(assembly: Assembly, *, gap: float, near: Ints | None = None) -> tup
     pairs : array of int, shape (n, 2)
         The two blocks of each overlap.
     depth : array of float, shape (n,)
-        Diameter of the largest ball inside both blocks [m].
+        Diameter of the largest ball inside both blocks [m]. A block that is not convex is cut into convex pieces, and
+        the ball lies inside one of them.
+
+    Notes
+    -----
+    Of several copies of a block at one place, each makes a pair with the first one only, unless `near` is given.
 
     Examples
     --------
@@ -109,18 +177,51 @@ def overlaps(assembly: Assembly, *, gap: float, near: Ints | None = None) -> tup
     >>> pairs.tolist(), depth.round(6).tolist()
     ([[0, 1]], [0.1])
     """
-    lower, upper = assembly.bounds
-    pairs = near_pairs(lower, upper, np.zeros(assembly.n_blocks)) if near is None else near
+    pairs = _near_pairs(assembly) if near is None else near
     pairs = pairs[~assembly.support[pairs].all(axis=1)]
-    limit = gap * assembly.size[pairs].min(axis=1)
+    lower, upper = assembly.bounds
+    lengths = gap_lengths(assembly, gap)
+    limit = lengths[pairs].min(axis=1)
     deep = np.minimum(upper[pairs[:, 0]], upper[pairs[:, 1]]) - np.maximum(lower[pairs[:, 0]], lower[pairs[:, 1]])
     pairs = pairs[(deep > limit[:, None]).all(axis=1)]
-    pairs = pairs[convex_blocks(assembly, tolerance=gap)[pairs].all(axis=1)]
-    limit = gap * assembly.size[pairs].min(axis=1)
-    separated = np.maximum(_separation(assembly, pairs), _separation(assembly, pairs[:, ::-1])) >= -limit
-    pairs, limit = pairs[~separated], limit[~separated]
-    depth = np.array([_ball(assembly, a, b) for a, b in pairs])
+    if not len(pairs):
+        return pairs, np.empty(0)
+    limit = lengths[pairs].min(axis=1)
+    outside = protrusions(assembly)
+    notch = np.maximum.reduceat(outside, np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks)))
+    simple = (notch[pairs] <= limit[:, None]).all(axis=1)
+    depth = np.zeros(len(pairs))
+    depth[simple] = _convex_overlaps(assembly, pairs[simple], limit[simple], None)
+    rest = np.flatnonzero(~simple)
+    # A ball in both blocks is also behind their planes when these are moved out to the last corner.
+    rest = rest[_convex_overlaps(assembly, pairs[rest], limit[rest], outside) > limit[rest]]
+    depth[rest] = piece_depths(assembly, pairs[rest], limit[rest])
     return pairs[depth > limit], depth[depth > limit]
+
+
+def _near_pairs(assembly: Assembly) -> Ints:
+    """Pairs of blocks whose boxes meet; a copy of a block meets only the block that it is a copy of."""
+    lower, upper = assembly.bounds
+    first = _originals(assembly)
+    own = first == np.arange(assembly.n_blocks)
+    kept, copies = np.flatnonzero(own), np.flatnonzero(~own)
+    pairs = kept[near_pairs(lower[kept], upper[kept], np.zeros(len(kept)))]
+    return np.concatenate([pairs, np.column_stack([first[copies], copies])]) if len(copies) else pairs
+
+
+def _convex_overlaps(assembly: Assembly, pairs: Ints, limit: Floats, outward: Floats | None) -> Floats:
+    """Depth of the overlap of convex blocks, 0 where a face plane separates them but for the limit [m]."""
+    planes = assembly.planes
+    if outward is not None:
+        planes = replace(planes, centre=planes.centre + outward[:, None] * planes.normal)
+    depth = np.zeros(len(pairs))
+    apart = np.full(len(pairs), -np.inf)
+    for both in (pairs, pairs[:, ::-1]):
+        own = face_separation(assembly.vertices, assembly.vertex_start, planes, assembly.face_block, both)
+        apart = np.maximum(apart, own)
+    met = np.flatnonzero(apart < -limit)
+    depth[met] = convex_depths(assembly, pairs[met], limit[met], outward)
+    return depth
 
 
 def convex_blocks(assembly: Assembly, *, tolerance: float = 1e-6) -> np.ndarray:
@@ -130,7 +231,7 @@ def convex_blocks(assembly: Assembly, *, tolerance: float = 1e-6) -> np.ndarray:
     ----------
     assembly : Assembly
         The blocks.
-    tolerance : float, optional
+    tolerance : float or array of float, shape (n_blocks,), optional
         A vertex may lie outside a face plane by this fraction of the size of its block.
 
     Returns
@@ -138,12 +239,9 @@ def convex_blocks(assembly: Assembly, *, tolerance: float = 1e-6) -> np.ndarray:
     array of bool, shape (n_blocks,)
         True for a convex block.
     """
-    planes = assembly.planes
-    block = assembly.face_block
-    face, vertex = members(assembly.vertex_start[block], np.diff(assembly.vertex_start)[block])
-    height = np.einsum("ij,ij->i", assembly.vertices[vertex] - planes.centre[face], planes.normal[face])
-    owner = assembly.face_block[face]  # ascending
-    outside = np.maximum.reduceat(height, np.searchsorted(owner, np.arange(assembly.n_blocks)))
+    outside = np.maximum.reduceat(
+        protrusions(assembly), np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks))
+    )
     return outside <= tolerance * assembly.size
 
 
@@ -208,22 +306,3 @@ def _chunk(
     height = np.einsum("ij,ij->i", vertices[vertex] - planes.centre[plane], planes.normal[plane])
     lowest = np.where(allowed[face], np.minimum.reduceat(height, start), -np.inf)
     return np.maximum.reduceat(lowest, row_start)
-
-
-def _separation(assembly: Assembly, pairs: Ints) -> Floats:
-    return face_separation(assembly.vertices, assembly.vertex_start, assembly.planes, assembly.face_block, pairs)
-
-
-def _ball(assembly: Assembly, a: int, b: int) -> float:
-    """Diameter of the largest ball inside two convex blocks, 0 when they have no common interior."""
-    from scipy.optimize import linprog
-
-    faces = np.flatnonzero((assembly.face_block == a) | (assembly.face_block == b))
-    normal = assembly.planes.normal[faces]
-    origin = assembly.centroid[a]
-    offset = np.einsum("ij,ij->i", normal, assembly.planes.centre[faces] - origin)
-    answer = linprog(
-        [0, 0, 0, -1], A_ub=np.column_stack([normal, np.ones(len(faces))]), b_ub=offset,
-        bounds=[(None, None)] * 3 + [(0, None)],
-    )  # fmt: skip
-    return 2.0 * float(answer.x[3]) if answer.status == 0 else 0.0

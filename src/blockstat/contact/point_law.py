@@ -73,7 +73,8 @@ def point_law(assembly: Assembly, interfaces: Interfaces) -> PointLaw:
     n = interfaces.n_interfaces
     tension, cohesion, compression = np.zeros(n), np.full(n, np.nan), np.full(n, np.inf)
     for law, rows in laws_of(assembly, interfaces):
-        spread = law.bond if law.bond_moment is None else 0.0
+        # Glue needs a surface: edges and corners have none.
+        spread = np.where(interfaces.area[rows] > 0, law.bond if law.bond_moment is None else 0.0, 0.0)
         tension[rows] = law.tension * interfaces.area[rows] + spread
         cohesion[rows] = np.nan if law.cohesion is None else law.cohesion * interfaces.area[rows]
         compression[rows] = np.inf if law.compression is None else law.compression * interfaces.area[rows]

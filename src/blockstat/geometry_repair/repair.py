@@ -206,7 +206,7 @@ def repair(
         for block, own in zip(parts.blocks, surfaces, strict=True)
     ]
     assembly = replace(parts, blocks=blocks).assembled()
-    assembly, changes = _closed(assembly, gap, warp)
+    assembly, changes = close_joints(assembly, gap, warp)
     check_geometry(assembly, assembly.names)
     told = [
         replace(change, merged=own.merged, spread=own.spread, dropped=own.dropped, turned=own.turned)
@@ -259,8 +259,23 @@ def _repaired(block: Block, number: int, merge: float) -> RepairedSurface:
     return repair_surface(vertices, faces, merge * float(np.linalg.norm(np.ptp(vertices, axis=0))))
 
 
-def _closed(assembly: Assembly, gap: float, warp: float) -> tuple[Assembly, list[Change]]:
-    """The assembly with flat faces and closed joints, and what moved."""
+def close_joints(assembly: Assembly, gap: float = GAP, warp: float = WARP) -> tuple[Assembly, list[Change]]:
+    """Make faces flat and close joints, by moving corners.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    gap, warp : float, optional
+        As in `repair`.
+
+    Returns
+    -------
+    assembly : Assembly
+        The same blocks, vertices and faces in the same order, with moved vertices.
+    changes : list of Change
+        What moved, one a block.
+    """
     block, size, before = assembly.face_block, assembly.size, assembly.planes.warp
     corner = shared_corners(assembly, gap) if gap > 0 else np.arange(len(assembly.vertices))
     flat = before <= warp * size[block]

@@ -56,8 +56,8 @@ def bonded(assembly: Assembly, interfaces: Interfaces) -> tuple[Ints, Floats]:
     """
     rows, capacity = [], []
     for k, law in enumerate(last_law(assembly, interfaces)):
-        if law is not None and law.bond_moment is not None and (law.bond or law.bond_moment):
-            arm = np.sqrt(interfaces.area[k])
+        arm = np.sqrt(interfaces.area[k])
+        if arm and law is not None and law.bond_moment is not None and (law.bond or law.bond_moment):
             rows.append(k)
             capacity.append((law.bond, law.bond, law.bond_moment / arm, law.bond_moment / arm))
     return np.array(rows, dtype=np.int64), np.array(capacity).reshape(-1)

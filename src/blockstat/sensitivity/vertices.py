@@ -7,11 +7,12 @@ fixed,
     d (1/2 |s|^2) / dx = d/dx u'(A (f - E s) + w).
 
 Here x is a *shared point*: all corners of blocks that lie at one place move together, so that blocks that touch go on
-touching. Its motion changes volumes, centroids and so weights and loads; turns the joints' frames with the Newell
-normals of their faces, half by each side; and takes contact points along. A contact point at a corner of a block goes
-where the corner goes. One at the crossing of two edges stays at their crossing; where the edges of a rough mesh run
-together, it goes with their mean. Faces may go warped to first order: volumes are then those of the faces split about
-their mean corner, as everywhere in this package.
+touching. Its motion changes volumes, centroids and so weights and loads; turns the joints' frames; and takes contact
+points along. The frame of a patch turns with the Newell normals of its faces, half by each side, that of an edge or a
+corner on a face with the normal of that face, and that of two edges a and b that cross with a x b. A contact point at a
+corner of a block goes where the corner goes. One at the crossing of two edges stays at their crossing; where the edges
+of a rough mesh run together, it goes with their mean. Faces may go warped to first order: volumes are then those of the
+faces split about their mean corner, as everywhere in this package.
 
 Where a corner lies on another block's edge, moving it one way drags the contact point along and moving it the other
 way may not: the derivative is that of motions after which it still lies there. For a motion of all points that
@@ -28,6 +29,7 @@ import numpy as np
 from blockstat.analysis.limit_load import LimitLoad, relative_motion
 from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.assembly import Assembly
+from blockstat.contact.features import ContactKind
 from blockstat.contact.interfaces import ANGLE, GAP, Interfaces
 from blockstat.errors import InputError
 from blockstat.geometry.components import connected_components
@@ -262,62 +264,137 @@ def _integrals_by_vertex(assembly: Assembly) -> tuple[Floats, Floats]:
 def _add_joint(
     result: Floats, assembly: Assembly, interfaces: Interfaces, number: int, by_contact: Floats, by_normal: Floats
 ) -> None:
-    """Add what one joint's contact points and normal say about the vertices of its faces."""
-    frame = interfaces.frame[number]
-    tails, heads = [], []
-    for block, sign in zip(interfaces.pair[number], (1.0, -1.0), strict=True):
-        tail, head, edge = _outline(assembly, interfaces, number, int(block), sign)
+    """Add what one joint's contact points and normal say about the vertices that carry them."""
+    frame, pair = interfaces.frame[number], interfaces.pair[number]
+    sides: list[tuple[float, tuple[Ints, Ints, Floats]]] = []
+    if interfaces.kinds[number] == ContactKind.CROSSING:
+        _add_crossing_normal(result, assembly, interfaces, number, by_normal)
+    else:
+        sides = _sides(assembly, interfaces, number)
+    for sign, (tail, head, edge) in sides:
         # Newell: the vector area of a side changes by dx x edge / 2 with edge from the corner before to the one after.
         area = np.linalg.norm(np.cross(assembly.vertices[tail], assembly.vertices[head]).sum(axis=0)) / 2
-        np.add.at(result, tail, sign * np.cross(edge, by_normal) / (4 * area))
-        tails.append(tail)
-        heads.append(head)
-    size = float(assembly.size[interfaces.pair[number]].min())
+        np.add.at(result, tail, sign * np.cross(edge, by_normal) / (2 * area * len(sides)))
+    rims = [(tail, head) for _, (tail, head, _) in sides] if len(sides) == 2 else []
+    tolerance = ON * float(assembly.size[pair].min())
     for i in range(interfaces.start[number], interfaces.start[number + 1]):
-        vertices, weights = _carriers(assembly.vertices, tails, heads, interfaces.point[i], frame, ON * size)
+        vertices, weights = _carriers(assembly.vertices, rims, interfaces.point[i], frame, tolerance)
+        if not len(vertices):  # an edge or a corner of one block, on a face or an edge of the other
+            edges = [_edges_at(assembly, interfaces, number, i, int(block)) for block in pair]
+            vertices, weights = _carriers(assembly.vertices, edges, interfaces.point[i], frame, tolerance)
         if not len(vertices):
-            one, two = (assembly.names[block] for block in interfaces.pair[number])
+            one, two = (assembly.names[block] for block in pair)
             raise InputError(f'"{one}" and "{two}": a contact point lies on no corner and on no edge')
         np.add.at(result, vertices, np.einsum("nij,i->nj", weights, by_contact[i]))
 
 
-def _outline(
-    assembly: Assembly, interfaces: Interfaces, number: int, block: int, sign: float
-) -> tuple[Ints, Ints, Floats]:
-    """Edges round a block's faces on a joint.
+def _sides(assembly: Assembly, interfaces: Interfaces, number: int) -> list[tuple[float, tuple[Ints, Ints, Floats]]]:
+    """The faces whose normals are that of a joint, as edges round them, with the sign of their normals.
 
-    The result has the vertices at the tails and heads of the edges, and for each tail the vector from the corner before
-    it to the corner after it.
+    Those of both blocks for a patch, and of the block with the face where an edge or a corner of the other lies on it.
     """
-    normal = sign * interfaces.frame[number, 0]
+    found = [_outline(assembly, interfaces, number, side) for side in (0, 1)]
+    signs = (1.0, -1.0)
+    if interfaces.area[number] > 0:
+        return [(sign, outline) for sign, (_, outline) in zip(signs, found, strict=True)]
+    owner = int(found[1][0] > found[0][0])
+    return [(signs[owner], found[owner][1])]
+
+
+def _add_crossing_normal(
+    result: Floats, assembly: Assembly, interfaces: Interfaces, number: int, by_normal: Floats
+) -> None:
+    """Add what the normal a x b / |a x b| of two edges that cross says about their ends."""
+    i = int(interfaces.start[number])
+    edges = [_edges_at(assembly, interfaces, number, i, int(block)) for block in interfaces.pair[number]]
+    if not all(len(tail) for tail, _ in edges):
+        return  # the contact point has no edge either, which is then said
+    (tail_a, head_a), (tail_b, head_b) = ((tail[0], head[0]) for tail, head in edges)
+    a, b = assembly.vertices[head_a] - assembly.vertices[tail_a], assembly.vertices[head_b] - assembly.vertices[tail_b]
+    product = np.cross(a, b)
+    along = by_normal * np.sign(product @ interfaces.frame[number, 0]) / np.linalg.norm(product)
+    # by_normal is normal to n, so the change of length of the product has no part in it.
+    for tail, head, change in ((tail_a, head_a, np.cross(b, along)), (tail_b, head_b, np.cross(along, a))):
+        result[head] += change
+        result[tail] -= change
+
+
+def _edges_at(assembly: Assembly, interfaces: Interfaces, number: int, point: int, block: int) -> tuple[Ints, Ints]:
+    """Edges of a block through a contact point, seen along the normal, each once: vertices at tails and heads."""
+    first, last = np.searchsorted(assembly.face_block, [block, block + 1])
+    corners = slice(assembly.face_start[first], assembly.face_start[last])
+    tail = assembly.face_vertices[corners]
+    head = assembly.face_vertices[next_in_face(assembly.face_start)][corners]
+    tail, head = tail[tail < head], head[tail < head]  # the two faces of an edge go along it in opposite ways
+    normal, plane = interfaces.frame[number, 0], interfaces.frame[number, 1:]
+    start, along = assembly.vertices[tail] - interfaces.point[point], assembly.vertices[head] - assembly.vertices[tail]
+    flat = along @ plane.T
+    length = np.linalg.norm(flat, axis=1)
+    lying = length > ALONG * np.linalg.norm(along, axis=1)
+    share = np.clip(-((start @ plane.T) * flat).sum(axis=1) / np.where(lying, length, 1.0) ** 2, 0.0, 1.0)
+    offset = start + share[:, None] * along
+    size = float(assembly.size[interfaces.pair[number]].min())
+    near = lying & (np.linalg.norm(offset @ plane.T, axis=1) <= ON * size)
+    near &= np.abs(offset @ normal) <= _slack(assembly, interfaces, number)
+    return tail[near], head[near]
+
+
+def _slack(assembly: Assembly, interfaces: Interfaces, number: int) -> float:
+    """How far from the plane of a joint its faces and edges lie: as far as `find_interfaces` merges them [m]."""
+    return float(interfaces.gap[number]) + GAP * float(assembly.size[interfaces.pair[number]].min())
+
+
+def _outline(
+    assembly: Assembly, interfaces: Interfaces, number: int, side: int
+) -> tuple[float, tuple[Ints, Ints, Floats]]:
+    """Edges round the faces of block a (side 0) or b (side 1) on a joint, and how well their normals agree with it.
+
+    The edges are the vertices at their tails and heads, and for each tail the vector from the corner before it to the
+    corner after it.
+    """
+    block, normal = int(interfaces.pair[number, side]), (1.0, -1.0)[side] * interfaces.frame[number, 0]
     middle = interfaces.point[interfaces.start[number] : interfaces.start[number + 1]].mean(axis=0)
     first, last = np.searchsorted(assembly.face_block, [block, block + 1])
-    planes, size = assembly.planes, float(assembly.size[interfaces.pair[number]].min())
+    planes = assembly.planes
     off = np.abs(np.einsum("ij,ij->i", planes.centre[first:last] - middle, planes.normal[first:last]))
-    off = np.where(planes.normal[first:last] @ normal > np.cos(ANGLE), off, np.inf)
-    # Faces of one joint lie as far apart as `find_interfaces` merges them.
-    slack = max(float(interfaces.gap[number]) + GAP * size, float(off.min()))
-    tail, head, edge = [], [], []
+    agreement = planes.normal[first:last] @ normal
+    slack = _slack(assembly, interfaces, number)
+    if interfaces.area[number] > 0:
+        off = np.where(agreement > np.cos(ANGLE), off, np.inf)
+        slack = max(slack, float(off.min()))
+    else:
+        # The normal is that of one face, and of those in its plane. Others that meet it at the contact have their own.
+        best = agreement[off <= slack].max(initial=-1.0)
+        off = np.where(agreement >= best - ALONG**2, off, np.inf)
+    tail, head, edge = [np.empty(0, np.int64)], [np.empty(0, np.int64)], [np.empty((0, 3))]
     for face in first + np.flatnonzero(off <= slack):
         own = assembly.face_vertices[assembly.face_start[face] : assembly.face_start[face + 1]]
         after = own[next_in_face(np.array([0, len(own)]))]
         tail.append(own)
         head.append(after)
         edge.append(assembly.vertices[after] - assembly.vertices[np.roll(own, 1)])
-    return np.concatenate(tail), np.concatenate(head), np.concatenate(edge)
+    near = off <= slack
+    outline = np.concatenate(tail), np.concatenate(head), np.concatenate(edge)
+    return float(agreement[near].max(initial=-1.0)), outline
 
 
 def _carriers(
-    vertices: Floats, tails: list[Ints], heads: list[Ints], point: Floats, frame: Floats, tolerance: float
+    vertices: Floats, edges: list[tuple[Ints, Ints]], point: Floats, frame: Floats, tolerance: float
 ) -> tuple[Ints, Floats]:
-    """Vertices that carry a contact point along and how, dp = sum of weights @ dx, shape (n, 3, 3)."""
+    """Vertices that carry a contact point along and how, dp = sum of weights @ dx, shape (n, 3, 3).
+
+    edges : vertices at the tails and heads of the edges of each block that come into question.
+    """
     plane = frame[1:]
-    at = [t[np.linalg.norm((vertices[t] - point) @ plane.T, axis=1) <= tolerance] for t in tails]
+    ends = [np.concatenate(both) for both in edges]
+    at = [t[np.linalg.norm((vertices[t] - point) @ plane.T, axis=1) <= tolerance] for t in ends]
     found = [np.unique(t) for t in at if len(t)]
     if found:
         share = np.concatenate([np.full(len(t), 1 / len(t) / len(found)) for t in found])
         return np.concatenate(found), share[:, None, None] * np.eye(3)
-    tail, head = np.concatenate(tails), np.concatenate(heads)
+    if not edges:
+        return np.empty(0, np.int64), np.empty((0, 3, 3))
+    tail, head = (np.concatenate(column) for column in zip(*edges, strict=True))
     start, along = (vertices[tail] - point) @ plane.T, (vertices[head] - vertices[tail]) @ plane.T
     length = np.linalg.norm(along, axis=1)
     share = -(start * along).sum(axis=1) / length**2
@@ -334,6 +411,6 @@ def _carriers(
     across = np.column_stack([-along[pair, 1], along[pair, 0]]) @ plane
     solve = np.linalg.inv(np.vstack([across, frame[0]]))
     carried = [np.outer(solve[:, e], across[e]) + np.outer(solve[:, 2], frame[0]) / 2 for e in (0, 1)]
-    ends = [(1 - share[pair[e]], share[pair[e]]) for e in (0, 1)]
-    weights = np.stack([part * carried[e] for e in (0, 1) for part in ends[e]])
+    parts = [(1 - share[pair[e]], share[pair[e]]) for e in (0, 1)]
+    weights = np.stack([part * carried[e] for e in (0, 1) for part in parts[e]])
     return np.array([tail[pair[0]], head[pair[0]], tail[pair[1]], head[pair[1]]]), weights

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from blockstat.assembly import Assembly
+    from blockstat.contact.interfaces import Interfaces
 
 #: Where a picture goes: a file, or matplotlib axes.
 Place = TypeVar("Place", str, Path, "Axes")
@@ -32,6 +33,7 @@ SUPPORT = (0.72, 0.74, 0.76)
 MOVED = "plasma"  #: colour maps that keep their order in grey and for colour-blind readers
 DEMAND = "viridis"
 SIGNED = "RdBu"  #: blue above zero, red below
+THIN = "#0072B2"  #: contacts without area
 GHOST = (0.95, 0.95, 0.95, 0.55)
 STILL = 1e-3  #: blocks slower than this, relative to the fastest, leave no ghost
 
@@ -404,7 +406,8 @@ def plot_forces(verdict: Verdict, place: Place, **options: Any) -> Place:
     """Draw the resultant of each joint as a line through its centre of pressure, over pale blocks.
 
     The lines' lengths go with the forces; in an arch they join up to its thrust line. Joints in tension, in an
-    assembly that does not stand, are dotted.
+    assembly that does not stand, are dotted. Contacts without area are blue: an edge on a face is a line, a corner or
+    the crossing of two edges is a dot.
 
     Parameters
     ----------
@@ -433,13 +436,19 @@ def plot_forces(verdict: Verdict, place: Place, **options: Any) -> Place:
     >>> plot_forces(assess(assembly), "forces.png")
     'forces.png'
     """
+    from matplotlib.colors import to_rgba
+
     azimuth, elevation = options.pop("azimuth", -55.0), options.pop("elevation", 25.0)
     view = view_of(azimuth, elevation)
     point, force, tension = resultants(verdict)
     size = np.linalg.norm(force, axis=1)
     reach = 0.06 * extent(verdict.assembly) / max(float(size.max(initial=0.0)), 1e-300)
 
+    faces = verdict.interfaces
+    thin = np.flatnonzero(faces.kinds)
+
     def draw(axes: Axes) -> None:
+        draw_joints(axes, faces, view, thin, np.broadcast_to(to_rgba(THIN), (len(thin), 4)))
         for middle, pull, torn in zip(point, force, tension, strict=True):
             ends = np.array([middle - reach * pull, middle + reach * pull]) @ view[:2].T
             axes.plot(*ends.T, color="#b2182b", linewidth=1.2, linestyle=":" if torn else "-")
@@ -448,6 +457,36 @@ def plot_forces(verdict: Verdict, place: Place, **options: Any) -> Place:
     drawn = {"title": f"{name}: joint forces, longest {size.max(initial=0.0):.3g} N", "opacity": 0.35}
     look = {"azimuth": azimuth, "elevation": elevation, "overlay": draw}
     return plot(verdict.assembly, place, **drawn | options, **look)
+
+
+def draw_joints(axes: Axes, interfaces: Interfaces, view: Floats, rows: Ints, colours: Any) -> None:
+    """Draw joints: a patch as a polygon, an edge on a face as a line, a corner or a crossing of edges as a dot.
+
+    Parameters
+    ----------
+    axes : matplotlib Axes
+        Where to draw.
+    interfaces : Interfaces
+        The joints.
+    view : array of float, shape (3, 3)
+        Right, up and towards the eye, as `view_of` returns them.
+    rows : array of int, shape (n,)
+        The joints that are drawn, in this order. Lines and dots come after all patches.
+    colours : array of float, shape (n, 4)
+        Colours, red, green, blue and opacity.
+    """
+    from matplotlib.collections import LineCollection, PolyCollection
+
+    flat = [interfaces.outline(k) @ view[:2].T for k in rows]
+    corners = np.array([min(len(points), 3) for points in flat], dtype=np.int64)
+    patches, lines, dots = ([flat[i] for i in np.flatnonzero(corners == n)] for n in (3, 2, 1))
+    edge = {"edgecolors": "black", "linewidths": 0.3}
+    axes.add_collection(PolyCollection(patches, facecolors=colours[corners == 3], **edge))
+    # A line is drawn twice, so that a pale colour has a rim, too.
+    axes.add_collection(LineCollection(lines, colors="black", linewidths=3.2, capstyle="round"))
+    axes.add_collection(LineCollection(lines, colors=colours[corners == 2], linewidths=2.4, capstyle="round"))
+    if dots:
+        axes.scatter(*np.concatenate(dots).T, s=22, c=colours[corners == 1], zorder=3, **edge)
 
 
 def resultants(verdict: Verdict) -> tuple[Floats, Floats, np.ndarray]:

@@ -9,7 +9,7 @@ import numpy as np
 from blockstat.contact.point_law import joint_friction, point_law
 from blockstat.typing import Floats
 from blockstat.view.painter import view_of
-from blockstat.view.plot import DEMAND, Place, plot
+from blockstat.view.plot import DEMAND, Place, draw_joints, plot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,7 +40,8 @@ def utilisation(verdict: Verdict) -> Floats:
 
     - friction, `|T| / (mu N)`: 1 when the joint slides;
     - eccentricity of the centre of pressure: 0 at the centroid of the patch, 1 on its edge, where the joint is a hinge;
-      between them the factor by which the patch may shrink about its centroid and still hold the centre.
+      between them the factor by which the patch may shrink about its centroid and still hold the centre. An edge on a
+      face has it along itself: 0 at its middle, 1 at its ends. A corner has none.
 
     A tension capacity shifts the cones along their axes (see `blockstat.joint`), so N is then the pressure on top of
     it. Joints that carry nothing use nothing. Those that would have to be glued, in an assembly that does not stand,
@@ -77,12 +78,13 @@ def utilisation(verdict: Verdict) -> Floats:
 
 
 def eccentricity(interfaces: Interfaces, point: Floats) -> Floats:
-    """Return the gauge of each patch about its centroid at a point in its plane: 0 at the centroid, 1 on the edge.
+    """Return the gauge of each joint about its centroid at a point in its plane: 0 at the centroid, 1 on the edge.
 
     Parameters
     ----------
     interfaces : Interfaces
-        The joints. Their patches are convex (see `blockstat.contact.interfaces`).
+        The joints. Their patches are convex (see `blockstat.contact.interfaces`); edges have two ends, and a corner,
+        which is only a point, has the gauge 0.
     point : array of float, shape (n_interfaces, 3)
         One point for each patch [m].
 
@@ -94,6 +96,11 @@ def eccentricity(interfaces: Interfaces, point: Floats) -> Floats:
     result = np.zeros(interfaces.n_interfaces)
     for k, frame in enumerate(interfaces.frame):
         corner = interfaces.outline(k)
+        if len(corner) < 3:
+            half = (corner[-1] - corner[0]) / 2
+            along = abs(float((point[k] - corner[0] - half) @ half))
+            result[k] = along / float(half @ half) if half.any() else 0.0
+            continue
         flat = (corner - corner[0]) @ frame[1:].T
         edge = np.roll(flat, -1, axis=0) - flat
         twice = flat[:, 0] * np.roll(flat[:, 1], -1) - flat[:, 1] * np.roll(flat[:, 0], -1)
@@ -108,7 +115,7 @@ def eccentricity(interfaces: Interfaces, point: Floats) -> Floats:
 
 
 def plot_utilisation(verdict: Verdict, place: Place, **options: Any) -> Place:
-    """Draw the joints coloured by `utilisation`, over blocks that one sees through.
+    """Draw the joints coloured by `utilisation`, over blocks that one sees through: patches, lines and dots.
 
     Parameters
     ----------
@@ -139,7 +146,6 @@ def plot_utilisation(verdict: Verdict, place: Place, **options: Any) -> Place:
     """
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
-    from matplotlib.collections import PolyCollection
     from matplotlib.colors import Normalize
 
     look: dict[str, Any] = {"azimuth": -55.0, "elevation": 25.0} | options
@@ -147,15 +153,11 @@ def plot_utilisation(verdict: Verdict, place: Place, **options: Any) -> Place:
     faces = verdict.interfaces
     bar = ScalarMappable(Normalize(0.0, 1.0), colormaps[DEMAND])
     used = utilisation(verdict)
-    flat = [faces.outline(k) @ view[:2].T for k in range(faces.n_interfaces)]
     depth = np.add.reduceat(faces.point @ view[2], faces.start[:-1]) / np.diff(faces.start) if len(used) else used
     order = np.argsort(depth, kind="stable")
 
     def draw(axes: Axes) -> None:
-        patches = [flat[k] for k in order]
-        axes.add_collection(
-            PolyCollection(patches, facecolors=bar.to_rgba(used[order]), edgecolors="black", linewidths=0.3)
-        )
+        draw_joints(axes, faces, view, order, bar.to_rgba(used[order]))
         axes.figure.colorbar(bar, ax=axes, shrink=0.6, label="capacity of the joint used (1 = sliding or hinging)")
 
     title = f"{verdict.assembly.name}: {verdict.outcome.word}, use of the joints"

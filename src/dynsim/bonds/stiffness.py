@@ -86,7 +86,7 @@ class InertiaScale:
 
 @dataclass(frozen=True)
 class AngularSprings:
-    """Put a spring against relative rotation into the centre of every joint.
+    """Put a spring against relative rotation into the centre of every joint that has an area.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ class AngularSprings:
         return text + (f"; some only {used:.3g} N m/rad, the most at this time step" if used < self.stiffness else "")
 
     def begin(self, world: World) -> None:
-        """Put a spring into every joint.
+        """Put a spring into every joint that has an area.
 
         Parameters
         ----------
@@ -134,10 +134,11 @@ class AngularSprings:
             What the action acts on.
         """
         interfaces = world.interfaces
-        n = interfaces.n_interfaces
-        self._springs[:] = [
+        rows = np.flatnonzero(interfaces.area > 0)  # where blocks touch on an edge or a corner nothing holds a moment
+        n = len(rows)
+        self._springs[:] = [] if not n else [
             spring_set(
-                world, interfaces, np.arange(n), stiffness=0.0, angular=self.stiffness, force=np.zeros(n),
+                world, interfaces, rows, stiffness=0.0, angular=self.stiffness, force=np.zeros(n),
                 moment=np.full(n, np.inf if self.moment is None else self.moment), damping=self.damping, breaks=False,
             )
         ]  # fmt: skip
@@ -152,7 +153,8 @@ class AngularSprings:
         time : float
             Time since release [s], negative while settling.
         """
-        self._springs[0].act(world, time)
+        for springs in self._springs:
+            springs.act(world, time)
 
 
 def caveats(actions: Iterable[Action]) -> list[str]:

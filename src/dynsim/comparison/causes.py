@@ -31,6 +31,10 @@ class Cause(Sentence):
 
     SELF_STRESS = "it stands only by self-stress or dilatancy: Coulomb friction without them finds no equilibrium"
     GEOMETRY = "the shapes Bullet sees overlap, so it does not simulate quite this geometry"
+    OPEN_JOINTS = (
+        "statics count joints as closed whose faces do not meet, and Bullet simulates them as drawn: "
+        "`blockstat repair` closes them or says what it leaves"
+    )
     MARGINAL = (
         "marginal: a push of 2 % of gravity, or adhesion of a thousandth of the weight, changes the static verdict"
     )
@@ -160,6 +164,8 @@ def find_cause(
         return None
     if dynamic.run.initial_overlap > SETTLED * dynamic.brick_threshold:
         return Cause.GEOMETRY
+    if dynamic.misfit > SETTLED * dynamic.brick_threshold:
+        return Cause.OPEN_JOINTS
     if dynamic.outcome is DynamicOutcome.FALLS:
         return _why_it_fell(coulomb, settings or Settings(), closely)
     return _why_it_stood(static, dynamic, settings or Settings(), closely)

@@ -1,4 +1,5 @@
 """Runs of a simulation and the verdict on them: settling, rest, displacement criteria, cracks, limit loads.
 
-This room imports the root, `engine`, `loads`, `bonds`, and of `blockstat` the root, `contact` and `analysis`.
+This room imports the root, `engine`, `loads`, `bonds`, and of `blockstat` the root, `contact`, `geometry_repair` and
+`analysis`.
 """

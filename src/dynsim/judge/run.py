@@ -16,6 +16,7 @@ from blockstat.typing import Floats, Ints
 from dynsim.bonds.glue import bonds_of
 from dynsim.engine.guards import check_assembly
 from dynsim.engine.world import Action, World
+from dynsim.judge.closing import closed_scene
 from dynsim.loads.load import Loads, as_loads
 from dynsim.settings import Settings
 
@@ -122,7 +123,7 @@ def simulate(
     hold : float
         The free run is longer by this time [s].
     interfaces : Interfaces, optional
-        Joints of the assembly; searched for when None, and only where they are needed.
+        Joints of the assembly; searched for when None. Those that statics count as closed are closed here, too.
 
     Returns
     -------
@@ -150,8 +151,8 @@ def simulate(
     start = process_time()
     times, displacement, rotation, kinetic = [], [], [], []
     removed = np.full(assembly.n_blocks, np.inf)
-    if interfaces is None and assembly.joints:
-        interfaces = find_interfaces(assembly)
+    scene = closed_scene(assembly, find_interfaces(assembly) if interfaces is None else interfaces)
+    assembly, interfaces = scene.assembly, scene.interfaces
     acting = (*bonds_of(assembly, interfaces=interfaces), *as_loads(assembly, loads), *actions)
     with World(assembly, settings, acting, interfaces=interfaces) as world:
         overlap = world.deepest_overlap()

@@ -39,6 +39,8 @@ class DynamicVerdict(Result):
     cracks: Cracks  #: joints that opened or slid
     run: Run
     warnings: tuple[str, ...] = ()
+    corners_moved: float = 0.0  #: the furthest that a corner was moved to close the joints before the run [m]
+    misfit: float = 0.0  #: largest gap or overlap of the joints that statics count as closed and that were left [m]
 
     @property
     def passes_eq1(self) -> bool:
@@ -120,6 +122,8 @@ class DynamicVerdict(Result):
             "cracks": self.cracks.per_group(),
             "blocks": self.run.assembly.n_blocks,
             "initial_overlap": self.run.initial_overlap,
+            "corners_moved": self.corners_moved,
+            "misfit": self.misfit,
             "time_step": self.run.time_step,
             "simulated_seconds": float(self.run.times[-1]),
             "process_seconds": self.run.process_seconds,

@@ -16,6 +16,7 @@ from dynsim.bonds.glue import weakened
 from dynsim.bonds.stiffness import caveats
 from dynsim.engine.guards import check_assembly
 from dynsim.engine.world import Action
+from dynsim.judge.closing import closed_scene
 from dynsim.judge.cracks import find_cracks
 from dynsim.judge.criteria import ARM, angles, default_threshold, drops, group_box_centre, rate
 from dynsim.judge.rest import AFTERWARDS, RestDetection, last_change, stays, threshold_under
@@ -65,14 +66,16 @@ def verify(
     ------
     InputError
         When nothing is supported or nothing is free, when the group of Eq. 1 or a block of a load does not exist, when
-        a joint law cannot be simulated (see `dynsim.bonds.glue`), or for a scene that Bullet cannot simulate. Also for
-        an option that does not exist.
+        a joint law cannot be simulated (see `dynsim.bonds.glue`), when blocks do not meet at joints that statics count
+        as closed and cannot be made to, or for a scene that Bullet cannot simulate. Also for an option that does not
+        exist.
 
     Notes
     -----
     A run ends early on a fall and on a rest. Where nothing acts but weight, a fall that is not clear is accepted only
     if a run with another time step sees the same one (see `dynsim.judge.stages`). Glue stronger than the weight of all
-    blocks is tried at that weight first: what stands with weaker glue stands with stronger glue.
+    blocks is tried at that weight first: what stands with weaker glue stands with stronger glue. Joints that statics
+    count as closed are closed for Bullet, too (see `dynsim.judge.closing`).
 
     Examples
     --------
@@ -89,16 +92,25 @@ def verify(
     acting = as_loads(assembly, loads)
     if np.isfinite(last_change(acting)):
         settings = replace(settings, end=AFTERWARDS * settings.end)
-    glued = any(law.strong for law in assembly.joints)
-    if glued:
+    if any(law.strong for law in assembly.joints):
         settings = replace(settings, settle=settings.settle + GLUE_SETTLES)
-    interfaces = find_interfaces(assembly) if interfaces is None else interfaces
+    scene = closed_scene(assembly, find_interfaces(assembly) if interfaces is None else interfaces)
+    verdict = _verify(scene.assembly, settings, acting, actions, scene.interfaces)
+    if scene.warnings:
+        verdict = replace(verdict, corners_moved=scene.moved, misfit=scene.misfit)
+    return replace(verdict, warnings=(*scene.warnings, *verdict.warnings))
+
+
+def _verify(
+    assembly: Assembly, settings: Settings, acting: Sequence[Load], actions: Sequence[Action], interfaces: Interfaces
+) -> DynamicVerdict:
+    """The verdict on blocks whose joints are closed."""
     evaluate = _Evaluator(assembly, settings, acting, actions, interfaces)
     if not (acting or actions) and (weak := weakened(assembly, interfaces)) is not None:
         verdict = _Evaluator(weak, settings, acting, actions, interfaces)(settings)
         if verdict.outcome is DynamicOutcome.STANDS:
             return replace(verdict, run=replace(verdict.run, assembly=assembly), warnings=(*verdict.warnings, WEAKER))
-    if acting or actions or glued:
+    if acting or actions or any(law.strong for law in assembly.joints):
         return evaluate(settings)
     return _staged(evaluate, stages(assembly, settings, interfaces))
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 EDGE, FAINT_EDGE = (60, 60, 60), (190, 190, 190)
 CHOSEN = (0, 0, 0)
+CONTACT = (0, 114, 178)  #: the blue of contacts without area, as in `blockstat.view.plot`
 #: Half the angle of view, vertically, and where the eye is when a view opens: from the south-west, above.
 HALF_VIEW = np.deg2rad(25.0)
 AMBIENT = 2.2
@@ -42,6 +43,7 @@ class Canvas:
         self._meshes: dict[int, tuple[Any, Ints]] = {}  # handle and vertices by number of the colour
         self._edges: Any = None
         self._arrows: dict[str, Any] = {}
+        self._contacts: list[Any] = []
         self._chosen: Any = None
         server.scene.set_up_direction("+z")
         # Even light, so that a colour looks like its patch in the legend on every side of a block.
@@ -158,6 +160,30 @@ class Canvas:
             self._arrows[name] = self._server.scene.add_arrows(
                 f"/arrows/{name}", points, colour, shaft_radius=radius, head_radius=2.5 * radius, head_length=6 * radius
             )
+
+    def contacts(self, lines: Floats, dots: Floats, radius: float) -> None:
+        """Draw contacts without area, in place of those drawn before.
+
+        Parameters
+        ----------
+        lines : array of float, shape (n, 2, 3)
+            Ends of the edges on faces [m].
+        dots : array of float, shape (m, 3)
+            Corners on faces and crossings of edges [m].
+        radius : float
+            Of the dots [m].
+        """
+        for handle in self._contacts:
+            handle.remove()
+        self._contacts = []
+        if len(lines):
+            self._contacts.append(self._lines("/contacts/edges", self._local(lines), CONTACT, 4.0))
+        if len(dots):
+            handle = self._server.scene.add_point_cloud(
+                "/contacts/corners", self._local(dots), CONTACT, point_size=2 * radius,
+                point_shape="circle", point_shading="flat", precision="float32",
+            )  # fmt: skip
+            self._contacts.append(handle)
 
     def choose(self, block: int | None) -> None:
         """Draw the edges of one block thick, through what is before them.

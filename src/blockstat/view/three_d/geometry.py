@@ -1,4 +1,4 @@
-"""What a 3D view needs of an assembly: triangles, edges that are seen, and the block that a ray meets."""
+"""What a 3D view needs of an assembly: triangles, edges that are seen, contacts, and the block that a ray meets."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from blockstat.view.painter import sharp_edges
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
+    from blockstat.contact.interfaces import Interfaces
 
 #: A ray within this (sine) of a triangle's plane, relative to its edges, passes it by.
 GRAZING = 1e-12
@@ -69,6 +70,27 @@ def _edges(assembly: Assembly) -> Ints:
     ends = np.sort(np.column_stack([tail, head])[seen], axis=1)
     code = np.unique(ends[:, 0] * len(assembly.vertices) + ends[:, 1])
     return np.column_stack(np.divmod(code, len(assembly.vertices)))
+
+
+def contacts_without_area(interfaces: Interfaces) -> tuple[Floats, Floats]:
+    """Return the contacts that are drawn as lines and as dots.
+
+    Parameters
+    ----------
+    interfaces : Interfaces
+        The joints.
+
+    Returns
+    -------
+    lines : array of float, shape (n, 2, 3)
+        Ends of the edges on faces [m].
+    dots : array of float, shape (m, 3)
+        Corners on faces, and crossings of edges [m].
+    """
+    outlines = [interfaces.outline(k) for k in np.flatnonzero(interfaces.kinds).tolist()]
+    lines = [points for points in outlines if len(points) == 2]
+    dots = [points for points in outlines if len(points) == 1]
+    return np.array(lines).reshape(-1, 2, 3), np.array(dots).reshape(-1, 3)
 
 
 def block_at(shape: Surface, vertices: Floats, origin: Floats, direction: Floats) -> int | None:

@@ -14,6 +14,7 @@ from blockstat.view.plot import extent, mechanism_pose
 from blockstat.view.three_d.arrows import force_arrows
 from blockstat.view.three_d.canvas import Canvas
 from blockstat.view.three_d.colouring import colouring
+from blockstat.view.three_d.geometry import contacts_without_area
 
 if TYPE_CHECKING:
     import viser
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 MISSING = "the 3D view needs viser; install it with: pip install 'blockstat[ui]'"
 GLASS = 0.2  #: opacity of blocks with arrows inside
+DOT = 0.008  #: radius of a contact at a corner, relative to the extent of the free blocks
 HEIGHT = 480  #: of the view in a report or a notebook [px]
 
 
@@ -87,7 +89,7 @@ def interactive_html(verdict: Verdict, *, choice: str = "verdict", forces: bool 
     choice : str, optional
         What the colours stand for, as in `blockstat.view.three_d.colouring`.
     forces : bool, optional
-        Also draw the joint forces as arrows.
+        Also draw the joint forces as arrows, with lines and dots where edges and corners touch.
 
     Returns
     -------
@@ -119,6 +121,7 @@ def interactive_html(verdict: Verdict, *, choice: str = "verdict", forces: bool 
         if forces:
             for arrows in force_arrows(verdict):
                 canvas.arrows(arrows.name, arrows.tail, arrows.head, arrows.colour, arrows.radius)
+            canvas.contacts(*contacts_without_area(verdict.interfaces), DOT * extent(verdict.assembly))
         return server.scene.as_html()
     finally:
         stop_viser(server)
@@ -202,7 +205,7 @@ def show(
     choice : str, optional
         What the colours stand for, as in `blockstat.view.three_d.colouring`.
     forces : bool, optional
-        Also draw the joint forces as arrows.
+        Also draw the joint forces as arrows, with lines and dots where edges and corners touch.
     height : int, optional
         Of the view [px].
 

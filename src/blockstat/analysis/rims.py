@@ -1,0 +1,119 @@
+"""Whether a mechanism holds at the contacts that are in no program: those without a unique normal, and overlaps."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from blockstat.analysis.problem import Problem
+from blockstat.contact.interfaces import Interfaces
+from blockstat.contact.penetration import overlaps
+from blockstat.contact.unresolved import unresolved_contacts
+from blockstat.geometry.polyhedron import point_velocity
+from blockstat.typing import Floats, Ints
+
+#: Speeds below this fraction of the fastest corner are rounding.
+SLOW = 1e-6
+
+
+def overlap_warnings(problem: Problem, mechanism: Floats) -> list[str]:
+    """Warn of blocks in a mechanism that overlap too far to have a joint, and so have none in the program.
+
+    Parameters
+    ----------
+    problem
+        The posed problem.
+    mechanism
+        Velocity [m] and rotation [rad] of each block, shape (n_blocks, 6); the fastest corner moves by 1 m.
+
+    Returns
+    -------
+    list of str
+        One warning that names a pair, or none.
+    """
+    assembly = problem.assembly
+    moves = np.abs(mechanism).max(axis=1) > 0
+    # A joint elsewhere does not help: where two blocks overlap, they have no joint that they ought to have.
+    hidden = [pair for pair in overlaps(assembly, gap=problem.gap)[0].tolist() if moves[pair].any()]
+    if not hidden:
+        return []
+    one, two = (assembly.names[i] for i in hidden[0])
+    return [
+        f'"{one}" and "{two}" overlap too far to have a joint ({len(hidden)} such pairs move), so instability is '
+        "not proven"
+    ]
+
+
+def rim_warnings(problem: Problem, mechanism: Floats) -> list[str]:
+    """Warn of blocks that a mechanism drives into each other where they touch without a unique normal.
+
+    Parameters
+    ----------
+    problem
+        The posed problem.
+    mechanism
+        As in `overlap_warnings`.
+
+    Returns
+    -------
+    list of str
+        One warning that names a pair, or none.
+
+    Notes
+    -----
+    Two edges, or an edge and a corner, keep apart where `n'g >= 0` about one of the normals that separate them. So the
+    motions that they allow are all but those of an open convex cone, and no force does negative work on all of them: a
+    motion about which the blocks pass each other is resisted by nothing (the polar of the cone of allowed motions).
+    Blocks that share a sliver too narrow for a patch do not pass each other: there, each normal may resist.
+    """
+    assembly, rims = problem.assembly, problem.interfaces.rims
+    if rims is None or not len(rims):
+        return []
+    a, b = rims.T
+    apart = (
+        mechanism[b, :3] - mechanism[a, :3] + np.cross(mechanism[a, 3:], assembly.centroid[a] - assembly.centroid[b])
+    )
+    turn = (mechanism[b, 3:] - mechanism[a, 3:]) * assembly.size[b, None]
+    moving = rims[np.hypot(np.linalg.norm(apart, axis=1), np.linalg.norm(turn, axis=1)) > SLOW]
+    found = unresolved_contacts(assembly, problem.interfaces, gap=problem.gap, pairs=moving)
+    if not len(found.pair):
+        return []
+    corners = found.as_corners()
+    one, two = (point_velocity(assembly, mechanism, corners.pair[:, side], corners.point) for side in (0, 1))
+    opening = np.einsum("nj,nj->n", corners.frame[:, 0], two - one)
+    passing, closing = np.full(len(found.pair), -np.inf), np.full(len(found.pair), np.inf)
+    np.maximum.at(passing, found.contact, opening)
+    np.minimum.at(closing, found.contact, opening)
+    resists = np.where(_slivers(problem, found.pair), closing, passing) < -SLOW
+    if not resists.any():
+        return []
+    pairs = np.unique(found.pair[resists], axis=0)
+    first, second = (assembly.names[i] for i in pairs[0])
+    reason = found.reason[resists.argmax()]
+    return [
+        f'"{first}" and "{second}" touch only {reason}, where forces have no definite direction ({len(pairs)} such '
+        "pairs would be driven into each other), so instability is not proven"
+    ]
+
+
+def _slivers(problem: Problem, pairs: Ints) -> np.ndarray:
+    """Which pairs of blocks share a patch that was too narrow to be taken."""
+    n = problem.assembly.n_blocks
+    slivers = [d.a * n + d.b for d in problem.interfaces.dropped if d.reason == "sliver"]
+    return np.isin(pairs @ [n, 1], slivers)
+
+
+def with_rims(problem: Problem) -> Interfaces:
+    """Return the interfaces of a problem with all that contacts without a unique normal could carry.
+
+    Parameters
+    ----------
+    problem
+        The posed problem.
+
+    Returns
+    -------
+    Interfaces
+        What falls with these, falls.
+    """
+    found = unresolved_contacts(problem.assembly, problem.interfaces, gap=problem.gap)
+    return found.beside(problem.interfaces)

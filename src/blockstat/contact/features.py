@@ -1,0 +1,470 @@
+"""Where edges and corners touch: edge on face, corner on face, edge across edge, each clipped exactly.
+
+A point touches a face when its foot lies inside the outline, or on a side where the block goes on in the same plane or
+into a notch. On a side that is a convex edge it is on the rim, where there is no unique normal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import IntEnum
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from blockstat.contact.faces import frames, planar
+from blockstat.geometry.polyhedron import members
+from blockstat.geometry.topology import Topology
+from blockstat.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: What touches is outside the other block when its directions lean into it by less than this sine.
+LEAN = 1e-4
+#: Rows (feature of one block, feature of the other) that are held in memory at once.
+CHUNK = 500_000
+OUTSIDE, RIM, INSIDE = 0, 1, 2
+COLUMNS = ("row", "normal", "ends", "gap", "rim", "own", "other")
+
+
+class ContactKind(IntEnum):
+    """What touches what at a contact."""
+
+    FACE = 0  #: face on face: the corners of a patch, three or more points
+    EDGE = 1  #: edge on face: the ends of a segment, two points, no area
+    CORNER = 2  #: corner on face: one point, no area
+    CROSSING = 3  #: edge across edge: one point, no area, normal to both edges
+
+
+@dataclass(frozen=True, eq=False)
+class Features:
+    """Contacts of edges or corners, one a row."""
+
+    row: Ints  #: number of the pair of blocks, shape (n,)
+    normal: Floats  #: from the first block of the pair to the second, shape (n, 3)
+    ends: Floats  #: the points, halfway across the gap, shape (n, 2, 3) [m]; a single point twice
+    gap: Floats  #: shape (n,) [m]
+    rim: np.ndarray  #: shape (n,), True where the contact has no unique normal
+    own: Ints  #: the edge, or ~ the corner, that touches, numbered as in `Topology`, shape (n,)
+    other: Ints  #: the edge, or ~ the corner, of the other block where it is on a rim, shape (n,)
+
+    def take(self, rows: Ints | np.ndarray) -> Features:
+        """Return some of the contacts.
+
+        Parameters
+        ----------
+        rows : array of int or bool
+            Which.
+
+        Returns
+        -------
+        Features
+            These contacts, in the order asked for.
+        """
+        return Features(*(getattr(self, column)[rows] for column in COLUMNS))
+
+    def shifted(self, first: int) -> Features:
+        """Return the contacts with the numbers of their pairs counted from another one.
+
+        Parameters
+        ----------
+        first : int
+            Number of the first pair.
+
+        Returns
+        -------
+        Features
+            The same contacts.
+        """
+        return replace(self, row=self.row + first)
+
+
+def together(parts: Sequence[Features]) -> Features:
+    """Return contacts one after the other.
+
+    Parameters
+    ----------
+    parts : sequence of Features
+        At least one.
+
+    Returns
+    -------
+    Features
+        All of them.
+    """
+    return Features(*(np.concatenate([getattr(part, column) for part in parts]) for column in COLUMNS))
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """Pairs of blocks whose edges and corners are looked at."""
+
+    assembly: Assembly
+    topology: Topology
+    pairs: Ints  #: shape (n_pairs, 2)
+    reach: Floats  #: largest gap or overlap of each pair, shape (n_pairs,) [m]
+    rounding: Floats  #: what is nearer to a rim than this is on it, shape (n_pairs,) [m]
+    beyond: Floats  #: what is outside an outline, but no further than this, is on its rim, shape (n_pairs,) [m]
+    rims: bool  #: whether contacts on rims are wanted too
+
+    @cached_property
+    def face_boxes(self) -> tuple[Floats, Floats]:
+        """Lower and upper corners of the boxes of all faces, each shape (n_faces, 3) [m]."""
+        corners, first = self.assembly.vertices[self.assembly.face_vertices], self.assembly.face_start[:-1]
+        return np.minimum.reduceat(corners, first), np.maximum.reduceat(corners, first)
+
+    def limits(self, row: int) -> tuple[float, float]:
+        """Return the reach and the rounding of one pair.
+
+        Parameters
+        ----------
+        row : int
+            Number of the pair.
+
+        Returns
+        -------
+        tuple of float
+            Both [m].
+        """
+        return float(self.reach[row]), float(self.rounding[row])
+
+    def chunks(self) -> list[Search]:
+        """Return the search in parts that fit into memory.
+
+        Returns
+        -------
+        list of Search
+            Parts with consecutive pairs.
+        """
+        edges = np.diff(self.topology.edge_start)[self.pairs]
+        faces = np.diff(np.searchsorted(self.assembly.face_block, np.arange(self.assembly.n_blocks + 1)))[self.pairs]
+        work = np.cumsum((edges * np.maximum(faces, edges)[:, ::-1]).max(axis=1, initial=0))
+        if not len(work):
+            return []
+        parts = np.split(np.arange(len(work)), np.searchsorted(work, np.arange(CHUNK, work[-1], CHUNK)))
+        return [
+            Search(
+                self.assembly, self.topology, self.pairs[p], self.reach[p], self.rounding[p], self.beyond[p], self.rims
+            )
+            for p in parts
+            if len(p)
+        ]
+
+
+def on_faces(search: Search, side: int, steepest: float) -> tuple[Features, Features]:
+    """Find edges and corners of one block of each pair that rest on faces of the other.
+
+    Parameters
+    ----------
+    search : Search
+        The pairs.
+    side : int
+        Which block of each pair has the faces, 0 or 1.
+    steepest : float
+        Largest sine of the angle between an edge and the face that it rests on.
+
+    Returns
+    -------
+    edges, corners : Features
+        The contacts.
+    """
+    assembly, topo = search.assembly, search.topology
+    start = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks + 1))
+    faces = _near(search, side, start, *search.face_boxes)
+    one, two = assembly.vertices[topo.edge[:, 0]], assembly.vertices[topo.edge[:, 1]]
+    boxes = np.minimum(one, two), np.maximum(one, two)
+    edges = _product(len(search.pairs), *faces, *_near(search, 1 - side, topo.edge_start, *boxes))
+    spot = assembly.vertices[topo.corner]
+    corners = _product(len(search.pairs), *faces, *_near(search, 1 - side, topo.corner_start, spot, spot))
+    lines = _edges_on(search, side, *_beside(search, *edges, boxes), steepest)
+    return lines, _corners_on(search, side, *_beside(search, *corners, (spot, spot)))
+
+
+def crossings(search: Search) -> Features:
+    """Find edges of the two blocks of each pair that cross, each between its ends.
+
+    Parameters
+    ----------
+    search : Search
+        The pairs.
+
+    Returns
+    -------
+    Features
+        The contacts, with normals at right angles to both edges.
+    """
+    assembly, topo = search.assembly, search.topology
+    ends = assembly.vertices[topo.edge]
+    boxes = ends.min(axis=1), ends.max(axis=1)
+    near = [_near(search, side, topo.edge_start, *boxes) for side in (0, 1)]
+    row, one, two = _product(len(search.pairs), *near[0], *near[1])
+    touch = (boxes[0][one] <= boxes[1][two] + search.reach[row, None]).all(axis=1)
+    touch &= (boxes[0][two] <= boxes[1][one] + search.reach[row, None]).all(axis=1)
+    row, one, two = row[touch], one[touch], two[touch]
+    a, b = ends[one, 1] - ends[one, 0], ends[two, 1] - ends[two, 0]
+    across = np.cross(a, b)
+    square = np.einsum("ij,ij->i", across, across)
+    length = np.linalg.norm(a, axis=1), np.linalg.norm(b, axis=1)
+    # Edges that do not part by more than rounding over their length are parallel.
+    skew = np.sqrt(square) > 2 * search.rounding[row] * np.maximum(*length)
+    row, one, two, a, b, across, square = (x[skew] for x in (row, one, two, a, b, across, square))
+    offset = ends[two, 0] - ends[one, 0]
+    share = np.einsum("ij,ij->i", np.cross(offset, b), across) / square
+    other = np.einsum("ij,ij->i", np.cross(offset, a), across) / square
+    normal = across / np.sqrt(square)[:, None]
+    height = np.einsum("ij,ij->i", offset, normal)
+    good = np.abs(height) <= search.reach[row]
+    for at, line in ((share, a), (other, b)):
+        # Like a patch it must be no more open than it is wide, here its distance from the ends.
+        margin = np.maximum(search.rounding[row], np.abs(height)) / np.linalg.norm(line, axis=1)
+        good &= (at > margin) & (at < 1 - margin)
+    lean_a = np.einsum("ikj,ij->ik", topo.inward[one], normal)
+    lean_b = np.einsum("ikj,ij->ik", topo.inward[two], normal)
+    upward = (lean_a.max(axis=1, initial=-1) <= LEAN) & (lean_b.min(axis=1, initial=1) >= -LEAN)
+    downward = (lean_a.min(axis=1, initial=1) >= -LEAN) & (lean_b.max(axis=1, initial=-1) <= LEAN)
+    good &= upward | downward
+    sign = np.where(upward, 1.0, -1.0)[good, None]
+    row, one, two = row[good], one[good], two[good]
+    place = ends[one, 0] + share[good, None] * a[good] + height[good, None] / 2 * normal[good]
+    none = np.zeros(len(row), dtype=bool)
+    return Features(row, sign * normal[good], np.stack([place, place], axis=1), np.abs(height[good]), none, one, two)
+
+
+def _near(search: Search, side: int, start: Ints, low: Floats, high: Floats) -> tuple[Ints, Ints]:
+    """For each pair those features of one of its blocks whose box comes near the box of the other block."""
+    own, other = search.pairs[:, side], search.pairs[:, 1 - side]
+    row, item = members(start[own], np.diff(start)[own])
+    lower, upper = search.assembly.bounds
+    slack = search.reach[row][:, None]
+    near = (low[item] <= upper[other[row]] + slack).all(axis=1)
+    near &= (high[item] >= lower[other[row]] - slack).all(axis=1)
+    return row[near], item[near]
+
+
+def _beside(search: Search, row: Ints, face: Ints, item: Ints, boxes: tuple[Floats, Floats]) -> tuple[Ints, Ints, Ints]:
+    """Those combinations of a face and a feature whose boxes come near each other."""
+    reach = search.reach[row]
+    near = np.ones(len(row), dtype=bool)
+    for k in range(3):
+        near &= boxes[0][item, k] <= search.face_boxes[1][face, k] + reach
+        near &= boxes[1][item, k] >= search.face_boxes[0][face, k] - reach
+    return row[near], face[near], item[near]
+
+
+def _product(n: int, row_a: Ints, item_a: Ints, row_b: Ints, item_b: Ints) -> tuple[Ints, Ints, Ints]:
+    """All combinations of the items of each row."""
+    count = np.bincount(row_b, minlength=n)
+    first = np.cumsum(count) - count
+    repeat = count[row_a]
+    return (
+        np.repeat(row_a, repeat),
+        np.repeat(item_a, repeat),
+        item_b[members(first[row_a], repeat)[1]],
+    )
+
+
+def _edges_on(search: Search, side: int, row: Ints, face: Ints, edge: Ints, steepest: float) -> Features:
+    """Edges on faces: the parts of each edge inside the outline of the face, and those along its rim."""
+    assembly, topo = search.assembly, search.topology
+    normal, centre = assembly.planes.normal, assembly.planes.centre
+    ends = assembly.vertices[topo.edge[edge]] - centre[face][:, None]
+    height = np.einsum("ikj,ij->ik", ends, normal[face])
+    reach = search.reach[row]
+    low, high = np.minimum(height[:, 0], height[:, 1]), np.maximum(height[:, 0], height[:, 1])
+    near = (low <= reach) & (high >= -reach)
+    row, face, edge, ends, height = row[near], face[near], edge[near], ends[near], height[near]
+    toward = np.einsum("ikj,ij->ik", topo.inward[edge], normal[face])
+    lean = np.minimum(toward[:, 0], toward[:, 1])
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    level = np.abs(height[:, 1] - height[:, 0]) <= steepest * length
+    level &= search.rims | (lean >= -LEAN)
+    row, face, edge, ends, height, lean = row[level], face[level], edge[level], ends[level], height[level], lean[level]
+    frame = frames(normal[face])
+    flat = np.einsum("ikj,itj->ikt", ends, frame[:, 1:])
+    none = np.empty(0, dtype=np.int64)
+    parts: list[tuple[Any, ...]] = [(none, np.empty(0), np.empty(0), none, none, np.empty(0))]
+    for own, polygon, sides in _outlines(search, face, frame):
+        which, begin, finish, state = _spans(
+            flat[own], polygon, sides >= 0, search.rounding[row[own]], search.beyond[row[own]]
+        )
+        middle = flat[own[which], 0] + ((begin + finish) / 2)[:, None] * (flat[own[which], 1] - flat[own[which], 0])
+        parts.append((own[which], begin, finish, state, *_nearest(middle, polygon[which], sides[which])))
+    which, begin, finish, state, other, inset = (np.concatenate(column) for column in zip(*parts, strict=True))
+    share = np.stack([begin, finish], axis=1)
+    heights = height[which, :1] + share * (height[which, 1:] - height[which, :1])
+    gap = np.abs(heights).max(axis=1, initial=0.0)
+    on_rim = state == RIM
+    good = _touches(search, row[which], gap, inset, on_rim) & (on_rim | (lean[which] >= -LEAN))
+    which, share, heights, gap, on_rim, other = (
+        which[good],
+        share[good],
+        heights[good],
+        gap[good],
+        on_rim[good],
+        other[good],
+    )
+    points = ends[which, :1] + share[..., None] * (ends[which, 1:] - ends[which, :1])
+    out = normal[face[which]]
+    points = points + centre[face[which]][:, None] - heights[..., None] / 2 * out[:, None]
+    sign = 1.0 if side == 0 else -1.0
+    return Features(row[which], sign * out, points, gap, on_rim, edge[which], other)
+
+
+def _corners_on(search: Search, side: int, row: Ints, face: Ints, corner: Ints) -> Features:
+    """Corners on faces and on their rims."""
+    assembly, topo = search.assembly, search.topology
+    normal, centre = assembly.planes.normal, assembly.planes.centre
+    offset = assembly.vertices[topo.corner[corner]] - centre[face]
+    height = np.einsum("ij,ij->i", offset, normal[face])
+    near = np.abs(height) <= search.reach[row]
+    row, face, corner, offset, height = row[near], face[near], corner[near], offset[near], height[near]
+    owner, spoke = members(topo.spoke_start[corner], np.diff(topo.spoke_start)[corner])
+    lean = np.full(len(row), np.inf)
+    np.minimum.at(lean, owner, np.einsum("ij,ij->i", topo.spoke[spoke], normal[face][owner]))
+    wanted = search.rims | (lean >= -LEAN)
+    row, face, corner, offset = row[wanted], face[wanted], corner[wanted], offset[wanted]
+    height, lean = height[wanted], lean[wanted]
+    frame = frames(normal[face])
+    flat = np.einsum("ij,itj->it", offset, frame[:, 1:])
+    state, other = np.zeros(len(row), dtype=np.int8), np.zeros(len(row), dtype=np.int64)
+    inset = np.zeros(len(row))
+    for own, polygon, sides in _outlines(search, face, frame):
+        rounding, beyond = search.rounding[row[own]], search.beyond[row[own]]
+        state[own] = position(flat[own][:, None], polygon, sides >= 0, rounding, beyond)[:, 0]
+        distance = np.linalg.norm(polygon - flat[own][:, None], axis=2)
+        at = assembly.face_start[face[own]] + distance.argmin(axis=1)
+        meets = np.searchsorted(topo.corner, topo.vertex[assembly.face_vertices[at]])
+        meets = np.minimum(meets, len(topo.corner) - 1)
+        at_corner = distance.min(axis=1) <= beyond
+        at_corner &= topo.corner[meets] == topo.vertex[assembly.face_vertices[at]]
+        side_below, inset[own] = _nearest(flat[own], polygon, sides)
+        other[own] = np.where(at_corner, ~meets, side_below)
+    good = (state == RIM) | ((state == INSIDE) & (lean >= -LEAN))
+    good &= _touches(search, row, np.abs(height), inset, state == RIM)
+    row, face, corner, height, other = row[good], face[good], corner[good], height[good], other[good]
+    out = normal[face]
+    place = assembly.vertices[topo.corner[corner]] - height[:, None] / 2 * out
+    sign = 1.0 if side == 0 else -1.0
+    ends = np.stack([place, place], axis=1)
+    return Features(row, sign * out, ends, np.abs(height), state[good] == RIM, ~corner, other)
+
+
+def _outlines(search: Search, face: Ints, frame: Floats) -> list[tuple[Ints, Floats, np.ndarray]]:
+    """Outlines of faces in their planes, in batches of like corner counts, with the convex edge of each side or -1."""
+    assembly = search.assembly
+    count = np.diff(assembly.face_start)[face]
+    batches = []
+    for width in np.unique(2 ** np.ceil(np.log2(count)).astype(int)) if len(face) else []:
+        own = np.flatnonzero((count <= width) & (count > width // 2))
+        k = int(count[own].max())
+        polygon = planar(assembly, face[own], frame[own], assembly.planes.centre[face[own]], k)
+        index = assembly.face_start[face[own]][:, None] + np.arange(k)
+        real = np.arange(k) < count[own][:, None]
+        sides = np.where(real, search.topology.side[np.where(real, index, 0)], -1)
+        # A row that is too short repeats its last corner, so that its last side closes the polygon.
+        sides[:, -1:] = np.take_along_axis(sides, (count[own] - 1)[:, None], axis=1)
+        batches.append((own, polygon, sides))
+    return batches
+
+
+def _spans(
+    ends: Floats, polygon: Floats, rim: np.ndarray, rounding: Floats, beyond: Floats
+) -> tuple[Ints, Floats, Floats, Ints]:
+    """Parts of segments that lie inside polygons or along their rims, as shares of their lengths.
+
+    Returns for each part its segment, where it begins and ends, and its state.
+    """
+    n = len(ends)
+    start, line = ends[:, :1], (ends[:, 1] - ends[:, 0])[:, None]
+    side = np.roll(polygon, -1, axis=1) - polygon
+    offset = polygon - start
+    square = (line**2).sum(axis=2)
+    length = np.sqrt(square)
+    turn = line[..., 0] * side[..., 1] - line[..., 1] * side[..., 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        met = (offset[..., 0] * side[..., 1] - offset[..., 1] * side[..., 0]) / turn
+        foot = (offset * line).sum(axis=2) / square
+    cuts = np.concatenate([np.nan_to_num(met, nan=1.0, posinf=1.0, neginf=0.0), foot], axis=1)
+    cuts = np.sort(np.clip(np.concatenate([np.zeros((n, 1)), cuts, np.ones((n, 1))], axis=1), 0.0, 1.0), axis=1)
+    middle = (cuts[:, :-1] + cuts[:, 1:]) / 2
+    state = position(start + middle[..., None] * line, polygon, rim, rounding, beyond)
+    # Pieces of rounding have the state of the piece before them, or of the first true one.
+    real = (np.diff(cuts, axis=1) * length > rounding[:, None]).astype(bool)
+    column = np.arange(state.shape[1])
+    before = np.maximum.accumulate(np.where(real, column, -1), axis=1)
+    first = np.where(real.any(axis=1), real.argmax(axis=1), 0)[:, None]
+    state = np.take_along_axis(state, np.where(before >= 0, before, first), axis=1)
+    state[~real.any(axis=1)] = OUTSIDE
+    changes = np.diff(state, axis=1, prepend=-1) != 0
+    which, begin = np.nonzero(changes)
+    finish = np.append(begin[1:], 0)
+    finish[np.append(which[1:] != which[:-1], True)] = state.shape[1]
+    found = state[which, begin]
+    parts = found != OUTSIDE
+    which, begin, finish, found = which[parts], begin[parts], finish[parts], found[parts]
+    return which, cuts[which, begin], cuts[which, finish], found
+
+
+def _touches(search: Search, row: Ints, gap: Floats, inset: Floats, on_rim: np.ndarray) -> np.ndarray:
+    """Whether a contact closes: like a patch it is no more open than wide, here than its distance from the rim."""
+    return gap <= np.where(on_rim, search.beyond[row], np.minimum(search.reach[row], inset))
+
+
+def _nearest(points: Floats, polygon: Floats, sides: Ints) -> tuple[Ints, Floats]:
+    """The convex edge of each polygon that is nearest to a point, -1 where it has none, and its distance."""
+    if not len(points):
+        return np.empty(0, dtype=np.int64), np.empty(0)
+    line = np.roll(polygon, -1, axis=1) - polygon
+    offset = points[:, None] - polygon
+    square = (line**2).sum(axis=2)
+    share = np.clip((offset * line).sum(axis=2) / np.where(square > 0, square, 1.0), 0.0, 1.0)
+    distance = np.linalg.norm(offset - share[..., None] * line, axis=2)
+    distance = np.where((sides >= 0) & (square > 0), distance, np.inf)
+    best = distance.argmin(axis=1)[:, None]
+    return np.take_along_axis(sides, best, axis=1)[:, 0], np.take_along_axis(distance, best, axis=1)[:, 0]
+
+
+def position(
+    points: Floats, polygon: Floats, rim: np.ndarray, rounding: Floats, beyond: Floats | None = None
+) -> np.ndarray:
+    """Say whether points are outside polygons, on their rims, or inside.
+
+    Parameters
+    ----------
+    points : array of float, shape (n, m, 2)
+        m points for each polygon [m].
+    polygon : array of float, shape (n, k, 2)
+        Corners of polygons of any form [m]; short ones repeat their last corner.
+    rim : array of bool, shape (n, k)
+        Whether the side that begins at a corner is a rim. On another side a point is inside.
+    rounding : array of float, shape (n,)
+        A point nearer to a side than this is on it [m].
+    beyond : array of float, shape (n,), optional
+        A point outside is on a rim that is no further away than this [m]; by default `rounding`.
+
+    Returns
+    -------
+    array of int, shape (n, m)
+        `OUTSIDE`, `RIM` or `INSIDE`.
+    """
+    side = (np.roll(polygon, -1, axis=1) - polygon)[:, None]
+    offset = points[:, :, None] - polygon[:, None]
+    square = (side**2).sum(axis=3)
+    share = np.clip((offset * side).sum(axis=3) / np.where(square > 0, square, 1.0), 0.0, 1.0)
+    distance = np.linalg.norm(offset - share[..., None] * side, axis=3)
+    near = distance <= rounding[:, None, None]
+    above = offset[..., 1] >= 0
+    leaves = (offset - side)[..., 1] >= 0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        crossing = offset[..., 0] - offset[..., 1] * side[..., 0] / side[..., 1] < 0
+    inside = ((above != leaves) & crossing).sum(axis=2) % 2 == 1
+    # A side without length repeats a corner, which belongs to the true sides next to it.
+    rim = (rim & (square[:, 0] > 0))[:, None]
+    inside |= near.any(axis=2)
+    on_rim = (near & rim).any(axis=2)
+    if beyond is not None:
+        on_rim |= ~inside & ((distance <= beyond[:, None, None]) & rim).any(axis=2)
+    return np.where(on_rim, RIM, np.where(inside, INSIDE, OUTSIDE)).astype(np.int8)

@@ -1,0 +1,212 @@
+"""Contacts without a unique normal: edge along edge, corner on an edge, corner on corner.
+
+They are in no program. The normals that separate the two blocks at the point form a cone. The normals about which a
+motion has `g_n >= mu |g_t|` are those within `pi/2 - atan(mu)` of the velocity, a convex cone too. So a motion that
+keeps clear of the extreme normals keeps clear of all.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blockstat.contact.coplanar import Patches
+from blockstat.contact.edges import Contacts, Tolerances, covered, features_of, search_of
+from blockstat.contact.faces import frames
+from blockstat.contact.features import ContactKind, Features, Search
+from blockstat.contact.interfaces import ANGLE, GAP, WIDTH, Interfaces, as_searched
+from blockstat.contact.tolerance import allowed_gap, stated_length
+from blockstat.geometry.polyhedron import members
+from blockstat.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: A normal separates two cones of directions when none leans across its plane by more than this sine.
+LEAN = 1e-4
+#: Contacts whose normals are sought at once.
+CHUNK = 2000
+
+
+@dataclass(frozen=True, eq=False)
+class Unresolved:
+    """Contacts without a unique normal, one a row."""
+
+    pair: Ints  #: shape (n, 2), blocks a < b
+    point: Floats  #: shape (n, 3) [m]
+    reason: tuple[str, ...]  #: "edge along edge", "corner on edge" or "corner on corner"
+    normal: Floats  #: extreme normals of all contacts, from a to b, shape (n_normals, 3)
+    contact: Ints  #: the contact of each normal, ascending, shape (n_normals,)
+
+    def as_corners(self) -> Interfaces:
+        """Return the contacts as corners on faces, one for each extreme normal.
+
+        Whatever forces the true contacts can carry, these can carry.
+
+        Returns
+        -------
+        Interfaces
+            One point each.
+        """
+        n = len(self.contact)
+        none, kind = np.zeros(n), np.full(n, ContactKind.CORNER, np.int64)
+        pair, point = self.pair[self.contact], self.point[self.contact]
+        return Interfaces(pair, frames(self.normal), none, none, point, np.arange(n + 1), kind=kind)
+
+    def beside(self, interfaces: Interfaces) -> Interfaces:
+        """Return interfaces and after them these contacts as corners on faces.
+
+        Parameters
+        ----------
+        interfaces : Interfaces
+            Interfaces of the same blocks.
+
+        Returns
+        -------
+        Interfaces
+            All contacts; none is left unresolved.
+        """
+        more = self.as_corners()
+        columns = ("pair", "frame", "area", "gap", "point", "kinds")
+        pair, frame, area, gap, point, kind = (
+            np.concatenate([getattr(interfaces, c), getattr(more, c)]) for c in columns
+        )
+        start = np.concatenate([interfaces.start, interfaces.start[-1] + more.start[1:]])
+        outlines, share = interfaces.outlines, interfaces.share
+        if outlines is not None:
+            outlines = (*outlines, *more.point[:, None])
+        if share is not None:
+            share = np.concatenate([share, np.ones(more.n_points)])
+        return Interfaces(
+            pair, frame, area, gap, point, start, interfaces.dropped, outlines, share, interfaces.patches, kind
+        )
+
+
+def unresolved_contacts(
+    assembly: Assembly, interfaces: Interfaces, *, gap: float | str = GAP, pairs: Ints | None = None
+) -> Unresolved:
+    """Find the contacts without a unique normal.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    interfaces : Interfaces
+        Their interfaces, as `find_interfaces` gives them.
+    gap : float or str, optional
+        As in `find_interfaces`.
+    pairs : array of int, shape (n, 2), optional
+        Pairs among which to look; None for `interfaces.rims`.
+
+    Returns
+    -------
+    Unresolved
+        The contacts that are no part of an interface. At an end of an interface its normal is the only one.
+    """
+    pairs = interfaces.rims if pairs is None else pairs
+    if pairs is None or not len(pairs):
+        return Unresolved(np.empty((0, 2), np.int64), np.empty((0, 3)), (), np.empty((0, 3)), np.empty(0, np.int64))
+    blurred = stated_length(gap) is not None
+    tolerances = Tolerances(allowed_gap(assembly, gap), WIDTH, float(np.sin(ANGLE)), blurred)
+    assembly = as_searched(assembly, gap)
+    search = search_of(assembly, pairs, tolerances, rims=True)
+    known = _known(interfaces, pairs, assembly.n_blocks)
+    lines, dots, _ = features_of(search, tolerances.steepest)
+    bare = []
+    for features in (lines, dots):
+        features = features.take(features.rim)
+        bare.append(features.take(~covered(search, features, known, -np.inf)))
+    return _bounded(search, *bare)
+
+
+def _known(interfaces: Interfaces, pairs: Ints, n_blocks: int) -> Contacts:
+    """The interfaces of some pairs as contacts."""
+    order = np.lexsort((pairs[:, 1], pairs[:, 0]))
+    key = pairs[order] @ [n_blocks, 1]
+    wanted = interfaces.pair @ [n_blocks, 1]
+    place = np.minimum(np.searchsorted(key, wanted), len(key) - 1)
+    own = np.flatnonzero(key[place] == wanted)
+    outlines = [interfaces.outline(k) for k in own.tolist()]
+    origin = np.array([o[0] for o in outlines]).reshape(-1, 3)
+    frame = interfaces.frame[own]
+    flat = [(o - o[0]) @ f[1:].T for o, f in zip(outlines, frame, strict=True)]
+    count = np.array([len(o) for o in outlines], dtype=np.int64)
+    corner = np.concatenate([np.empty((0, 2)), *flat])
+    patches = Patches(interfaces.pair[own], frame, origin, interfaces.area[own], interfaces.gap[own], corner, count)
+    return Contacts(order[place[own]], interfaces.kinds[own], patches)
+
+
+def _bounded(search: Search, lines: Features, dots: Features) -> Unresolved:
+    """The contacts that have normals, each point once, with the extreme ones."""
+    n_lines = len(lines.row)
+    row = np.concatenate([np.repeat(lines.row, 2), dots.row])
+    point: Floats = np.concatenate([lines.ends.reshape(-1, 3), dots.ends[:, 0]])
+    own, other = (np.concatenate([np.repeat(getattr(lines, f), 2), getattr(dots, f)]) for f in ("own", "other"))
+    owner, normal = _extreme_normals(search, row, own, other)
+    live = np.unique(owner)
+    first, place = _places(search, row[live], point[live])
+    contact, kept = place[np.searchsorted(live, owner)], live[first]
+    order = np.argsort(contact, kind="stable")
+    corner = (own < 0) & (other < 0)
+    reason = tuple(
+        "edge along edge" if k < 2 * n_lines else "corner on corner" if corner[k] else "corner on edge" for k in kept
+    )
+    return Unresolved(search.pairs[row[kept]], point[kept], reason, normal[order], contact[order])
+
+
+def _places(search: Search, row: Ints, point: Floats) -> tuple[Ints, Ints]:
+    """The first of the contacts of one pair at one place, and the place of each contact."""
+    local = point - search.assembly.vertices[search.assembly.vertex_start[search.pairs[row, 0]]]
+    grid = np.round(local / (10 * search.rounding[row])[:, None])
+    _, first, place = np.unique(np.column_stack([row, grid]), axis=0, return_index=True, return_inverse=True)
+    return first, place.reshape(-1)
+
+
+def _extreme_normals(search: Search, row: Ints, own: Ints, other: Ints) -> tuple[Ints, Floats]:
+    """The contact, ascending, and the direction of the extreme normals of planes that keep two features apart."""
+    owners, directions = zip(*(_directions(search, row, feature) for feature in (own, other)), strict=True)
+    owner = np.concatenate(owners)
+    order = np.argsort(owner, kind="stable")
+    owner, direction = owner[order], np.concatenate(directions)[order]
+    count = np.bincount(owner, minlength=len(row))
+    width = int(count.max(initial=0))
+    column = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
+    sides = np.zeros((len(row), width, 3))
+    sides[owner, column] = direction
+    one, two = np.triu_indices(width, 1)
+    # Where nothing is known of the two, every normal may act.
+    free = np.flatnonzero(count == 0)
+    found = [np.repeat(free, 6)], [np.tile(np.concatenate([np.eye(3), -np.eye(3)]), (len(free), 1))]
+    for first in range(0, len(row), CHUNK):
+        part = sides[first : first + CHUNK]
+        across = np.cross(part[:, one], part[:, two])
+        length = np.linalg.norm(across, axis=2)
+        across = np.concatenate([across, -across], axis=1) / np.tile(np.where(length > 0, length, 1.0), 2)[..., None]
+        lean = np.einsum("nkj,nmj->nmk", part, across).max(axis=2, initial=-1.0)
+        contact, normal = np.nonzero((lean <= LEAN) & (np.tile(length, 2) > LEAN))
+        found[0].append(contact + first)
+        found[1].append(across[contact, normal])
+    owner, normal = np.concatenate(found[0]), np.concatenate(found[1])
+    _, once = np.unique(np.column_stack([owner, normal.round(6)]), axis=0, return_index=True)
+    return owner[once], normal[once]
+
+
+def _directions(search: Search, row: Ints, feature: Ints) -> tuple[Ints, Floats]:
+    """Directions in which a block goes on from an edge or a corner, turned round for the second block of a pair."""
+    topo = search.topology
+    block = search.assembly.vertex_block
+    edges, corners = np.flatnonzero(feature >= 0), np.flatnonzero(feature < 0)
+    edge, corner = feature[edges], ~feature[corners]
+    ends = search.assembly.vertices[topo.edge[edge]]
+    along = (ends[:, 1] - ends[:, 0]) / np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)[:, None]
+    around = np.concatenate([np.stack([along, -along], axis=1), topo.inward[edge]], axis=1)
+    # A corner with a notch is no convex cone: it may touch at any normal that the other block allows.
+    count = np.where(topo.saddle[corner], 0, np.diff(topo.spoke_start)[corner])
+    which, spoke = members(topo.spoke_start[corner], count)
+    owner = np.concatenate([np.repeat(edges, 4), corners[which]])
+    direction = np.concatenate([around.reshape(-1, 3), topo.spoke[spoke]])
+    start = np.where(feature >= 0, topo.edge[np.maximum(feature, 0), 0], topo.corner[np.maximum(~feature, 0)])
+    sign = np.where(block[start] == search.pairs[row, 0], 1.0, -1.0)
+    return owner, direction * sign[owner, None]

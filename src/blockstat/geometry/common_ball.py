@@ -1,0 +1,152 @@
+"""The largest ball inside two solids at once: how deep they overlap."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from blockstat.geometry.convex_pieces import convex_pieces
+from blockstat.geometry.inscribed_ball import inscribed_balls
+from blockstat.geometry.polyhedron import Polyhedra, members
+from blockstat.geometry.triangulation import triangulate
+from blockstat.typing import Floats, Ints
+
+#: Pairs that are measured at once.
+CHUNK = 100_000
+#: Blocks of up to this many triangles are cut once, as a whole. Others are cut for each pair in the box that both
+#: share: the work grows faster than the number of triangles.
+FEW = 100
+#: What sticks out of a block by less than this fraction of its size is inside of it.
+FLUSH = 1e-6
+
+
+def convex_depths(blocks: Polyhedra, pairs: Ints, least: Floats, outward: Floats | None = None) -> Floats:
+    """Return the diameter of the largest ball behind all face planes of both blocks of each pair.
+
+    Parameters
+    ----------
+    blocks : Polyhedra
+        The blocks.
+    pairs : array of int, shape (n, 2)
+        Two blocks each.
+    least : array of float, shape (n,)
+        Diameters that matter [m]; of those that are no larger, an upper bound is enough.
+    outward : array of float, shape (n_faces,), optional
+        How far each plane is moved outwards first [m].
+
+    Returns
+    -------
+    array of float, shape (n,)
+        Diameters [m], zero or less where no point is behind all planes. For convex blocks this is the depth of their
+        overlap; with planes that are moved out to the last corner of a concave block it is an upper bound.
+    """
+    reach = np.einsum("ij,ij->i", blocks.planes.normal, blocks.planes.centre)
+    reach = reach if outward is None else reach + outward
+    first = np.searchsorted(blocks.face_block, np.arange(blocks.n_blocks + 1))
+    found = [np.empty(0)]
+    for own in np.split(np.arange(len(pairs)), np.arange(CHUNK, len(pairs), CHUNK)):
+        rows = pairs[own]
+        # A block takes part in a set with all its faces: those of a first, then those of b.
+        side, face = members(first[rows.reshape(-1)], np.diff(first)[rows.reshape(-1)])
+        origin = blocks.centroid[rows[:, 0]][side // 2]
+        normal = blocks.planes.normal[face]
+        offset = reach[face] - np.einsum("ij,ij->i", normal, origin)
+        start = np.searchsorted(side, 2 * np.arange(len(rows) + 1))
+        found.append(2.0 * inscribed_balls(normal, offset, start, least[own] / 2)[0])
+    return np.concatenate(found)
+
+
+def piece_depths(blocks: Polyhedra, pairs: Ints, tolerance: Floats) -> Floats:
+    """Return the diameter of the largest ball inside a convex piece of each block of each pair.
+
+    Parameters
+    ----------
+    blocks : Polyhedra
+        The blocks, convex or not.
+    pairs : array of int, shape (n, 2)
+        Two blocks each, whose boxes have a common part.
+    tolerance : array of float, shape (n,)
+        How far the corners of a convex piece may lie outside its faces, and the diameters that matter [m].
+
+    Returns
+    -------
+    array of float, shape (n,)
+        Diameters [m]. The ball lies in both blocks, so it never says too much. Of those that are no larger than the
+        tolerance an upper bound is given.
+    """
+    lower, upper = blocks.bounds
+    used, number = np.unique(pairs, return_inverse=True)
+    number = number.reshape(-1, 2)
+    triangles = [_triangles(blocks, int(block)) for block in used]
+    least = np.full(len(used), np.inf)
+    np.minimum.at(least, number, tolerance[:, None])
+    few = np.array([len(own) <= FEW for own in triangles], dtype=bool)
+    small = np.flatnonzero(few)
+    whole = dict(
+        zip(
+            small.tolist(),
+            convex_pieces([triangles[k] for k in small], lower[used[small]], upper[used[small]], least[small]),
+            strict=True,
+        )
+    )
+    row, side = np.nonzero(~few[number])
+    low, high = lower[pairs].max(axis=1), upper[pairs].min(axis=1)
+    cut = convex_pieces([triangles[k] for k in number[row, side]], low[row], high[row], tolerance[row])
+    part = dict(zip(zip(row.tolist(), side.tolist(), strict=True), cut, strict=True))
+    sets: list[Floats] = []
+    owner: list[int] = []
+    for k, own in enumerate(number.tolist()):
+        one, two = (whole[own[s]] if own[s] in whole else part[k, s] for s in (0, 1))
+        found = _common(one, two, low[k])
+        sets += found
+        owner += [k] * len(found)
+    depth, number = np.zeros(len(pairs)), np.array(owner, dtype=np.int64)
+    np.maximum.at(depth, number, _diameters(sets, tolerance[number]))
+    return depth
+
+
+def lies_inside(blocks: Polyhedra, a: int, b: int) -> bool:
+    """Return whether one of two blocks that overlap lies wholly inside the other.
+
+    Parameters
+    ----------
+    blocks : Polyhedra
+        The blocks, convex or not.
+    a, b : int
+        Numbers of the inner and of the outer block.
+
+    Returns
+    -------
+    bool
+        True when no part of block a is outside block b.
+    """
+    lower, upper = (bound[a] for bound in blocks.bounds)
+    flush = FLUSH * float(blocks.size[a])
+    low, high = (bound[b] for bound in blocks.bounds)
+    if (lower < low - flush).any() or (upper > high + flush).any():
+        return False
+    # With its surface turned, a block becomes what is outside of it.
+    solids = [_triangles(blocks, a), _triangles(blocks, b)[:, ::-1]]
+    inner, outside = convex_pieces(solids, np.tile(lower, (2, 1)), np.tile(upper, (2, 1)), np.full(2, flush))
+    sets = _common(inner, outside, lower)
+    return _diameters(sets, np.full(len(sets), 2 * flush)).max(initial=0.0) <= 2 * flush
+
+
+def _common(one: list[Floats], two: list[Floats], origin: Floats) -> list[Floats]:
+    """Half-spaces, seen from an origin, of the common part of each piece of one solid with each of another."""
+    sets = [np.concatenate([p, q]) for p in one for q in two]
+    return [np.column_stack([own[:, :3], own[:, 3] - own[:, :3] @ origin]) for own in sets]
+
+
+def _diameters(sets: list[Floats], least: Floats) -> Floats:
+    """Diameter of the largest ball in each set of half-spaces [m]."""
+    if not sets:
+        return np.empty(0)
+    planes = np.concatenate(sets)
+    start = np.concatenate([[0], np.cumsum([len(own) for own in sets])])
+    return 2.0 * inscribed_balls(planes[:, :3], planes[:, 3], start, least / 2)[0]
+
+
+def _triangles(blocks: Polyhedra, block: int) -> Floats:
+    """Corners of the triangles of a block's surface, shape (n, 3, 3) [m]."""
+    corners = blocks.block_vertices(block)
+    return corners[triangulate(corners, blocks.faces_of(block))]

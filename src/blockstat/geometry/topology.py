@@ -1,0 +1,125 @@
+"""Edges and corners of polyhedra: which faces meet there, and whether the solid is convex."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from blockstat.geometry.polyhedron import Polyhedra, members, next_in_face
+from blockstat.typing import Floats, Ints
+
+#: Faces whose normals differ by less than this sine lie in one plane: no edge is between them.
+FLAT = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Topology:
+    """The edges and corners of some blocks that can touch another block, block after block."""
+
+    edge_start: Ints  #: shape (n_blocks + 1,), edges of block b are edge_start[b]:edge_start[b+1]
+    edge: Ints  #: ends of each convex edge, vertex numbers, shape (n_edges, 2)
+    inward: Floats  #: directions into its two faces, at right angles to it, shape (n_edges, 2, 3), unit
+    corner_start: Ints  #: shape (n_blocks + 1,)
+    corner: Ints  #: vertices where three or more faces of different planes meet, shape (n_corners,)
+    vertex: Ints  #: shape (n_vertices,), the vertex that stands for this one and its equals
+    spoke_start: Ints  #: shape (n_corners + 1,)
+    spoke: Floats  #: directions of the edges that leave each corner, shape (n_spokes, 3), unit
+    saddle: np.ndarray  #: shape (n_corners,), whether an edge of the corner is a notch
+    side: (
+        Ints  #: shape (n_face_corners,), the convex edge that begins at that corner of a face, -1 for a flat or a notch
+    )
+
+
+def edge_topology(blocks: Polyhedra, chosen: Ints) -> Topology:
+    """Find the convex edges and the corners of some blocks.
+
+    Parameters
+    ----------
+    blocks : Polyhedra
+        Closed blocks. Vertices with exactly equal coordinates count as one.
+    chosen : array of int, shape (n,)
+        Numbers of the blocks whose edges are wanted.
+
+    Returns
+    -------
+    Topology
+        Edges and corners of these blocks; none of the others.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box
+    >>> cube = Assembly.from_blocks([box((0, 0, 0), (1, 1, 1))])
+    >>> found = edge_topology(cube, np.array([0]))
+    >>> len(found.edge), len(found.corner)
+    (12, 8)
+    """
+    wanted = np.zeros(blocks.n_blocks, dtype=bool)
+    wanted[chosen] = True
+    faces = np.flatnonzero(wanted[blocks.face_block])
+    owner, slot = members(blocks.face_start[faces], np.diff(blocks.face_start)[faces])
+    face = faces[owner]
+    vertex = _merged(blocks, chosen, slot)
+    following = next_in_face(blocks.face_start)
+    tail, head = vertex[blocks.face_vertices[slot]], vertex[blocks.face_vertices[following[slot]]]
+
+    # Each edge is walked once in each direction, so the two sorted lists agree row by row.
+    n = len(blocks.vertices)
+    out, back = np.flatnonzero(tail < head), np.flatnonzero(tail > head)
+    out = out[np.argsort(tail[out] * n + head[out], kind="stable")]
+    back = back[np.argsort(head[back] * n + tail[back], kind="stable")]
+    ends = np.column_stack([tail[out], head[out]])
+    line = blocks.vertices[ends[:, 1]] - blocks.vertices[ends[:, 0]]
+    along: Floats = line / np.linalg.norm(line, axis=1)[:, None]
+    left, right = blocks.planes.normal[face[out]], blocks.planes.normal[face[back]]
+    inward: Floats = np.stack([np.cross(left, along), np.cross(along, right)], axis=1).astype(float)
+    fold = np.einsum("ij,ij->i", inward[:, 0], right)
+    alike = np.einsum("ij,ij->i", left, right) >= 0
+    flat = (np.abs(fold) < FLAT) & alike
+    convex = ~flat & ((fold < 0) | (~alike & (np.abs(fold) < FLAT)))
+
+    side = np.full(len(blocks.face_vertices), -1)
+    side[slot[out[convex]]] = side[slot[back[convex]]] = np.arange(int(convex.sum()))
+    corner, spoke_start, spoke, saddle = _corners(ends[~flat], along[~flat], ~convex[~flat])
+    vertex_block = blocks.vertex_block
+    bounds = np.arange(blocks.n_blocks + 1)
+    edge = ends[convex]
+    return Topology(
+        edge_start=np.searchsorted(vertex_block[edge[:, 0]], bounds),
+        edge=edge,
+        inward=inward[convex],
+        corner_start=np.searchsorted(vertex_block[corner], bounds),
+        corner=corner,
+        vertex=vertex,
+        spoke_start=spoke_start,
+        spoke=spoke,
+        saddle=saddle,
+        side=side,
+    )
+
+
+def _merged(blocks: Polyhedra, chosen: Ints, slot: Ints) -> Ints:
+    """For each vertex the one that stands for it: itself, or the first of equal ones where the surface needs it."""
+    tail, head = blocks.face_vertices[slot], blocks.face_vertices[next_in_face(blocks.face_start)[slot]]
+    merged = np.arange(n := len(blocks.vertices))
+    if np.array_equal(np.sort(tail * n + head), np.sort(head * n + tail)):
+        return merged
+    own = members(blocks.vertex_start[chosen], np.diff(blocks.vertex_start)[chosen])[1]
+    keys = np.column_stack([blocks.vertex_block[own], blocks.vertices[own] + 0.0])
+    _, first, same = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    merged[own] = own[first[same.reshape(-1)]]
+    return merged
+
+
+def _corners(ends: Ints, along: Floats, notch: np.ndarray) -> tuple[Ints, Ints, Floats, np.ndarray]:
+    """Corners with the directions of their edges, and whether one is a notch; a vertex on a straight edge is none."""
+    vertex = ends.reshape(-1)
+    order = np.argsort(vertex, kind="stable")
+    spoke = np.stack([along, -along], axis=1).reshape(-1, 3)[order]
+    corner, first, count = np.unique(vertex[order], return_index=True, return_counts=True)
+    if not len(corner):
+        return corner, np.zeros(1, dtype=np.int64), spoke, np.zeros(0, dtype=bool)
+    real = count > 2  # where two faces meet is an edge, also one that bends because they are not quite flat
+    saddle = np.logical_or.reduceat(np.repeat(notch, 2)[order], first)
+    start = np.concatenate([[0], np.cumsum(count[real])])
+    return corner[real], start, spoke[members(first[real], count[real])[1]], saddle[real]

@@ -1,0 +1,182 @@
+"""Joints that statics count as closed are closed in Bullet too.
+
+Statics take faces for one joint that are apart, or overlap, by up to a tolerance (`blockstat.contact.interfaces.GAP`).
+Bullet takes the shapes as they are: blocks fall until they touch, and sixty courses with gaps of 2 mm fall by 120 mm.
+One rule serves both: Bullet gets the blocks with the corners of their joints moved into common planes, as
+`blockstat.repair` moves them. Each joint is closed in its own place, halfway between its faces, where the contact
+points of the statics lie. So nothing adds up from course to course, and a corner moves by about half a gap.
+
+Joints of faces that do not match, such as those of curved vaults that were cut differently on their two sides, cannot
+be closed so. Where each block is still held by some chain of joints that does close, the blocks are simulated as drawn,
+and the verdict says so. Elsewhere the motion would be that of the gaps, and the run is refused.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from blockstat.assembly import Assembly
+from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
+from blockstat.errors import InputError
+from blockstat.geometry_repair.repair import close_joints
+from blockstat.typing import Floats
+from dynsim.judge.criteria import default_threshold
+from dynsim.judge.stages import chain
+
+#: Sound assemblies settle by less than this part of the default threshold: gaps that move blocks by less do not matter.
+SHARE = 0.1
+#: Gaps and cosines below this, relative to the size of the block, are rounding.
+ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class ClosedScene:
+    """The blocks as Bullet gets them."""
+
+    assembly: Assembly  #: the given one where nothing had to move; masses are as given
+    interfaces: Interfaces  #: those of the statics; gaps that were closed are 0
+    closed: int = 0  #: joints that were closed
+    moved: float = 0.0  #: the furthest that a corner was moved [m]
+    left: int = 0  #: joints that are simulated as drawn although their faces do not meet
+    misfit: float = 0.0  #: the largest gap or overlap of those [m]
+
+    @property
+    def warnings(self) -> list[str]:
+        """What a verdict must say."""
+        told = []
+        if self.closed:
+            told.append(
+                f"{self.closed} joints that statics count as closed were open or overlapped; they were closed for "
+                f"Bullet by moving corners by up to {1e3 * self.moved:.2g} mm, as `blockstat repair` does"
+            )
+        if self.left:
+            told.append(
+                f"{self.left} joints that statics count as closed were simulated as drawn: their faces are off by up "
+                f"to {1e3 * self.misfit:.2g} mm and do not match"
+            )
+        return told
+
+
+def closed_scene(assembly: Assembly, interfaces: Interfaces) -> ClosedScene:
+    """Return the blocks with the joints closed that statics count as closed.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    interfaces : Interfaces
+        Joints of the assembly.
+
+    Returns
+    -------
+    ClosedScene
+        The assembly itself where no gap matters.
+
+    Raises
+    ------
+    InputError
+        Naming two blocks, where blocks would fall by a tenth of the threshold or more until they touch, and moving
+        corners does not prevent it.
+
+    Notes
+    -----
+    Gaps matter when a block falls by `SHARE` of the default threshold until joints hold it, or when one joint is open
+    by that much. Then all are closed of which a chain, from a support to the furthest block, would move it so far.
+    """
+    least = SHARE * default_threshold(assembly)
+    opening = _openings(interfaces)
+    own = opening.max(initial=0.0)
+    drawn = _drop(assembly, interfaces, opening).max()
+    if max(drawn, own) <= least:
+        return ClosedScene(assembly, interfaces)
+    tolerance = least / max(chain(assembly, interfaces), 1)
+    loose = opening > tolerance
+    closed = _closed(assembly, interfaces)
+    moved = float(np.linalg.norm(closed.vertices - assembly.vertices, axis=1).max())
+    # A patch that is narrower than the corners moved may vanish: the sliver of a brick on the next but one.
+    gap, lost = _gaps_after(closed, interfaces)
+    open_still = (opening > 0) & (gap > tolerance) & ~(lost & (_width(interfaces) <= 2 * moved))
+    # All or nothing: blocks of which some were moved and some were not meet worse than blocks as drawn.
+    if open_still.any() and _drop(assembly, interfaces, opening, thrust=True).max() <= least:
+        return ClosedScene(assembly, interfaces, left=int(loose.sum()), misfit=float(own))
+    drop = _drop(assembly, interfaces, gap, thrust=True)
+    if drop.max() > least:
+        raise InputError(_refusal(assembly, interfaces, open_still, drop))
+    mended = loose & ~open_still
+    return ClosedScene(
+        closed.with_(density=assembly.density * assembly.volume / closed.volume),
+        replace(interfaces, gap=np.where(mended, 0.0, interfaces.gap)),
+        closed=int(mended.sum()),
+        moved=moved,
+        left=int(open_still.sum()),
+        misfit=float(interfaces.gap[open_still].max(initial=0.0)),
+    )
+
+
+def _closed(assembly: Assembly, interfaces: Interfaces) -> Assembly:
+    """The assembly with closed joints, also those that were taken at a larger tolerance than the default."""
+    size = assembly.size[interfaces.pair].min(axis=1)
+    return close_joints(assembly, max(GAP, float((interfaces.gap / size).max())))[0]
+
+
+def _gaps_after(closed: Assembly, interfaces: Interfaces) -> tuple[Floats, np.ndarray]:
+    """Gap of each joint on the moved blocks [m]; inf, and True, where its two blocks have no joint any more."""
+    found = find_interfaces(closed)
+    pairs, row = np.unique(np.concatenate([interfaces.pair, found.pair]), axis=0, return_inverse=True)
+    row = row.reshape(-1)
+    worst = np.full(len(pairs), -1.0)
+    np.maximum.at(worst, row[interfaces.n_interfaces :], found.gap)
+    gap = worst[row[: interfaces.n_interfaces]]
+    return np.where(gap < 0, np.inf, gap), gap < 0
+
+
+def _openings(interfaces: Interfaces) -> Floats:
+    """Gap of each joint [m]; 0 for edges and corners of blocks that have a face in common, which holds them apart."""
+    if interfaces.kind is None:
+        return interfaces.gap
+    face = interfaces.area > 0
+    code = interfaces.pair @ (int(interfaces.pair.max(initial=0)) + 1, 1)
+    return np.where(face | ~np.isin(code, code[face]), interfaces.gap, 0.0)
+
+
+def _width(interfaces: Interfaces) -> Floats:
+    """Area of each joint over its longest extent along an axis [m]; 0 for edges and corners."""
+    first = interfaces.start[:-1]
+    low, high = np.minimum.reduceat(interfaces.point, first), np.maximum.reduceat(interfaces.point, first)
+    return interfaces.area / np.maximum((high - low).max(axis=1), np.sqrt(interfaces.area) + 1e-300)
+
+
+def _drop(assembly: Assembly, interfaces: Interfaces, gap: Floats, *, thrust: bool = False) -> Floats:
+    """How far each block falls at least until a chain of joints holds it, shape (n_blocks,) [m].
+
+    A block falls by gap / cos(angle between normal and gravity) until a joint closes, so joints along gravity hold
+    nothing. With thrust they do, and a block falls by no less than the gap. Blocks that no such joint reaches have 0.
+    """
+    from scipy import sparse
+    from scipy.sparse.csgraph import dijkstra
+
+    down = assembly.gravity / np.linalg.norm(assembly.gravity)
+    cosine = np.ones(len(gap)) if thrust else np.abs(interfaces.frame[:, 0] @ down)
+    rounding = ROUNDING * assembly.size[interfaces.pair].min(axis=1)
+    fall = np.where(gap > rounding, gap, 0.0) / np.maximum(cosine, ROUNDING) + rounding * 1e-3
+    rows = np.flatnonzero(cosine > ROUNDING)
+    rows = rows[np.argsort(fall[rows], kind="stable")]
+    pair, first = np.unique(interfaces.pair[rows], axis=0, return_index=True)
+    n = assembly.n_blocks
+    graph = sparse.coo_array((fall[rows][first], (pair[:, 0], pair[:, 1])), shape=(n, n)).tocsr()
+    far = dijkstra(graph, directed=False, indices=np.flatnonzero(assembly.support), min_only=True)
+    return np.where(np.isfinite(far), far, 0.0)
+
+
+def _refusal(assembly: Assembly, interfaces: Interfaces, open_still: np.ndarray, drop: Floats) -> str:
+    worst = int(np.argmax(np.where(open_still, interfaces.gap, -1.0)))
+    a, b = (assembly.names[block] for block in interfaces.pair[worst])
+    most = float(drop[np.isfinite(drop)].max())
+    return (
+        f'blocks "{a}" and "{b}" do not meet at their joint: faces are off by {1e3 * interfaces.gap[worst]:.2g} mm, '
+        "statics count it as closed, and moving corners does not close it. In Bullet blocks would fall by "
+        f"{1e3 * most:.2g} mm until they touch; draw them so that they touch "
+        "(`blockstat repair` says what it leaves open)"
+    )

@@ -1,0 +1,173 @@
+"""Overlaps of blocks that are not convex, of very many blocks, and of blocks inside others."""
+
+from itertools import combinations
+from time import process_time
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+from scipy.spatial import ConvexHull, HalfspaceIntersection
+from scipy.spatial.transform import Rotation
+
+from blockstat import Block, InputError, Outcome, assess, overlaps
+from blockstat.geometry.convex_pieces import convex_pieces
+from blockstat.geometry.inscribed_ball import inscribed_balls
+from blockstat.geometry.triangulation import triangulate
+from evidence.scenes.small import assembly, box, prism
+
+STEPS = [(0, 0), (3, 0), (3, 1), (2, 1), (2, 2), (1, 2), (1, 3), (0, 3)]
+NOTCH = [(0, 0), (3, 0), (3, 2), (2, 2), (2, 1), (1, 1), (1, 2), (0, 2)]
+TEE = [(1, 1), (2, 1), (2, 2), (3, 2), (3, 3), (0, 3), (0, 2), (1, 2)]
+ELL = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]
+OTHER_ELL = [(1, 1), (2, 1), (2, 0), (3, 0), (3, 2), (1, 2)]
+HOOK = [(0, 0), (4, 0), (4, 3), (2, 3), (2, 2), (3, 2), (3, 1), (0, 1)]
+OTHER_HOOK = [(0, 1), (3, 1), (3, 2), (2, 2), (2, 3), (4, 3), (4, 4), (0, 4)]
+
+
+def shifted(outline, x, z):
+    return [(a + x, b + z) for a, b in outline]
+
+
+def moved(blocks, seed):
+    """The same blocks turned at random, and far from the origin."""
+    turn = Rotation.random(rng=np.random.default_rng(seed)).as_matrix()
+    return [
+        Block(np.asarray(block.vertices, dtype=float) @ turn.T + [4.5e5, 5.3e6, 300], block.faces, name=block.name)
+        for block in blocks
+    ]
+
+
+@pytest.mark.parametrize("sunk", [0.3, 1.5])
+def test_a_box_sunk_into_a_stepped_floor_is_refused(sunk):
+    # The largest ball in a box and the second step is as wide as the box is sunk, or as the box.
+    stone = box((1.5, 0, 2 - sunk), (2, 1, 2 - sunk + 1), name="stone")
+    asm = assembly([prism(STEPS, 1.0, name="floor"), stone])
+    pairs, depth = overlaps(asm, gap=0.01)
+    assert pairs.tolist() == [[0, 1]]
+    assert depth[0] == pytest.approx(min(sunk, 0.5))
+    with pytest.raises(InputError, match='"stone"'):
+        assess(asm)
+
+
+def test_a_shallow_overlap_with_a_stepped_floor_is_told_and_proves_nothing():
+    # The stone has a joint with the riser of a step, and should have one with the tread, into which it is sunk.
+    asm = assembly([prism(STEPS, 1.0, name="floor"), box((1, 0, 1.95), (2, 1, 2.95), name="stone")])
+    verdict = assess(asm)
+    assert any('1 pairs of blocks overlap, the worst "floor" and "stone" by 0.05 m' in w for w in verdict.warnings)
+    assert verdict.outcome is not Outcome.UNSTABLE
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(
+    ("one", "two"), [(NOTCH, TEE), (ELL, OTHER_ELL), (HOOK, OTHER_HOOK), (STEPS, shifted(ELL, 2, 1))]
+)
+def test_concave_blocks_that_interlock_do_not_overlap(one, two, seed):
+    blocks = moved([prism(one, 1.0), prism(two, 1.0)], seed)
+    assert len(overlaps(assembly(blocks), gap=1e-6)[0]) == 0
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(
+    ("one", "two", "move"),
+    [(NOTCH, TEE, (0, -1)), (ELL, OTHER_ELL, (-1, 0)), (HOOK, OTHER_HOOK, (0, -1)), (STEPS, ELL, (2, 1))],
+)
+@pytest.mark.parametrize("depth", [0.02, 0.15])
+def test_concave_blocks_overlap_by_what_they_are_pushed_into_each_other(one, two, move, depth, seed):
+    x, z = (depth * m if abs(m) == 1 and m < 0 else m - depth * (m == 1) for m in move)
+    blocks = moved([prism(one, 1.0), prism(shifted(two, x, z), 1.0)], seed)
+    pairs, found = overlaps(assembly(blocks), gap=1e-3)
+    assert pairs.tolist() == [[0, 1]]
+    assert found[0] == pytest.approx(depth, rel=1e-4)
+
+
+def test_pieces_fill_the_solid_in_the_box():
+    # Volumes by hulls: an independent way from half-spaces to a volume. The box cuts off what lies above z = 2.5.
+    for outline, cut_off in ((STEPS, 0.5), (NOTCH, 0.0), (TEE, 1.5), (HOOK, 0.5 * 2)):
+        block = prism(outline, 1.0)
+        corners = np.asarray(block.vertices, dtype=float)
+        triangles = corners[triangulate(corners, [np.array(face) for face in block.faces])]
+        lower, upper = corners.min(axis=0), np.minimum(corners.max(axis=0), [9, 9, 2.5])
+        pieces = convex_pieces([triangles], lower[None], upper[None], np.array([1e-9]))[0]
+        start = np.concatenate([[0], np.cumsum([len(p) for p in pieces])])
+        planes = np.concatenate(pieces)
+        _, centre = inscribed_balls(planes[:, :3], planes[:, 3], start)
+        volume = sum(
+            ConvexHull(HalfspaceIntersection(p * [1, 1, 1, -1], c).intersections).volume
+            for p, c in zip(pieces, centre, strict=True)
+        )
+        assert volume == pytest.approx(assembly([block]).volume[0] - cut_off)
+
+
+def test_balls_are_those_of_linear_programs():
+    rng = np.random.default_rng(1)
+    sets = []
+    for k in range(60):
+        normal = rng.normal(size=(rng.integers(1, 30), 3))
+        if k % 3 == 0:  # boxes of one orientation: many ties
+            normal = np.round(normal / np.abs(normal).max(axis=1)[:, None])
+        normal /= np.linalg.norm(normal, axis=1)[:, None]
+        planes = np.column_stack([normal, rng.uniform(-0.2, 1.0, len(normal)).round(1 + k % 5)])
+        sets.append(np.vstack([planes, np.column_stack([np.vstack([np.eye(3), -np.eye(3)]), np.ones(6)])]))
+    start = np.concatenate([[0], np.cumsum([len(s) for s in sets])])
+    radius, centre = inscribed_balls(np.concatenate(sets)[:, :3], np.concatenate(sets)[:, 3], start)
+    for planes, r, c in zip(sets, radius, centre, strict=True):
+        bounds = [(None, None)] * 4
+        exact = linprog(
+            [0, 0, 0, -1], np.column_stack([planes[:, :3], np.ones(len(planes))]), planes[:, 3], bounds=bounds
+        )
+        assert r == pytest.approx(exact.x[3], abs=1e-8)
+        assert (planes[:, 3] - planes[:, :3] @ c).min() == pytest.approx(r, abs=1e-9)
+
+
+def test_four_hundred_cubes_that_all_overlap_are_reported_at_once():
+    place = np.random.default_rng(5).uniform(0, 0.4, (400, 3))
+    asm = assembly([box(p, p + 1) for p in place])
+    start = process_time()
+    pairs, depth = overlaps(asm, gap=0.01)
+    with pytest.raises(InputError, match="overlap by"):
+        assess(asm)
+    assert process_time() - start < 5.0
+    exact = {(a, b): 1 - np.abs(place[a] - place[b]).max() for a, b in combinations(range(400), 2)}
+    assert list(map(tuple, pairs.tolist())) == list(exact)
+    np.testing.assert_allclose(depth, list(exact.values()), atol=1e-7)
+
+
+def test_thousands_of_copies_at_one_place_are_reported_at_once():
+    blocks = [box((-9, -9, -1), (9, 9, 0), name="base"), *[box((0, 0, 0), (1, 1, 1)) for _ in range(3000)]]
+    asm = assembly(blocks)
+    start = process_time()
+    with pytest.raises(InputError, match=r'blocks "block1" and "block2" are copies at one place \(2999 blocks'):
+        assess(asm)
+    pairs, depth = overlaps(asm, gap=0.01)
+    assert process_time() - start < 5.0
+    assert pairs.tolist() == [[1, k] for k in range(2, 3001)]
+    assert depth == pytest.approx(1.0)
+
+
+def test_thousands_of_blocks_in_a_heap_are_refused():
+    place = np.random.default_rng(6).uniform(0, 0.01, (1500, 3))
+    start = process_time()
+    with pytest.raises(InputError, match="overlap by"):
+        assess(assembly([box(p, p + 1) for p in place]))
+    assert process_time() - start < 20.0
+
+
+def test_two_supports_may_be_copies():
+    base = ((-1, -1, -1), (2, 2, 0))
+    asm = assembly([box(*base), box(*base), box((0, 0, 0), (1, 1, 1))], supports=[0, 1])
+    assert assess(asm).outcome is Outcome.STABLE
+
+
+@pytest.mark.parametrize(
+    ("outer", "place"), [(box((0, 0, 0), (2, 2, 2), name="outer"), 0.5), (prism(STEPS, 3.0, name="outer"), 0.2)]
+)
+def test_a_block_inside_another_is_named(outer, place):
+    inner = box([place] * 3, [place + 0.6] * 3, name="inner")
+    with pytest.raises(InputError, match='block "inner" lies inside block "outer"'):
+        assess(assembly([outer, inner]))
+
+
+def test_a_block_across_a_notch_does_not_lie_inside():
+    # Every corner of the beam lies in an arm of the block, but its middle is over the notch.
+    with pytest.raises(InputError, match='blocks "outer" and "beam" overlap by'):
+        assess(assembly([prism(NOTCH, 1.0, name="outer"), box((0.2, 0.2, 1.2), (2.8, 0.8, 1.8), name="beam")]))
