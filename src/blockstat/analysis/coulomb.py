@@ -17,7 +17,7 @@ program.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -35,6 +35,7 @@ EARLY = 6
 #: After so many programs they have no bound when the changes shrink no faster than those of a harmonic series, whose sum
 #: is unbounded: the mean of 1/k over the last third of n programs is `ln(3/2) / ln 2` of that over the third before.
 LATE, HARMONIC = 12, float(np.log(1.5) / np.log(2.0))
+NOWHERE = np.empty(0, dtype=np.int64)
 
 
 @dataclass(eq=False)
@@ -44,9 +45,9 @@ class _Member:
     opening: Floats
     compliance: float
     slip: Floats
+    known: bool = False  #: whether the openings are given, and not only assumed
     changes: list[float] = field(default_factory=list)
     last: Iterate | None = None
-    least: Iterate | None = None  #: that with the least share of force that does not close
     lost: bool = False  #: whether the solver has found no forces
 
     @property
@@ -65,7 +66,9 @@ class _Member:
 
     def solve(self, program: PenaltyProgram, solver: str) -> bool:
         """Solve one program more. Whether the state that it leads to has passed the check."""
-        found = solve_state(program, self.slip, opening=self.opening, compliance=self.compliance, solver=solver)
+        found = solve_state(
+            program, self.slip, opening=self.opening, compliance=self.compliance, known=self.known, solver=solver
+        )
         if found is None:
             self.lost = True
             return False
@@ -86,6 +89,9 @@ class CoulombState:
     changes: tuple[tuple[float, ...], ...]  #: force-weighted change of the slips at each program of each kind of joints
     held: Ints  #: points that carry a force and do not close, whatever the joints; empty where a state was found
     share: float  #: what they carry of all normal forces
+    opposed: bool  #: whether slips grow in joints of one kind at least
+    #: share of random tightnesses of the joints at which a state is found (see `settling_share`); nan if not asked for
+    tightness: float = float("nan")
 
     def explain(self) -> str:
         """Return what was found in words.
@@ -96,19 +102,25 @@ class CoulombState:
             One sentence.
         """
         if self.settles:
-            return (
-                f"A state without dilatancy and self-stress was found and checked ({self.solves} programs): "
-                f"every loaded joint closes, and friction opposes slip to {self.certificate.friction_violation:.0e}."
+            words = (
+                "The loads alone cause forces without dilatancy and self-stress: every loaded joint closes, and friction "
+                f"opposes slip (checked, after {self.solves} programs)."
             )
-        last = ", ".join(f"{changes[-1]:.2g} after {changes[0]:.2g}" for changes in self.changes if changes)
-        what = "They grow for every kind of joints" if self.settles is False else "They neither settle nor clearly grow"
-        return (
-            f"{self.share:.2g} of the normal force is carried at {len(self.held)} points that no load closes. Slips "
-            f"change by {last} with each program. {what}."
-        )
+        else:
+            changes = ", ".join(f"{own[-1]:.2g} (first {own[0]:.2g})" for own in self.changes if own)
+            grow = "grow" if self.settles is False else "neither settle nor clearly grow"
+            words = (
+                f"Points that do not close carry {100 * self.share:.3g} % of the normal force. Slips change by {changes} "
+                f"with each program: they {grow} in stiff, in elastic and in other joints."
+            )
+        if not np.isnan(self.tightness):
+            words += f" At {100 * self.tightness:.0f} % of random tightnesses of the joints there is such a state."
+        if 0 < self.tightness < 1 or (self.settles and self.opposed):
+            words += " Whether the blocks stand hangs on how tight the joints are."
+        return words
 
 
-def coulomb_state(program: PenaltyProgram, *, solver: str = "auto") -> CoulombState:
+def coulomb_state(program: PenaltyProgram, *, tightnesses: int = 0, solver: str = "auto") -> CoulombState:
     """Look for a Coulomb state in each kind of joints by turns.
 
     Parameters
@@ -116,6 +128,8 @@ def coulomb_state(program: PenaltyProgram, *, solver: str = "auto") -> CoulombSt
     program
         The penalty program of a statically stable assembly. Points without friction or with infinite friction have no
         slip law and are not allowed here.
+    tightnesses
+        How many random tightnesses of the joints are tried for `CoulombState.tightness`.
     solver
         One of `blockstat.solve.dispatch.CHOICES`.
 
@@ -130,7 +144,10 @@ def coulomb_state(program: PenaltyProgram, *, solver: str = "auto") -> CoulombSt
     discrete Coulomb friction problem via convex optimization, 2011.
     """
     m = len(program.friction)
-    return _search(program, [_Member(np.full(m, t), c, np.zeros(m)) for t, c in FAMILY], solver)
+    state = _search(program, [_Member(np.full(m, t), c, np.zeros(m)) for t, c in FAMILY], solver)
+    if not tightnesses:
+        return state
+    return replace(state, tightness=settling_share(program, tries=tightnesses, solver=solver))
 
 
 def _search(program: PenaltyProgram, members: list[_Member], solver: str) -> CoulombState:
@@ -142,33 +159,44 @@ def _search(program: PenaltyProgram, members: list[_Member], solver: str) -> Cou
                 return _failed(program, members, solves)
             solves += 1
             if member.solve(program, solver):
-                assert member.last is not None
-                found, none = member.last, np.empty(0, dtype=np.int64)
-                changes = tuple(tuple(other.changes) for other in members)
-                return CoulombState(
-                    True, found.force, found.displacement, found.certificate, solves, changes, none, 0.0
-                )
+                return _state(True, member.last, members, solves)
     return _failed(program, members, solves)
 
 
 def _failed(program: PenaltyProgram, members: list[_Member], solves: int) -> CoulombState:
     """What speaks against a state: the points that carry a force and close for no kind of joints."""
     tried = [member.last for member in members if member.last is not None]
-    held, share = np.ones(len(program.friction), dtype=bool), 0.0
+    held = np.ones(len(program.friction), dtype=bool)
     for found in tried:
         held &= _unclosed(program, found)
     last = min(tried, key=lambda found: found.certificate.unsupported, default=None)
     if last is None:
-        nothing = CoulombCertificate(np.inf, np.inf, -np.inf, np.inf, np.inf, 1.0)
-        zero, none = np.zeros((len(program.friction), 3)), np.empty(0, dtype=np.int64)
-        return CoulombState(None, zero, np.zeros(len(program.load)), nothing, solves, (), none, 0.0)
+        return _state(None, Iterate.nothing(program), members, solves)
     normal = np.maximum(last.force[: program.n_points, 0], 0.0)
     share = float(normal[held[: program.n_points]].sum() / max(normal.sum(), 1e-300))
     grows = all(member.grows for member in members) and bool(held.any())
-    changes = tuple(tuple(member.changes) for member in members)
-    where = np.flatnonzero(held)
+    return _state(False if grows else None, last, members, solves, np.flatnonzero(held), share)
+
+
+def _state(
+    settles: bool | None,
+    found: Iterate | None,
+    members: list[_Member],
+    solves: int,
+    held: Ints = NOWHERE,
+    share: float = 0.0,
+) -> CoulombState:
+    assert found is not None
     return CoulombState(
-        False if grows else None, last.force, last.displacement, last.certificate, solves, changes, where, share
+        settles=settles,
+        force=found.force,
+        displacement=found.displacement,
+        certificate=found.certificate,
+        solves=solves,
+        changes=tuple(tuple(member.changes) for member in members),
+        held=held,
+        share=share,
+        opposed=any(member.grows for member in members),
     )
 
 
@@ -204,7 +232,7 @@ def settling_share(program: PenaltyProgram, *, tries: int = 12, seed: int = 0, s
     """
     random, m = np.random.default_rng(seed), len(program.friction)
     states = (
-        _search(program, [_Member(10.0 ** random.uniform(-1.0, 1.0, m), FAMILY[0][1], np.zeros(m))], solver)
+        _search(program, [_Member(10.0 ** random.uniform(-1.0, 1.0, m), FAMILY[0][1], np.zeros(m), known=True)], solver)
         for _ in range(tries)
     )
     return float(np.mean([state.settles is True for state in states]))

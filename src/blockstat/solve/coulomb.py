@@ -43,11 +43,34 @@ class Iterate:
     slip: Floats  #: `mu |z_t|`, shape (m,)
     change: float  #: `sum f_n |mu |z_t| - s| / sum f_n`
     certificate: CoulombCertificate
-    solver: str
+
+    @classmethod
+    def nothing(cls, program: PenaltyProgram) -> Iterate:
+        """Return what is known where no program has an answer.
+
+        Parameters
+        ----------
+        program
+            The penalty program.
+
+        Returns
+        -------
+        Iterate
+            Zeros, which prove nothing.
+        """
+        force, displacement = np.zeros((len(program.friction), 3)), np.zeros(len(program.load))
+        certificate = check_coulomb_state(program, force, displacement)
+        return cls(force, displacement, np.zeros(len(force)), np.inf, certificate)
 
 
 def solve_state(
-    program: PenaltyProgram, slip: Floats, *, opening: Floats, compliance: float, solver: str = "auto"
+    program: PenaltyProgram,
+    slip: Floats,
+    *,
+    opening: Floats,
+    compliance: float,
+    known: bool = False,
+    solver: str = "auto",
 ) -> Iterate | None:
     """Solve the program of some slips and correct its answer.
 
@@ -61,6 +84,8 @@ def solve_state(
         t, by how much each joint is open at first, shape (m,).
     compliance
         c.
+    known
+        Whether the check takes t as known: a point without force may then close by that much.
     solver
         One of `blockstat.solve.dispatch.CHOICES`.
 
@@ -88,8 +113,8 @@ def solve_state(
     # z_n - mu |z_t|, what an unloaded point lacks to be loaded.
     slack = np.maximum(rates[:, 0] - new, 0.0)
     force, displacement = _corrected(program, answer.force, unit * answer.twist, slack, opening, compliance)
-    certificate = check_coulomb_state(program, force, displacement, opening)
-    return Iterate(force, displacement, new, change, certificate, answer.solver)
+    certificate = check_coulomb_state(program, force, displacement, opening if known else None)
+    return Iterate(force, displacement, new, change, certificate)
 
 
 def _corrected(
