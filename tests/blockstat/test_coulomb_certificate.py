@@ -1,4 +1,4 @@
-"""A Coulomb state is checked from its arrays alone: damage to any of its conditions must show, a thousand times over."""
+"""A Coulomb state is checked from its arrays alone: damage to any of its conditions must show, a thousand times."""
 
 from dataclasses import replace
 

@@ -5,8 +5,8 @@ block between fixed ones, although no load causes it. A Coulomb state has neithe
 (`blockstat.certificate.coulomb_state` has the conditions and their check). "Stable" rests on a state that has passed
 the check, whichever way it was found.
 
-It is looked for by De Saxce's fixed point (`blockstat.solve.coulomb`) in assemblies of three kinds of joints: stiff ones
-that are all open by the same amount at first, elastic ones that are hardly open, and both. Forces between stiff joints
+It is looked for by De Saxce's fixed point (`blockstat.solve.coulomb`) in assemblies of three kinds of joints: stiff
+ones that are all open by the same amount at first, elastic ones that are hardly open, and both. Forces between stiff joints
 are those of a mechanism that the loads have closed. Forces between elastic joints are spread as in a distinct-element
 code. Each kind has its own state, if it has one, because friction depends on history; any state is a proof.
 
@@ -17,6 +17,7 @@ program.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -32,8 +33,8 @@ MOST_SOLVES = 40
 FAMILY = ((1.0, 1e-3), (0.1, 1.0), (1.0, 1.0))
 #: A member's slips grow when they change by as much in the last third of so many programs as in the third before.
 EARLY = 6
-#: After so many programs they have no bound when the changes shrink no faster than those of a harmonic series, whose sum
-#: is unbounded: the mean of 1/k over the last third of n programs is `ln(3/2) / ln 2` of that over the third before.
+#: After so many programs they have no bound when the changes shrink no faster than those of a harmonic series, whose
+#: sum is unbounded: the mean of 1/k over the last third of n programs is `ln(3/2) / ln 2` of that over the third before.
 LATE, HARMONIC = 12, float(np.log(1.5) / np.log(2.0))
 NOWHERE = np.empty(0, dtype=np.int64)
 
@@ -103,16 +104,15 @@ class CoulombState:
         """
         if self.settles:
             words = (
-                "The loads alone cause forces without dilatancy and self-stress: every loaded joint closes, and friction "
-                f"opposes slip (checked, after {self.solves} programs)."
+                "The loads alone cause forces without dilatancy and self-stress: every loaded joint closes, and "
+                f"friction opposes slip (checked; conic programs: {self.solves})."
             )
         else:
             changes = ", ".join(f"{own[-1]:.2g} (first {own[0]:.2g})" for own in self.changes if own)
             grow = "grow" if self.settles is False else "neither settle nor clearly grow"
-            words = (
-                f"Points that do not close carry {100 * self.share:.3g} % of the normal force. Slips change by {changes} "
-                f"with each program: they {grow} in stiff, in elastic and in other joints."
-            )
+            words = f"Points that do not close carry {100 * self.share:.3g} % of the normal force."
+            if changes:
+                words += f" Slips change by {changes} with each program: they {grow} in joints of these kinds."
         if not np.isnan(self.tightness):
             words += f" At {100 * self.tightness:.0f} % of random tightnesses of the joints there is such a state."
         if 0 < self.tightness < 1 or (self.settles and self.opposed):
@@ -120,7 +120,13 @@ class CoulombState:
         return words
 
 
-def coulomb_state(program: PenaltyProgram, *, tightnesses: int = 0, solver: str = "auto") -> CoulombState:
+def coulomb_state(
+    program: PenaltyProgram,
+    *,
+    kinds: Sequence[tuple[float, float]] = FAMILY,
+    tightnesses: int = 0,
+    solver: str = "auto",
+) -> CoulombState:
     """Look for a Coulomb state in each kind of joints by turns.
 
     Parameters
@@ -128,6 +134,8 @@ def coulomb_state(program: PenaltyProgram, *, tightnesses: int = 0, solver: str 
     program
         The penalty program of a statically stable assembly. Points without friction or with infinite friction have no
         slip law and are not allowed here.
+    kinds
+        The opening and the compliance of each kind of joints, tried by turns.
     tightnesses
         How many random tightnesses of the joints are tried for `CoulombState.tightness`.
     solver
@@ -144,7 +152,7 @@ def coulomb_state(program: PenaltyProgram, *, tightnesses: int = 0, solver: str 
     discrete Coulomb friction problem via convex optimization, 2011.
     """
     m = len(program.friction)
-    state = _search(program, [_Member(np.full(m, t), c, np.zeros(m)) for t, c in FAMILY], solver)
+    state = _search(program, [_Member(np.full(m, t), c, np.zeros(m)) for t, c in kinds], solver)
     if not tightnesses:
         return state
     return replace(state, tightness=settling_share(program, tries=tightnesses, solver=solver))

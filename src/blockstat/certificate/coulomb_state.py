@@ -13,8 +13,8 @@ is a pair of forces f and displacements v in which the displacements cause the f
 - bonds oppose what stretches, shears and bends them.
 
 Such a pair exists just where joints can be named in which the loads cause the forces: joint i with a normal stiffness
-`f_n / q_i`, a tangential stiffness `|f_t| / |g_t|`, and nothing that acts before the loads come. Self-stress has no such
-joints, because two loaded points that face each other across a block can not both close.
+`f_n / q_i`, a tangential stiffness `|f_t| / |g_t|`, and nothing that acts before the loads come. Self-stress has no
+such joints, because two loaded points that face each other across a block can not both close.
 
 Cohesion acts as a constant attraction, since the forces of the program count from the apex of the cone. A point at its
 lower bound need not close. Nothing here depends on how the pair was found: all figures come from the arrays.

@@ -4,8 +4,8 @@ Joint i is open by `t_i` at first and has the compliance c. Given slips s, solve
 
     minimise (t + s)' f_n + c/2 |f|^2   subject to   A f + w = 0,   f in K.
 
-Its cone multipliers are `z = A'v + (t + s) n + c f`, v the multipliers of the balance. By complementarity a loaded point
-closes by `q_i = t_i + c f_n,i - (mu |z_t| - s)_i`, and friction opposes slip. At `s = mu |z_t|` nothing dilates, and
+Its cone multipliers are `z = A'v + (t + s) n + c f`, v the multipliers of the balance. By complementarity a loaded
+point closes by `q_i = t_i + c f_n,i - (mu |z_t| - s)_i`, and friction opposes slip. At `s = mu |z_t|` nothing dilates, and
 every loaded point closes. But no convergence is needed: where the slips grow by less than `t_i + c f_n,i`, the
 iterate is a Coulomb state as it stands, with joints of unequal tightness (De Saxce & Feng 1998; Acary, Cadoux,
 Lemarechal & Malick 2011).
@@ -94,17 +94,22 @@ def solve_state(
     Iterate or None
         None where the solver finds no forces: slips without bound leave it no digits.
     """
-    inner = replace(program, friction=(1.0 - UNUSED) * program.friction, upper=(1.0 - UNUSED) * program.upper)
-    for name in ("matrix", "upper_bounded", "lower_bounded"):  # the same; not to be made again
-        inner.__dict__[name] = getattr(program, name)
     touching = np.arange(len(slip)) < program.n_points  # bonds neither close nor slip
     cost = touching * (opening + slip)
     unit = max(float(cost.max(initial=0.0)), 1.0)
     offset = np.zeros((len(cost), 3))
     offset[:, 0] = cost / unit
-    conic = conic_program(inner, -program.load, offset=offset.reshape(-1), compliance=compliance / unit)
-    answer = solve(conic, solver=solver)
-    if answer.status.is_infeasible or answer.status.is_stalled:
+    for unused in (UNUSED, 0.0):  # at the limit of friction all of it is needed
+        inner = replace(program, friction=(1.0 - unused) * program.friction, upper=(1.0 - unused) * program.upper)
+        for name in ("matrix", "upper_bounded", "lower_bounded"):  # the same; not to be made again
+            inner.__dict__[name] = getattr(program, name)
+        conic = conic_program(inner, -program.load, offset=offset.reshape(-1), compliance=compliance / unit)
+        answer = solve(conic, solver=solver)
+        if not (answer.status.is_infeasible or answer.status.is_stalled):
+            break
+        if slip.any():
+            return None
+    else:
         return None
     rates = unit * answer.rates
     new = touching * inner.friction * np.hypot(rates[:, 1], rates[:, 2])
