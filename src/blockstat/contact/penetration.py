@@ -16,7 +16,7 @@ from blockstat.errors import InputError
 from blockstat.geometry.broad_phase import near_pairs
 from blockstat.geometry.common_ball import convex_depths, lies_inside, piece_depths
 from blockstat.geometry.convexity import protrusions, surface_stays_out
-from blockstat.geometry.polyhedron import FacePlanes, members
+from blockstat.geometry.polyhedron import FacePlanes
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
