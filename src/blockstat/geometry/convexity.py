@@ -1,10 +1,10 @@
-"""Which faces have their block behind them, and keep it apart from another."""
+"""Which faces have their block behind them, and which keep two blocks apart, convex or not."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from blockstat.geometry.polyhedron import Polyhedra
+from blockstat.geometry.polyhedron import Polyhedra, members, next_in_face
 from blockstat.typing import Floats, Ints
 
 #: Normals nearer to each other than this cosine (15 degrees) do not count as two.
@@ -96,3 +96,96 @@ def _best_faces(blocks: Polyhedra, pairs: Ints, supporting: np.ndarray) -> tuple
             alike = np.einsum("nfj,nj->nf", across, across[row, top]) > APART
             following[own] = np.where(alike, -np.inf, lowest).max(axis=1)
     return best, normal, following
+
+
+def surface_stays_out(blocks: Polyhedra, pairs: Ints, outward: Floats, depth: Floats) -> np.ndarray:
+    """Return of which pairs the surface of the second block stays outside the hull of the first.
+
+    Parameters
+    ----------
+    blocks : Polyhedra
+        The blocks, convex or not.
+    pairs : array of int, shape (n, 2)
+        Numbers of the two blocks of each pair.
+    outward : array of float, shape (n_faces,)
+        How far the last corner of its block lies in front of each face [m].
+    depth : array of float, shape (n,)
+        How deep the surface may reach [m].
+
+    Returns
+    -------
+    array of bool, shape (n,)
+        True proves that no ball with a radius above the depth lies in both blocks. False proves nothing.
+
+    Notes
+    -----
+    The hull is what lies behind all planes of the first block, each moved out to its last corner. A face whose corners
+    all lie in front of one of these planes, but for the depth, does not reach into the hull less a margin of that
+    depth. When no face does, that core lies wholly inside the second block or wholly outside, and one point of it tells
+    which. The centre of a ball in both blocks would lie in the core and in the second block.
+    """
+    start = np.searchsorted(blocks.face_block, np.arange(blocks.n_blocks + 1))
+    n_faces, n_vertices = np.diff(start)[pairs[:, 0]], np.diff(blocks.vertex_start)[pairs[:, 1]]
+    order = np.argsort(n_faces, kind="stable")
+    out = np.zeros(len(pairs), dtype=bool)
+    first = 0
+    while first < len(order):
+        # Pairs with numbers of planes alike fill a rectangle; the last has the most.
+        last = int(np.searchsorted(n_faces[order], 2 * n_faces[order[first]], side="right"))
+        work = np.cumsum(n_vertices[order[first:last]] * n_faces[order[last - 1]])
+        last = max(first + 1, first + int(np.searchsorted(work, CHUNK)))
+        own = order[first:last]
+        out[own] = _stays_out(blocks, start, pairs[own], outward, depth[own])
+        first = last
+    return out
+
+
+def _stays_out(blocks: Polyhedra, start: Ints, pairs: Ints, outward: Floats, depth: Floats) -> np.ndarray:
+    one, two = pairs[:, 0], pairs[:, 1]
+    count = np.diff(start)[one]
+    face = start[one][:, None] + np.minimum(np.arange(count.max()), count[:, None] - 1)
+    origin, normal = blocks.centroid[one], blocks.planes.normal[face]
+    reach = ((blocks.planes.centre[face] - origin[:, None]) * normal).sum(axis=2) + outward[face]
+    n_vertices = np.diff(blocks.vertex_start)[two]
+    row, vertex = members(blocks.vertex_start[two], n_vertices)
+    local = blocks.vertices[vertex] - origin[row]
+    height = np.matmul(normal[row], local[:, :, None])[..., 0] - reach[row]
+    # One bit for each plane: which have the corner in front.
+    front = np.packbits(height >= -depth[row][:, None], axis=1)
+    corners = blocks.face_start[start]
+    own, corner = members(corners[two], np.diff(corners)[two])
+    place = (np.cumsum(n_vertices) - n_vertices - blocks.vertex_start[two])[own] + blocks.face_vertices[corner]
+    surface, number = members(start[two], np.diff(start)[two])
+    width = np.diff(blocks.face_start)[number]
+    clear = np.bitwise_and.reduceat(front[place], np.cumsum(width) - width, axis=0).any(axis=1)
+    out = np.logical_and.reduceat(clear, np.flatnonzero(np.diff(surface, prepend=-1)))
+    # The centroid is a point of the hull, but it need not lie deep enough in it.
+    out &= (reach > depth[:, None]).all(axis=1)
+    rows = np.flatnonzero(out)
+    out[rows] = ~_inside(blocks, corners, two[rows], origin[rows])
+    return out
+
+
+def _inside(blocks: Polyhedra, corners: Ints, number: Ints, point: Floats) -> np.ndarray:
+    """Which blocks hold a point each that is not near their surface, by its solid angle (see `convex_pieces.contains`).
+
+    Faces are seen as fans about the mean of their corners; where the hull of a face does not reach the point, any other
+    way to span it comes to the same.
+    """
+    lower, upper = blocks.bounds
+    found = ((point > lower[number]) & (point < upper[number])).all(axis=1)
+    rows = np.flatnonzero(found)
+    if not len(rows):
+        return found
+    own, corner = members(corners[number[rows]], np.diff(corners)[number[rows]])
+    following = next_in_face(blocks.face_start)[corner]
+    owner = np.repeat(np.arange(len(blocks.face_block)), np.diff(blocks.face_start))
+    centre = point[rows][own]
+    a = blocks.vertices[blocks.face_vertices[corner]] - centre
+    b = blocks.vertices[blocks.face_vertices[following]] - centre
+    c = blocks.planes.centre[owner[corner]] - centre
+    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+    ab, bc, ca = (np.einsum("ij,ij->i", u, v) for u, v in ((a, b), (b, c), (c, a)))
+    angle = 2 * np.arctan2(np.einsum("ij,ij->i", a, np.cross(b, c)), la * lb * lc + ab * lc + bc * la + ca * lb)
+    found[rows] = np.bincount(own, angle, len(rows)) > 2 * np.pi
+    return found
