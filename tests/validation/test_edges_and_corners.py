@@ -7,7 +7,7 @@ stand at the tests; the body has unit weight, and a push is a multiple of it.
 import numpy as np
 import pytest
 
-from blockstat import Block, JointLaw, assess, find_interfaces
+from blockstat import Block, JointLaw, assess, find_interfaces, limit_load
 from blockstat.analysis.limit_load import LoadOutcome
 from blockstat.analysis.verdict import Outcome
 from blockstat.contact.features import ContactKind
@@ -240,3 +240,26 @@ def test_triangles_of_one_face_have_no_edge_between_them():
     row = np.flatnonzero((faces.pair == [1, 2]).all(axis=1))
     assert faces.kinds[row].tolist() == [ContactKind.EDGE]
     assert np.ptp(faces.point[faces.point_interface == row[0]][:, 1]) == pytest.approx(0.8)
+
+
+def test_a_limit_that_hangs_on_a_corner_on_a_corner_is_not_proven():
+    # Two blocks on a floor meet at the tips of two spikes: pushed at it one slides or is held, pushed away it slides.
+    def spiked(sign, name):
+        back = [(sign * x, y, z) for x in (1, 2) for y in (-0.5, 0.5) for z in (0.0, 1.0)]
+        return hull([(0.0, 0.0, 0.5), *back], name=name)
+
+    blocks = [FLOOR, spiked(1, "anvil"), spiked(-1, "body")]
+    found = limit(blocks, [0, 1], (1, 0, 0), friction=0.5)
+    assert found.outcome is LoadOutcome.UNDECIDED
+    assert found.lower == pytest.approx(0.5, rel=EXACT)
+    assert found.upper > 0.6
+    assert any('"anvil" and "body"' in warning and "corner on corner" in warning for warning in found.warnings)
+    agrees(limit(blocks, [0, 1], (-1, 0, 0), friction=0.5), 0.5)
+
+
+def test_dead_load_that_only_crushing_edges_carry_is_undecided():
+    scene = assembly([FLOOR, ridge(0.0), box((-0.5, -0.4, 0.2), (0.5, 0.4, 1), name="body")], supports=[0, 1])
+    assert limit_load(scene, (0, 1, 0)).outcome is LoadOutcome.LIMIT
+    found = limit_load(scene.with_(joints=[JointLaw(("*", "*"), compression=1e9)]), (0, 1, 0))
+    assert found.outcome is LoadOutcome.UNDECIDED
+    assert any("carry nothing" in warning for warning in found.warnings)
