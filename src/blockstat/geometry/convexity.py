@@ -33,8 +33,8 @@ def protrusions(blocks: Polyhedra) -> Floats:
     found = np.empty(len(blocks.face_block))
     for number in np.unique(kind):
         own = np.flatnonzero(kind == number)
-        corner = blocks.vertices[first_vertex[own][:, None] + np.arange(n_vertices[own[0]])]
-        face = first_face[own][:, None] + np.arange(n_faces[own[0]])
+        corner = blocks.vertices[first_vertex[own][:, None] + np.arange(int(n_vertices[own[0]]))]
+        face = first_face[own][:, None] + np.arange(int(n_faces[own[0]]))
         origin, normal = corner[:, :1], planes.normal[face]
         offset = np.einsum("nfj,nfj->nf", planes.centre[face] - origin, normal)
         found[face] = (normal @ (corner - origin).swapaxes(1, 2)).max(axis=2) - offset
