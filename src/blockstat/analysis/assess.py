@@ -74,8 +74,8 @@ def assess(
         without dilatancy and self-stress (see `blockstat.analysis.coulomb`), and answers STABLE_ONLY_BY_SELF_STRESS if
         not.
     tightnesses
-        With "coulomb", at how many random tightnesses of the joints a state is looked for too. Each costs about as much
-        as the verdict.
+        With flow="coulomb", at how many random tightnesses of the joints a state is looked for too. Each costs about as
+        much as the verdict.
     memory
         Evidence of earlier designs with the same joints, which may decide without a solve (see
         `blockstat.analysis.certificate_cache`). An instability proven so has no score (nan).

@@ -67,7 +67,7 @@ class LimitLoad(Result):
     assembly: Assembly
     warnings: tuple[str, ...]
     timings: dict[str, float]
-    #: With flow="coulomb", for stiff joints, elastic ones and those that are both (`blockstat.analysis.coulomb.FAMILY`):
+    #: With flow="coulomb", for stiff joints, elastic ones, and both (`blockstat.analysis.coulomb.FAMILY`):
     #: the multiplier up to which a checked state without dilatancy and self-stress was found, and the next at which
     #: there was none. Not a theorem: these limits are not unique, as friction depends on history.
     coulomb_kinds: tuple[tuple[float, float], ...] = ()
