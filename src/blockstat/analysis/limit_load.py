@@ -15,7 +15,8 @@ import numpy as np
 from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.coulomb import FAMILY, coulomb_state
 from blockstat.analysis.decision import Bound, decide, lower_bound, outcome_of, upper_bound
-from blockstat.analysis.problem import Problem, pose, timed
+from blockstat.analysis.problem import Problem, crushes, free_fall, pose, timed
+from blockstat.analysis.rims import overlap_warnings, rim_warnings, with_rims
 from blockstat.analysis.verdict import Outcome, unit_motion
 from blockstat.certificate import check as certificate
 from blockstat.contact.interfaces import GAP, Interfaces
@@ -276,8 +277,7 @@ def limit_load(
     if flow == "coulomb" and outcome is LoadOutcome.LIMIT and lower > 0:
         with timed(timings, "coulomb"):
             kinds = _coulomb_brackets(problem, direction, lower, solver)
-    timings["total"] = sum(timings.values())
-    return LimitLoad(
+    found = LimitLoad(
         outcome=outcome,
         lower=lower,
         upper=upper,
@@ -290,6 +290,36 @@ def limit_load(
         coulomb_kinds=kinds,
         bonds=problem.to_bonds(force),
     )
+    with timed(timings, "contacts without a normal"):
+        found = _beyond_doubt(problem, found, direction, loads, solver)
+    timings["total"] = sum(timings.values())
+    return found
+
+
+def _beyond_doubt(problem: Problem, found: LimitLoad, load: Floats, loads: Floats | None, solver: str) -> LimitLoad:
+    """The bracket with an upper bound that holds at contacts that are in no program, whatever these carry."""
+    motion = unit_motion(problem.assembly, free_fall(problem)) if len(problem.floating) else found.mechanism
+    if np.isposinf(found.upper) or not motion.any():
+        return found
+    upper, mechanism = np.inf, found.mechanism
+    warnings = overlap_warnings(problem, motion)
+    if not warnings and not crushes(problem, motion):
+        warnings = rim_warnings(problem, motion)
+        if not warnings:
+            return found
+        options = {"loads": loads, "gap": problem.gap, "solver": solver}
+        held = limit_load(problem.assembly, load, interfaces=with_rims(problem), **options)
+        upper, mechanism = held.upper, held.mechanism
+    proven = _closed(found.lower, upper) if found.outcome is LoadOutcome.LIMIT else upper == found.upper == -np.inf
+    if proven:
+        return replace(found, upper=upper, mechanism=mechanism)
+    warnings = (*found.warnings, *warnings)
+    return replace(found, outcome=LoadOutcome.UNDECIDED, upper=upper, mechanism=mechanism, warnings=warnings)
+
+
+def _closed(lower: float, upper: float) -> bool:
+    """Whether a bracket in units of a load as strong as the weight tells the limit."""
+    return bool(np.isfinite(upper)) and upper - lower <= max(1e-3 * abs(upper), ROUNDING)
 
 
 def _coulomb_brackets(
@@ -367,5 +397,4 @@ def _bracket(problem: Problem, direction: Floats, solver: str) -> tuple[LoadOutc
     lower, field = (low.value, low.evidence) if low else (0.0, dead.force)
     upper, twist = (high.value, high.evidence) if high else (np.inf, answer.twist)
     lower = min(lower, upper)  # both are proven to a tolerance, within which they may cross
-    close = upper - lower <= max(1e-3 * abs(upper), ROUNDING)
-    return LoadOutcome.LIMIT if close else LoadOutcome.UNDECIDED, lower / unit, upper / unit, field, twist
+    return LoadOutcome.LIMIT if _closed(lower, upper) else LoadOutcome.UNDECIDED, lower / unit, upper / unit, field, twist

@@ -235,18 +235,18 @@ def _rows_of(pairs: Ints, other: Ints, n_blocks: int) -> tuple[Ints, Ints]:
     return place[own], own
 
 
-def features_of(search: Search, steepest: float) -> tuple[Features, Features, Features]:
-    """Edges on faces, corners on faces and edges across edges of all pairs."""
-    lines, dots, crossed = [], [], []
+def features_of(search: Search, steepest: float) -> list[Features]:
+    """Edges on faces, corners on faces and, unless rims are wanted, edges across edges of all pairs."""
+    found: list[list[Features]] = [[], []] if search.rims else [[], [], []]
     first = 0
     for part in search.chunks():
         for side in (0, 1):
-            line, dot = on_faces(part, side, steepest)
-            lines.append(line.shifted(first))
-            dots.append(dot.shifted(first))
-        crossed.append(crossings(part).shifted(first))
+            for kind, features in zip(found, on_faces(part, side, steepest), strict=False):
+                kind.append(features.shifted(first))
+        if not search.rims:
+            found[2].append(crossings(part).shifted(first))
         first += len(part.pairs)
-    return together(lines), together(dots), together(crossed)
+    return [together(kind) for kind in found]
 
 
 def covered(search: Search, features: Features, known: Contacts, least: float) -> np.ndarray:
