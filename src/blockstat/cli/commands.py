@@ -12,12 +12,14 @@ from blockstat.cli.options import (
     AsJson,
     FileArgument,
     Friction,
+    Gap,
     Gravity,
     Port,
     Supports,
     Tilt,
     Units,
     Version,
+    gap_of,
     numbers,
     print_json,
     run_app,
@@ -105,7 +107,7 @@ def check(
     tilt: Tilt = None,
     supports: Supports = None,
     units: Units = None,
-    gap: Annotated[float | None, typer.Option(help="Largest gap of a joint, relative to block size.")] = None,
+    gap: Gap = None,
     solver: Annotated[str, typer.Option(help="auto, interior-point, clarabel or cvxpy (the primal).")] = "auto",
     flow: Flow = "associated",
     output: Annotated[
@@ -120,7 +122,7 @@ def check(
     from blockstat.view.attributes import write_verdict
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
-    verdict = assess(assembly, gap=GAP if gap is None else gap, solver=solver, flow=flow)
+    verdict = assess(assembly, gap=GAP if gap is None else gap_of(gap), solver=solver, flow=flow)
     if output is not None:
         write_verdict(verdict, output)
     if as_json:

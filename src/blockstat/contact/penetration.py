@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from blockstat.contact.tolerance import gap_lengths
 from blockstat.errors import InputError
 from blockstat.geometry.broad_phase import near_pairs
 from blockstat.geometry.common_ball import convex_depths, lies_inside, piece_depths
-from blockstat.geometry.convexity import surface_stays_out
-from blockstat.geometry.polyhedron import FacePlanes, members
+from blockstat.geometry.convexity import protrusions, surface_stays_out
+from blockstat.geometry.polyhedron import FacePlanes
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -33,15 +34,16 @@ CROWDED = 50
 CHUNK = 2_000_000
 
 
-def check_overlaps(assembly: Assembly, *, gap: float, near: Ints | None = None) -> list[str]:
+def check_overlaps(assembly: Assembly, *, gap: float | str, near: Ints | None = None) -> list[str]:
     """Refuse deep overlaps of blocks and warn of shallow ones.
 
     Parameters
     ----------
     assembly : Assembly
         The blocks.
-    gap : float
-        Overlaps up to this fraction of the size of the smaller block are joints.
+    gap : float or str
+        Overlaps up to this gap of a joint, a share of the size of the smaller block or a length such as "2 mm",
+        are joints.
     near : array of int, shape (n, 2), optional
         Pairs of blocks among which to look; None for all.
 
@@ -151,15 +153,16 @@ def tell(assembly: Assembly, pairs: Ints, depth: Floats) -> str:
     return f'{len(pairs)} pairs of blocks overlap, the worst "{a}" and "{b}" by {depth[worst]:.2g} m'
 
 
-def overlaps(assembly: Assembly, *, gap: float, near: Ints | None = None) -> tuple[Ints, Floats]:
+def overlaps(assembly: Assembly, *, gap: float | str, near: Ints | None = None) -> tuple[Ints, Floats]:
     """Find pairs of blocks that overlap.
 
     Parameters
     ----------
     assembly : Assembly
         The blocks. Two supports may overlap.
-    gap : float
-        Overlaps up to this fraction of the size of the smaller block do not count.
+    gap : float or str
+        Overlaps up to this gap of a joint, a share of the size of the smaller block or a length such as "2 mm",
+        do not count.
     near : array of int, shape (n, 2), optional
         Pairs among which to look, as `blockstat.contact.interfaces.near_blocks` gives them; None for all.
 
@@ -186,13 +189,14 @@ def overlaps(assembly: Assembly, *, gap: float, near: Ints | None = None) -> tup
     pairs = _near_pairs(assembly) if near is None else near
     pairs = pairs[~assembly.support[pairs].all(axis=1)]
     lower, upper = assembly.bounds
-    limit = gap * assembly.size[pairs].min(axis=1)
+    lengths = gap_lengths(assembly, gap)
+    limit = lengths[pairs].min(axis=1)
     deep = np.minimum(upper[pairs[:, 0]], upper[pairs[:, 1]]) - np.maximum(lower[pairs[:, 0]], lower[pairs[:, 1]])
     pairs = pairs[(deep > limit[:, None]).all(axis=1)]
     if not len(pairs):
         return pairs, np.empty(0)
-    limit = gap * assembly.size[pairs].min(axis=1)
-    outside = _outside(assembly)
+    limit = lengths[pairs].min(axis=1)
+    outside = protrusions(assembly)
     notch = np.maximum.reduceat(outside, np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks)))
     simple = (notch[pairs] <= limit[:, None]).all(axis=1)
     depth = np.zeros(len(pairs))
@@ -238,7 +242,7 @@ def convex_blocks(assembly: Assembly, *, tolerance: float = 1e-6) -> np.ndarray:
     ----------
     assembly : Assembly
         The blocks.
-    tolerance : float, optional
+    tolerance : float or array of float, shape (n_blocks,), optional
         A vertex may lie outside a face plane by this fraction of the size of its block.
 
     Returns
@@ -247,19 +251,9 @@ def convex_blocks(assembly: Assembly, *, tolerance: float = 1e-6) -> np.ndarray:
         True for a convex block.
     """
     outside = np.maximum.reduceat(
-        _outside(assembly), np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks))
+        protrusions(assembly), np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks))
     )
     return outside <= tolerance * assembly.size
-
-
-def _outside(assembly: Assembly) -> Floats:
-    """How far the last corner of its block lies in front of each face, shape (n_faces,) [m]."""
-    planes = assembly.planes
-    block = assembly.face_block
-    count = np.diff(assembly.vertex_start)[block]
-    face, vertex = members(assembly.vertex_start[block], count)
-    height = np.einsum("ij,ij->i", assembly.vertices[vertex] - planes.centre[face], planes.normal[face])
-    return np.maximum.reduceat(height, np.cumsum(count) - count)
 
 
 def face_separation(

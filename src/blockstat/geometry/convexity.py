@@ -1,4 +1,4 @@
-"""Which blocks are convex, and which of their faces keep two of them apart, convex or not."""
+"""Which faces have their block behind them, and which keep two blocks apart, convex or not."""
 
 from __future__ import annotations
 
@@ -13,40 +13,36 @@ APART = float(np.cos(np.deg2rad(15.0)))
 CHUNK = 2_000_000
 
 
-def convex_solids(blocks: Polyhedra, tolerance: float) -> np.ndarray:
-    """Return which blocks are convex.
+def protrusions(blocks: Polyhedra) -> Floats:
+    """Return how far the last corner of its block lies in front of each face.
 
     Parameters
     ----------
     blocks : Polyhedra
         The blocks.
-    tolerance : float
-        A vertex may lie outside a face plane by this fraction of the size of its block.
 
     Returns
     -------
-    array of bool, shape (n_blocks,)
-        True for a convex block.
+    array of float, shape (n_faces,)
+        Distances [m]; zero but for rounding, or the warp of the face, where the block is convex.
     """
-    planes, n_vertices = blocks.planes, np.diff(blocks.vertex_start)
+    planes, first_vertex = blocks.planes, blocks.vertex_start
     first_face = np.searchsorted(blocks.face_block, np.arange(blocks.n_blocks + 1))
-    n_faces = np.diff(first_face)
-    kinds, kind = np.unique(np.column_stack([n_vertices, n_faces]), axis=0, return_inverse=True)
-    convex = np.empty(blocks.n_blocks, dtype=bool)
-    for number, (vertices, faces) in enumerate(kinds):
-        own = np.flatnonzero(kind.reshape(-1) == number)
-        corner = blocks.vertex_start[own][:, None] + np.arange(vertices)
-        face = first_face[own][:, None] + np.arange(faces)
-        origin = blocks.vertices[corner[:, :1]]
-        normal = planes.normal[face]
-        offset = ((planes.centre[face] - origin) * normal).sum(axis=2)
-        height = normal @ (blocks.vertices[corner] - origin).swapaxes(1, 2) - offset[..., None]
-        convex[own] = height.max(axis=(1, 2)) <= tolerance * blocks.size[own]
-    return convex
+    n_vertices, n_faces = np.diff(first_vertex), np.diff(first_face)
+    kind = n_vertices * (n_faces.max(initial=0) + 1) + n_faces
+    found = np.empty(len(blocks.face_block))
+    for number in np.unique(kind):
+        own = np.flatnonzero(kind == number)
+        corner = blocks.vertices[first_vertex[own][:, None] + np.arange(n_vertices[own[0]])]
+        face = first_face[own][:, None] + np.arange(n_faces[own[0]])
+        origin, normal = corner[:, :1], planes.normal[face]
+        offset = np.einsum("nfj,nfj->nf", planes.centre[face] - origin, normal)
+        found[face] = (normal @ (corner - origin).swapaxes(1, 2)).max(axis=2) - offset
+    return found
 
 
-def separations(blocks: Polyhedra, pairs: Ints) -> tuple[Floats, Floats]:
-    """Return how far pairs of convex blocks are kept apart by the planes of their faces, by the best and by another.
+def separations(blocks: Polyhedra, pairs: Ints, supporting: np.ndarray) -> tuple[Floats, Floats]:
+    """Return how far pairs of blocks are kept apart by the planes of their faces, by the best and by another.
 
     Parameters
     ----------
@@ -54,6 +50,8 @@ def separations(blocks: Polyhedra, pairs: Ints) -> tuple[Floats, Floats]:
         The blocks.
     pairs : array of int, shape (n, 2)
         Numbers of the two blocks of each pair.
+    supporting : array of bool, shape (n_faces,)
+        Faces that have their whole block behind their plane; no other keeps it apart from anything.
 
     Returns
     -------
@@ -63,8 +61,8 @@ def separations(blocks: Polyhedra, pairs: Ints) -> tuple[Floats, Floats]:
         The same for the best face whose normal points elsewhere. Where it is not below zero the blocks meet in one line
         at most, and have no unique normal there.
     """
-    one, n_one, next_one = _best_faces(blocks, pairs)
-    two, n_two, next_two = _best_faces(blocks, pairs[:, ::-1])
+    one, n_one, next_one = _best_faces(blocks, pairs, supporting)
+    two, n_two, next_two = _best_faces(blocks, pairs[:, ::-1], supporting)
     alike = np.einsum("ij,ij->i", n_one, -n_two) > APART
     # The better of the two comes first; the other block's best face counts unless it says the same.
     swap = two > one
@@ -74,7 +72,7 @@ def separations(blocks: Polyhedra, pairs: Ints) -> tuple[Floats, Floats]:
     return first, np.maximum(own, other)
 
 
-def _best_faces(blocks: Polyhedra, pairs: Ints) -> tuple[Floats, Floats, Floats]:
+def _best_faces(blocks: Polyhedra, pairs: Ints, supporting: np.ndarray) -> tuple[Floats, Floats, Floats]:
     """For the faces of the first blocks: the best separation, its normal, and the best of the other normals."""
     planes = blocks.planes
     start = np.searchsorted(blocks.face_block, np.arange(blocks.n_blocks + 1))
@@ -91,6 +89,7 @@ def _best_faces(blocks: Polyhedra, pairs: Ints) -> tuple[Floats, Floats, Floats]
             across = planes.normal[face]
             offset = np.einsum("nfj,nfj->nf", planes.centre[face] - origin, across)
             lowest = (across @ (corner - origin).swapaxes(1, 2)).min(axis=2) - offset
+            lowest[~supporting[face]] = -np.inf
             top = lowest.argmax(axis=1)
             row = np.arange(len(own))
             best[own], normal[own] = lowest[row, top], across[row, top]
