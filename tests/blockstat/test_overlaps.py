@@ -10,9 +10,8 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection
 from scipy.spatial.transform import Rotation
 
 from blockstat import Block, InputError, Outcome, assess, overlaps
-from blockstat.contact.penetration import _outside
 from blockstat.geometry.convex_pieces import convex_pieces
-from blockstat.geometry.convexity import surface_stays_out
+from blockstat.geometry.convexity import protrusions, surface_stays_out
 from blockstat.geometry.inscribed_ball import inscribed_balls
 from blockstat.geometry.triangulation import triangulate
 from evidence.scenes.small import assembly, box, prism
@@ -199,7 +198,7 @@ def test_no_dismissal_loses_an_overlap():
         asm = assembly([one, two])
         depth = _deepest(_fan(one, np.zeros(3)), _fan(two, place))
         shape = asm.size.min()
-        out = _outside(asm)
+        out = protrusions(asm)
         for gap in (1e-4, 1e-2, 1e-1):
             dismissed = [
                 surface_stays_out(asm, np.array([pair]), out, np.array([gap * shape / 2]))[0]
