@@ -397,4 +397,5 @@ def _bracket(problem: Problem, direction: Floats, solver: str) -> tuple[LoadOutc
     lower, field = (low.value, low.evidence) if low else (0.0, dead.force)
     upper, twist = (high.value, high.evidence) if high else (np.inf, answer.twist)
     lower = min(lower, upper)  # both are proven to a tolerance, within which they may cross
-    return LoadOutcome.LIMIT if _closed(lower, upper) else LoadOutcome.UNDECIDED, lower / unit, upper / unit, field, twist
+    outcome = LoadOutcome.LIMIT if _closed(lower, upper) else LoadOutcome.UNDECIDED
+    return outcome, lower / unit, upper / unit, field, twist
