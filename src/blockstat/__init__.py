@@ -59,6 +59,7 @@ if TYPE_CHECKING:
     from blockstat.studies.directions import DirectionalLimits, DirectionOutcome, limit_load_by_direction
     from blockstat.studies.foundations import Crack, Foundation, Settlement, SettlementOutcome, settle, settlement
     from blockstat.view.animation import write_mechanism, write_motion
+    from blockstat.view.assessment import Assessment, assess_fully, assessment_html
     from blockstat.view.attributes import write_verdict
     from blockstat.view.plot import (
         mechanism_pose,
@@ -71,11 +72,13 @@ if TYPE_CHECKING:
     from blockstat.view.polar import plot_directions
     from blockstat.view.settling import plot_settlement
     from blockstat.view.three_d.page import interactive_html, show
+    from blockstat.view.thrust_lines import plot_thrust
     from blockstat.view.utilisation import plot_utilisation, utilisation
 
 __version__ = "0.1.0"
 __all__ = [
     "Assembly",
+    "Assessment",
     "Block",
     "Bonds",
     "Bracket",
@@ -121,6 +124,8 @@ __all__ = [
     "Verdict",
     "acceleration",
     "assess",
+    "assess_fully",
+    "assessment_html",
     "box",
     "build",
     "find_interfaces",
@@ -144,6 +149,7 @@ __all__ = [
     "plot_mechanism",
     "plot_settlement",
     "plot_stone_sensitivity",
+    "plot_thrust",
     "plot_utilisation",
     "plot_verdict",
     "point_load",
@@ -206,11 +212,13 @@ _HOMES = {
         "studies.directions": "DirectionOutcome DirectionalLimits limit_load_by_direction",
         "studies.foundations": "Crack Foundation Settlement SettlementOutcome settle settlement",
         "view.animation": "write_mechanism write_motion",
+        "view.assessment": "Assessment assess_fully assessment_html",
         "view.attributes": "write_verdict",
         "view.plot": "mechanism_pose plot plot_forces plot_mechanism plot_stone_sensitivity plot_verdict",
         "view.polar": "plot_directions",
         "view.settling": "plot_settlement",
         "view.three_d.page": "interactive_html show",
+        "view.thrust_lines": "plot_thrust",
         "view.utilisation": "plot_utilisation utilisation",
     }.items()
     for name in names.split()

@@ -25,7 +25,7 @@ from blockstat.cli.options import (
     said,
 )
 from blockstat.cli.options import load as load_assembly
-from blockstat.cli.studies import over_the_horizon, settle_command
+from blockstat.cli.studies import over_the_horizon, report_command, settle_command
 from blockstat.errors import InputError
 
 if TYPE_CHECKING:
@@ -35,6 +35,7 @@ Flow = Annotated[str, typer.Option(help="associated, or coulomb: no dilatancy an
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 app.command("settle")(settle_command)
+app.command("report")(report_command)
 
 
 @app.callback()

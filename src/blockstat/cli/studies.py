@@ -100,6 +100,69 @@ def settle_command(
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{said(assembly, units=units)}\n{found.explain()}")
 
 
+def report_command(
+    file: FileArgument,
+    output: Annotated[Path, typer.Option("-o", "--output", help="The page to write (.html).")],
+    friction: Friction = None,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
+    supports: Supports = None,
+    units: Units = None,
+    gap: Annotated[float | None, typer.Option(help="Largest gap of a joint, relative to block size.")] = None,
+    directions: Annotated[int, typer.Option(metavar="N", help="Of the horizon; a multiple of 4.")] = 16,
+) -> None:
+    """Write a report to hand over: assumptions, verdicts, the least limit load, pictures, warnings and sources."""
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    write_report(file, assembly, output, units=units, gap=gap, directions=directions)
+
+
+def write_report(
+    file: Path,
+    assembly: Assembly,
+    output: Path,
+    *,
+    units: str | None = None,
+    gap: float | None = None,
+    directions: int = 16,
+    verify: Any = None,
+) -> None:
+    """Assess an assembly and write the page.
+
+    Parameters
+    ----------
+    file : Path
+        The file that was read.
+    assembly : Assembly
+        Its blocks.
+    output : Path
+        The page.
+    units : str, optional
+        Of the file's coordinates; None for metres.
+    gap : float, optional
+        Tolerance of the joint search; None for the default.
+    directions : int, optional
+        Of the horizon.
+    verify : callable, optional
+        Simulates the assembly.
+
+    Raises
+    ------
+    InputError
+        For a page that cannot be written, before anything is computed.
+    """
+    from blockstat.contact.interfaces import GAP
+    from blockstat.view.assessment import assess_fully, assessment_html
+
+    if output.suffix.lower() not in (".html", ".htm"):
+        raise InputError(f"{output}: a report is a page, .html; the browser prints it as PDF")
+    if not output.parent.is_dir():
+        raise InputError(f"{output}: no such directory: {output.parent}")
+    options: dict[str, Any] = {"units": units or "m", "directions": directions, "verify": verify}
+    found = assess_fully(assembly, source=str(file), gap=GAP if gap is None else gap, **options)
+    output.write_text(assessment_html(found), encoding="utf-8")
+    typer.echo(str(output))
+
+
 def _move(text: str) -> tuple[Any, list[float]]:
     """The part and the displacement of one --move."""
     where, colon, displacement = text.rpartition(":")

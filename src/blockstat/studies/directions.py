@@ -199,7 +199,7 @@ def limit_load_by_direction(
     """
     if directions < 4 or directions % 4:
         raise InputError(
-            f"directions is {directions!r}; it must be a multiple of 4, so that +-x and +-y are among them"
+            f"directions is {directions!r}; it must be a multiple of 4, for +-x and +-y to be among them"
         )
     assembly = assembly if gravity is None else assembly.with_(gravity=gravity)
     axes = horizontal(assembly)
@@ -296,7 +296,7 @@ def _least(angles: list[float], limits: list[LimitLoad], axes: Floats) -> tuple[
 
 
 def _distance(corners: Floats) -> tuple[float, float]:
-    """Distance of the origin from the sides of the convex hull of points around it, and the angle of the nearest one."""
+    """Distance of the origin from the convex hull's sides, and the angle of the nearest one."""
     from scipy.spatial import ConvexHull, QhullError
 
     try:
