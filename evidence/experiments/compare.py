@@ -86,7 +86,14 @@ def means(rows: list[tuple[dict[str, Any], Predicted]]) -> str:
             [series, f"{axial:g}", len(ratios), *(f"{value:.3f}" for value in np.mean(ratios, axis=0)),
              ends(crushed, ".3f"), f"{np.mean([np.mean(measured(t)) / rigid(t) for t, _ in of_series]):.3f}"]
         )  # fmt: skip
-    heads = ["series", "axial [kN]", "walls", *(f"associated, friction {mu:g}" for mu in FRICTIONS), "crushing", "one block"]
+    heads = [
+        "series",
+        "axial [kN]",
+        "walls",
+        *(f"associated, friction {mu:g}" for mu in FRICTIONS),
+        "crushing",
+        "one block",
+    ]
     return table(heads, lines)
 
 

@@ -198,9 +198,7 @@ def limit_load_by_direction(
     [0.25, 0.25]
     """
     if directions < 4 or directions % 4:
-        raise InputError(
-            f"directions is {directions!r}; it must be a multiple of 4, for +-x and +-y to be among them"
-        )
+        raise InputError(f"directions is {directions!r}; it must be a multiple of 4, for +-x and +-y to be among them")
     assembly = assembly if gravity is None else assembly.with_(gravity=gravity)
     axes = horizontal(assembly)
 
