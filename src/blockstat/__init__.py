@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from blockstat.result import Result, Sentence
     from blockstat.sensitivity.parameters import limit_load_gradient, score_gradient, stone_sensitivity
     from blockstat.sensitivity.vertices import PointGradient, limit_load_by_point, score_by_point, shared_points
+    from blockstat.sequence.states import assess_states
     from blockstat.spec import (
         Building,
         Composition,
@@ -116,6 +117,7 @@ __all__ = [
     "Verdict",
     "acceleration",
     "assess",
+    "assess_states",
     "box",
     "build",
     "find_interfaces",
@@ -194,6 +196,7 @@ _HOMES = {
         "result": "Result Sentence",
         "sensitivity.parameters": "limit_load_gradient score_gradient stone_sensitivity",
         "sensitivity.vertices": "PointGradient limit_load_by_point score_by_point shared_points",
+        "sequence.states": "assess_states",
         "spec": "Building Composition Range Scene build load_scene parameters read scene_from with_values",
         "view.animation": "write_mechanism write_motion",
         "view.attributes": "write_verdict",
