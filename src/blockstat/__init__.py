@@ -47,6 +47,8 @@ if TYPE_CHECKING:
     from blockstat.result import Result, Sentence
     from blockstat.sensitivity.parameters import limit_load_gradient, score_gradient, stone_sensitivity
     from blockstat.sensitivity.vertices import PointGradient, limit_load_by_point, score_by_point, shared_points
+    from blockstat.sequence.order import OrderOutcome, OrderResult, find_order
+    from blockstat.sequence.plan import Plan, PlanVerdict, Step, assess_plan, check_plan, read_plan, write_plan
     from blockstat.sequence.states import assess_states
     from blockstat.spec import (
         Building,
@@ -97,7 +99,11 @@ __all__ = [
     "LoadOutcome",
     "Margin",
     "Memory",
+    "OrderOutcome",
+    "OrderResult",
     "Outcome",
+    "Plan",
+    "PlanVerdict",
     "PointGradient",
     "Range",
     "RepairOutcome",
@@ -110,6 +116,7 @@ __all__ = [
     "Settlement",
     "SettlementOutcome",
     "Space",
+    "Step",
     "SweepOutcome",
     "SweepResult",
     "ThrustOutcome",
@@ -117,10 +124,13 @@ __all__ = [
     "Verdict",
     "acceleration",
     "assess",
+    "assess_plan",
     "assess_states",
     "box",
     "build",
+    "check_plan",
     "find_interfaces",
+    "find_order",
     "friction_limit",
     "glued",
     "grid",
@@ -142,6 +152,7 @@ __all__ = [
     "plot_verdict",
     "point_load",
     "read",
+    "read_plan",
     "repair",
     "scene_from",
     "scene_text",
@@ -161,6 +172,7 @@ __all__ = [
     "write",
     "write_mechanism",
     "write_motion",
+    "write_plan",
     "write_verdict",
 ]
 
@@ -196,6 +208,8 @@ _HOMES = {
         "result": "Result Sentence",
         "sensitivity.parameters": "limit_load_gradient score_gradient stone_sensitivity",
         "sensitivity.vertices": "PointGradient limit_load_by_point score_by_point shared_points",
+        "sequence.order": "OrderOutcome OrderResult find_order",
+        "sequence.plan": "Plan PlanVerdict Step assess_plan check_plan read_plan write_plan",
         "sequence.states": "assess_states",
         "spec": "Building Composition Range Scene build load_scene parameters read scene_from with_values",
         "view.animation": "write_mechanism write_motion",

@@ -1,4 +1,4 @@
-"""The command `blockstat`: build, convert, repair, check, limit, tilt, plot."""
+"""The command `blockstat`: build, convert, repair, check, limit, tilt, sequence, plot."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ from blockstat.cli.options import (
     run_app,
 )
 from blockstat.cli.options import load as load_assembly
+from blockstat.cli.sequence import sequence
 from blockstat.errors import InputError
 
 if TYPE_CHECKING:
@@ -274,6 +275,9 @@ def _plot_mechanism(assembly: Assembly, direction: list[float] | None, output: P
         write_mechanism(result, output)
     else:
         plot_mechanism(result, output, **look)
+
+
+app.command("sequence")(sequence)
 
 
 def main() -> None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -142,6 +142,24 @@ class Whole:
         self._number = {name: k for k, name in enumerate(assembly.names)}
         self.evidence = Evidence(assembly.n_blocks, interfaces.n_points)
 
+    def at_friction(self, friction: float) -> Whole:
+        """Return the same assembly with another friction of all joints.
+
+        Parameters
+        ----------
+        friction : float
+            Coefficient of friction of joints without laws.
+
+        Returns
+        -------
+        Whole
+            It shares the joints and the evidence.
+        """
+        changed = copy.copy(self)
+        changed.assembly = _with(self.assembly, friction=friction)
+        changed._friction = np.full_like(self._friction, friction)
+        return changed
+
     def state_of(self, present: Iterable[str], held: Iterable[str], where: str) -> tuple[np.ndarray, np.ndarray]:
         """Return the masks of a state given by names.
 
@@ -215,7 +233,7 @@ class Whole:
         points : array of int, shape (n_points,)
             The number of each of its contact points among those of the whole.
         """
-        assembly = _with_support(self.assembly, ~free)
+        assembly = _with(self.assembly, support=~free)
         faces = self.interfaces
         live = _of_state(faces.pair, free, present)
         shown = faces.subset(live)
@@ -370,8 +388,9 @@ def _of_state(pairs: Ints, free: np.ndarray, present: np.ndarray) -> np.ndarray:
     return present[pairs].all(axis=1) & free[pairs].any(axis=1)
 
 
-def _with_support(assembly: Assembly, support: np.ndarray) -> Assembly:
-    """The assembly with other supports; it keeps what was computed of its shapes, which do not depend on them."""
+def _with(assembly: Assembly, **changes: Any) -> Assembly:
+    """The assembly with other supports or friction; it keeps what was computed of its shapes."""
     changed = copy.copy(assembly)
-    object.__setattr__(changed, "support", support)
+    for name, value in changes.items():
+        object.__setattr__(changed, name, value)
     return changed
