@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from blockstat.result import Result, Sentence
     from blockstat.sensitivity.parameters import limit_load_gradient, score_gradient, stone_sensitivity
     from blockstat.sensitivity.vertices import PointGradient, limit_load_by_point, score_by_point, shared_points
+    from blockstat.sequence.exhaust import OrderCount, count_orders
     from blockstat.sequence.order import OrderOutcome, OrderResult, find_order
     from blockstat.sequence.plan import Plan, PlanVerdict, Step, assess_plan, check_plan, read_plan, write_plan
     from blockstat.sequence.states import assess_states
@@ -99,6 +100,7 @@ __all__ = [
     "LoadOutcome",
     "Margin",
     "Memory",
+    "OrderCount",
     "OrderOutcome",
     "OrderResult",
     "Outcome",
@@ -129,6 +131,7 @@ __all__ = [
     "box",
     "build",
     "check_plan",
+    "count_orders",
     "find_interfaces",
     "find_order",
     "friction_limit",
@@ -208,6 +211,7 @@ _HOMES = {
         "result": "Result Sentence",
         "sensitivity.parameters": "limit_load_gradient score_gradient stone_sensitivity",
         "sensitivity.vertices": "PointGradient limit_load_by_point score_by_point shared_points",
+        "sequence.exhaust": "OrderCount count_orders",
         "sequence.order": "OrderOutcome OrderResult find_order",
         "sequence.plan": "Plan PlanVerdict Step assess_plan check_plan read_plan write_plan",
         "sequence.states": "assess_states",

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.verdict import Outcome
-from blockstat.contact.interfaces import GAP
+from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
 from blockstat.result import Result, Sentence
 from blockstat.sequence.plan import Plan, Step
@@ -97,6 +97,7 @@ def find_order(
     friction: float | None = None,
     flow: str = "associated",
     gap: float | str = GAP,
+    interfaces: Interfaces | None = None,
     seconds: float | None = None,
 ) -> OrderResult:
     """Search an order of building in which never more than so many blocks are held at once.
@@ -107,7 +108,7 @@ def find_order(
         The finished assembly; its supports stand from the beginning.
     held_at_most : int
         Hands, at least 1: a new block arrives in one.
-    friction, flow, gap
+    friction, flow, gap, interfaces
         As of `assess_states`.
     seconds : float, optional
         Time after which the search stops; an interrupt from the keyboard stops it, too.
@@ -124,7 +125,7 @@ def find_order(
 
     Examples
     --------
-    Two stones lean on a tie stone; the order is found and nobody holds more than one stone.
+    Two stones side by side and one on both.
 
     >>> from blockstat import Assembly, box, find_order
     >>> blocks = [box((-2, 0, -1), (2, 1, 0), name="ground"), box((-1, 0, 0), (0, 1, 1), name="left"),
@@ -135,7 +136,7 @@ def find_order(
     """
     if held_at_most < 1:
         raise InputError(f"held_at_most is {held_at_most}; a new block arrives in a hand, so at least 1 is needed")
-    search = _Search(Whole(assembly, friction=friction, gap=gap), held_at_most, flow)
+    search = Search(Whole(assembly, friction=friction, gap=gap, interfaces=interfaces), held_at_most, flow)
     began = monotonic()
     try:
         outcome, path = search.run(None if seconds is None else began + seconds)
@@ -146,7 +147,7 @@ def find_order(
     return OrderResult(outcome, plan, held_at_most, search.judged, statistics["solved"], monotonic() - began)
 
 
-class _Search:
+class Search:
     """Best first: fewest blocks left, then fewest hands, then the highest block first. A state is judged when taken."""
 
     def __init__(self, whole: Whole, hands: int, flow: str) -> None:
@@ -156,7 +157,7 @@ class _Search:
         self._full = sum(1 << int(k) for k in self.free)
         height = -assembly.centroid @ assembly.gravity
         self._rank = {int(b): k for k, b in enumerate(sorted(self.free.tolist(), key=lambda b: -height[b]))}
-        self.judged, self.undecided = 0, False
+        self.judged, self.undecided = 0, 0
         self._before: dict[Node, Node | None] = {}
         self._known: dict[Node, list[int] | None] = {}
         self._queue: list[Any] = []
@@ -191,7 +192,7 @@ class _Search:
             if verdict.outcome is not Outcome.STABLE:
                 moving = np.flatnonzero(verdict.motion > AT_REST).tolist()
                 if verdict.outcome is not Outcome.UNSTABLE:
-                    self.undecided = True
+                    self.undecided += 1
                     moving = np.flatnonzero(present & ~fixed).tolist()
             self._known[state] = moving
         return self._known[state]

@@ -153,25 +153,16 @@ def check_plan(plan: Plan, assembly: Assembly) -> None:
         One sentence with the step: for a block that is unknown, put in twice, held or let go before it is put in, held
         twice, or never put in.
     """
-    names = set(assembly.names)
-    supports = {name for name, fixed in zip(assembly.names, assembly.support, strict=True) if fixed}
     since: dict[str, str] = {}
     for where, blocks in (("the boundary", plan.boundary), ("never_installed", plan.never_installed)):
-        for block in blocks:
-            if block not in names:
-                raise InputError(f"{where}: {no_such('block', block, assembly.names)}")
-    for block in supports | set(plan.boundary):
+        _check_names(assembly, where, blocks)
+    supports = [name for name, fixed in zip(assembly.names, assembly.support, strict=True) if fixed]
+    for block in (*supports, *plan.boundary):
         since[block] = "the beginning"
     for k, step in enumerate(plan.steps):
-        for block in step.install + step.hold:
-            if block not in names:
-                raise InputError(f"step {k}: {no_such('block', block, assembly.names)}")
+        _check_names(assembly, f"step {k}", step.install + step.hold)
         for block in step.install:
-            # The first step of a plan that goes on from a given state may list the boundary again.
-            if block in since and not (k == 0 and since[block] == "the beginning"):
-                raise InputError(f'step {k}: block "{block}" is put in, but stands since {since[block]}')
-            if block in plan.never_installed:
-                raise InputError(f'step {k}: block "{block}" is put in, but listed as never installed')
+            _check_put_in(plan, k, block, since)
             since.setdefault(block, f"step {k}")
         for block in step.hold:
             if block not in since:
@@ -184,6 +175,20 @@ def check_plan(plan: Plan, assembly: Assembly) -> None:
     if missing:
         more = f" (nor are {len(missing) - 1} more)" if len(missing) > 1 else ""
         raise InputError(f'block "{missing[0]}" is never put in{more}; list it under "never_installed"')
+
+
+def _check_names(assembly: Assembly, where: str, blocks: tuple[str, ...]) -> None:
+    for block in blocks:
+        if block not in assembly.names:
+            raise InputError(f"{where}: {no_such('block', block, assembly.names)}")
+
+
+def _check_put_in(plan: Plan, number: int, block: str, since: dict[str, str]) -> None:
+    # The first step of a plan that goes on from a given state may list the boundary again.
+    if block in since and not (number == 0 and since[block] == "the beginning"):
+        raise InputError(f'step {number}: block "{block}" is put in, but stands since {since[block]}')
+    if block in plan.never_installed:
+        raise InputError(f'step {number}: block "{block}" is put in, but listed as never installed')
 
 
 @dataclass(frozen=True, eq=False)

@@ -385,7 +385,7 @@ def _recalled(program: PenaltyProgram, force: Floats, twist: Floats, kind: str) 
 
 def _of_state(pairs: Ints, free: np.ndarray, present: np.ndarray) -> np.ndarray:
     """Which pairs of blocks are both there, one of them free."""
-    return present[pairs].all(axis=1) & free[pairs].any(axis=1)
+    return np.asarray(present[pairs].all(axis=1) & free[pairs].any(axis=1))
 
 
 def _with(assembly: Assembly, **changes: Any) -> Assembly:
