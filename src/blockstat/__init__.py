@@ -50,6 +50,15 @@ if TYPE_CHECKING:
     from blockstat.sequence.exhaust import OrderCount, count_orders
     from blockstat.sequence.order import OrderOutcome, OrderResult, find_order
     from blockstat.sequence.plan import Plan, PlanVerdict, Step, assess_plan, check_plan, read_plan, write_plan
+    from blockstat.sequence.props import (
+        Falsework,
+        FalseworkOutcome,
+        Prop,
+        centring,
+        falsework,
+        hoists,
+        remove_each,
+    )
     from blockstat.sequence.states import assess_states
     from blockstat.spec import (
         Building,
@@ -91,6 +100,8 @@ __all__ = [
     "CoulombState",
     "DomainOutcome",
     "Dropped",
+    "Falsework",
+    "FalseworkOutcome",
     "InputError",
     "InputWarning",
     "Interfaces",
@@ -107,6 +118,7 @@ __all__ = [
     "Plan",
     "PlanVerdict",
     "PointGradient",
+    "Prop",
     "Range",
     "RepairOutcome",
     "RepairReport",
@@ -130,13 +142,16 @@ __all__ = [
     "assess_states",
     "box",
     "build",
+    "centring",
     "check_plan",
     "count_orders",
+    "falsework",
     "find_interfaces",
     "find_order",
     "friction_limit",
     "glued",
     "grid",
+    "hoists",
     "interactive_html",
     "latin_hypercube",
     "limit_load",
@@ -156,6 +171,7 @@ __all__ = [
     "point_load",
     "read",
     "read_plan",
+    "remove_each",
     "repair",
     "scene_from",
     "scene_text",
@@ -212,6 +228,7 @@ _HOMES = {
         "sensitivity.parameters": "limit_load_gradient score_gradient stone_sensitivity",
         "sensitivity.vertices": "PointGradient limit_load_by_point score_by_point shared_points",
         "sequence.exhaust": "OrderCount count_orders",
+        "sequence.props": "Falsework FalseworkOutcome Prop centring falsework hoists remove_each",
         "sequence.order": "OrderOutcome OrderResult find_order",
         "sequence.plan": "Plan PlanVerdict Step assess_plan check_plan read_plan write_plan",
         "sequence.states": "assess_states",

@@ -261,6 +261,27 @@ class Whole:
             points,
         )
 
+    def propped(self, free: np.ndarray, present: np.ndarray) -> Problem:
+        """Pose the problem of a state in which props may hold blocks that touch nothing.
+
+        Parameters
+        ----------
+        free, present : array of bool, shape (n_blocks,)
+            As of `problem`, for dry joints.
+
+        Returns
+        -------
+        Problem
+            With rows for all free blocks, and no reduction to a plane.
+        """
+        problem, points = self.problem(free, present)
+        held = np.flatnonzero(free)
+        row = np.full(self.assembly.n_blocks, -1)
+        row[held] = np.arange(len(held))
+        eq, program = self._program(problem.assembly, problem.interfaces, held, points, row)
+        program = None if program is None else replace(program, plane=None)
+        return replace(problem, eq=eq, program=program, floating=held[:0])
+
     def _program(
         self, assembly: Assembly, shown: Interfaces, held: Ints, points: Ints, row: Ints
     ) -> tuple[Equilibrium, PenaltyProgram | None]:
