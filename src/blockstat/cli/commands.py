@@ -1,4 +1,4 @@
-"""The command `blockstat`: build, convert, repair, check, limit, tilt, plot."""
+"""The command `blockstat`: build, convert, repair, check, limit, tilt, sequence, plot."""
 
 from __future__ import annotations
 
@@ -27,6 +27,7 @@ from blockstat.cli.options import (
     said,
 )
 from blockstat.cli.options import load as load_assembly
+from blockstat.cli.sequence import sequence
 from blockstat.cli.studies import over_the_horizon, report_command, settle_command
 from blockstat.errors import InputError
 
@@ -295,6 +296,9 @@ def _plot_mechanism(assembly: Assembly, direction: list[float] | None, output: P
         write_mechanism(result, output)
     else:
         plot_mechanism(result, output, **look)
+
+
+app.command("sequence")(sequence)
 
 
 def main() -> None:
