@@ -114,7 +114,7 @@ def assess(
     check_choice("solver", solver, CHOICES)
     check_choice("flow", flow, FLOWS)
     problem = pose(assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
-    return judged(problem, loads=loads, solver=solver, flow=flow, memory=memory, score=score)
+    return judged(problem, loads=loads, solver=solver, flow=flow, tightnesses=tightnesses, memory=memory, score=score)
 
 
 def judged(
@@ -123,6 +123,7 @@ def judged(
     loads: Floats | None = None,
     solver: str = "auto",
     flow: str = "associated",
+    tightnesses: int = 0,
     memory: Memory | None = None,
     score: bool = True,
     reserve: bool = True,
@@ -134,7 +135,7 @@ def judged(
     ----------
     problem
         The problem.
-    loads, solver, flow, memory, score
+    loads, solver, flow, tightnesses, memory, score
         As in `assess`; the loads are those that the problem was posed with.
     reserve
         False does not ask whether a stable assembly is balanced without reserve, nor whether it rests on slivers.
