@@ -57,6 +57,8 @@ JOBS: Sequence[Job] = (
         "comparison", 15, "comparisons.verdicts --jobs 1 --write docs/comparison.md", "docs/comparison/*.png",
         "docs/results/comparison.md",
     ),
+    result("experiments", 12, "experiments.predict"),
+    result("experiments_measured", 0.1, "experiments.compare"),
     result("architecture", 0.1, "pages.architecture", "docs/architecture.png"),
     pictures("pictures", 1, "pages.pictures", "docs/chapel*.png"),
     pictures("screenshots", 5, "pages.screenshots", "docs/app-*.png"),

@@ -10,9 +10,8 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection
 from scipy.spatial.transform import Rotation
 
 from blockstat import Block, InputError, Outcome, assess, overlaps
-from blockstat.contact.penetration import _outside
 from blockstat.geometry.convex_pieces import convex_pieces
-from blockstat.geometry.convexity import surface_stays_out
+from blockstat.geometry.convexity import protrusions, surface_stays_out
 from blockstat.geometry.inscribed_ball import inscribed_balls
 from blockstat.geometry.triangulation import triangulate
 from evidence.scenes.small import assembly, box, prism
@@ -184,7 +183,7 @@ def star(rng, size):
     a, b, c = np.moveaxis(corners[faces], 1, 0)
     turned = np.einsum("ij,ij->i", np.cross(b - a, c - a), a) < 0
     faces[turned] = faces[turned][:, ::-1]
-    return Block(corners * rng.uniform(0.4, 1.0, (12, 1)) * size, faces)
+    return Block(corners * rng.uniform(0.4, 1.0, (12, 1)) * size, faces.tolist())
 
 
 def test_no_dismissal_loses_an_overlap():
@@ -199,7 +198,7 @@ def test_no_dismissal_loses_an_overlap():
         asm = assembly([one, two])
         depth = _deepest(_fan(one, np.zeros(3)), _fan(two, place))
         shape = asm.size.min()
-        out = _outside(asm)
+        out = protrusions(asm)
         for gap in (1e-4, 1e-2, 1e-1):
             dismissed = [
                 surface_stays_out(asm, np.array([pair]), out, np.array([gap * shape / 2]))[0]
@@ -235,7 +234,7 @@ def _deepest(one, two):
 def test_a_copy_with_its_corners_in_another_order_is_a_copy():
     stone = box((0, 0, 0), (1, 2, 3))
     order = np.random.default_rng(3).permutation(8)
-    turned = Block(np.asarray(stone.vertices)[order], [np.argsort(order)[face] for face in stone.faces])
+    turned = Block(np.asarray(stone.vertices)[order], [np.argsort(order)[face].tolist() for face in stone.faces])
     base = box((-1, -1, -1), (2, 3, 0))
     with pytest.raises(InputError, match="are copies at one place"):
         assess(assembly([base, stone, turned]))

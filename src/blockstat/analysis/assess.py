@@ -74,8 +74,8 @@ def assess(
         without dilatancy and self-stress (see `blockstat.analysis.coulomb`), and answers STABLE_ONLY_BY_SELF_STRESS if
         not.
     tightnesses
-        With "coulomb", at how many random tightnesses of the joints a state is looked for too. Each costs about as much
-        as the verdict.
+        With flow="coulomb", at how many random tightnesses of the joints a state is looked for too. Each costs about as
+        much as the verdict.
     memory
         Evidence of earlier designs with the same joints, which may decide without a solve (see
         `blockstat.analysis.certificate_cache`). An instability proven so has no score (nan).
@@ -114,20 +114,54 @@ def assess(
     check_choice("solver", solver, CHOICES)
     check_choice("flow", flow, FLOWS)
     problem = pose(assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
+    return judged(problem, loads=loads, solver=solver, flow=flow, tightnesses=tightnesses, memory=memory, score=score)
+
+
+def judged(
+    problem: Problem,
+    *,
+    loads: Floats | None = None,
+    solver: str = "auto",
+    flow: str = "associated",
+    tightnesses: int = 0,
+    memory: Memory | None = None,
+    score: bool = True,
+    reserve: bool = True,
+    guess: Floats | None = None,
+) -> Verdict:
+    """Give the verdict on a posed problem.
+
+    Parameters
+    ----------
+    problem
+        The problem.
+    loads, solver, flow, tightnesses, memory, score
+        As in `assess`; the loads are those that the problem was posed with.
+    reserve
+        False does not ask whether a stable assembly is balanced without reserve, nor whether it rests on slivers.
+    guess
+        Forces from which to look for forces in balance first, in the units of the program, shape (m, 3).
+
+    Returns
+    -------
+    Verdict
+        As of `assess`.
+    """
     timings = dict(problem.timings)
     answer = checked = state = None
     if problem.program is not None:
-        answer, checked = _solved(problem, problem.program, solver, memory, timings, score)
+        answer, checked = _solved(problem, problem.program, solver, memory, timings, score, guess)
         if flow == "coulomb" and problem.slips and outcome_of(checked.certificate) is Outcome.STABLE:
             with timed(timings, "coulomb"):
                 state = coulomb_state(problem.program, tightnesses=tightnesses, solver=_second(solver))
     timings["total"] = sum(timings.values())
     verdict = _verdict(problem, answer, checked, timings)
-    if verdict.outcome is Outcome.STABLE and checked is not None:
+    if reserve and verdict.outcome is Outcome.STABLE and checked is not None:
         verdict = _with_reserve(problem, verdict, checked, loads, _second(solver))
     if verdict.outcome is Outcome.UNSTABLE and (warnings := rim_warnings(problem, verdict.mechanism)):
-        options = {"friction": friction, "gravity": gravity, "loads": loads, "gap": gap, "solver": solver}
-        held = assess(assembly, interfaces=with_rims(problem), score=False, **options)
+        options = {"friction": None, "gravity": None, "loads": loads, "gap": problem.gap}
+        rimmed = pose(problem.assembly, interfaces=with_rims(problem), **options)
+        held = judged(replace(rimmed, overlapping=problem.overlapping), loads=loads, solver=solver, score=False)
         verdict = _beyond_doubt(verdict, held, warnings)
     if flow == "associated":
         return verdict
@@ -161,6 +195,7 @@ def _solved(
     memory: Memory | None,
     timings: dict[str, float],
     score: bool,
+    guess: Floats | None,
 ) -> tuple[Answer, Answer]:
     """An answer, and the same with what the independent check makes of it: an earlier one if there is one that proves.
 
@@ -175,7 +210,7 @@ def _solved(
         if solver == "cvxpy":
             answer = solve_on_paper(program)
         else:
-            answer = solve_penalty(program, solver=solver, motions=problem.motions, score=score)
+            answer = solve_penalty(program, solver=solver, motions=problem.motions, score=score, guess=guess)
     with timed(timings, "certificate"):
         checked = decide(program, answer, solver=_second(solver), motions=problem.motions)
     if memory is not None:

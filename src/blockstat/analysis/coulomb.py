@@ -6,9 +6,10 @@ block between fixed ones, although no load causes it. A Coulomb state has neithe
 the check, whichever way it was found.
 
 It is looked for by De Saxce's fixed point (`blockstat.solve.coulomb`) in assemblies of three kinds of joints: stiff
-ones that are all open by the same amount at first, elastic ones that are hardly open, and both. Forces between stiff joints
-are those of a mechanism that the loads have closed. Forces between elastic joints are spread as in a distinct-element
-code. Each kind has its own state, if it has one, because friction depends on history; any state is a proof.
+ones that are all open by the same amount at first, elastic ones that are hardly open, and both. Forces between stiff
+joints are those of a mechanism that the loads have closed. Forces between elastic joints are spread as in a
+distinct-element code. Each kind has its own state, if it has one, because friction depends on history; any state is
+a proof.
 
 That none is found proves nothing. The answer is "stable only by self-stress" when slips grow without bound for every
 kind of joints, and undecided otherwise. A block that only a thrust holds slips on by the same amount or more with each
@@ -34,7 +35,7 @@ FAMILY = ((1.0, 1e-3), (0.1, 1.0), (1.0, 1.0))
 #: A member's slips grow when they change by as much in the last third of so many programs as in the third before.
 EARLY = 6
 #: After so many programs they have no bound when the changes shrink no faster than those of a harmonic series, whose
-#: sum is unbounded: the mean of 1/k over the last third of n programs is `ln(3/2) / ln 2` of that over the third before.
+#: sum is unbounded: over the last third of n programs 1/k has the mean `ln(3/2) / ln 2` of that over the third before.
 LATE, HARMONIC = 12, float(np.log(1.5) / np.log(2.0))
 NOWHERE = np.empty(0, dtype=np.int64)
 

@@ -68,11 +68,21 @@ class LimitLoad(Result):
     assembly: Assembly
     warnings: tuple[str, ...]
     timings: dict[str, float]
-    #: With flow="coulomb": the largest multiplier at which a checked state without dilatancy and self-stress was found,
-    #: and the next at which there was none. Not a theorem: these limits are not unique.
-    coulomb: tuple[float, float] | None = None
-    coulomb_least: tuple[float, float] | None = None  #: the same for those joints, stiff or elastic, that carry least
+    #: With flow="coulomb", for stiff joints, elastic ones, and both (`blockstat.analysis.coulomb.FAMILY`):
+    #: the multiplier up to which a checked state without dilatancy and self-stress was found, and the next at which
+    #: there was none. Not a theorem: these limits are not unique, as friction depends on history.
+    coulomb_kinds: tuple[tuple[float, float], ...] = ()
     bonds: Bonds | None = None  #: what the bonds at the centres of joints carry with `forces`
+
+    @property
+    def coulomb(self) -> tuple[float, float] | None:
+        """The bracket of those joints that carry most without dilatancy and self-stress; None if not asked for."""
+        return max(self.coulomb_kinds, default=None)
+
+    @property
+    def coulomb_least(self) -> tuple[float, float] | None:
+        """The bracket of those joints that carry least; None if not asked for."""
+        return min(self.coulomb_kinds, default=None)
 
     @property
     def gap(self) -> float:
@@ -130,8 +140,8 @@ class LimitLoad(Result):
             if self.coulomb is not None:
                 lines.append(f"Without dilatancy and self-stress: {self.coulomb[0]:.5g} to {self.coulomb[1]:.5g}")
             if self.coulomb_least is not None and self.coulomb is not None and self.coulomb_least[1] < self.coulomb[0]:
-                least, next_ = self.coulomb_least
-                lines.append(f"In the joints that carry least: {least:.5g} to {next_:.5g}")
+                least, above = self.coulomb_least
+                lines.append(f"In the kind of joints that carries least: {least:.5g} to {above:.5g}")
             counts = ", ".join(f"{len(pairs)} {kind}" for kind, pairs in self.joints().items())
             lines.append(f"Joints of the mechanism: {counts}.")
         if words := self.interfaces.contact_words:
@@ -263,10 +273,10 @@ def limit_load(
     with timed(timings, "solve"):
         solved = _bracket(problem, direction, solver)
     outcome, lower, upper, force, twist = solved
-    coulomb = least = None
+    kinds: tuple[tuple[float, float], ...] = ()
     if flow == "coulomb" and outcome is LoadOutcome.LIMIT and lower > 0:
         with timed(timings, "coulomb"):
-            least, coulomb = _coulomb_brackets(problem, direction, lower, solver)
+            kinds = _coulomb_brackets(problem, direction, lower, solver)
     found = LimitLoad(
         outcome=outcome,
         lower=lower,
@@ -277,8 +287,7 @@ def limit_load(
         assembly=problem.assembly,
         warnings=problem.warnings,
         timings=timings,
-        coulomb=coulomb,
-        coulomb_least=least,
+        coulomb_kinds=kinds,
         bonds=problem.to_bonds(force),
     )
     with timed(timings, "contacts without a normal"):
@@ -315,15 +324,12 @@ def _closed(lower: float, upper: float) -> bool:
 
 def _coulomb_brackets(
     problem: Problem, direction: Floats, associated: float, solver: str
-) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Multipliers with and without a Coulomb state below the associated one, for the joints that carry least and most.
-
-    For each kind of joints by bisection, as the limit depends on them.
-    """
+) -> tuple[tuple[float, float], ...]:
+    """Multipliers with and without a Coulomb state below the associated one, by bisection for each kind of joints."""
     program = problem.program
     assert program is not None
     if not problem.slips:
-        return (associated, associated), (associated, associated)
+        return ((associated, associated),)
     load = problem.scaled(direction)
 
     def settles(multiplier: float, kind: tuple[float, float]) -> bool:
@@ -338,7 +344,7 @@ def _coulomb_brackets(
             middle = high - COULOMB_WIDTH * associated if low == 0.0 and high == associated else (low + high) / 2
             low, high = (middle, high) if settles(middle, kind) else (low, middle)
         brackets.append((low, high))
-    return min(brackets), max(brackets)
+    return tuple(brackets)
 
 
 def _bounds(
@@ -391,4 +397,5 @@ def _bracket(problem: Problem, direction: Floats, solver: str) -> tuple[LoadOutc
     lower, field = (low.value, low.evidence) if low else (0.0, dead.force)
     upper, twist = (high.value, high.evidence) if high else (np.inf, answer.twist)
     lower = min(lower, upper)  # both are proven to a tolerance, within which they may cross
-    return LoadOutcome.LIMIT if _closed(lower, upper) else LoadOutcome.UNDECIDED, lower / unit, upper / unit, field, twist
+    outcome = LoadOutcome.LIMIT if _closed(lower, upper) else LoadOutcome.UNDECIDED
+    return outcome, lower / unit, upper / unit, field, twist

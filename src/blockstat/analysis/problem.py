@@ -53,6 +53,8 @@ class Problem:
     timings: dict[str, float]
     bonds: Ints  #: interfaces with a bond at their centre, whose columns follow the contact points
     crushed: Interfaces | None = None  #: contacts without area that a joint law lets carry nothing
+    #: pairs of blocks that overlap too far to have a joint, shape (n, 2); None: to be looked for when it matters
+    overlapping: Ints | None = None
 
     def to_blocks(self, twist: Floats) -> Floats:
         """Return a scaled twist as velocities and rotations of all blocks.

@@ -33,7 +33,8 @@ def overlap_warnings(problem: Problem, mechanism: Floats) -> list[str]:
     assembly = problem.assembly
     moves = np.abs(mechanism).max(axis=1) > 0
     # A joint elsewhere does not help: where two blocks overlap, they have no joint that they ought to have.
-    hidden = [pair for pair in overlaps(assembly, gap=problem.gap)[0].tolist() if moves[pair].any()]
+    pairs = overlaps(assembly, gap=problem.gap)[0] if problem.overlapping is None else problem.overlapping
+    hidden = [pair for pair in pairs.tolist() if moves[pair].any()]
     if not hidden:
         return []
     one, two = (assembly.names[i] for i in hidden[0])

@@ -26,7 +26,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from blockstat.certificate.check import FORCE_TOLERANCE, force_errors
+from blockstat.certificate.check import FORCE_LIMIT, FORCE_TOLERANCE, force_errors
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.typing import Floats
 
@@ -40,7 +40,8 @@ RATE_ACCURACY = 1e-6
 class CoulombCertificate:
     """The figures that decide about a Coulomb state; rates are relative to the largest rate."""
 
-    residual: float  #: largest unbalanced force of a block, relative to its load
+    residual: float  #: largest unbalanced force of a block beyond rounding, relative to its load
+    total_force: float  #: sum of the normal forces, in total weights
     cone_violation: float  #: largest missing normal force of a point, relative to the lighter block's load
     closing: float  #: least closing of a loaded point, which must be positive; inf where nothing is loaded
     clearance_violation: float  #: closing of an unloaded point beyond the largest of a loaded one
@@ -52,6 +53,7 @@ class CoulombCertificate:
         """Whether the pair is a Coulomb state, to the accuracy of the rates."""
         return (
             max(self.residual, self.cone_violation) <= FORCE_TOLERANCE
+            and self.total_force <= FORCE_LIMIT
             and self.closing > RATE_ACCURACY
             and self.clearance_violation <= RATE_ACCURACY
             and self.friction_violation <= RATE_ACCURACY
@@ -85,7 +87,7 @@ def check_coulomb_state(
     De Saxce & Feng: The bipotential method, 1998.
     """
     if not (np.isfinite(force).all() and np.isfinite(displacement).all()):
-        return CoulombCertificate(np.inf, np.inf, -np.inf, np.inf, np.inf, 1.0)
+        return CoulombCertificate(np.inf, np.inf, np.inf, -np.inf, np.inf, np.inf, 1.0)
     errors = force_errors(program, force)
     rate = (program.matrix.T @ displacement).reshape(-1, 3)
     size = max(float(np.abs(rate).max(initial=0.0)), 1e-300)
@@ -101,6 +103,7 @@ def check_coulomb_state(
     stretched = np.maximum(rate[loaded & ~touching, 0], 0.0)  # a bond that comes closer pulls no more
     return CoulombCertificate(
         residual=errors.imbalance,
+        total_force=errors.total,
         cone_violation=max(-errors.slack, 0.0),
         closing=float(closing[at_points].min(initial=np.inf)),
         clearance_violation=float((closing - free)[~loaded & touching].max(initial=0.0)),

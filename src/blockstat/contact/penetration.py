@@ -206,7 +206,7 @@ def overlaps(assembly: Assembly, *, gap: float | str, near: Ints | None = None) 
         rest = rest[~surface_stays_out(assembly, both[rest], outside, limit[rest] / 2)]
     # A ball in both blocks is also behind their planes when these are moved out to the last corner.
     rest = rest[_convex_overlaps(assembly, pairs[rest], limit[rest], outside) > limit[rest]]
-    depth[rest] = piece_depths(assembly, pairs[rest], limit[rest])
+    depth[rest] = piece_depths(assembly, pairs[rest], limit[rest], outside)
     return pairs[depth > limit], depth[depth > limit]
 
 

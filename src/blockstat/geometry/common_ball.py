@@ -57,7 +57,7 @@ def convex_depths(blocks: Polyhedra, pairs: Ints, least: Floats, outward: Floats
     return np.concatenate(found)
 
 
-def piece_depths(blocks: Polyhedra, pairs: Ints, tolerance: Floats) -> Floats:
+def piece_depths(blocks: Polyhedra, pairs: Ints, tolerance: Floats, outward: Floats) -> Floats:
     """Return the diameter of the largest ball inside a convex piece of each block of each pair.
 
     Parameters
@@ -68,6 +68,8 @@ def piece_depths(blocks: Polyhedra, pairs: Ints, tolerance: Floats) -> Floats:
         Two blocks each, whose boxes have a common part.
     tolerance : array of float, shape (n,)
         How far the corners of a convex piece may lie outside its faces, and the diameters that matter [m].
+    outward : array of float, shape (n_faces,)
+        How far the last corner of its block lies in front of each face [m].
 
     Returns
     -------
@@ -90,7 +92,9 @@ def piece_depths(blocks: Polyhedra, pairs: Ints, tolerance: Floats) -> Floats:
     # The solid of each side of each pair: a block as a whole, or its part in the box of the pair.
     solid = (np.cumsum(few) - 1)[number]
     solid[row, side] = len(small) + np.arange(len(row))
-    return _piece_depths(_Pieces.of(whole + cut), solid, low, tolerance)
+    hulls = [[_hull(blocks, int(block), outward)] for block in used]
+    pieces = _Pieces.of([*whole, *cut, *hulls])
+    return _piece_depths(pieces, solid, low, tolerance, len(whole) + len(cut) + number)
 
 
 @dataclass(frozen=True)
@@ -117,14 +121,25 @@ class _Pieces:
         return 2.0 * inscribed_balls(normal, offset, start, least / 2)[0]
 
 
-def _piece_depths(pieces: _Pieces, solid: Ints, origin: Floats, least: Floats) -> Floats:
-    """Diameter of the largest ball in a piece of each of two solids of each pair [m]."""
-    count = np.diff(pieces.first)[solid]
-    pair, place = members(np.zeros(len(solid), dtype=np.int64), count.prod(axis=1))
-    one = pieces.first[solid[pair, 0]] + place // count[pair, 1]
-    two = pieces.first[solid[pair, 1]] + place % count[pair, 1]
+def _piece_depths(pieces: _Pieces, solid: Ints, origin: Floats, least: Floats, hull: Ints | None = None) -> Floats:
+    """Diameter of the largest ball in a piece of each of two solids of each pair [m].
+
+    Pieces that do not reach into the hull of the other solid, which is a piece of its own, need not be tried.
+    """
+    kept: list[tuple[Ints, Ints]] = []
+    for side in (0, 1):
+        pair, piece = members(pieces.first[solid[:, side]], np.diff(pieces.first)[solid[:, side]])
+        if hull is not None:
+            other = pieces.first[hull[pair, 1 - side]]
+            into = pieces.common(piece, other, origin[pair], least[pair]) > least[pair]
+            pair, piece = pair[into], piece[into]
+        kept.append((pair, piece))
+    (pair_one, one), (pair_two, two) = kept
+    start = np.searchsorted(pair_two, np.arange(len(solid) + 1))
+    row, place = members(start[pair_one], np.diff(start)[pair_one])
+    pair = pair_one[row]
     depth = np.zeros(len(solid))
-    np.maximum.at(depth, pair, pieces.common(one, two, origin[pair], least[pair]))
+    np.maximum.at(depth, pair, pieces.common(one[row], two[place], origin[pair], least[pair]))
     return depth
 
 
@@ -159,3 +174,10 @@ def _triangles(blocks: Polyhedra, block: int) -> Floats:
     """Corners of the triangles of a block's surface, shape (n, 3, 3) [m]."""
     corners = blocks.block_vertices(block)
     return corners[triangulate(corners, blocks.faces_of(block))]
+
+
+def _hull(blocks: Polyhedra, block: int, outward: Floats) -> Floats:
+    """Planes of the faces of a block, each moved out to its last corner, shape (n, 4)."""
+    own = slice(*np.searchsorted(blocks.face_block, [block, block + 1]))
+    normal, centre = blocks.planes.normal[own], blocks.planes.centre[own]
+    return np.column_stack([normal, (normal * centre).sum(axis=1) + outward[own]])

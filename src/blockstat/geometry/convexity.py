@@ -173,7 +173,7 @@ def _inside(blocks: Polyhedra, corners: Ints, number: Ints, point: Floats) -> np
     way to span it comes to the same.
     """
     lower, upper = blocks.bounds
-    found = ((point > lower[number]) & (point < upper[number])).all(axis=1)
+    found: np.ndarray = np.all((point > lower[number]) & (point < upper[number]), axis=1)
     rows = np.flatnonzero(found)
     if not len(rows):
         return found

@@ -5,9 +5,9 @@ Joint i is open by `t_i` at first and has the compliance c. Given slips s, solve
     minimise (t + s)' f_n + c/2 |f|^2   subject to   A f + w = 0,   f in K.
 
 Its cone multipliers are `z = A'v + (t + s) n + c f`, v the multipliers of the balance. By complementarity a loaded
-point closes by `q_i = t_i + c f_n,i - (mu |z_t| - s)_i`, and friction opposes slip. At `s = mu |z_t|` nothing dilates, and
-every loaded point closes. But no convergence is needed: where the slips grow by less than `t_i + c f_n,i`, the
-iterate is a Coulomb state as it stands, with joints of unequal tightness (De Saxce & Feng 1998; Acary, Cadoux,
+point closes by `q_i = t_i + c f_n,i - (mu |z_t| - s)_i`, and friction opposes slip. At `s = mu |z_t|` nothing
+dilates, and every loaded point closes. But no convergence is needed: where the slips grow by less than `t_i + c f_n,i`,
+the iterate is a Coulomb state as it stands, with joints of unequal tightness (De Saxce & Feng 1998; Acary, Cadoux,
 Lemarechal & Malick 2011).
 """
 

@@ -30,7 +30,12 @@ ALREADY = 0.01
 
 
 def solve_penalty(
-    program: PenaltyProgram, *, solver: str = "auto", motions: Motions = no_motions, score: bool = True
+    program: PenaltyProgram,
+    *,
+    solver: str = "auto",
+    motions: Motions = no_motions,
+    score: bool = True,
+    guess: Floats | None = None,
 ) -> Answer:
     """Minimise the penalty `1/2 ||E'A'u||^2` less the work of the load over the admissible twists.
 
@@ -46,25 +51,33 @@ def solve_penalty(
         Gives twists that may open every joint, shape (6 n,) each (see `blockstat.certificate.interior_motions`).
     score
         False allows to end with the first mechanism that is found, whose adhesion is not known.
+    guess
+        Forces from which to look for forces in balance first, shape (m, 3), inside their cones or on their boundaries;
+        by default those of a load path.
 
     Returns
     -------
     Answer
         Forces, adhesion and mechanism.
     """
-    if len(program.load) >= COMPONENTS and program.plane is None:
+    if len(program.load) >= COMPONENTS and program.plane is None and guess is None:
         return solve_by_components(program, partial(solve_whole, solver=solver, score=score), motions)
-    return solve_whole(program, motions, solver=solver, score=score)
+    return solve_whole(program, motions, solver=solver, score=score, guess=guess)
 
 
 def solve_whole(
-    program: PenaltyProgram, motions: Motions = no_motions, *, solver: str = "auto", score: bool = True
+    program: PenaltyProgram,
+    motions: Motions = no_motions,
+    *,
+    solver: str = "auto",
+    score: bool = True,
+    guess: Floats | None = None,
 ) -> Answer:
     """Solve a penalty program as one.
 
     Parameters
     ----------
-    program, motions, solver, score
+    program, motions, solver, score, guess
         As in `solve_penalty`.
 
     Returns
@@ -82,12 +95,14 @@ def solve_whole(
         proven[:] = [balance(program, force)]
         return force_errors(program, proven[0]).within(FORCE_TOLERANCE)
 
-    normal = load_path_guess(program)
+    if guess is None:
+        normal = load_path_guess(program)
+        guess = np.column_stack([normal, 0 * normal, 0 * normal])
     iterates = _Iterates(program, motions)
     early = EarlyEnd(
         accept,
         iterates.noted if score else iterates.falls,
-        guess=np.column_stack([normal, 0 * normal, 0 * normal]),
+        guess=guess,
         # Who asks for no score expects most designs to fall, and then it is mostly in vain to look for forces for long.
         brief=not score,
     )
