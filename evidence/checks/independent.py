@@ -17,6 +17,7 @@ import numpy as np
 
 import blockstat
 from blockstat.contact.interfaces import GAP
+from evidence.checks.coulomb import check_displacements
 from evidence.checks.strength import bonds_taken_up, check_bonds, check_points, strengths, taken_up
 
 FORCE = 1e-8  #: of a block's own load, what a balanced block may lack and a cone may miss
@@ -201,6 +202,9 @@ def check_verdict(verdict, *, loads=None, gap=GAP):
         assert verdict.score == 0
         assert not verdict.adhesion.any()
         check_forces(asm, faces, wrench, centroid, verdict.forces, verdict.bonds)
+        if verdict.displacement is not None:
+            check_displacements(verdict)
+        assert outcome != "stable" or verdict.coulomb is None or verdict.displacement is not None
     elif outcome == "unstable":
         assert_falls(asm, faces, wrench, centroid, verdict.mechanism)
         if np.isfinite(verdict.score):

@@ -17,12 +17,9 @@ if TYPE_CHECKING:
     from blockstat.analysis.thrust import (
         DomainOutcome,
         LoadDomain,
-        Settlement,
-        SettlementOutcome,
         ThrustOutcome,
         ThrustRange,
         load_domain,
-        settlement,
         thrust_range,
     )
     from blockstat.analysis.tilt_friction import Bracket, BracketOutcome, friction_limit, tilt_limit
@@ -72,7 +69,10 @@ if TYPE_CHECKING:
         scene_from,
         with_values,
     )
+    from blockstat.studies.directions import DirectionalLimits, DirectionOutcome, limit_load_by_direction
+    from blockstat.studies.foundations import Crack, Foundation, Settlement, SettlementOutcome, settle, settlement
     from blockstat.view.animation import write_mechanism, write_motion
+    from blockstat.view.assessment import Assessment, assess_fully, assessment_html
     from blockstat.view.attributes import write_verdict
     from blockstat.view.plot import (
         mechanism_pose,
@@ -82,12 +82,16 @@ if TYPE_CHECKING:
         plot_stone_sensitivity,
         plot_verdict,
     )
+    from blockstat.view.polar import plot_directions
+    from blockstat.view.settling import plot_settlement
     from blockstat.view.three_d.page import interactive_html, show
+    from blockstat.view.thrust_lines import plot_thrust
     from blockstat.view.utilisation import plot_utilisation, utilisation
 
 __version__ = "0.1.0"
 __all__ = [
     "Assembly",
+    "Assessment",
     "Block",
     "Bonds",
     "Bracket",
@@ -98,10 +102,14 @@ __all__ = [
     "Change",
     "Composition",
     "CoulombState",
+    "Crack",
+    "DirectionOutcome",
+    "DirectionalLimits",
     "DomainOutcome",
     "Dropped",
     "Falsework",
     "FalseworkOutcome",
+    "Foundation",
     "InputError",
     "InputWarning",
     "Interfaces",
@@ -138,8 +146,10 @@ __all__ = [
     "Verdict",
     "acceleration",
     "assess",
+    "assess_fully",
     "assess_plan",
     "assess_states",
+    "assessment_html",
     "box",
     "build",
     "centring",
@@ -155,6 +165,7 @@ __all__ = [
     "interactive_html",
     "latin_hypercube",
     "limit_load",
+    "limit_load_by_direction",
     "limit_load_by_point",
     "limit_load_gradient",
     "load_domain",
@@ -163,9 +174,12 @@ __all__ = [
     "overlaps",
     "parameters",
     "plot",
+    "plot_directions",
     "plot_forces",
     "plot_mechanism",
+    "plot_settlement",
     "plot_stone_sensitivity",
+    "plot_thrust",
     "plot_utilisation",
     "plot_verdict",
     "point_load",
@@ -178,6 +192,7 @@ __all__ = [
     "score_by_point",
     "score_gradient",
     "search",
+    "settle",
     "settlement",
     "shared_points",
     "show",
@@ -203,8 +218,7 @@ _HOMES = {
         "analysis.certificate_cache": "Memory",
         "analysis.coulomb": "CoulombState",
         "analysis.limit_load": "LimitLoad LoadOutcome limit_load",
-        "analysis.thrust": "DomainOutcome LoadDomain Settlement SettlementOutcome ThrustOutcome ThrustRange "
-        "load_domain settlement thrust_range",
+        "analysis.thrust": "DomainOutcome LoadDomain ThrustOutcome ThrustRange load_domain thrust_range",
         "analysis.tilt_friction": "Bracket BracketOutcome friction_limit tilt_limit",
         "analysis.verdict": "Outcome Verdict",
         "assembly": "Assembly Block glued",
@@ -233,10 +247,16 @@ _HOMES = {
         "sequence.plan": "Plan PlanVerdict Step assess_plan check_plan read_plan write_plan",
         "sequence.states": "assess_states",
         "spec": "Building Composition Range Scene build load_scene parameters read scene_from with_values",
+        "studies.directions": "DirectionOutcome DirectionalLimits limit_load_by_direction",
+        "studies.foundations": "Crack Foundation Settlement SettlementOutcome settle settlement",
         "view.animation": "write_mechanism write_motion",
+        "view.assessment": "Assessment assess_fully assessment_html",
         "view.attributes": "write_verdict",
         "view.plot": "mechanism_pose plot plot_forces plot_mechanism plot_stone_sensitivity plot_verdict",
+        "view.polar": "plot_directions",
+        "view.settling": "plot_settlement",
         "view.three_d.page": "interactive_html show",
+        "view.thrust_lines": "plot_thrust",
         "view.utilisation": "plot_utilisation utilisation",
     }.items()
     for name in names.split()

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.certificate_cache import Memory
-from blockstat.analysis.coulomb import coulomb_state
+from blockstat.analysis.coulomb import CoulombState, coulomb_state
 from blockstat.analysis.decision import decide, outcome_of
 from blockstat.analysis.problem import Problem, crushes, free_fall, gap_warnings, pose, timed
 from blockstat.analysis.reserve import loaded_slivers, neutral_blocks, neutral_warning, sliver_warning, without
 from blockstat.analysis.rims import overlap_warnings, rim_warnings, with_rims
 from blockstat.analysis.verdict import Outcome, Verdict, unit_motion
-from blockstat.certificate.check import Certificate
+from blockstat.certificate.check import Certificate, check
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import check_choice, known_options
 from blockstat.program.penalty import PenaltyProgram
@@ -43,6 +43,7 @@ def assess(
     interfaces: Interfaces | None = None,
     solver: str = "auto",
     flow: str = "associated",
+    tightnesses: int = 0,
     memory: Memory | None = None,
     score: bool = True,
 ) -> Verdict:
@@ -72,6 +73,9 @@ def assess(
         "associated" asks whether an admissible force field exists. "coulomb" asks in addition whether one exists
         without dilatancy and self-stress (see `blockstat.analysis.coulomb`), and answers STABLE_ONLY_BY_SELF_STRESS if
         not.
+    tightnesses
+        With flow="coulomb", at how many random tightnesses of the joints a state is looked for too. Each costs about as
+        much as the verdict.
     memory
         Evidence of earlier designs with the same joints, which may decide without a solve (see
         `blockstat.analysis.certificate_cache`). An instability proven so has no score (nan).
@@ -110,7 +114,7 @@ def assess(
     check_choice("solver", solver, CHOICES)
     check_choice("flow", flow, FLOWS)
     problem = pose(assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
-    return judged(problem, loads=loads, solver=solver, flow=flow, memory=memory, score=score)
+    return judged(problem, loads=loads, solver=solver, flow=flow, memory=memory, score=score, tightnesses=tightnesses)
 
 
 def judged(
@@ -121,6 +125,7 @@ def judged(
     flow: str = "associated",
     memory: Memory | None = None,
     score: bool = True,
+    tightnesses: int = 0,
     reserve: bool = True,
     guess: Floats | None = None,
 ) -> Verdict:
@@ -130,7 +135,7 @@ def judged(
     ----------
     problem
         The problem.
-    loads, solver, flow, memory, score
+    loads, solver, flow, memory, score, tightnesses
         As in `assess`; the loads are those that the problem was posed with.
     reserve
         False does not ask whether a stable assembly is balanced without reserve, nor whether it rests on slivers.
@@ -148,7 +153,7 @@ def judged(
         answer, checked = _solved(problem, problem.program, solver, memory, timings, score, guess)
         if flow == "coulomb" and problem.slips and outcome_of(checked.certificate) is Outcome.STABLE:
             with timed(timings, "coulomb"):
-                state = coulomb_state(problem.program, solver=_second(solver))
+                state = coulomb_state(problem.program, tightnesses=tightnesses, solver=_second(solver))
     timings["total"] = sum(timings.values())
     verdict = _verdict(problem, answer, checked, timings)
     if reserve and verdict.outcome is Outcome.STABLE and checked is not None:
@@ -160,10 +165,27 @@ def judged(
         verdict = _beyond_doubt(verdict, held, warnings)
     if flow == "associated":
         return verdict
-    outcome = verdict.outcome
-    if state is not None and outcome is Outcome.STABLE and state.settles is not True:
+    return _with_state(problem, verdict, state)
+
+
+def _with_state(problem: Problem, verdict: Verdict, state: CoulombState | None) -> Verdict:
+    """The verdict with a Coulomb state behind it, whose forces it then shows, or with what speaks against one."""
+    verdict = replace(verdict, flow="coulomb")
+    if state is None or problem.program is None or verdict.outcome is not Outcome.STABLE:
+        return verdict
+    points = problem.eq.points[state.held]
+    held = np.unique(problem.interfaces.point_interface[points])
+    if state.settles is not True:
         outcome = Outcome.STABLE_ONLY_BY_SELF_STRESS if state.settles is False else Outcome.UNDECIDED
-    return replace(verdict, outcome=outcome, flow=flow, coulomb=state)
+        return replace(verdict, outcome=outcome, coulomb=state, held=held)
+    return replace(
+        verdict,
+        coulomb=state,
+        forces=problem.to_points(state.force),
+        bonds=problem.to_bonds(state.force),
+        certificate=check(problem.program, state.force, np.zeros(len(problem.program.load))),
+        displacement=unit_motion(problem.assembly, problem.to_blocks(state.displacement)),
+    )
 
 
 def _solved(

@@ -20,12 +20,15 @@ from blockstat.cli.options import (
     Units,
     Version,
     gap_of,
+    inputs,
     numbers,
     print_json,
     run_app,
+    said,
 )
 from blockstat.cli.options import load as load_assembly
 from blockstat.cli.sequence import sequence
+from blockstat.cli.studies import over_the_horizon, report_command, settle_command
 from blockstat.errors import InputError
 
 if TYPE_CHECKING:
@@ -34,6 +37,8 @@ if TYPE_CHECKING:
 Flow = Annotated[str, typer.Option(help="associated, or coulomb: no dilatancy and no self-stress.")]
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+app.command("settle")(settle_command)
+app.command("report")(report_command)
 
 
 @app.callback()
@@ -128,11 +133,13 @@ def check(
         write_verdict(verdict, output)
     if as_json:
         summary = verdict.summary()
-        print_json({"file": str(file), "verdict": summary.pop("outcome"), **summary})
+        echo = inputs(assembly, units=units, gap=gap)
+        print_json({"file": str(file), "verdict": summary.pop("outcome"), **echo, **summary})
         return
     seconds = verdict.timings["total"]
     faces = verdict.interfaces
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {faces.n_interfaces} interfaces, {seconds:.2f} s")
+    typer.echo(said(assembly, units=units, gap=gap))
     typer.echo(verdict.explain())
 
 
@@ -140,26 +147,41 @@ def check(
 def limit(
     file: FileArgument,
     load: Annotated[
-        str, typer.Option(metavar="AX,AY,AZ", help="Direction of the acceleration; 1 is as strong as gravity.")
-    ],
+        str | None, typer.Option(metavar="AX,AY,AZ", help="Direction of the acceleration; 1 is as strong as gravity.")
+    ] = None,
+    directions: Annotated[
+        int | None, typer.Option(metavar="N", help="In place of --load: all round the horizon; a multiple of 4.")
+    ] = None,
     friction: Friction = None,
     gravity: Gravity = None,
     tilt: Tilt = None,
     supports: Supports = None,
     units: Units = None,
     flow: Flow = "associated",
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Polar plot of the directions (.png, .svg, .pdf).")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Bracket the acceleration, in any direction, that an assembly carries. Both bounds are proven."""
+    """Bracket the acceleration, in one direction or in all, that an assembly carries. Both bounds are proven."""
     from blockstat.analysis.limit_load import limit_load
 
+    if load is None and directions is None:
+        raise InputError("give --load AX,AY,AZ, or --directions N for all of the horizon")
+    if load is not None and directions is not None:
+        raise InputError("--load and --directions are different questions; ask for one of them")
+    if output is not None and directions is None:
+        raise InputError("-o draws the directions; it goes with --directions")
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
-    result = limit_load(assembly, numbers(load, 3, "--load", "AX,AY,AZ"), flow=flow)
+    if directions is not None:
+        over_the_horizon(file, assembly, directions, flow, output, units, as_json)
+        return
+    result = limit_load(assembly, numbers(load or "", 3, "--load", "AX,AY,AZ"), flow=flow)
     if as_json:
-        print_json({"file": str(file), **result.summary()})
+        print_json({"file": str(file), **inputs(assembly, units=units), **result.summary()})
         return
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {result.timings['total']:.2f} s")
-    typer.echo(result.explain())
+    typer.echo(f"{said(assembly, units=units)}\n{result.explain()}")
 
 
 @app.command("tilt")
@@ -182,9 +204,8 @@ def tilt_command(
     found = tilt_limit(assembly, about)
     stands, falls = (None if isnan(value) else value for value in (found.stands, found.falls))
     if as_json:
-        print_json(
-            {"file": str(file), "axis": axis, "angle_deg": stands or 0.0, "stands_deg": stands, "falls_deg": falls}
-        )
+        angles = {"axis": axis, "angle_deg": stands or 0.0, "stands_deg": stands, "falls_deg": falls}
+        print_json({"file": str(file), **angles, **inputs(assembly, units=units)})
     elif stands is None:
         typer.echo(f"{assembly.name}: does not stand as it is")
     elif falls is None:

@@ -193,6 +193,63 @@ def _tilted(gravity: Any, tilt: str) -> Any:
     return Rotation.from_rotvec(np.deg2rad(angle) * np.array(AXES[axis])).apply(np.asarray(gravity))
 
 
+def inputs(assembly: Assembly, *, units: str | None = None, gap: float | None = None) -> dict[str, Any]:
+    """Return what an answer rests on, as JSON echoes it.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks as they were analysed.
+    units : str, optional
+        Of the coordinates in the file; None for metres.
+    gap : float, optional
+        Tolerance of the joint search; None for the default.
+
+    Returns
+    -------
+    dict
+        "friction" (None without limit), "density" [kg/m3] (None where blocks differ), "densities" (the least and the
+        greatest), "gravity" [m/s2], "weight" of the free blocks [N], "units" of the file and "gap".
+    """
+    from blockstat.contact.interfaces import GAP
+    from blockstat.result import finite
+
+    density = assembly.density[assembly.free] if len(assembly.free) else assembly.density
+    ends = [float(density.min()), float(density.max())]
+    return {
+        "friction": finite(assembly.friction),
+        "density": ends[0] if ends[0] == ends[1] else None,
+        "densities": ends,
+        "gravity": [float(part) for part in assembly.gravity],
+        "weight": assembly.free_weight,
+        "units": units or "m",
+        "gap": GAP if gap is None else gap,
+    }
+
+
+def said(assembly: Assembly, *, units: str | None = None, gap: float | None = None) -> str:
+    """Return what an answer rests on in one line.
+
+    Parameters
+    ----------
+    assembly, units, gap
+        As in `inputs`.
+
+    Returns
+    -------
+    str
+        Friction, density, weight, units and gap.
+    """
+    found = inputs(assembly, units=units, gap=gap)
+    low, high = found["densities"]
+    density = f"{low:g}" if low == high else f"{low:g} to {high:g}"
+    laws = f" and {len(assembly.joints)} joint laws" if assembly.joints else ""
+    return (
+        f"Friction {assembly.friction:g}{laws}, density {density} kg/m3, weight {found['weight'] / 1e3:.4g} kN, "
+        f"coordinates in {found['units']}, joints closed to {found['gap']:g} of a block."
+    )
+
+
 def print_json(value: Any) -> None:
     """Print one JSON object on standard output.
 

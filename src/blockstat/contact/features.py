@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -110,12 +109,6 @@ class Search:
     beyond: Floats  #: what is outside an outline, but no further than this, is on its rim, shape (n_pairs,) [m]
     rims: bool  #: whether contacts on rims are wanted too
 
-    @cached_property
-    def face_boxes(self) -> tuple[Floats, Floats]:
-        """Lower and upper corners of the boxes of all faces, each shape (n_faces, 3) [m]."""
-        corners, first = self.assembly.vertices[self.assembly.face_vertices], self.assembly.face_start[:-1]
-        return np.minimum.reduceat(corners, first), np.maximum.reduceat(corners, first)
-
     def limits(self, row: int) -> tuple[float, float]:
         """Return the reach and the rounding of one pair.
 
@@ -173,7 +166,7 @@ def on_faces(search: Search, side: int, steepest: float) -> tuple[Features, Feat
     """
     assembly, topo = search.assembly, search.topology
     start = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks + 1))
-    faces = _near(search, side, start, *search.face_boxes)
+    faces = _near(search, side, start, *search.assembly.face_bounds)
     one, two = assembly.vertices[topo.edge[:, 0]], assembly.vertices[topo.edge[:, 1]]
     boxes = np.minimum(one, two), np.maximum(one, two)
     edges = _product(len(search.pairs), *faces, *_near(search, 1 - side, topo.edge_start, *boxes))
@@ -249,8 +242,8 @@ def _beside(search: Search, row: Ints, face: Ints, item: Ints, boxes: tuple[Floa
     reach = search.reach[row]
     near = np.ones(len(row), dtype=bool)
     for k in range(3):
-        near &= boxes[0][item, k] <= search.face_boxes[1][face, k] + reach
-        near &= boxes[1][item, k] >= search.face_boxes[0][face, k] - reach
+        near &= boxes[0][item, k] <= search.assembly.face_bounds[1][face, k] + reach
+        near &= boxes[1][item, k] >= search.assembly.face_bounds[0][face, k] - reach
     return row[near], face[near], item[near]
 
 

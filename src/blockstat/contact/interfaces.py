@@ -257,10 +257,8 @@ def _opposed_faces(assembly: Assembly, pairs: Ints, allowed: Floats) -> tuple[In
     """Faces (fa, fb) of paired blocks that are nearly opposed and nearly coplanar."""
     lower, upper = assembly.bounds
     reach = NEAR_MISS * allowed[pairs].min(axis=1)
-    corners, start = assembly.vertices[assembly.face_vertices], assembly.face_start[:-1]
-    boxes = np.minimum.reduceat(corners, start), np.maximum.reduceat(corners, start)
-    row_a, face_a = _faces_near(assembly, boxes, pairs[:, 0], lower[pairs[:, 1]], upper[pairs[:, 1]], reach)
-    row_b, face_b = _faces_near(assembly, boxes, pairs[:, 1], lower[pairs[:, 0]], upper[pairs[:, 0]], reach)
+    row_a, face_a = _faces_near(assembly, pairs[:, 0], lower[pairs[:, 1]], upper[pairs[:, 1]], reach)
+    row_b, face_b = _faces_near(assembly, pairs[:, 1], lower[pairs[:, 0]], upper[pairs[:, 0]], reach)
     count_b = np.bincount(row_b, minlength=len(pairs))
     first_b = np.concatenate([[0], np.cumsum(count_b)])
     repeat = count_b[row_a]
@@ -269,7 +267,7 @@ def _opposed_faces(assembly: Assembly, pairs: Ints, allowed: Floats) -> tuple[In
     row = np.repeat(row_a, repeat)
 
     planes = assembly.planes
-    opposed = np.einsum("ij,ij->i", planes.normal[fa], planes.normal[fb]) < -np.cos(ANGLE)
+    opposed = sum(axis[fa] * axis[fb] for axis in planes.normal.T) < -np.cos(ANGLE)
     fa, fb, row = fa[opposed], fb[opposed], row[opposed]
     offset = planes.centre[fb] - planes.centre[fa]
     distance = np.abs(np.einsum("ij,ij->i", offset, planes.normal[fa] - planes.normal[fb])) / 2
@@ -277,16 +275,15 @@ def _opposed_faces(assembly: Assembly, pairs: Ints, allowed: Floats) -> tuple[In
     return fa[near], fb[near]
 
 
-def _faces_near(
-    assembly: Assembly, boxes: tuple[Floats, Floats], blocks: Ints, lower: Floats, upper: Floats, reach: Floats
-) -> tuple[Ints, Ints]:
+def _faces_near(assembly: Assembly, blocks: Ints, lower: Floats, upper: Floats, reach: Floats) -> tuple[Ints, Ints]:
     """For each row the faces of its block whose box comes within reach of the other block's box."""
     first = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks + 1))
     count = np.diff(first)[blocks]
     row, face = members(first[blocks], count)
-    slack = reach[row][:, None]
-    separated = (boxes[0][face] > upper[row] + slack) | (boxes[1][face] < lower[row] - slack)
-    near = ~(separated[:, 0] | separated[:, 1] | separated[:, 2])
+    near = np.ones(len(row), dtype=bool)
+    for k, (low, high) in enumerate(zip(*(bound.T for bound in assembly.face_bounds), strict=True)):
+        near &= low[face] <= np.repeat(upper[:, k] + reach, count)
+        near &= high[face] >= np.repeat(lower[:, k] - reach, count)
     return row[near], face[near]
 
 

@@ -15,7 +15,7 @@ from blockstat.contact.tolerance import gap_lengths
 from blockstat.errors import InputError
 from blockstat.geometry.broad_phase import near_pairs
 from blockstat.geometry.common_ball import convex_depths, lies_inside, piece_depths
-from blockstat.geometry.convexity import protrusions
+from blockstat.geometry.convexity import protrusions, surface_stays_out
 from blockstat.geometry.polyhedron import FacePlanes
 from blockstat.typing import Floats, Ints
 
@@ -28,7 +28,7 @@ DEEP = 0.1
 #: Blocks whose corners agree to this fraction of their size are copies at one place.
 SAME = 1e-6
 #: Blocks that only touch have fewer near pairs than this for each block. Where there are more, the pairs with the
-#: nearest centroids are measured first: one deep overlap is enough to refuse.
+#: nearest centroids are measured first, as many as there are blocks: one deep overlap is enough to refuse.
 CROWDED = 50
 #: Rows (face of one block, corner of the other) that are held in memory at once.
 CHUNK = 2_000_000
@@ -57,10 +57,9 @@ def check_overlaps(assembly: Assembly, *, gap: float | str, near: Ints | None = 
     InputError
         Naming the two blocks that overlap most, when the overlap is deeper than a tenth of the smaller one.
     """
-    most = CROWDED * assembly.n_blocks
-    if near is not None and len(near) > most:
+    if near is not None and len(near) > CROWDED * assembly.n_blocks:
         apart = np.linalg.norm(assembly.centroid[near[:, 0]] - assembly.centroid[near[:, 1]], axis=1)
-        nearest = np.argsort(apart / assembly.size[near].min(axis=1), kind="stable")[:most]
+        nearest = np.argpartition(apart / assembly.size[near].min(axis=1), assembly.n_blocks)[: assembly.n_blocks]
         _refuse_deep(assembly, *overlaps(assembly, gap=gap, near=near[nearest]))
     pairs, depth = overlaps(assembly, gap=gap, near=near)
     _refuse_deep(assembly, pairs, depth)
@@ -115,11 +114,21 @@ def _originals(assembly: Assembly) -> Ints:
     for i in np.flatnonzero(np.diff(key[order]) <= SAME * assembly.size[order[1:]]):
         a, b = int(first[order[i]]), int(order[i + 1])
         one, two = assembly.block_vertices(a), assembly.block_vertices(b)
-        if one.shape == two.shape and np.abs(one - two).max() <= SAME * assembly.size[b]:
+        if one.shape == two.shape and _same_corners(one, two, SAME * float(assembly.size[b])):
             first[b] = a
     lowest = np.arange(assembly.n_blocks)
     np.minimum.at(lowest, first, np.arange(assembly.n_blocks))
     return lowest[first]
+
+
+def _same_corners(one: Floats, two: Floats, tolerance: float) -> bool:
+    """Whether each of two sets of corners has all corners of the other, in whatever order."""
+    if np.abs(one - two).max() <= tolerance:
+        return True
+    from scipy.spatial import KDTree
+
+    near = KDTree(one).query(two)[0].max(), KDTree(two).query(one)[0].max()
+    return bool(max(near) <= tolerance)
 
 
 def tell(assembly: Assembly, pairs: Ints, depth: Floats) -> str:
@@ -193,9 +202,11 @@ def overlaps(assembly: Assembly, *, gap: float | str, near: Ints | None = None) 
     depth = np.zeros(len(pairs))
     depth[simple] = _convex_overlaps(assembly, pairs[simple], limit[simple], None)
     rest = np.flatnonzero(~simple)
+    for both in (pairs, pairs[:, ::-1]):
+        rest = rest[~surface_stays_out(assembly, both[rest], outside, limit[rest] / 2)]
     # A ball in both blocks is also behind their planes when these are moved out to the last corner.
     rest = rest[_convex_overlaps(assembly, pairs[rest], limit[rest], outside) > limit[rest]]
-    depth[rest] = piece_depths(assembly, pairs[rest], limit[rest])
+    depth[rest] = piece_depths(assembly, pairs[rest], limit[rest], outside)
     return pairs[depth > limit], depth[depth > limit]
 
 

@@ -113,7 +113,7 @@ def unresolved_contacts(
     assembly = as_searched(assembly, gap)
     search = search_of(assembly, pairs, tolerances, rims=True)
     known = _known(interfaces, pairs, assembly.n_blocks)
-    lines, dots, _ = features_of(search, tolerances.steepest)
+    lines, dots = features_of(search, tolerances.steepest)
     bare = []
     for features in (lines, dots):
         features = features.take(features.rim)
@@ -184,7 +184,7 @@ def _extreme_normals(search: Search, row: Ints, own: Ints, other: Ints) -> tuple
         across = np.cross(part[:, one], part[:, two])
         length = np.linalg.norm(across, axis=2)
         across = np.concatenate([across, -across], axis=1) / np.tile(np.where(length > 0, length, 1.0), 2)[..., None]
-        lean = np.einsum("nkj,nmj->nmk", part, across).max(axis=2, initial=-1.0)
+        lean = (across @ part.swapaxes(1, 2)).max(axis=2, initial=-1.0)
         contact, normal = np.nonzero((lean <= LEAN) & (np.tile(length, 2) > LEAN))
         found[0].append(contact + first)
         found[1].append(across[contact, normal])
