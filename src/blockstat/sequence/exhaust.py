@@ -64,10 +64,10 @@ def count_orders(
     --------
     >>> from blockstat import Assembly, box, count_orders
     >>> blocks = [box((-1, 0, -1), (1, 1, 0), name="ground"), box((-1, 0, 0), (0, 1, 1), name="one"),
-    ...           box((0, 0, 0), (1, 1, 1), name="two"), box((-0.5, 0, 1), (0.5, 1, 2), name="top")]
+    ...           box((0, 0, 0), (1, 1, 1), name="two"), box((-0.4, 0, 1), (0.6, 1, 2), name="top")]
     >>> found = count_orders(Assembly.from_blocks(blocks, supports=["ground"]))
     >>> found.stable, found.orders, found.rest, found.placing
-    (5, 2, 0, 1)
+    (6, 3, 0, 1)
     """
     n = len(assembly.free)
     if n > SMALL:
