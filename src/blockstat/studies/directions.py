@@ -255,7 +255,7 @@ def _towards(axes: Floats, angle: float) -> Floats:
     """The unit vector at an angle; exact along the axes."""
     turn = np.array([np.cos(angle), np.sin(angle)])
     turn[np.abs(turn) < 1e-12] = 0.0
-    return turn @ axes
+    return np.asarray(turn @ axes, dtype=float)
 
 
 def _name(angle: float) -> str:
