@@ -153,7 +153,10 @@ class Settlement(Result):
             lines.append(f"Blocks that move with them: {', '.join(names[:limit])}{more}.")
         cracks = [crack for crack in self.cracks() if crack.opening > SHUT * self.displacement]
         if cracks and self.foundations:
-            lines.append(f"{len(cracks)} joints open, to first order in the movement. The widest are:")
+            lines.append(
+                f"{len(cracks)} joints open, to first order in the movement. Of these, joints that slide open "
+                "by friction times slip, as dilatant friction has it. The widest are:"
+            )
             lines += [f"  {a} and {b}: {1e3 * width:.3g} mm" for (a, b), width, _ in cracks[:limit]]
         return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import date as Date
 from html import escape
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -155,10 +156,8 @@ def assessment_html(found: Assessment, *, day: Date | None = None) -> str:
     >>> "towards +y" in html, "https://" in html
     (True, False)
     """
-    from blockstat import __version__
-
     name = found.assembly.name
-    made = f"blockstat {__version__}, {(day or Date.today()).isoformat()}"
+    made = f"blockstat {version('blockstat')}, {(day or Date.today()).isoformat()}"
     body = [
         f"<h1>{escape(name)}: assessment as rigid blocks</h1><p>{escape(made)}</p>",
         "<h2>Answer</h2>" + _answers(found),
