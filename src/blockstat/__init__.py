@@ -44,6 +44,19 @@ if TYPE_CHECKING:
     from blockstat.result import Result, Sentence
     from blockstat.sensitivity.parameters import limit_load_gradient, score_gradient, stone_sensitivity
     from blockstat.sensitivity.vertices import PointGradient, limit_load_by_point, score_by_point, shared_points
+    from blockstat.sequence.exhaust import OrderCount, count_orders
+    from blockstat.sequence.order import OrderOutcome, OrderResult, find_order
+    from blockstat.sequence.plan import Plan, PlanVerdict, Step, assess_plan, check_plan, read_plan, write_plan
+    from blockstat.sequence.props import (
+        Falsework,
+        FalseworkOutcome,
+        Prop,
+        centring,
+        falsework,
+        hoists,
+        remove_each,
+    )
+    from blockstat.sequence.states import assess_states
     from blockstat.spec import (
         Building,
         Composition,
@@ -94,6 +107,8 @@ __all__ = [
     "DirectionalLimits",
     "DomainOutcome",
     "Dropped",
+    "Falsework",
+    "FalseworkOutcome",
     "Foundation",
     "InputError",
     "InputWarning",
@@ -104,8 +119,14 @@ __all__ = [
     "LoadOutcome",
     "Margin",
     "Memory",
+    "OrderCount",
+    "OrderOutcome",
+    "OrderResult",
     "Outcome",
+    "Plan",
+    "PlanVerdict",
     "PointGradient",
+    "Prop",
     "Range",
     "RepairOutcome",
     "RepairReport",
@@ -117,6 +138,7 @@ __all__ = [
     "Settlement",
     "SettlementOutcome",
     "Space",
+    "Step",
     "SweepOutcome",
     "SweepResult",
     "ThrustOutcome",
@@ -125,13 +147,21 @@ __all__ = [
     "acceleration",
     "assess",
     "assess_fully",
+    "assess_plan",
+    "assess_states",
     "assessment_html",
     "box",
     "build",
+    "centring",
+    "check_plan",
+    "count_orders",
+    "falsework",
     "find_interfaces",
+    "find_order",
     "friction_limit",
     "glued",
     "grid",
+    "hoists",
     "interactive_html",
     "latin_hypercube",
     "limit_load",
@@ -154,6 +184,8 @@ __all__ = [
     "plot_verdict",
     "point_load",
     "read",
+    "read_plan",
+    "remove_each",
     "repair",
     "scene_from",
     "scene_text",
@@ -174,6 +206,7 @@ __all__ = [
     "write",
     "write_mechanism",
     "write_motion",
+    "write_plan",
     "write_verdict",
 ]
 
@@ -208,6 +241,11 @@ _HOMES = {
         "result": "Result Sentence",
         "sensitivity.parameters": "limit_load_gradient score_gradient stone_sensitivity",
         "sensitivity.vertices": "PointGradient limit_load_by_point score_by_point shared_points",
+        "sequence.exhaust": "OrderCount count_orders",
+        "sequence.props": "Falsework FalseworkOutcome Prop centring falsework hoists remove_each",
+        "sequence.order": "OrderOutcome OrderResult find_order",
+        "sequence.plan": "Plan PlanVerdict Step assess_plan check_plan read_plan write_plan",
+        "sequence.states": "assess_states",
         "spec": "Building Composition Range Scene build load_scene parameters read scene_from with_values",
         "studies.directions": "DirectionOutcome DirectionalLimits limit_load_by_direction",
         "studies.foundations": "Crack Foundation Settlement SettlementOutcome settle settlement",

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.analysis.bounds import SHARES
-from blockstat.analysis.decision import decide, outcome_of
+from blockstat.analysis.decision import SHARES, decide, outcome_of
 from blockstat.analysis.limit_load import LoadOutcome, limit_load
 from blockstat.analysis.problem import Problem, pose
 from blockstat.analysis.verdict import Outcome
@@ -145,7 +144,7 @@ def thrust_range(
     friction: float | None = None,
     gravity: Any = None,
     loads: Floats | None = None,
-    gap: float = GAP,
+    gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     solver: str = "auto",
 ) -> ThrustRange:
@@ -220,7 +219,7 @@ def load_domain(
     friction: float | None = None,
     gravity: Any = None,
     loads: Floats | None = None,
-    gap: float = GAP,
+    gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     solver: str = "auto",
 ) -> LoadDomain:

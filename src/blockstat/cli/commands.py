@@ -1,4 +1,4 @@
-"""The command `blockstat`: build, convert, repair, check, limit, tilt, plot."""
+"""The command `blockstat`: build, convert, repair, check, limit, tilt, sequence, plot."""
 
 from __future__ import annotations
 
@@ -12,12 +12,14 @@ from blockstat.cli.options import (
     AsJson,
     FileArgument,
     Friction,
+    Gap,
     Gravity,
     Port,
     Supports,
     Tilt,
     Units,
     Version,
+    gap_of,
     inputs,
     numbers,
     print_json,
@@ -25,6 +27,7 @@ from blockstat.cli.options import (
     said,
 )
 from blockstat.cli.options import load as load_assembly
+from blockstat.cli.sequence import sequence
 from blockstat.cli.studies import over_the_horizon, report_command, settle_command
 from blockstat.errors import InputError
 
@@ -110,7 +113,7 @@ def check(
     tilt: Tilt = None,
     supports: Supports = None,
     units: Units = None,
-    gap: Annotated[float | None, typer.Option(help="Largest gap of a joint, relative to block size.")] = None,
+    gap: Gap = None,
     solver: Annotated[str, typer.Option(help="auto, interior-point, clarabel or cvxpy (the primal).")] = "auto",
     flow: Flow = "associated",
     output: Annotated[
@@ -125,7 +128,7 @@ def check(
     from blockstat.view.attributes import write_verdict
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
-    verdict = assess(assembly, gap=GAP if gap is None else gap, solver=solver, flow=flow)
+    verdict = assess(assembly, gap=GAP if gap is None else gap_of(gap), solver=solver, flow=flow)
     if output is not None:
         write_verdict(verdict, output)
     if as_json:
@@ -293,6 +296,9 @@ def _plot_mechanism(assembly: Assembly, direction: list[float] | None, output: P
         write_mechanism(result, output)
     else:
         plot_mechanism(result, output, **look)
+
+
+app.command("sequence")(sequence)
 
 
 def main() -> None:

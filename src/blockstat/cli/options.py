@@ -33,6 +33,9 @@ Supports = Annotated[
 Units = Annotated[
     str | None, typer.Option(help="Of the coordinates in the file, converted to metres: m, dm, cm, mm, in or ft.")
 ]
+Gap = Annotated[
+    str | None, typer.Option(help='Largest gap of a joint: a share of the block size, or a length such as "2 mm".')
+]
 PORT = 8321
 Port = Annotated[int, typer.Option(min=1, max=65535, help="Of the page on 127.0.0.1; the next free one if taken.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
@@ -40,6 +43,25 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object on s
 #: What typer raises for arguments that it cannot read; it exports only this child of it.
 UsageError: type[Exception] = typer.BadParameter.__bases__[0]
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+def gap_of(text: str) -> float | str:
+    """Return what `--gap` says.
+
+    Parameters
+    ----------
+    text : str
+        A number or a length.
+
+    Returns
+    -------
+    float or str
+        The number, or the text.
+    """
+    try:
+        return float(text)
+    except ValueError:
+        return text
 
 
 def load(

@@ -87,7 +87,7 @@ def assess_fully(
     source: str = "",
     units: str = "m",
     directions: int = DIRECTIONS,
-    gap: float = GAP,
+    gap: float | str = GAP,
     loads: Floats | None = None,
     verify: Verifier | None = None,
     cases: Sequence[tuple[str, str, str]] = (),
