@@ -57,7 +57,7 @@ def plot_directions(found: DirectionalLimits, place: Place) -> Place:
 
 
 def _draw(found: DirectionalLimits, axes: Any) -> None:
-    limited = np.array([limit.outcome is LoadOutcome.LIMIT for limit in found.limits])
+    limited = np.array([limit.outcome is not LoadOutcome.UNBOUNDED for limit in found.limits])
     angle, carried = found.angles[limited], found.lower[limited]
     around = np.append(np.arange(len(angle)), 0) if limited.all() else np.arange(len(angle))
     line = _straight(angle[around], carried[around])
