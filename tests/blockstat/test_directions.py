@@ -13,6 +13,7 @@ from blockstat import (
     Block,
     DirectionOutcome,
     InputError,
+    LoadOutcome,
     box,
     limit_load,
     limit_load_by_direction,
@@ -141,3 +142,11 @@ def test_the_command_says_what_is_wrong(tmp_path, arguments, expected):
     answer = run("limit", file, *arguments)
     assert answer.returncode == 2
     assert expected in answer.stderr
+
+
+def test_wide_bounds_matter_only_where_the_weakest_direction_may_be():
+    found = limit_load_by_direction(slab(friction=2.0), 4, refine=False)
+    strong = replace(found.limits[0], outcome=LoadOutcome.UNDECIDED, upper=0.9)  # carries .5, the weakest .25
+    assert replace(found, limits=(strong, *found.limits[1:])).outcome is DirectionOutcome.LIMIT
+    doubtful = replace(strong, lower=0.1)
+    assert replace(found, limits=(doubtful, *found.limits[1:])).outcome is DirectionOutcome.UNDECIDED

@@ -34,10 +34,10 @@ SAME = 1e-6
 class DirectionOutcome(Sentence):
     """The answers of `limit_load_by_direction`; each value is the sentence a user reads."""
 
-    LIMIT = "Limit: every direction of the horizon has a limit load or is unbounded; the least one is named."
+    LIMIT = "Limit: the least limit load of the directions of the horizon is proven from both sides."
     UNBOUNDED = "Unbounded: the assembly carries any multiple of a horizontal load, in every direction asked for."
     DEAD_LOAD_UNSTABLE = "Infeasible under dead load: the assembly does not stand without the load."
-    UNDECIDED = "Undecided: in one direction or more the bounds could not be proven."
+    UNDECIDED = "Undecided: the bounds of a direction that may be the weakest could not be proven."
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,9 +56,12 @@ class DirectionalLimits(Result):
     def outcome(self) -> DirectionOutcome:
         """What the limit loads have in common."""
         found = {limit.outcome for limit in self.limits}
-        for outcome in (LoadOutcome.DEAD_LOAD_UNSTABLE, LoadOutcome.UNDECIDED):
-            if outcome in found:
-                return DirectionOutcome[outcome.name]
+        if LoadOutcome.DEAD_LOAD_UNSTABLE in found:
+            return DirectionOutcome.DEAD_LOAD_UNSTABLE
+        # Wide bounds do not matter in a direction that is proven to carry more than the weakest one.
+        unproven = [limit for limit in self.limits if limit.outcome is LoadOutcome.UNDECIDED]
+        if any(limit.lower < self.least.upper or limit is self.least for limit in unproven):
+            return DirectionOutcome.UNDECIDED
         return DirectionOutcome.UNBOUNDED if found == {LoadOutcome.UNBOUNDED} else DirectionOutcome.LIMIT
 
     @property
@@ -255,7 +258,7 @@ def _towards(axes: Floats, angle: float) -> Floats:
     """The unit vector at an angle; exact along the axes."""
     turn = np.array([np.cos(angle), np.sin(angle)])
     turn[np.abs(turn) < 1e-12] = 0.0
-    return turn @ axes
+    return np.asarray(turn @ axes, dtype=float)
 
 
 def _name(angle: float) -> str:

@@ -89,7 +89,8 @@ class Settlement(Result):
         faces, support = self.interfaces, self.assembly.support
         motion = relative_motion(self.assembly, faces, self.mechanism)
         index = faces.point_interface
-        whole = (support & self.mechanism.any(axis=1))[faces.pair].any(axis=1)  # in `mechanism` already
+        moved = np.asarray(support & self.mechanism.any(axis=1))
+        whole = moved[faces.pair].any(axis=1)  # in `mechanism` already
         for foundation in self.foundations:
             part = np.isin(index, foundation.joints) & ~whole[index]
             sign = np.where(support[faces.pair[index[part], 1]], 1.0, -1.0)
@@ -152,7 +153,10 @@ class Settlement(Result):
             lines.append(f"Blocks that move with them: {', '.join(names[:limit])}{more}.")
         cracks = [crack for crack in self.cracks() if crack.opening > SHUT * self.displacement]
         if cracks and self.foundations:
-            lines.append(f"{len(cracks)} joints open, to first order in the movement. The widest are:")
+            lines.append(
+                f"{len(cracks)} joints open, to first order in the movement. Of these, joints that slide open "
+                "by friction times slip, as dilatant friction has it. The widest are:"
+            )
             lines += [f"  {a} and {b}: {1e3 * width:.3g} mm" for (a, b), width, _ in cracks[:limit]]
         return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
 

@@ -222,7 +222,7 @@ def _law(law: dict[str, Any]) -> str:
 
 
 def _answers(found: Assessment) -> str:
-    rows: list[tuple[str, Result | None]] = [
+    rows: list[tuple[str, Any]] = [
         ("Force fields alone (associated friction)", found.associated),
         ("Without dilatancy and self-stress (Coulomb friction)", found.coulomb),
         ("Simulation (Bullet)", found.dynamic),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -11,9 +11,6 @@ from blockstat.analysis.limit_load import LoadOutcome
 from blockstat.errors import InputError
 from blockstat.studies.directions import DirectionalLimits, DirectionOutcome
 from blockstat.view.plot import Place, fresh_figure
-
-if TYPE_CHECKING:
-    from matplotlib.projections.polar import PolarAxes
 
 LINE, WEAKEST = "#0072B2", "#D55E00"  #: blue and orange, which colour-blind readers tell apart
 
@@ -55,12 +52,12 @@ def plot_directions(found: DirectionalLimits, place: Place) -> Place:
         _draw(found, figure.add_subplot(projection="polar"))
         figure.savefig(str(place))
     else:
-        _draw(found, place)  # type: ignore[arg-type]
+        _draw(found, place)
     return place
 
 
-def _draw(found: DirectionalLimits, axes: PolarAxes) -> None:
-    limited = np.array([limit.outcome is LoadOutcome.LIMIT for limit in found.limits])
+def _draw(found: DirectionalLimits, axes: Any) -> None:
+    limited = np.array([limit.outcome is not LoadOutcome.UNBOUNDED for limit in found.limits])
     angle, carried = found.angles[limited], found.lower[limited]
     around = np.append(np.arange(len(angle)), 0) if limited.all() else np.arange(len(angle))
     line = _straight(angle[around], carried[around])
