@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from blockstat.cli.cases import Case, LoadsFile, cases_command, chosen_case, load_and_loads
 from blockstat.cli.options import (
     PORT,
     AsJson,
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 Flow = Annotated[str, typer.Option(help="associated, or coulomb: no dilatancy and no self-stress.")]
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+app.command("cases")(cases_command)
 
 
 @app.callback()
@@ -108,6 +110,8 @@ def check(
     gap: Annotated[float | None, typer.Option(help="Largest gap of a joint, relative to block size.")] = None,
     solver: Annotated[str, typer.Option(help="auto, interior-point, clarabel or cvxpy (the primal).")] = "auto",
     flow: Flow = "associated",
+    case: Case = None,
+    loads: LoadsFile = None,
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", help="Also write the blocks with displacement and demand (.glb, .obj)."),
@@ -120,12 +124,15 @@ def check(
     from blockstat.view.attributes import write_verdict
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
-    verdict = assess(assembly, gap=GAP if gap is None else gap, solver=solver, flow=flow)
+    acting = chosen_case(assembly, file, case, loads)
+    verdict = assess(
+        assembly, gap=GAP if gap is None else gap, solver=solver, flow=flow, loads=acting and acting.loads
+    )
     if output is not None:
         write_verdict(verdict, output)
     if as_json:
         summary = verdict.summary()
-        print_json({"file": str(file), "verdict": summary.pop("outcome"), **summary})
+        print_json({"file": str(file), "verdict": summary.pop("outcome"), **({"case": case} if case else {}), **summary})
         return
     seconds = verdict.timings["total"]
     faces = verdict.interfaces
@@ -137,8 +144,11 @@ def check(
 def limit(
     file: FileArgument,
     load: Annotated[
-        str, typer.Option(metavar="AX,AY,AZ", help="Direction of the acceleration; 1 is as strong as gravity.")
-    ],
+        str | None,
+        typer.Option(metavar="AX,AY,AZ", help="Direction of the acceleration; 1 is as strong as gravity."),
+    ] = None,
+    case: Case = None,
+    loads: LoadsFile = None,
     friction: Friction = None,
     gravity: Gravity = None,
     tilt: Tilt = None,
@@ -147,13 +157,14 @@ def limit(
     flow: Flow = "associated",
     as_json: AsJson = False,
 ) -> None:
-    """Bracket the acceleration, in any direction, that an assembly carries. Both bounds are proven."""
+    """Bracket the acceleration, in any direction, or the live loads of a case. Both bounds are proven."""
     from blockstat.analysis.limit_load import limit_load
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
-    result = limit_load(assembly, numbers(load, 3, "--load", "AX,AY,AZ"), flow=flow)
+    growing, permanent = load_and_loads(load, chosen_case(assembly, file, case, loads))
+    result = limit_load(assembly, growing, loads=permanent, flow=flow)
     if as_json:
-        print_json({"file": str(file), **result.summary()})
+        print_json({"file": str(file), **({"case": case} if case else {}), **result.summary()})
         return
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {result.timings['total']:.2f} s")
     typer.echo(result.explain())

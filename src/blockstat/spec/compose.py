@@ -77,6 +77,7 @@ def build(scene: Scene) -> Assembly:
         metadata={
             "parameters": {path: found.value for path, found in parameters(scene).items()},
             "material": msgspec.to_builtins(plan.material),
+            **{key: own for key, own in (("loads", plan.loads), ("cases", plan.cases)) if own},
         },
     )
     if not plan.no_overlap:
