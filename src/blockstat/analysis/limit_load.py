@@ -73,6 +73,7 @@ class LimitLoad(Result):
     #: from rest, and thrust exists only where blocks move towards each other.
     coulomb: tuple[float, float] | None = None
     bonds: Bonds | None = None  #: what the bonds at the centres of joints carry with `forces`
+    ties: Floats | None = None  #: tension of each tie, or compression of each strut, with `forces`, (n_ties,) [N]
 
     @property
     def gap(self) -> float:
@@ -275,6 +276,7 @@ def limit_load(
         timings=timings,
         coulomb=coulomb,
         bonds=problem.to_bonds(force),
+        ties=problem.to_ties(force),
     )
 
 

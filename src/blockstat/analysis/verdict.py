@@ -56,6 +56,7 @@ class Verdict(Result):
     flow: str = "associated"  #: the flow rule asked for, "associated" or "coulomb"
     coulomb: CoulombState | None = None  #: the fixed point behind a "coulomb" verdict, if one was needed
     bonds: Bonds | None = None  #: what the bonds at the centres of joints carry with `forces`
+    ties: Floats | None = None  #: tension of each tie, or compression of each strut, with `forces`, (n_ties,) [N]
 
     @property
     def motion(self) -> Floats:
