@@ -20,7 +20,7 @@ ORDER = """
     blockstat.model.solids blockstat.model.placing blockstat.model.arches blockstat.model.walling
     blockstat.model.vaults blockstat.model.buttresses blockstat.model blockstat.spec
     blockstat.geometry_repair blockstat.linear_algebra blockstat.program blockstat.certificate blockstat.solve
-    blockstat.analysis blockstat.sensitivity blockstat.design_search blockstat.view blockstat.view.three_d
+    blockstat.analysis blockstat.reinforcement blockstat.sensitivity blockstat.design_search blockstat.view blockstat.view.three_d
     blockstat.view.report blockstat blockstat.app blockstat.cli
     dynsim.settings dynsim.checks dynsim.engine dynsim.loads dynsim.bonds dynsim.judge dynsim.parallel
     dynsim.comparison dynsim.design_search dynsim.view dynsim.panel dynsim.cli dynsim

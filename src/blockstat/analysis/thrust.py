@@ -260,12 +260,12 @@ def thrust_range(
     >>> print(f"{found.least:.1f} N to {found.greatest:.1f} N")
     9810.0 N to 9810.0 N
     """
-    problem, inside = _standing(
+    problem, inside = standing(
         assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces, solver=solver
     )
     thrust = _functional(problem, _support_indices(problem.assembly, supports), direction)
-    least, least_forces = _extreme(problem, -thrust, inside, solver)
-    greatest, greatest_forces = _extreme(problem, thrust, inside, solver)
+    least, least_forces = extreme(problem, -thrust, inside, solver)
+    greatest, greatest_forces = extreme(problem, thrust, inside, solver)
     return ThrustRange(
         least=-least,
         greatest=greatest,
@@ -329,7 +329,7 @@ def settlement(
     >>> found.outcome.word, round(found.reaction)
     ('pushes', 2006)
     """
-    problem, inside = _standing(
+    problem, inside = standing(
         assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces, solver=solver
     )
     program = problem.program
@@ -433,7 +433,7 @@ def load_domain(
     return LoadDomain(np.array(inner), np.array(outer))
 
 
-def _standing(assembly: Assembly, *, solver: str, **options: Any) -> tuple[Problem, Floats]:
+def standing(assembly: Assembly, *, solver: str, **options: Any) -> tuple[Problem, Floats]:
     """The problem and a force field strictly inside its cones; the other options are those of `pose`."""
     check_choice("solver", solver, CHOICES)
     problem = pose(assembly, **options)
@@ -474,7 +474,7 @@ def _value(problem: Problem, functional: Floats, force: Floats) -> float:
     return (float(functional @ force.reshape(-1)) - held) * program.force_unit
 
 
-def _extreme(problem: Problem, functional: Floats, inside: Floats, solver: str) -> tuple[float, Floats]:
+def extreme(problem: Problem, functional: Floats, inside: Floats, solver: str) -> tuple[float, Floats]:
     """Largest value of a functional over admissible force fields [N], proven by the field returned."""
     program = problem.program
     assert program is not None
