@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from blockstat.analysis.verdict import Outcome, Verdict
     from blockstat.assembly import Assembly, Block, glued
     from blockstat.certificate.check import Certificate
+    from blockstat.code_check.linear import CheckOutcome, LinearCheck, linear_check
+    from blockstat.code_check.spectrum import Floor, Site
     from blockstat.contact.interfaces import Dropped, Interfaces, find_interfaces
     from blockstat.contact.penetration import overlaps
     from blockstat.design_search.candidate import Candidate, SearchOutcome, SearchResult
@@ -40,10 +42,14 @@ if TYPE_CHECKING:
     from blockstat.geometry_repair.repair import Change, RepairOutcome, RepairReport, repair
     from blockstat.io.files import write
     from blockstat.io.scene_text import scene_text
-    from blockstat.joint import JointLaw
+    from blockstat.joint import JointLaw, Tie
+    from blockstat.loading.cases import LoadCase, load_case, load_cases
+    from blockstat.loading.ground import dispersed_load, fill_load, fluid_pressure
+    from blockstat.loading.on_faces import body_load, line_load, patch_load, surface_load
     from blockstat.loads import acceleration, point_load
     from blockstat.model.solids import box
     from blockstat.program.bonds import Bonds
+    from blockstat.reinforcement.ties import TieOutcome, TieRange, anchor_plate, tendon_load, tie_gain, tie_range
     from blockstat.result import Result, Sentence
     from blockstat.sensitivity.parameters import limit_load_gradient, score_gradient, stone_sensitivity
     from blockstat.sensitivity.vertices import PointGradient, limit_load_by_point, score_by_point, shared_points
@@ -59,6 +65,7 @@ if TYPE_CHECKING:
         scene_from,
         with_values,
     )
+    from blockstat.traffic.envelope import MovingLoad, MovingOutcome, moving_load
     from blockstat.view.animation import write_mechanism, write_motion
     from blockstat.view.attributes import write_verdict
     from blockstat.view.plot import (
@@ -83,19 +90,25 @@ __all__ = [
     "Candidate",
     "Certificate",
     "Change",
+    "CheckOutcome",
     "Composition",
     "CoulombState",
     "DomainOutcome",
     "Dropped",
+    "Floor",
     "InputError",
     "InputWarning",
     "Interfaces",
     "JointLaw",
     "LimitLoad",
+    "LinearCheck",
+    "LoadCase",
     "LoadDomain",
     "LoadOutcome",
     "Margin",
     "Memory",
+    "MovingLoad",
+    "MovingOutcome",
     "Outcome",
     "PointGradient",
     "Range",
@@ -108,17 +121,26 @@ __all__ = [
     "Sentence",
     "Settlement",
     "SettlementOutcome",
+    "Site",
     "Space",
     "SweepOutcome",
     "SweepResult",
     "ThrustOutcome",
     "ThrustRange",
+    "Tie",
+    "TieOutcome",
+    "TieRange",
     "Verdict",
     "acceleration",
+    "anchor_plate",
     "assess",
+    "body_load",
     "box",
     "build",
+    "dispersed_load",
+    "fill_load",
     "find_interfaces",
+    "fluid_pressure",
     "friction_limit",
     "glued",
     "grid",
@@ -127,11 +149,17 @@ __all__ = [
     "limit_load",
     "limit_load_by_point",
     "limit_load_gradient",
+    "line_load",
+    "linear_check",
+    "load_case",
+    "load_cases",
     "load_domain",
     "load_scene",
     "mechanism_pose",
+    "moving_load",
     "overlaps",
     "parameters",
+    "patch_load",
     "plot",
     "plot_forces",
     "plot_mechanism",
@@ -151,8 +179,12 @@ __all__ = [
     "show",
     "space_of",
     "stone_sensitivity",
+    "surface_load",
     "sweep",
+    "tendon_load",
     "thrust_range",
+    "tie_gain",
+    "tie_range",
     "tilt_limit",
     "utilisation",
     "with_values",
@@ -187,7 +219,14 @@ _HOMES = {
         "geometry_repair.repair": "Change RepairOutcome RepairReport repair",
         "io.files": "write",
         "io.scene_text": "scene_text",
-        "joint": "JointLaw",
+        "joint": "JointLaw Tie",
+        "loading.on_faces": "body_load line_load patch_load surface_load",
+        "loading.ground": "dispersed_load fill_load fluid_pressure",
+        "loading.cases": "LoadCase load_case load_cases",
+        "reinforcement.ties": "TieOutcome TieRange anchor_plate tendon_load tie_gain tie_range",
+        "traffic.envelope": "MovingLoad MovingOutcome moving_load",
+        "code_check.spectrum": "Floor Site",
+        "code_check.linear": "CheckOutcome LinearCheck linear_check",
         "loads": "acceleration point_load",
         "model.solids": "box",
         "program.bonds": "Bonds",

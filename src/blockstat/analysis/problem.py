@@ -248,7 +248,9 @@ def pose(
     warnings += _floating_warnings(assembly, floating, interfaces)
     if assembly.support.all():
         warnings.append("all blocks are supports; there was nothing to check")
-    return Problem(assembly, interfaces, load, eq, program, floating, gap, tuple(warnings), timings, bonds, ties, crushed)
+    return Problem(
+        assembly, interfaces, load, eq, program, floating, gap, tuple(warnings), timings, bonds, ties, crushed
+    )
 
 
 def _divided(assembly: Assembly, interfaces: Interfaces) -> Interfaces:

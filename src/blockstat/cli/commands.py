@@ -125,14 +125,14 @@ def check(
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
     acting = chosen_case(assembly, file, case, loads)
-    verdict = assess(
-        assembly, gap=GAP if gap is None else gap, solver=solver, flow=flow, loads=acting and acting.loads
-    )
+    verdict = assess(assembly, gap=GAP if gap is None else gap, solver=solver, flow=flow, loads=acting and acting.loads)
     if output is not None:
         write_verdict(verdict, output)
     if as_json:
         summary = verdict.summary()
-        print_json({"file": str(file), "verdict": summary.pop("outcome"), **({"case": case} if case else {}), **summary})
+        print_json(
+            {"file": str(file), "verdict": summary.pop("outcome"), **({"case": case} if case else {}), **summary}
+        )
         return
     seconds = verdict.timings["total"]
     faces = verdict.interfaces

@@ -331,7 +331,9 @@ def _check_single(assembly: Assembly, faces: Sequence[Face]) -> None:
     plan = _plan(up)
     shapes = []
     for face in faces:
-        flat = [Polygon((face.origin + ring @ face.frame[1:]) @ plan.T) for ring, sign in rings(face.region) if sign > 0]
+        flat = [
+            Polygon((face.origin + ring @ face.frame[1:]) @ plan.T) for ring, sign in rings(face.region) if sign > 0
+        ]
         shapes.append(MultiPolygon(flat).buffer(0))
     for i, j in zip(*STRtree(shapes).query(shapes), strict=True):
         if i < j and shapes[i].intersection(shapes[j]).area > ON * min(shapes[i].area, shapes[j].area):

@@ -200,7 +200,9 @@ def patch_load(
 
     outline = np.asarray(corners, dtype=float)
     if outline.ndim != 2 or outline.shape[0] < 3 or outline.shape[1] != 3 or not np.isfinite(outline).all():
-        raise InputError(f"patch has corners of shape {outline.shape}; three or more points of three numbers are needed")
+        raise InputError(
+            f"patch has corners of shape {outline.shape}; three or more points of three numbers are needed"
+        )
     force = three(pressure, "pressure")
     middle = outline.mean(axis=0)
     vector = 0.5 * np.cross(outline - middle, np.roll(outline, -1, axis=0) - middle).sum(axis=0)
@@ -298,9 +300,7 @@ def _near(assembly: Assembly, points: Floats, chosen: Any, interfaces: Interface
     return [face for face in faces if np.abs(face.height(points)).max() <= ON * assembly.size[face.block]]
 
 
-def _check_covered(
-    assembly: Assembly, parts: Sequence[Face], found: float, whole: float, what: str, unit: str
-) -> None:
+def _check_covered(assembly: Assembly, parts: Sequence[Face], found: float, whole: float, what: str, unit: str) -> None:
     """Raise InputError where a region lies on free faces only in part, or on some of them twice."""
     if abs(found - whole) > 10 * ON * whole:
         names = sorted({assembly.names[part.block] for part in parts})

@@ -12,7 +12,7 @@ import msgspec
 
 from blockstat.errors import InputError
 from blockstat.model.walling import run as walling
-from blockstat.spec.composition import Plan, load_tables
+from blockstat.spec.composition import Plan, load_tables, ties_of
 from blockstat.spec.element import Element
 from blockstat.spec.elements import element
 from blockstat.spec.material import Joint, Material
@@ -85,6 +85,7 @@ class Building(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     joints: tuple[Joint, ...] = ()  #: laws of particular joints
     loads: dict[str, dict[str, Any]] = {}  #: by name: each has a `kind` and the keys of that kind
     cases: dict[str, dict[str, Any]] = {}  #: by name: combinations of loads with factors
+    ties: dict[str, dict[str, Any]] = {}  #: by name: ties and struts between two blocks
     description: str = ""  #: one line
 
     def __post_init__(self) -> None:
@@ -137,6 +138,7 @@ def lowered(building: Building) -> Plan:
         joints=building.joints,
         no_overlap=True,
         **load_tables(building.loads, building.cases),
+        ties=ties_of(building.ties),
         keys={"elements.vault": "vault", "elements.walls: ": ""} | keys,
     )
 

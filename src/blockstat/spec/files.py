@@ -105,7 +105,7 @@ def _tables(path: Path) -> dict[str, Any]:
 
 
 def located(path: str | Path, error: InputError) -> InputError:
-    """Say in which file, and for a key of loads or cases in which line, an error is.
+    r"""Say in which file, and for a key of loads or cases in which line, an error is.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def located(path: str | Path, error: InputError) -> InputError:
 
     Examples
     --------
-    >>> _ = Path("hut.toml").write_text('name = "hut"\\n[loads.wind]\\nkind = "gale"')
+    >>> _ = Path("hut.toml").write_text('name = "hut"\n[loads.wind]\nkind = "gale"')
     >>> str(located("hut.toml", InputError("loads.wind.kind: no such kind")))
     'hut.toml, line 3: loads.wind.kind: no such kind'
     """

@@ -9,7 +9,7 @@ import numpy as np
 
 from blockstat.errors import InputError
 from blockstat.spec.chapel import Building
-from blockstat.spec.composition import Composition, composition_from, load_tables
+from blockstat.spec.composition import Composition, composition_from, load_tables, ties_of
 from blockstat.spec.ranges import SEARCHED, Range, is_range
 from blockstat.spec.reading import at_path, check_finite, entries, joined, read_as
 
@@ -147,6 +147,7 @@ def _read(data: dict[str, Any]) -> Scene:
         return composition_from(data)
     building = read_as(Building, data)
     load_tables(building.loads, building.cases)
+    ties_of(building.ties)
     return building
 
 

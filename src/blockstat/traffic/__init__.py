@@ -1,5 +1,4 @@
 """Axle trains that move over an assembly: the limit load at each place, and the worst of them.
 
-This room imports `analysis`, `solve`, `certificate`, `program`, `loading`, `contact`, `linear_algebra` (none of it
-directly) and the root.
+This room imports `analysis`, `solve`, `certificate`, `program`, `loading`, `contact` and the root.
 """

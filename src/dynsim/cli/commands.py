@@ -21,7 +21,6 @@ from blockstat.cli.options import (
     Units,
     Version,
     load,
-    numbers,
     print_json,
     run_app,
 )
@@ -207,7 +206,8 @@ def limit(
     growing, permanent = load_and_loads(direction, chosen_case(assembly, file, case, loads_file))
     with Console(stderr=True).status("static limit") as status:
         found = run(
-            with_glue(assembly, glue), growing, loads=permanent, settings=Settings.named(preset), width=width, check=check,
+            with_glue(assembly, glue), growing, loads=permanent, settings=Settings.named(preset), width=width,
+            check=check,
             progress=lambda trial: status.update(f"{trial.multiplier:.5g}: {trial.verdict}"),
         )  # fmt: skip
     if as_json:
