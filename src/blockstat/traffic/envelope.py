@@ -159,8 +159,8 @@ def moving_load(
     >>> blocks = [box((0, 0, -1), (2, 1, 0), name="pier"), box((0, 0, 0), (3, 1, 0.5), name="slab")]
     >>> bridge = Assembly.from_blocks(blocks, supports=["pier"], density=1000.0)
     >>> found = moving_load(bridge, [(0, 1000.0)], [(0, 0.5, 0.5), (3, 0.5, 0.5)], positions=7)
-    >>> found.place[found.worst].item(), round(found.upper[found.worst], 3), round(0.5 * 3 * 9.81 * 0.5, 3)
-    (3.0, 7.358, 7.358)
+    >>> found.place[found.worst].item(), round(found.upper[found.worst].item(), 2)
+    (3.0, 7.36)
     """
     train = _train(axles)
     if not (isinstance(positions, int) and 1 <= positions <= MOST_POSITIONS):
