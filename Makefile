@@ -13,7 +13,7 @@ export BLOCKSTAT_COMPAS_PYTHON := $(COMPAS)
 ONLY ?=
 MISSING ?=
 
-.PHONY: help demo test test-all notebooks lint benchmark evidence validation pages docs clean
+.PHONY: help demo test test-all notebooks lint benchmark evidence fuzz validation pages docs clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*  ## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 20
@@ -42,6 +42,9 @@ benchmark: $(STAMP)  ## time a verdict and a building
 # Every table and picture of the README and the docs, within an hour on two cores.
 evidence: $(STAMP)  ## make all tables and pictures again, or some: ONLY="glue hard", MISSING=1
 	$(BIN)/python -m evidence $(if $(ONLY),--only $(ONLY)) $(if $(MISSING),--missing)
+
+fuzz: ONLY := fuzz
+fuzz: evidence  ## 20,000 random scenes against an independent judge
 
 validation: ONLY := validation dynamics-validation
 validation: evidence  ## recompute the reference values

@@ -11,3 +11,5 @@ RESULTS = DOCS / "results"
 EXAMPLES = ROOT / "examples"
 #: Assemblies from other projects. What needs them is left out where they are absent.
 CASES = Path(os.environ.get("BLOCKSTAT_CASES", ROOT.parent / "shared" / "cases"))
+#: Tests in laboratories. What needs them is left out where they are absent.
+EXPERIMENTS = Path(os.environ.get("BLOCKSTAT_EXPERIMENTS", ROOT.parent / "shared" / "experiments"))

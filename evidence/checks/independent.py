@@ -17,6 +17,7 @@ import numpy as np
 
 import blockstat
 from blockstat.contact.interfaces import GAP
+from evidence.checks.coulomb import check_displacements
 from evidence.checks.strength import bonds_taken_up, check_bonds, check_points, strengths, taken_up
 
 FORCE = 1e-8  #: of a block's own load, what a balanced block may lack and a cone may miss
@@ -82,7 +83,10 @@ def check_joints(asm, faces, gap=GAP):
     centre = np.add.reduceat(corners, asm.face_start[:-1]) / np.diff(asm.face_start)[:, None]
     first = np.searchsorted(asm.face_block, np.arange(asm.n_blocks + 1))
     k = faces.point_interface
-    allowed = gap * size[faces.pair].min(axis=1)[k]
+    if isinstance(gap, str):  # a length; faces that are flat to a quarter of it are one face, on both sides
+        allowed = np.full(len(k), 1.5 * float(gap.split()[0]) * {"m": 1.0, "mm": 1e-3}[gap.split()[1]])
+    else:
+        allowed = gap * size[faces.pair].min(axis=1)[k]
     kind = np.zeros(len(faces.pair), int) if faces.kind is None else faces.kind
     on_face = np.zeros((2, len(k)), bool)
     for side, sign in ((0, 1.0), (1, -1.0)):
@@ -198,6 +202,9 @@ def check_verdict(verdict, *, loads=None, gap=GAP):
         assert verdict.score == 0
         assert not verdict.adhesion.any()
         check_forces(asm, faces, wrench, centroid, verdict.forces, verdict.bonds)
+        if verdict.displacement is not None:
+            check_displacements(verdict)
+        assert outcome != "stable" or verdict.coulomb is None or verdict.displacement is not None
     elif outcome == "unstable":
         assert_falls(asm, faces, wrench, centroid, verdict.mechanism)
         if np.isfinite(verdict.score):

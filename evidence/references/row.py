@@ -70,7 +70,8 @@ def limit(asm, load, **options) -> Value:
 
 
 def zero_dilatancy(asm, load) -> Value:
-    low, high = limit_load(asm, load, flow="coulomb").coulomb or (math.nan, math.nan)
+    """That of joints both open and elastic, to which the published minima belong; other kinds carry less or more."""
+    low, high = ((math.nan, math.nan), *limit_load(asm, load, flow="coulomb").coulomb_kinds)[-1]
     return Value(low, high - low)
 
 

@@ -17,12 +17,9 @@ if TYPE_CHECKING:
     from blockstat.analysis.thrust import (
         DomainOutcome,
         LoadDomain,
-        Settlement,
-        SettlementOutcome,
         ThrustOutcome,
         ThrustRange,
         load_domain,
-        settlement,
         thrust_range,
     )
     from blockstat.analysis.tilt_friction import Bracket, BracketOutcome, friction_limit, tilt_limit
@@ -53,6 +50,19 @@ if TYPE_CHECKING:
     from blockstat.result import Result, Sentence
     from blockstat.sensitivity.parameters import limit_load_gradient, score_gradient, stone_sensitivity
     from blockstat.sensitivity.vertices import PointGradient, limit_load_by_point, score_by_point, shared_points
+    from blockstat.sequence.exhaust import OrderCount, count_orders
+    from blockstat.sequence.order import OrderOutcome, OrderResult, find_order
+    from blockstat.sequence.plan import Plan, PlanVerdict, Step, assess_plan, check_plan, read_plan, write_plan
+    from blockstat.sequence.props import (
+        Falsework,
+        FalseworkOutcome,
+        Prop,
+        centring,
+        falsework,
+        hoists,
+        remove_each,
+    )
+    from blockstat.sequence.states import assess_states
     from blockstat.spec import (
         Building,
         Composition,
@@ -65,8 +75,11 @@ if TYPE_CHECKING:
         scene_from,
         with_values,
     )
+    from blockstat.studies.directions import DirectionalLimits, DirectionOutcome, limit_load_by_direction
+    from blockstat.studies.foundations import Crack, Foundation, Settlement, SettlementOutcome, settle, settlement
     from blockstat.traffic.envelope import MovingLoad, MovingOutcome, moving_load
     from blockstat.view.animation import write_mechanism, write_motion
+    from blockstat.view.assessment import Assessment, assess_fully, assessment_html
     from blockstat.view.attributes import write_verdict
     from blockstat.view.plot import (
         mechanism_pose,
@@ -76,123 +89,37 @@ if TYPE_CHECKING:
         plot_stone_sensitivity,
         plot_verdict,
     )
+    from blockstat.view.polar import plot_directions
+    from blockstat.view.settling import plot_settlement
     from blockstat.view.three_d.page import interactive_html, show
+    from blockstat.view.thrust_lines import plot_thrust
     from blockstat.view.utilisation import plot_utilisation, utilisation
 
 __version__ = "0.1.0"
+# fmt: off
 __all__ = [
-    "Assembly",
-    "Block",
-    "Bonds",
-    "Bracket",
-    "BracketOutcome",
-    "Building",
-    "Candidate",
-    "Certificate",
-    "Change",
-    "CheckOutcome",
-    "Composition",
-    "CoulombState",
-    "DomainOutcome",
-    "Dropped",
-    "Floor",
-    "InputError",
-    "InputWarning",
-    "Interfaces",
-    "JointLaw",
-    "LimitLoad",
-    "LinearCheck",
-    "LoadCase",
-    "LoadDomain",
-    "LoadOutcome",
-    "Margin",
-    "Memory",
-    "MovingLoad",
-    "MovingOutcome",
-    "Outcome",
-    "PointGradient",
-    "Range",
-    "RepairOutcome",
-    "RepairReport",
-    "Result",
-    "Scene",
-    "SearchOutcome",
-    "SearchResult",
-    "Sentence",
-    "Settlement",
-    "SettlementOutcome",
-    "Site",
-    "Space",
-    "SweepOutcome",
-    "SweepResult",
-    "ThrustOutcome",
-    "ThrustRange",
-    "Tie",
-    "TieOutcome",
-    "TieRange",
-    "Verdict",
-    "acceleration",
-    "anchor_plate",
-    "assess",
-    "body_load",
-    "box",
-    "build",
-    "dispersed_load",
-    "fill_load",
-    "find_interfaces",
-    "fluid_pressure",
-    "friction_limit",
-    "glued",
-    "grid",
-    "interactive_html",
-    "latin_hypercube",
-    "limit_load",
-    "limit_load_by_point",
-    "limit_load_gradient",
-    "line_load",
-    "linear_check",
-    "load_case",
-    "load_cases",
-    "load_domain",
-    "load_scene",
-    "mechanism_pose",
-    "moving_load",
-    "overlaps",
-    "parameters",
-    "patch_load",
-    "plot",
-    "plot_forces",
-    "plot_mechanism",
-    "plot_stone_sensitivity",
-    "plot_utilisation",
-    "plot_verdict",
-    "point_load",
-    "read",
-    "repair",
-    "scene_from",
-    "scene_text",
-    "score_by_point",
-    "score_gradient",
-    "search",
-    "settlement",
-    "shared_points",
-    "show",
-    "space_of",
-    "stone_sensitivity",
-    "surface_load",
-    "sweep",
-    "tendon_load",
-    "thrust_range",
-    "tie_gain",
-    "tie_range",
-    "tilt_limit",
-    "utilisation",
-    "with_values",
-    "write",
-    "write_mechanism",
-    "write_motion",
+    "Assembly", "Assessment", "Block", "Bonds", "Bracket", "BracketOutcome", "Building", "Candidate", "Certificate",
+    "Change", "CheckOutcome", "Composition", "CoulombState", "Crack", "DirectionOutcome", "DirectionalLimits",
+    "DomainOutcome", "Dropped", "Falsework", "FalseworkOutcome", "Floor", "Foundation", "InputError",
+    "InputWarning", "Interfaces", "JointLaw", "LimitLoad", "LinearCheck", "LoadCase", "LoadDomain", "LoadOutcome",
+    "Margin", "Memory", "MovingLoad", "MovingOutcome", "OrderCount", "OrderOutcome", "OrderResult", "Outcome",
+    "Plan", "PlanVerdict", "PointGradient", "Prop", "Range", "RepairOutcome", "RepairReport", "Result", "Scene",
+    "SearchOutcome", "SearchResult", "Sentence", "Settlement", "SettlementOutcome", "Site", "Space", "Step",
+    "SweepOutcome", "SweepResult", "ThrustOutcome", "ThrustRange", "Tie", "TieOutcome", "TieRange", "Verdict",
+    "acceleration", "anchor_plate", "assess", "assess_fully", "assess_plan", "assess_states", "assessment_html",
+    "body_load", "box", "build", "centring", "check_plan", "count_orders", "dispersed_load", "falsework",
+    "fill_load", "find_interfaces", "find_order", "fluid_pressure", "friction_limit", "glued", "grid", "hoists",
+    "interactive_html", "latin_hypercube", "limit_load", "limit_load_by_direction", "limit_load_by_point",
+    "limit_load_gradient", "line_load", "linear_check", "load_case", "load_cases", "load_domain", "load_scene",
+    "mechanism_pose", "moving_load", "overlaps", "parameters", "patch_load", "plot", "plot_directions",
+    "plot_forces", "plot_mechanism", "plot_settlement", "plot_stone_sensitivity", "plot_thrust", "plot_utilisation",
+    "plot_verdict", "point_load", "read", "read_plan", "remove_each", "repair", "scene_from", "scene_text",
+    "score_by_point", "score_gradient", "search", "settle", "settlement", "shared_points", "show", "space_of",
+    "stone_sensitivity", "surface_load", "sweep", "tendon_load", "thrust_range", "tie_gain", "tie_range",
+    "tilt_limit", "utilisation", "with_values", "write", "write_mechanism", "write_motion", "write_plan",
     "write_verdict",
 ]
+# fmt: on
 
 #: The module of each name.
 _HOMES = {
@@ -202,8 +129,7 @@ _HOMES = {
         "analysis.certificate_cache": "Memory",
         "analysis.coulomb": "CoulombState",
         "analysis.limit_load": "LimitLoad LoadOutcome limit_load",
-        "analysis.thrust": "DomainOutcome LoadDomain Settlement SettlementOutcome ThrustOutcome ThrustRange "
-        "load_domain settlement thrust_range",
+        "analysis.thrust": "DomainOutcome LoadDomain ThrustOutcome ThrustRange load_domain thrust_range",
         "analysis.tilt_friction": "Bracket BracketOutcome friction_limit tilt_limit",
         "analysis.verdict": "Outcome Verdict",
         "assembly": "Assembly Block glued",
@@ -233,11 +159,22 @@ _HOMES = {
         "result": "Result Sentence",
         "sensitivity.parameters": "limit_load_gradient score_gradient stone_sensitivity",
         "sensitivity.vertices": "PointGradient limit_load_by_point score_by_point shared_points",
+        "sequence.exhaust": "OrderCount count_orders",
+        "sequence.props": "Falsework FalseworkOutcome Prop centring falsework hoists remove_each",
+        "sequence.order": "OrderOutcome OrderResult find_order",
+        "sequence.plan": "Plan PlanVerdict Step assess_plan check_plan read_plan write_plan",
+        "sequence.states": "assess_states",
         "spec": "Building Composition Range Scene build load_scene parameters read scene_from with_values",
+        "studies.directions": "DirectionOutcome DirectionalLimits limit_load_by_direction",
+        "studies.foundations": "Crack Foundation Settlement SettlementOutcome settle settlement",
         "view.animation": "write_mechanism write_motion",
+        "view.assessment": "Assessment assess_fully assessment_html",
         "view.attributes": "write_verdict",
         "view.plot": "mechanism_pose plot plot_forces plot_mechanism plot_stone_sensitivity plot_verdict",
+        "view.polar": "plot_directions",
+        "view.settling": "plot_settlement",
         "view.three_d.page": "interactive_html show",
+        "view.thrust_lines": "plot_thrust",
         "view.utilisation": "plot_utilisation utilisation",
     }.items()
     for name in names.split()

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from blockstat import Block, InputError, Outcome, assess, overlaps
 from blockstat.geometry.convex_pieces import convex_pieces
+from blockstat.geometry.convexity import protrusions, surface_stays_out
 from blockstat.geometry.inscribed_ball import inscribed_balls
 from blockstat.geometry.triangulation import triangulate
 from evidence.scenes.small import assembly, box, prism
@@ -171,3 +172,78 @@ def test_a_block_across_a_notch_does_not_lie_inside():
     # Every corner of the beam lies in an arm of the block, but its middle is over the notch.
     with pytest.raises(InputError, match='blocks "outer" and "beam" overlap by'):
         assess(assembly([prism(NOTCH, 1.0, name="outer"), box((0.2, 0.2, 1.2), (2.8, 0.8, 1.8), name="beam")]))
+
+
+def star(rng, size):
+    """A star-shaped solid with notches: an icosahedron whose corners are moved along their rays."""
+    golden = (1 + 5**0.5) / 2
+    corners = np.array([(0, s, t * golden) for s in (1, -1) for t in (1, -1)])
+    corners = np.concatenate([np.roll(corners, k, axis=1) for k in range(3)])
+    faces = ConvexHull(corners).simplices
+    a, b, c = np.moveaxis(corners[faces], 1, 0)
+    turned = np.einsum("ij,ij->i", np.cross(b - a, c - a), a) < 0
+    faces[turned] = faces[turned][:, ::-1]
+    return Block(corners * rng.uniform(0.4, 1.0, (12, 1)) * size, faces.tolist())
+
+
+def test_no_dismissal_loses_an_overlap():
+    # The brute force is the largest ball in any two tetrahedra of two stars, which have a common corner each.
+    rng = np.random.default_rng(7)
+    found = {True: 0, False: 0}
+    for _ in range(150):
+        one, two = star(rng, 1.0), star(rng, rng.choice([0.3, 1.0]))
+        way = rng.normal(size=3)
+        place = rng.uniform(0.2, 2.4) * way / np.linalg.norm(way)
+        two = Block(np.asarray(two.vertices) + place, two.faces)
+        asm = assembly([one, two])
+        depth = _deepest(_fan(one, np.zeros(3)), _fan(two, place))
+        shape = asm.size.min()
+        out = protrusions(asm)
+        for gap in (1e-4, 1e-2, 1e-1):
+            dismissed = [
+                surface_stays_out(asm, np.array([pair]), out, np.array([gap * shape / 2]))[0]
+                for pair in ((0, 1), (1, 0))
+            ]
+            if depth > gap * shape:
+                assert not any(dismissed)
+                # The ball lies in one piece of each, and the pieces are not the tetrahedra.
+                assert len(overlaps(asm, gap=0.1 * gap)[0]) == 1
+            found[any(dismissed)] += 1
+    assert min(found.values()) > 50
+
+
+def _fan(block, centre):
+    """Half-spaces of the tetrahedra from the centre to each triangle, shape (n, 4, 4)."""
+    a, b, c = np.moveaxis(np.asarray(block.vertices)[np.asarray(block.faces)], 1, 0)
+    normals = [
+        np.cross(q - p, r - p)
+        for p, q, r in ((a, b, c), (a, centre + 0 * a, b), (b, centre + 0 * a, c), (c, centre + 0 * a, a))
+    ]
+    normals = [n / np.linalg.norm(n, axis=1)[:, None] for n in normals]
+    return np.stack(
+        [np.column_stack([n, (n * p).sum(axis=1)]) for n, p in zip(normals, (a, a, b, c), strict=True)], axis=1
+    )
+
+
+def _deepest(one, two):
+    """Diameter of the largest ball in any two of two lists of tetrahedra."""
+    sets = np.concatenate(np.broadcast_arrays(one[:, None], two[None]), axis=2).reshape(-1, 4)
+    return 2 * inscribed_balls(sets[:, :3], sets[:, 3], np.arange(0, len(sets) + 1, 8))[0].max()
+
+
+def test_a_copy_with_its_corners_in_another_order_is_a_copy():
+    stone = box((0, 0, 0), (1, 2, 3))
+    order = np.random.default_rng(3).permutation(8)
+    turned = Block(np.asarray(stone.vertices)[order], [np.argsort(order)[face].tolist() for face in stone.faces])
+    base = box((-1, -1, -1), (2, 3, 0))
+    with pytest.raises(InputError, match="are copies at one place"):
+        assess(assembly([base, stone, turned]))
+
+
+def test_three_thousand_cubes_that_all_overlap_are_refused():
+    place = np.random.default_rng(6).uniform(0, 0.01, (3000, 3))
+    asm = assembly([box(p, p + 1) for p in place])
+    start = process_time()
+    with pytest.raises(InputError, match="overlap by"):
+        assess(asm)
+    assert process_time() - start < 6.0

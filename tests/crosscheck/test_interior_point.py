@@ -63,7 +63,7 @@ def test_without_friction_and_with_little():
 
 @pytest.mark.parametrize("tilt", [0.0, 0.2, 0.5])
 def test_coulomb_states(tilt):
-    # The fixed point's programs by either solver: the same end, and forces that both carry the load.
+    # Programs by either solver: the same end. A checked state ends them early, so the forces may be others.
     for make in (lambda: running_bond(4, 3), lambda: arch(10, 0.25), lambda: stack(2, 1.0, 0.5)):
         ours, theirs = (
             assess(make(), gravity=(tilt, 0.05, -1), flow="coulomb", solver=solver)
@@ -72,8 +72,7 @@ def test_coulomb_states(tilt):
         assert ours.outcome is theirs.outcome
         if ours.coulomb is not None and theirs.coulomb is not None:
             assert ours.coulomb.settles is theirs.coulomb.settles
-            pressed = [state.force[:, 0].sum() for state in (ours.coulomb, theirs.coulomb)]
-            assert pressed[0] == pytest.approx(pressed[1], rel=1e-3)
+            assert ours.coulomb.certificate.proves_settled is theirs.coulomb.certificate.proves_settled
 
 
 def test_the_bracket_of_a_wall_of_four_hundred_is_narrow():

@@ -142,3 +142,19 @@ def test_a_pattern_is_analysed_once():
     # One for the forces that are looked for first; if it came to that, one for the penalty program and one for the
     # correction of forces onto equilibrium.
     assert 1 <= len(normal.known.normals) <= 3
+
+
+def test_joints_may_name_their_two_blocks_in_either_order():
+    # Two blocks may share joints found from either side: (0, 1) and (1, 0); supports are -1.
+    random = np.random.default_rng(3)
+    pair = np.array([(0, 1), (1, 0), (0, -1), (-1, 0), (2, 1), (1, 2), (0, 1), (-1, 2)]).repeat(3, axis=0)
+    rows = random.normal(size=(len(pair), 6)) * (pair >= 0).repeat(3, axis=1)
+    dense = np.zeros((len(pair), 9))
+    for row, blocks, values in zip(dense, pair, rows.reshape(-1, 2, 3), strict=True):
+        for block, part in zip(blocks, values, strict=True):
+            if block >= 0:
+                row[3 * block : 3 * block + 3] = part
+    equations = normal.normal_equations(pair, 3, 3)
+    equations.update(rows)
+    right = random.normal(size=9)
+    assert equations.solve(right) == pytest.approx(np.linalg.solve(dense.T @ dense, right), rel=1e-9)

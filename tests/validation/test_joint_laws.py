@@ -121,10 +121,10 @@ def test_a_bond_of_unequal_feet_sits_at_their_common_centroid():
     outline = [(0, 0), (0.3, 0), (0.3, 1.5), (0.9, 1.5), (0.9, 0), (1, 0), (1, 2), (0, 2)]
     ground = box((-5, -5, -1), (5, 5, 0), name="ground", group="ground")
     bond = law(bond=10.0, bond_moment=0.0)
-    plain = assembly([ground, prism(outline, 1.0, name="stone", group="stone")], gravity=(0, 0, -1e-9), joints=[bond])
+    plain = assembly([ground, prism(outline, 1.0, name="stone", group="stone")], gravity=(0, 0, -1e-4), joints=[bond])
     offset = np.array([0.35, 0.5, 0.0]) - plain.centroid[1]
     found = limit_load(plain, pull((0, 0, 1), np.cross(offset, (0, 0, 1))))
-    assert found.lower == pytest.approx(10.0, rel=1e-5)
+    assert found.lower == pytest.approx(10.0, rel=1e-4)
 
 
 def test_crushing_under_its_own_weight():

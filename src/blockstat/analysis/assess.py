@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.certificate_cache import Memory
-from blockstat.analysis.coulomb import coulomb_state
+from blockstat.analysis.coulomb import CoulombState, coulomb_state
 from blockstat.analysis.decision import decide, outcome_of
 from blockstat.analysis.problem import Problem, crushes, free_fall, gap_warnings, pose, timed
+from blockstat.analysis.reserve import loaded_slivers, neutral_blocks, neutral_warning, sliver_warning, without
 from blockstat.analysis.rims import overlap_warnings, rim_warnings, with_rims
 from blockstat.analysis.verdict import Outcome, Verdict, unit_motion
-from blockstat.certificate.check import Certificate
+from blockstat.certificate.check import Certificate, check
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import check_choice, known_options
 from blockstat.program.penalty import PenaltyProgram
@@ -38,10 +39,11 @@ def assess(
     friction: float | None = None,
     gravity: Any = None,
     loads: Floats | None = None,
-    gap: float = GAP,
+    gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     solver: str = "auto",
     flow: str = "associated",
+    tightnesses: int = 0,
     memory: Memory | None = None,
     score: bool = True,
 ) -> Verdict:
@@ -61,7 +63,7 @@ def assess(
     loads
         Further wrench on each block about its centroid, shape (n_blocks, 6) [N, N m].
     gap
-        Tolerance of the joint search, relative to block size.
+        Tolerance of the joint search: a share of the block size, or a length such as "2 mm".
     interfaces
         Use these joints instead of searching.
     solver
@@ -71,6 +73,9 @@ def assess(
         "associated" asks whether an admissible force field exists. "coulomb" asks in addition whether one exists
         without dilatancy and self-stress (see `blockstat.analysis.coulomb`), and answers STABLE_ONLY_BY_SELF_STRESS if
         not.
+    tightnesses
+        With flow="coulomb", at how many random tightnesses of the joints a state is looked for too. Each costs about as
+        much as the verdict.
     memory
         Evidence of earlier designs with the same joints, which may decide without a solve (see
         `blockstat.analysis.certificate_cache`). An instability proven so has no score (nan).
@@ -109,25 +114,78 @@ def assess(
     check_choice("solver", solver, CHOICES)
     check_choice("flow", flow, FLOWS)
     problem = pose(assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
+    return judged(problem, loads=loads, solver=solver, flow=flow, tightnesses=tightnesses, memory=memory, score=score)
+
+
+def judged(
+    problem: Problem,
+    *,
+    loads: Floats | None = None,
+    solver: str = "auto",
+    flow: str = "associated",
+    tightnesses: int = 0,
+    memory: Memory | None = None,
+    score: bool = True,
+    reserve: bool = True,
+    guess: Floats | None = None,
+) -> Verdict:
+    """Give the verdict on a posed problem.
+
+    Parameters
+    ----------
+    problem
+        The problem.
+    loads, solver, flow, tightnesses, memory, score
+        As in `assess`; the loads are those that the problem was posed with.
+    reserve
+        False does not ask whether a stable assembly is balanced without reserve, nor whether it rests on slivers.
+    guess
+        Forces from which to look for forces in balance first, in the units of the program, shape (m, 3).
+
+    Returns
+    -------
+    Verdict
+        As of `assess`.
+    """
     timings = dict(problem.timings)
     answer = checked = state = None
     if problem.program is not None:
-        answer, checked = _solved(problem, problem.program, solver, memory, timings, score)
+        answer, checked = _solved(problem, problem.program, solver, memory, timings, score, guess)
         if flow == "coulomb" and problem.slips and outcome_of(checked.certificate) is Outcome.STABLE:
             with timed(timings, "coulomb"):
-                state = coulomb_state(problem.program, solver=_second(solver))
+                state = coulomb_state(problem.program, tightnesses=tightnesses, solver=_second(solver))
     timings["total"] = sum(timings.values())
     verdict = _verdict(problem, answer, checked, timings)
+    if reserve and verdict.outcome is Outcome.STABLE and checked is not None:
+        verdict = _with_reserve(problem, verdict, checked, loads, _second(solver))
     if verdict.outcome is Outcome.UNSTABLE and (warnings := rim_warnings(problem, verdict.mechanism)):
-        options = {"friction": friction, "gravity": gravity, "loads": loads, "gap": gap, "solver": solver}
-        held = assess(assembly, interfaces=with_rims(problem), score=False, **options)
+        options = {"friction": None, "gravity": None, "loads": loads, "gap": problem.gap}
+        rimmed = pose(problem.assembly, interfaces=with_rims(problem), **options)
+        held = judged(replace(rimmed, overlapping=problem.overlapping), loads=loads, solver=solver, score=False)
         verdict = _beyond_doubt(verdict, held, warnings)
     if flow == "associated":
         return verdict
-    outcome = verdict.outcome
-    if state is not None and outcome is Outcome.STABLE and state.settles is not True:
+    return _with_state(problem, verdict, state)
+
+
+def _with_state(problem: Problem, verdict: Verdict, state: CoulombState | None) -> Verdict:
+    """The verdict with a Coulomb state behind it, whose forces it then shows, or with what speaks against one."""
+    verdict = replace(verdict, flow="coulomb")
+    if state is None or problem.program is None or verdict.outcome is not Outcome.STABLE:
+        return verdict
+    points = problem.eq.points[state.held]
+    held = np.unique(problem.interfaces.point_interface[points])
+    if state.settles is not True:
         outcome = Outcome.STABLE_ONLY_BY_SELF_STRESS if state.settles is False else Outcome.UNDECIDED
-    return replace(verdict, outcome=outcome, flow=flow, coulomb=state)
+        return replace(verdict, outcome=outcome, coulomb=state, held=held)
+    return replace(
+        verdict,
+        coulomb=state,
+        forces=problem.to_points(state.force),
+        bonds=problem.to_bonds(state.force),
+        certificate=check(problem.program, state.force, np.zeros(len(problem.program.load))),
+        displacement=unit_motion(problem.assembly, problem.to_blocks(state.displacement)),
+    )
 
 
 def _solved(
@@ -137,6 +195,7 @@ def _solved(
     memory: Memory | None,
     timings: dict[str, float],
     score: bool,
+    guess: Floats | None,
 ) -> tuple[Answer, Answer]:
     """An answer, and the same with what the independent check makes of it: an earlier one if there is one that proves.
 
@@ -151,12 +210,24 @@ def _solved(
         if solver == "cvxpy":
             answer = solve_on_paper(program)
         else:
-            answer = solve_penalty(program, solver=solver, motions=problem.motions, score=score)
+            answer = solve_penalty(program, solver=solver, motions=problem.motions, score=score, guess=guess)
     with timed(timings, "certificate"):
         checked = decide(program, answer, solver=_second(solver), motions=problem.motions)
     if memory is not None:
         memory.keep(problem, checked)
     return answer, checked
+
+
+def _with_reserve(problem: Problem, verdict: Verdict, checked: Answer, loads: Floats | None, solver: str) -> Verdict:
+    """A stable verdict with what it has no reserve against, and the slivers that it rests on."""
+    neutral = neutral_blocks(problem, checked, solver=solver)
+    warnings = neutral_warning(problem, neutral)
+    slivers = loaded_slivers(problem, verdict.forces)
+    if len(slivers):
+        others = without(problem.interfaces, slivers)
+        bare = assess(problem.assembly, loads=loads, interfaces=others, solver=solver, score=False)
+        warnings += [] if bare.outcome is Outcome.STABLE else sliver_warning(problem, slivers)
+    return replace(verdict, neutral=neutral, warnings=(*verdict.warnings, *warnings)) if warnings else verdict
 
 
 def _second(solver: str) -> str:
@@ -182,7 +253,7 @@ def _verdict(problem: Problem, answer: Answer | None, checked: Answer | None, ti
         work = float((falling * problem.load).sum() / (np.abs(problem.load).sum() or 1.0))
         if work > 0:
             outcome, score, mechanism = Outcome.UNSTABLE, np.inf, falling
-            certificate = Certificate(certificate.residual, certificate.cone_violation, work, 0.0, np.inf)
+            certificate = replace(certificate, work=work, mechanism_violation=0.0, required_force=np.inf)
         elif outcome is Outcome.STABLE:
             outcome = Outcome.UNDECIDED  # loads that happen to balance on nothing
     blocked: list[str] = []

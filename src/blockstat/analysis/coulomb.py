@@ -1,129 +1,224 @@
 """Force fields that real friction reaches: without dilatancy and without self-stress.
 
 In limit analysis a sliding joint opens at the rate mu, but stone slides without opening. And any thrust can hold a
-block between fixed ones, although no load causes it. Both errors vanish if every loaded joint has to close by the same
-small amount: a thrust then exists only where the motion of the blocks causes it.
+block between fixed ones, although no load causes it. A Coulomb state has neither: its displacements cause its forces
+(`blockstat.certificate.coulomb_state` has the conditions and their check). "Stable" rests on a state that has passed
+the check, whichever way it was found.
 
-De Saxce's bipotential turns Coulomb's law into a fixed point (De Saxce & Feng 1998; Acary, Cadoux, Lemarechal
-& Malick 2011). Given slips s at the points, solve the conic program::
+It is looked for by De Saxce's fixed point (`blockstat.solve.coulomb`) in assemblies of three kinds of joints: stiff
+ones that are all open by the same amount at first, elastic ones that are hardly open, and both. Forces between stiff
+joints are those of a mechanism that the loads have closed. Forces between elastic joints are spread as in a
+distinct-element code. Each kind has its own state, if it has one, because friction depends on history; any state is
+a proof.
 
-    minimise (1 + s)' f_n + c/2 |f|^2   subject to   A f + w = 0,   f in K.
-
-Its cone multipliers are z = g + (1 + s) n + c f with g the relative motion, so a loaded point has
-`g_n = mu |z_t| - s - 1`. At `s = mu |z_t|` every loaded point closes by one unit, however far it slides: there is no
-dilatancy, and no thrust between blocks that do not approach each other. Where such a state exists the slips converge.
-Where the assembly stands only by self-stress they grow without bound. The small compliance c makes the forces unique.
-
-Friction depends on history: which of many equilibria the blocks reach depends on how tight each joint was. Unequal
-closings describe joints of unequal tightness. Where the answer changes with them, it depends on history.
+That none is found proves nothing. The answer is "stable only by self-stress" when slips grow without bound for every
+kind of joints, and undecided otherwise. A block that only a thrust holds slips on by the same amount or more with each
+program.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from blockstat.program.conic import conic_program
+from blockstat.certificate.coulomb_state import RATE_ACCURACY, CoulombCertificate, loaded_points
 from blockstat.program.penalty import PenaltyProgram
-from blockstat.solve.answer import Answer
-from blockstat.solve.dispatch import solve
-from blockstat.typing import Floats
+from blockstat.solve.coulomb import Iterate, solve_state
+from blockstat.typing import Floats, Ints
 
 MOST_SOLVES = 40
-COMPLIANCE = 1e-3
-#: Slips that change by less than this, in units of the closing, have settled.
-SETTLED = 1e-3
-#: The change of the slips shrinks or grows by a steady factor: below 1 by more than this they will settle. The factor
-#: crosses 1 at the limit, and assemblies that stand on self-stress alone have it at 1 or above.
-CLEAR = 1e-3
-#: The factor is steady when it moves by less than this over a stretch of so many solves.
-STEADY, STRETCH = 8e-3, 4
-#: Slips that grow by more than this over the second half of the solves grow without bound (steady growth doubles them);
-#: those that grow by less have a bound, even where they alternate between equivalent states.
-GROWTH = 1.25
-#: What comes to rest does so ever more slowly, so its slips at most double; those that grow by more over the second
-#: half of the solves grow ever faster.
-DIVERGENCE = 4.0
-#: Solves before growth, with and without a steady factor, is accepted.
-EARLY, PATIENCE = 12, 24
-#: Slips beyond this are without bound.
-UNBOUNDED = 1e7
+#: Openings and compliances of the family, in units of the mean block and weight. Only their ratio counts: forces of the
+#: mean weight close a joint by c; so the joints are stiff, elastic, or both.
+FAMILY = ((1.0, 1e-3), (0.1, 1.0), (1.0, 1.0))
+#: A member's slips grow when they change by as much in the last third of so many programs as in the third before.
+EARLY = 6
+#: After so many programs they have no bound when the changes shrink no faster than those of a harmonic series, whose
+#: sum is unbounded: over the last third of n programs 1/k has the mean `ln(3/2) / ln 2` of that over the third before.
+LATE, HARMONIC = 12, float(np.log(1.5) / np.log(2.0))
+NOWHERE = np.empty(0, dtype=np.int64)
+
+
+@dataclass(eq=False)
+class _Member:
+    """Joints of one kind, and the programs solved for them."""
+
+    opening: Floats
+    compliance: float
+    slip: Floats
+    known: bool = False  #: whether the openings are given, and not only assumed
+    changes: list[float] = field(default_factory=list)
+    last: Iterate | None = None
+    lost: bool = False  #: whether the solver has found no forces
+
+    @property
+    def grows(self) -> bool:
+        """Whether its slips grow without bound."""
+        third = len(self.changes) // 3
+        if self.lost or len(self.changes) < EARLY:
+            return self.lost and len(self.changes) > 1 and self.changes[-1] > self.changes[0]
+        before, after = np.mean(self.changes[third : 2 * third]), np.mean(self.changes[2 * third :])
+        return bool(after >= before * (HARMONIC if len(self.changes) >= LATE else 1.0))
+
+    @property
+    def ends(self) -> bool:
+        """Whether there is no use in further programs."""
+        return self.lost or self.grows
+
+    def solve(self, program: PenaltyProgram, solver: str) -> bool:
+        """Solve one program more. Whether the state that it leads to has passed the check."""
+        found = solve_state(
+            program, self.slip, opening=self.opening, compliance=self.compliance, known=self.known, solver=solver
+        )
+        if found is None:
+            self.lost = True
+            return False
+        self.slip, self.last = found.slip, found
+        self.changes.append(found.change)
+        return found.certificate.proves_settled
 
 
 @dataclass(frozen=True, eq=False)
 class CoulombState:
-    """Where the fixed point went."""
+    """What was found out about friction without dilatancy and self-stress."""
 
-    settles: bool | None  #: True: a state without dilatancy and self-stress exists; False: not; None: too close to tell
-    force: Floats  #: forces of the last program, scaled, shape (m, 3)
-    slip: Floats  #: `mu |z_t|` at each point, in units of the closing, shape (m,)
-    changes: tuple[float, ...]  #: largest change of a slip at each solve
-    factor: float  #: by which the changes shrink or grow; nan if they settled at once
+    settles: bool | None  #: True: a state has passed the check; False: slips grow for all joints; None: neither
+    force: Floats  #: forces of the state, or of the last program, in units of the program, shape (m, 3)
+    displacement: Floats  #: displacements that cause them, shape (6 n,)
+    certificate: CoulombCertificate  #: of both
+    solves: int  #: conic programs
+    changes: tuple[tuple[float, ...], ...]  #: force-weighted change of the slips at each program of each kind of joints
+    held: Ints  #: points that carry a force and do not close, whatever the joints; empty where a state was found
+    share: float  #: what they carry of all normal forces
+    opposed: bool  #: whether slips grow in joints of one kind at least
+    #: share of random tightnesses of the joints at which a state is found (see `settling_share`); nan if not asked for
+    tightness: float = float("nan")
 
-    @property
-    def solves(self) -> int:
-        """The number of programs that were solved."""
-        return len(self.changes)
+    def explain(self) -> str:
+        """Return what was found in words.
+
+        Returns
+        -------
+        str
+            One sentence.
+        """
+        if self.settles:
+            words = (
+                "The loads alone cause forces without dilatancy and self-stress: every loaded joint closes, and "
+                f"friction opposes slip (checked; conic programs: {self.solves})."
+            )
+        else:
+            changes = ", ".join(f"{own[-1]:.2g} (first {own[0]:.2g})" for own in self.changes if own)
+            grow = "grow" if self.settles is False else "neither settle nor clearly grow"
+            words = f"Points that do not close carry {100 * self.share:.3g} % of the normal force."
+            if changes:
+                words += f" Slips change by {changes} with each program: they {grow} in joints of these kinds."
+        if not np.isnan(self.tightness):
+            words += f" At {100 * self.tightness:.0f} % of random tightnesses of the joints there is such a state."
+        if 0 < self.tightness < 1 or (self.settles and self.opposed):
+            words += " Whether the blocks stand hangs on how tight the joints are."
+        return words
 
 
 def coulomb_state(
     program: PenaltyProgram,
     *,
-    compliance: float = COMPLIANCE,
-    closing: Floats | float = 1.0,
+    kinds: Sequence[tuple[float, float]] = FAMILY,
+    tightnesses: int = 0,
     solver: str = "auto",
 ) -> CoulombState:
-    """Run the fixed point until the slips have settled, will settle, or will not.
+    """Look for a Coulomb state in each kind of joints by turns.
 
     Parameters
     ----------
     program
         The penalty program of a statically stable assembly. Points without friction or with infinite friction have no
         slip law and are not allowed here.
-    compliance
-        c, a trifle that makes the forces unique.
-    closing
-        By how much each loaded point closes, about one, shape (m,).
+    kinds
+        The opening and the compliance of each kind of joints, tried by turns.
+    tightnesses
+        How many random tightnesses of the joints are tried for `CoulombState.tightness`.
     solver
         One of `blockstat.solve.dispatch.CHOICES`.
 
     Returns
     -------
     CoulombState
-        Whether the slips settle, and the last forces.
+        A checked state, or what speaks against one.
 
     References
     ----------
     De Saxce & Feng: The bipotential method, 1998. Acary, Cadoux, Lemarechal & Malick: A formulation of the linear
     discrete Coulomb friction problem via convex optimization, 2011.
     """
-    slip = np.zeros(len(program.friction))
-    touching = np.arange(len(slip)) < program.n_points  # bonds neither close nor slip
-    changes: list[float] = []
-    factors: list[float] = []
-    sizes: list[float] = []
-    force = np.zeros((len(slip), 3))
-    settles: bool | None = None
-    while len(changes) < MOST_SOLVES and settles is None:
-        answer, unit = _solve_pressure(program, touching * (closing + slip), compliance, solver)
-        force = answer.force
-        if answer.status.is_infeasible:
-            settles = False if changes and slip.max() > 1.0 / SETTLED else None
-            break
-        rates = unit * answer.rates
-        new = touching * program.friction * np.hypot(rates[:, 1], rates[:, 2])
-        changes.append(float(np.abs(new - slip).max(initial=0.0)))
-        if len(changes) > 1:
-            factors.append(changes[-1] / max(changes[-2], 1e-300))
-        slip = new
-        sizes.append(float(slip.max(initial=0.0)))
-        settles = _trend(changes, factors, sizes)
-    return CoulombState(settles, force, slip, tuple(changes), factors[-1] if factors else float("nan"))
+    m = len(program.friction)
+    state = _search(program, [_Member(np.full(m, t), c, np.zeros(m)) for t, c in kinds], solver)
+    if not tightnesses:
+        return state
+    return replace(state, tightness=settling_share(program, tries=tightnesses, solver=solver))
 
 
-def settling_share(program: PenaltyProgram, *, tries: int = 12, seed: int = 0) -> float:
-    """Return the share of random tightnesses of the joints at which the slips settle.
+def _search(program: PenaltyProgram, members: list[_Member], solver: str) -> CoulombState:
+    """One program of each kind of joints by turns, until a state has passed or none is to be expected."""
+    solves = 0
+    while live := [member for member in members if not member.ends]:
+        for member in live:
+            if solves == MOST_SOLVES:
+                return _failed(program, members, solves)
+            solves += 1
+            if member.solve(program, solver):
+                return _state(True, member.last, members, solves)
+    return _failed(program, members, solves)
+
+
+def _failed(program: PenaltyProgram, members: list[_Member], solves: int) -> CoulombState:
+    """What speaks against a state: the points that carry a force and close for no kind of joints."""
+    tried = [member.last for member in members if member.last is not None]
+    held = np.ones(len(program.friction), dtype=bool)
+    for found in tried:
+        held &= _unclosed(program, found)
+    last = min(tried, key=lambda found: found.certificate.unsupported, default=None)
+    if last is None:
+        return _state(None, Iterate.nothing(program), members, solves)
+    normal = np.maximum(last.force[: program.n_points, 0], 0.0)
+    share = float(normal[held[: program.n_points]].sum() / max(normal.sum(), 1e-300))
+    grows = all(member.grows for member in members) and bool(held.any())
+    return _state(False if grows else None, last, members, solves, np.flatnonzero(held), share)
+
+
+def _state(
+    settles: bool | None,
+    found: Iterate | None,
+    members: list[_Member],
+    solves: int,
+    held: Ints = NOWHERE,
+    share: float = 0.0,
+) -> CoulombState:
+    assert found is not None
+    return CoulombState(
+        settles=settles,
+        force=found.force,
+        displacement=found.displacement,
+        certificate=found.certificate,
+        solves=solves,
+        changes=tuple(tuple(member.changes) for member in members),
+        held=held,
+        share=share,
+        opposed=any(member.grows for member in members),
+    )
+
+
+def _unclosed(program: PenaltyProgram, found: Iterate) -> np.ndarray:
+    """Points that carry a force and do not close, shape (m,)."""
+    rate = (program.matrix.T @ found.displacement).reshape(-1, 3)
+    touching = np.arange(len(rate)) < program.n_points
+    closes = -rate[:, 0] > RATE_ACCURACY * np.abs(rate).max(initial=0.0)
+    return loaded_points(program, found.force) & touching & ~closes
+
+
+def settling_share(program: PenaltyProgram, *, tries: int = 12, seed: int = 0, solver: str = "auto") -> float:
+    """Return the share of random tightnesses of the joints at which a Coulomb state is found.
 
     At 0 or 1 history plays no part.
 
@@ -132,9 +227,12 @@ def settling_share(program: PenaltyProgram, *, tries: int = 12, seed: int = 0) -
     program
         As in `coulomb_state`.
     tries
-        In each of them every point closes by another random amount, from a tenth of the usual one to ten times it.
+        In each of them the joint of every point is open by another random amount, from a tenth of the usual one to ten
+        times it.
     seed
         Of the random numbers.
+    solver
+        One of `blockstat.solve.dispatch.CHOICES`.
 
     Returns
     -------
@@ -142,40 +240,8 @@ def settling_share(program: PenaltyProgram, *, tries: int = 12, seed: int = 0) -
         From 0 to 1.
     """
     random, m = np.random.default_rng(seed), len(program.friction)
-    states = (coulomb_state(program, closing=10.0 ** random.uniform(-1.0, 1.0, m)) for _ in range(tries))
+    states = (
+        _search(program, [_Member(10.0 ** random.uniform(-1.0, 1.0, m), FAMILY[0][1], np.zeros(m), known=True)], solver)
+        for _ in range(tries)
+    )
     return float(np.mean([state.settles is True for state in states]))
-
-
-def _solve_pressure(program: PenaltyProgram, cost: Floats, compliance: float, solver: str) -> tuple[Answer, float]:
-    """Minimise cost'f_n + c/2 |f|^2 subject to A f + w = 0, f in K, for positive finite friction.
-
-    cost : of the normal force at each point, shape (m,). Also returns the unit of the answer's rates, which are z.
-    """
-    unit = max(float(cost.max()), 1.0)
-    offset = np.zeros((len(cost), 3))
-    offset[:, 0] = cost / unit
-    conic = conic_program(program, -program.load, offset=offset.reshape(-1), compliance=compliance / unit)
-    return solve(conic, solver=solver), unit
-
-
-def _trend(changes: list[float], factors: list[float], sizes: list[float]) -> bool | None:
-    if changes[-1] <= SETTLED:
-        return True
-    if sizes[-1] > UNBOUNDED:
-        return False
-    solves = len(changes)
-    grows = sizes[-1] > GROWTH * sizes[solves // 2]
-    if solves >= EARLY and sizes[-1] > DIVERGENCE * sizes[solves // 2]:
-        return False
-    recent = factors[-STRETCH:]
-    if len(recent) == STRETCH and max(recent) - min(recent) <= STEADY:
-        mean = float(np.mean(recent))
-        if mean < 1.0 - CLEAR and (changes[-1] < 0.9 * changes[0] or solves >= PATIENCE):
-            return True
-        if mean < 1.0 - CLEAR / 4 and solves >= PATIENCE:
-            return None
-        if mean > 1.0 - CLEAR / 4 and grows and solves >= EARLY:
-            return False
-    if solves < PATIENCE:
-        return None
-    return not grows if solves == MOST_SOLVES or not grows else None

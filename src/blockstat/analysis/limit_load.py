@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.assess import FLOWS
-from blockstat.analysis.bounds import Bound, lower_bound, upper_bound
-from blockstat.analysis.coulomb import coulomb_state
-from blockstat.analysis.decision import decide, outcome_of
-from blockstat.analysis.problem import Problem, pose, timed
+from blockstat.analysis.coulomb import FAMILY, coulomb_state
+from blockstat.analysis.decision import Bound, decide, lower_bound, outcome_of, upper_bound
+from blockstat.analysis.problem import Problem, crushes, free_fall, pose, timed
+from blockstat.analysis.rims import overlap_warnings, rim_warnings, with_rims
 from blockstat.analysis.verdict import Outcome, unit_motion
 from blockstat.certificate import check as certificate
 from blockstat.contact.interfaces import GAP, Interfaces
@@ -68,12 +68,22 @@ class LimitLoad(Result):
     assembly: Assembly
     warnings: tuple[str, ...]
     timings: dict[str, float]
-    #: With flow="coulomb": the multiplier up to which a state without dilatancy and self-stress was found, and the one
-    #: at which there was none. Not a theorem: zero-dilatancy limits are not unique; this is the branch that is reached
-    #: from rest, and thrust exists only where blocks move towards each other.
-    coulomb: tuple[float, float] | None = None
+    #: With flow="coulomb", for stiff joints, elastic ones, and both (`blockstat.analysis.coulomb.FAMILY`):
+    #: the multiplier up to which a checked state without dilatancy and self-stress was found, and the next at which
+    #: there was none. Not a theorem: these limits are not unique, as friction depends on history.
+    coulomb_kinds: tuple[tuple[float, float], ...] = ()
     bonds: Bonds | None = None  #: what the bonds at the centres of joints carry with `forces`
     ties: Floats | None = None  #: tension of each tie, or compression of each strut, with `forces`, (n_ties,) [N]
+
+    @property
+    def coulomb(self) -> tuple[float, float] | None:
+        """The bracket of those joints that carry most without dilatancy and self-stress; None if not asked for."""
+        return max(self.coulomb_kinds, default=None)
+
+    @property
+    def coulomb_least(self) -> tuple[float, float] | None:
+        """The bracket of those joints that carry least; None if not asked for."""
+        return min(self.coulomb_kinds, default=None)
 
     @property
     def gap(self) -> float:
@@ -129,7 +139,10 @@ class LimitLoad(Result):
         if self.outcome is LoadOutcome.LIMIT:
             lines.append(f"{self.lower:.9g} <= multiplier <= {self.upper:.9g}")
             if self.coulomb is not None:
-                lines.append(f"Zero dilatancy, reached from rest: {self.coulomb[0]:.5g} to {self.coulomb[1]:.5g}")
+                lines.append(f"Without dilatancy and self-stress: {self.coulomb[0]:.5g} to {self.coulomb[1]:.5g}")
+            if self.coulomb_least is not None and self.coulomb is not None and self.coulomb_least[1] < self.coulomb[0]:
+                least, above = self.coulomb_least
+                lines.append(f"In the kind of joints that carries least: {least:.5g} to {above:.5g}")
             counts = ", ".join(f"{len(pairs)} {kind}" for kind, pairs in self.joints().items())
             lines.append(f"Joints of the mechanism: {counts}.")
         if words := self.interfaces.contact_words:
@@ -151,7 +164,8 @@ class LimitLoad(Result):
             "upper": finite(self.upper),
             "coulomb_lower": None if self.coulomb is None else self.coulomb[0],
             "coulomb_upper": None if self.coulomb is None else self.coulomb[1],
-            "branch": None if self.coulomb is None else "from rest, without self-stress",
+            "coulomb_least": None if self.coulomb_least is None else self.coulomb_least[0],
+            "branch": None if self.coulomb is None else "without dilatancy and self-stress",
             "joints": self.joints(),
             "blocks": self.assembly.n_blocks,
             "interfaces": self.interfaces.n_interfaces,
@@ -191,7 +205,7 @@ def limit_load(
     friction: float | None = None,
     gravity: Any = None,
     loads: Floats | None = None,
-    gap: float = GAP,
+    gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     solver: str = "auto",
     flow: str = "associated",
@@ -199,7 +213,8 @@ def limit_load(
     """Find the largest multiplier of a load that an assembly carries on top of its weight.
 
     The friction is associated: sliding joints dilate, so for real stone the multiplier is an upper bound. With
-    flow="coulomb" the zero-dilatancy multiplier is looked for below it, by bisection on `blockstat.analysis.coulomb`.
+    flow="coulomb" the multiplier without dilatancy and self-stress is looked for below it, by bisection on
+    `blockstat.analysis.coulomb`. It is not unique; the least and the largest of three kinds of joints are given.
 
     Parameters
     ----------
@@ -215,7 +230,7 @@ def limit_load(
     loads
         Further wrench on each block about its centroid, shape (n_blocks, 6) [N, N m], which does not grow.
     gap
-        Tolerance of the joint search, relative to block size.
+        Tolerance of the joint search: a share of the block size, or a length such as "2 mm".
     interfaces
         Use these joints instead of searching.
     solver
@@ -259,12 +274,11 @@ def limit_load(
     with timed(timings, "solve"):
         solved = _bracket(problem, direction, solver)
     outcome, lower, upper, force, twist = solved
-    coulomb = None
+    kinds: tuple[tuple[float, float], ...] = ()
     if flow == "coulomb" and outcome is LoadOutcome.LIMIT and lower > 0:
         with timed(timings, "coulomb"):
-            coulomb = _coulomb_bracket(problem, direction, lower, solver)
-    timings["total"] = sum(timings.values())
-    return LimitLoad(
+            kinds = _coulomb_brackets(problem, direction, lower, solver)
+    found = LimitLoad(
         outcome=outcome,
         lower=lower,
         upper=upper,
@@ -274,32 +288,65 @@ def limit_load(
         assembly=problem.assembly,
         warnings=problem.warnings,
         timings=timings,
-        coulomb=coulomb,
+        coulomb_kinds=kinds,
         bonds=problem.to_bonds(force),
         ties=problem.to_ties(force),
     )
+    with timed(timings, "contacts without a normal"):
+        found = _beyond_doubt(problem, found, direction, loads, solver)
+    timings["total"] = sum(timings.values())
+    return found
 
 
-def _coulomb_bracket(problem: Problem, direction: Floats, associated: float, solver: str) -> tuple[float, float]:
-    """Multipliers with and without a state free of dilatancy and self-stress, by bisection below the associated one."""
+def _beyond_doubt(problem: Problem, found: LimitLoad, load: Floats, loads: Floats | None, solver: str) -> LimitLoad:
+    """The bracket with an upper bound that holds at contacts that are in no program, whatever these carry."""
+    motion = unit_motion(problem.assembly, free_fall(problem)) if len(problem.floating) else found.mechanism
+    if np.isposinf(found.upper) or not motion.any():
+        return found
+    upper, mechanism = np.inf, found.mechanism
+    warnings = overlap_warnings(problem, motion)
+    if not warnings and not crushes(problem, motion):
+        warnings = rim_warnings(problem, motion)
+        if not warnings:
+            return found
+        options = {"loads": loads, "gap": problem.gap, "solver": solver}
+        held = limit_load(problem.assembly, load, interfaces=with_rims(problem), **options)
+        upper, mechanism = held.upper, held.mechanism
+    proven = _closed(found.lower, upper) if found.outcome is LoadOutcome.LIMIT else upper == found.upper == -np.inf
+    if proven:
+        return replace(found, upper=upper, mechanism=mechanism)
+    warnings = (*found.warnings, *warnings)
+    return replace(found, outcome=LoadOutcome.UNDECIDED, upper=upper, mechanism=mechanism, warnings=warnings)
+
+
+def _closed(lower: float, upper: float) -> bool:
+    """Whether a bracket in units of a load as strong as the weight tells the limit."""
+    return bool(np.isfinite(upper)) and upper - lower <= max(1e-3 * abs(upper), ROUNDING)
+
+
+def _coulomb_brackets(
+    problem: Problem, direction: Floats, associated: float, solver: str
+) -> tuple[tuple[float, float], ...]:
+    """Multipliers with and without a Coulomb state below the associated one, by bisection for each kind of joints."""
     program = problem.program
     assert program is not None
     if not problem.slips:
-        return associated, associated
+        return ((associated, associated),)
     load = problem.scaled(direction)
 
-    def settles(multiplier: float) -> bool:
+    def settles(multiplier: float, kind: tuple[float, float]) -> bool:
         loaded = replace(program, load=program.load + multiplier * load)
-        return coulomb_state(loaded, solver=solver).settles is True
+        return coulomb_state(loaded, kinds=[kind], solver=solver).settles is True
 
-    if not settles(0.0):
-        return 0.0, 0.0
-    low, high = 0.0, associated
-    while high - low > COULOMB_WIDTH * associated:
-        # Most structures lose little to zero dilatancy, so the first trial is near the top.
-        middle = high - COULOMB_WIDTH * associated if low == 0.0 and high == associated else (low + high) / 2
-        low, high = (middle, high) if settles(middle) else (low, middle)
-    return low, high
+    brackets = []
+    for kind in FAMILY:
+        low, high = 0.0, associated
+        while high - low > COULOMB_WIDTH * associated:
+            # Most structures lose little to zero dilatancy, so the first trial is near the top.
+            middle = high - COULOMB_WIDTH * associated if low == 0.0 and high == associated else (low + high) / 2
+            low, high = (middle, high) if settles(middle, kind) else (low, middle)
+        brackets.append((low, high))
+    return tuple(brackets)
 
 
 def _bounds(
@@ -370,8 +417,12 @@ def bracket(
             second = _bounds(problem, load, again, dead, solver)
             low = max((bound for bound in (low, second[0]) if bound), key=lambda bound: bound.value, default=None)
             high = min((bound for bound in (high, second[1]) if bound), key=lambda bound: bound.value, default=None)
+    if low and low.value >= UNBOUNDED * unit:
+        return LoadOutcome.UNBOUNDED, np.inf, np.inf, low.evidence, np.zeros_like(load)
+    # The dead load is carried, so a negative bound contradicts forces that are proven, and proves nothing.
+    low, high = (bound if bound and bound.value >= -ROUNDING else None for bound in (low, high))
     lower, field = (low.value, low.evidence) if low else (0.0, dead)
     upper, twist = (high.value, high.evidence) if high else (np.inf, answer.twist)
     lower = min(lower, upper)  # both are proven to a tolerance, within which they may cross
-    close = upper - lower <= max(1e-3 * abs(upper), ROUNDING)
-    return LoadOutcome.LIMIT if close else LoadOutcome.UNDECIDED, lower / unit, upper / unit, field, twist
+    outcome = LoadOutcome.LIMIT if _closed(lower, upper) else LoadOutcome.UNDECIDED
+    return outcome, lower / unit, upper / unit, field, twist

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from time import process_time
 from typing import TYPE_CHECKING, Any
@@ -17,6 +17,7 @@ from blockstat.contact.cells import refine
 from blockstat.contact.interfaces import Interfaces, find_interfaces, near_blocks
 from blockstat.contact.penetration import check_copies, check_overlaps
 from blockstat.contact.point_law import joint_friction, last_law, point_law
+from blockstat.contact.tolerance import gap_words
 from blockstat.errors import InputError
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import point_velocity
@@ -25,6 +26,8 @@ from blockstat.program.equilibrium import Equilibrium, equilibrium, split_floati
 from blockstat.program.penalty import PenaltyProgram, penalty_program
 from blockstat.program.planar import find_plane
 from blockstat.program.ties import check_anchors, tie_columns, tie_wrenches, tied_pairs
+from blockstat.surface.distance import smallest_gap
+from blockstat.surface.facets import facets
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -46,12 +49,15 @@ class Problem:
     eq: Equilibrium  #: of the blocks that a chain of joints ties to a support
     program: PenaltyProgram | None  #: None when there is no such block
     floating: Ints  #: blocks that nothing holds
-    gap: float
+    gap: float | str
     warnings: tuple[str, ...]
     timings: dict[str, float]
     bonds: Ints  #: interfaces with a bond at their centre, whose columns follow the contact points
-    ties: Ints  #: ties of the assembly whose forces are unknowns; their columns follow those of the bonds
     crushed: Interfaces | None = None  #: contacts without area that a joint law lets carry nothing
+    #: pairs of blocks that overlap too far to have a joint, shape (n, 2); None: to be looked for when it matters
+    overlapping: Ints | None = None
+    #: ties of the assembly whose forces are unknowns; their columns follow those of the bonds
+    ties: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
     def to_blocks(self, twist: Floats) -> Floats:
         """Return a scaled twist as velocities and rotations of all blocks.
@@ -193,7 +199,7 @@ def pose(
     friction: float | None,
     gravity: Any,
     loads: Floats | None,
-    gap: float,
+    gap: float | str,
     interfaces: Interfaces | None,
 ) -> Problem:
     """Check the input, find the joints and set up the program.
@@ -249,7 +255,7 @@ def pose(
     if assembly.support.all():
         warnings.append("all blocks are supports; there was nothing to check")
     return Problem(
-        assembly, interfaces, load, eq, program, floating, gap, tuple(warnings), timings, bonds, ties, crushed
+        assembly, interfaces, load, eq, program, floating, gap, tuple(warnings), timings, bonds, crushed, ties=ties
     )
 
 
@@ -392,10 +398,26 @@ def checked_loads(assembly: Assembly, loads: Floats | None) -> Floats:
 
 
 def _floating_warnings(assembly: Assembly, floating: Ints, interfaces: Interfaces) -> list[str]:
+    """Name the blocks that touch nothing, or say how far apart all are when none touches another."""
     touched = np.unique(interfaces.pair)
     alone = np.setdiff1d(floating, touched)
+    if len(alone) > 1 and not len(touched):
+        return ["no two blocks touch: " + _distances(assembly)]
     return [f'block "{assembly.names[i]}" touches nothing' for i in alone[:5]] + (
         [f"{len(alone) - 5} more blocks touch nothing"] if len(alone) > 5 else []
+    )
+
+
+def _distances(assembly: Assembly) -> str:
+    """How far apart free blocks are at least, and how far from the supports."""
+    solid, free, support = facets(assembly), assembly.free, np.flatnonzero(assembly.support)
+    between, *pair = smallest_gap(solid, free, free)
+    one, two = (assembly.names[i] for i in pair)
+    below, *pair = smallest_gap(solid, free, support)
+    near, held = (assembly.names[i] for i in sorted(pair, key=lambda i: assembly.support[i]))
+    return (
+        f'the smallest gap between two of them is {between:.3g} m ("{one}" and "{two}"), '
+        f'and {below:.3g} m to a support ("{near}" and "{held}")'
     )
 
 
@@ -420,7 +442,7 @@ def gap_warnings(problem: Problem, outcome: Outcome) -> list[str]:
         least = min(near, key=lambda d: d.value / d.limit)
         a, b = assembly.names[least.a], assembly.names[least.b]
         return [
-            f"{len(near)} near joints were not taken (gap tolerance {gap:g} of the block size), the closest "
+            f"{len(near)} near joints were not taken (gap tolerance {gap_words(gap)}), the closest "
             f'"{a}" to "{b}" with {least.value:.2g} m: a larger tolerance may change the verdict'
         ]
     loose = interfaces.gap > LOOSE * assembly.size[interfaces.pair].min(axis=1)

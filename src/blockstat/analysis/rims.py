@@ -33,7 +33,8 @@ def overlap_warnings(problem: Problem, mechanism: Floats) -> list[str]:
     assembly = problem.assembly
     moves = np.abs(mechanism).max(axis=1) > 0
     # A joint elsewhere does not help: where two blocks overlap, they have no joint that they ought to have.
-    hidden = [pair for pair in overlaps(assembly, gap=problem.gap)[0].tolist() if moves[pair].any()]
+    pairs = overlaps(assembly, gap=problem.gap)[0] if problem.overlapping is None else problem.overlapping
+    hidden = [pair for pair in pairs.tolist() if moves[pair].any()]
     if not hidden:
         return []
     one, two = (assembly.names[i] for i in hidden[0])
@@ -61,9 +62,9 @@ def rim_warnings(problem: Problem, mechanism: Floats) -> list[str]:
     Notes
     -----
     Two edges, or an edge and a corner, keep apart where `n'g >= 0` about one of the normals that separate them. So the
-    motions that they allow are all but those of an open convex cone, and no force does negative work on all of them: a
-    motion about which the blocks pass each other is resisted by nothing (the polar of the cone of allowed motions).
-    Blocks that share a sliver too narrow for a patch do not pass each other: there, each normal may resist.
+    motions that they allow are all but those of an open convex cone, and the polar of these is nothing: no force can
+    resist a motion in which the blocks pass each other. They pass where they open about one of the normals by more than
+    rounding. Blocks that share a sliver too narrow for a patch do not pass: there, each normal may resist.
     """
     assembly, rims = problem.assembly, problem.interfaces.rims
     if rims is None or not len(rims):
@@ -83,7 +84,8 @@ def rim_warnings(problem: Problem, mechanism: Floats) -> list[str]:
     passing, closing = np.full(len(found.pair), -np.inf), np.full(len(found.pair), np.inf)
     np.maximum.at(passing, found.contact, opening)
     np.minimum.at(closing, found.contact, opening)
-    resists = np.where(_slivers(problem, found.pair), closing, passing) < -SLOW
+    grazes = np.where(_slivers(problem, found.pair), True, passing <= SLOW)
+    resists = grazes & (closing < -SLOW)
     if not resists.any():
         return []
     pairs = np.unique(found.pair[resists], axis=0)

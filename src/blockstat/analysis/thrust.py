@@ -1,4 +1,4 @@
-"""Least and greatest thrust on supports, moving supports, and domains of two loads: linear programs over forces."""
+"""Least and greatest thrust on supports, and domains of two loads: linear programs over forces."""
 
 from __future__ import annotations
 
@@ -8,17 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.analysis.bounds import SHARES
-from blockstat.analysis.decision import decide, outcome_of
+from blockstat.analysis.decision import SHARES, decide, outcome_of
 from blockstat.analysis.limit_load import LoadOutcome, limit_load
 from blockstat.analysis.problem import Problem, pose
-from blockstat.analysis.verdict import Outcome, corner_speed
+from blockstat.analysis.verdict import Outcome
 from blockstat.certificate import check as certificate
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError, check_choice, known_options
 from blockstat.loads import as_load
 from blockstat.program.conic import conic_program
-from blockstat.program.equilibrium import column_rates
 from blockstat.result import Result, Sentence, finite
 from blockstat.solve.dispatch import CHOICES, solve
 from blockstat.solve.penalty import solve_penalty
@@ -29,8 +27,6 @@ if TYPE_CHECKING:
 
 #: Two loads whose cosine is nearer to one than this are one load.
 PARALLEL = 1e-9
-#: Blocks whose fastest corner moves by less than this, for unit movement of the supports, are at rest.
-MOVING = 0.01
 
 
 class ThrustOutcome(Sentence):
@@ -38,13 +34,6 @@ class ThrustOutcome(Sentence):
 
     BOUNDED = "Bounded: the thrust lies between a least and a greatest value, each carried by a proven force field."
     UNBOUNDED = "Unbounded: self-stress can raise the thrust without end; the least value is proven."
-
-
-class SettlementOutcome(Sentence):
-    """The answers of `settlement`; each value is the sentence a user reads."""
-
-    PUSHES = "Pushes: the assembly pushes the moving supports along."
-    RESISTS = "Resists: the assembly pushes against the movement of the supports."
 
 
 class DomainOutcome(Sentence):
@@ -94,63 +83,6 @@ class ThrustRange(Result):
             "sentence": self.outcome.value,
             "least": finite(self.least),
             "greatest": finite(self.greatest),
-            "blocks": self.assembly.n_blocks,
-            "interfaces": self.interfaces.n_interfaces,
-            "contacts": self.interfaces.contacts,
-            "warnings": list(self.warnings),
-        }
-
-
-@dataclass(frozen=True, eq=False)
-class Settlement(Result):
-    """What happens when a support begins to move."""
-
-    mechanism: Floats  #: shape (n_blocks, 6), for unit movement of the supports [m/m, rad/m]
-    forces: Floats  #: shape (n_points, 3) [N], the one state of the settling assembly
-    reaction: float  #: force of the assembly on the moving supports along the movement [N]
-    interfaces: Interfaces
-    assembly: Assembly
-    warnings: tuple[str, ...] = ()
-
-    @property
-    def outcome(self) -> SettlementOutcome:
-        """Whether the assembly pushes with the movement or against it."""
-        return SettlementOutcome.PUSHES if self.reaction >= 0 else SettlementOutcome.RESISTS
-
-    def explain(self, limit: int = 5) -> str:
-        """Return the answer and its evidence in words, one fact a line.
-
-        Parameters
-        ----------
-        limit : int, optional
-            Most blocks that are named.
-
-        Returns
-        -------
-        str
-            The lines.
-        """
-        lines = [self.outcome.value, f"Force on the moving supports along the movement: {self.reaction:.6g} N."]
-        speed = corner_speed(self.assembly, self.mechanism)
-        order = np.argsort(-speed, kind="stable")
-        names = [self.assembly.names[i] for i in order[(speed[order] > MOVING) & ~self.assembly.support[order]]]
-        if names:
-            more = f" and {len(names) - limit} more" if len(names) > limit else ""
-            lines.append(f"Blocks that move with them: {', '.join(names[:limit])}{more}.")
-        return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
-
-    def summary(self) -> dict[str, Any]:
-        """Return plain values for JSON.
-
-        Returns
-        -------
-        dict
-            Values by name.
-        """
-        return {
-            "outcome": self.outcome.word,
-            "sentence": self.outcome.value,
-            "reaction": finite(self.reaction),
             "blocks": self.assembly.n_blocks,
             "interfaces": self.interfaces.n_interfaces,
             "contacts": self.interfaces.contacts,
@@ -212,7 +144,7 @@ def thrust_range(
     friction: float | None = None,
     gravity: Any = None,
     loads: Floats | None = None,
-    gap: float = GAP,
+    gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     solver: str = "auto",
 ) -> ThrustRange:
@@ -263,7 +195,7 @@ def thrust_range(
     problem, inside = standing(
         assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces, solver=solver
     )
-    thrust = _functional(problem, _support_indices(problem.assembly, supports), direction)
+    thrust = _functional(problem, support_indices(problem.assembly, supports), direction)
     least, least_forces = extreme(problem, -thrust, inside, solver)
     greatest, greatest_forces = extreme(problem, thrust, inside, solver)
     return ThrustRange(
@@ -271,85 +203,6 @@ def thrust_range(
         greatest=greatest,
         least_forces=least_forces,
         greatest_forces=greatest_forces,
-        interfaces=problem.interfaces,
-        assembly=problem.assembly,
-        warnings=problem.warnings,
-    )
-
-
-@known_options
-def settlement(
-    assembly: Assembly,
-    supports: Sequence[int | str],
-    direction: Sequence[float],
-    *,
-    friction: float | None = None,
-    gravity: Any = None,
-    loads: Floats | None = None,
-    gap: float = GAP,
-    interfaces: Interfaces | None = None,
-    solver: str = "auto",
-) -> Settlement:
-    """Find mechanism, forces and reaction when supports begin to move along a direction.
-
-    Parameters
-    ----------
-    assembly : Assembly
-        The blocks; they must stand.
-    supports : sequence of str or int
-        Names or numbers of support blocks that move together.
-    direction : sequence of float, shape (3,)
-        Direction of the movement, of any length.
-    friction, gravity, loads, gap, interfaces, solver
-        As in `blockstat.assess`.
-
-    Returns
-    -------
-    Settlement
-        The mechanism that begins, the contact forces and the reaction of the supports.
-
-    Raises
-    ------
-    InputError
-        When the assembly does not stand, jams, for a block that is no support, or for an option that does not exist.
-
-    Notes
-    -----
-    Minimises -w' u over motions with the supports' velocity given (the state of least potential energy). The forces
-    are those of the thrust that resists the movement least.
-
-    Examples
-    --------
-    One springer of an arch yields outwards: the arch follows, and pushes it along.
-
-    >>> from blockstat import settlement
-    >>> from blockstat.model import arch, assemble
-    >>> ring = assemble(arch(span=2.0, thickness=0.4, depth=0.5, voussoirs=9, springers=0.3), friction=0.7)
-    >>> found = settlement(ring, ["springer.right"], (1, 0, 0))
-    >>> found.outcome.word, round(found.reaction)
-    ('pushes', 2006)
-    """
-    problem, inside = standing(
-        assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces, solver=solver
-    )
-    program = problem.program
-    assert program is not None
-    moving = _support_indices(problem.assembly, supports)
-    thrust = _functional(problem, moving, direction)
-    imposed = np.zeros((problem.assembly.n_blocks, 6))
-    unit = np.asarray(direction, dtype=float)
-    imposed[moving, :3] = unit / np.linalg.norm(unit)
-    rate = column_rates(problem.assembly, problem.eq, imposed)
-    moved = conic_program(program, -program.load, offset=rate.reshape(-1))
-    answer = solve(moved, solver=solver)
-    if answer.status.is_infeasible:
-        raise InputError(f'"{assembly.name}": the supports cannot move so; the blocks are jammed between them')
-    force = _admissible(problem, certificate.balance(program, answer.force), inside)
-    reaction = _value(problem, thrust, force)
-    return Settlement(
-        mechanism=problem.to_blocks(answer.twist) + imposed,
-        forces=problem.to_points(force),
-        reaction=reaction,
         interfaces=problem.interfaces,
         assembly=problem.assembly,
         warnings=problem.warnings,
@@ -366,7 +219,7 @@ def load_domain(
     friction: float | None = None,
     gravity: Any = None,
     loads: Floats | None = None,
-    gap: float = GAP,
+    gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     solver: str = "auto",
 ) -> LoadDomain:
@@ -434,7 +287,29 @@ def load_domain(
 
 
 def standing(assembly: Assembly, *, solver: str, **options: Any) -> tuple[Problem, Floats]:
-    """The problem and a force field strictly inside its cones; the other options are those of `pose`."""
+    """Return the problem of an assembly that stands, and a force field strictly inside its cones.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    solver : str
+        As in `blockstat.assess`.
+    **options
+        Those of `pose`.
+
+    Returns
+    -------
+    problem : Problem
+        The posed problem.
+    inside : array of float, shape (m, 3)
+        Forces of its program.
+
+    Raises
+    ------
+    InputError
+        When the assembly does not stand.
+    """
     check_choice("solver", solver, CHOICES)
     problem = pose(assembly, **options)
     if problem.program is not None and not len(problem.floating):
@@ -445,7 +320,26 @@ def standing(assembly: Assembly, *, solver: str, **options: Any) -> tuple[Proble
     raise InputError(f'"{assembly.name}" does not stand; it has no thrust to speak of')
 
 
-def _support_indices(assembly: Assembly, supports: Sequence[int | str]) -> Ints:
+def support_indices(assembly: Assembly, supports: Sequence[int | str]) -> Ints:
+    """Return the numbers of support blocks that are given by name or number.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    supports : sequence of str or int
+        Names or numbers.
+
+    Returns
+    -------
+    array of int
+        Numbers of the blocks.
+
+    Raises
+    ------
+    InputError
+        For a block that is no support, naming the supports.
+    """
     indices = assembly.blocks_named(supports, "supports")
     for index in indices[~assembly.support[indices]]:
         names = ", ".join(assembly.names[i] for i in np.flatnonzero(assembly.support)[:8])
@@ -466,8 +360,23 @@ def _functional(problem: Problem, supports: Ints, direction: Sequence[float]) ->
     return np.concatenate(rows)
 
 
-def _value(problem: Problem, functional: Floats, force: Floats) -> float:
-    """A functional of contact forces [N], the joint laws' shift of the program's forces taken off."""
+def value(problem: Problem, functional: Floats, force: Floats) -> float:
+    """Return a functional of contact forces, the joint laws' shift of the program's forces taken off.
+
+    Parameters
+    ----------
+    problem : Problem
+        The posed problem.
+    functional : array of float, shape (3 m,)
+        Its row.
+    force : array of float, shape (m, 3)
+        Forces of the program.
+
+    Returns
+    -------
+    float
+        [N] times the unit of the row.
+    """
     program = problem.program
     assert program is not None
     held = float(functional[::3] @ program.shift)
@@ -481,12 +390,32 @@ def extreme(problem: Problem, functional: Floats, inside: Floats, solver: str) -
     answer = solve(conic_program(program, -program.load, offset=-functional), solver=solver)
     if answer.status.is_infeasible:
         return np.inf, problem.to_points(answer.force)
-    field = _admissible(problem, certificate.balance(program, answer.force), inside)
-    return _value(problem, functional, field), problem.to_points(field)
+    field = admissible(problem, certificate.balance(program, answer.force), inside)
+    return value(problem, functional, field), problem.to_points(field)
 
 
-def _admissible(problem: Problem, balanced: Floats, inside: Floats) -> Floats:
-    """The field, mixed with as little as it takes of one strictly inside its cones to be proven."""
+def admissible(problem: Problem, balanced: Floats, inside: Floats) -> Floats:
+    """Return a field, mixed with as little as it takes of one strictly inside its cones to be proven.
+
+    Parameters
+    ----------
+    problem : Problem
+        The posed problem.
+    balanced : array of float, shape (m, 3)
+        Forces of the program that balance it.
+    inside : array of float, shape (m, 3)
+        Forces strictly inside their cones, as `standing` returns them.
+
+    Returns
+    -------
+    array of float, shape (m, 3)
+        Admissible forces.
+
+    Raises
+    ------
+    InputError
+        When no mixture can be proven.
+    """
     program = problem.program
     assert program is not None
     for share in SHARES:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.analysis.assess import assess
+from blockstat.analysis.assess import FLOWS, assess
 from blockstat.analysis.limit_load import LoadOutcome, limit_load
 from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
@@ -28,6 +28,8 @@ AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 STEP = 5.0
 #: Bisections stop at this width (degrees, or friction).
 WIDTH = 1e-6
+#: And at this one (degrees) without dilatancy, as the programs leave 1e-4 of the friction unused.
+COULOMB_WIDTH = 1e-2
 
 
 class BracketOutcome(Sentence):
@@ -100,9 +102,10 @@ def tilt_limit(
     friction: float | None = None,
     gravity: Any = None,
     loads: Floats | None = None,
-    gap: float = GAP,
+    gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     solver: str = "auto",
+    flow: str = "associated",
 ) -> Bracket:
     """Find the angle by which gravity may be rotated about an axis before the assembly falls, from 0 to 180 degrees.
 
@@ -112,7 +115,7 @@ def tilt_limit(
         The blocks.
     axis : str or sequence of float, shape (3,)
         "x", "y", "z" or three numbers. The rotation is right-handed, so -axis tilts the other way.
-    friction, gravity, loads, gap, interfaces, solver
+    friction, gravity, loads, gap, interfaces, solver, flow
         As in `blockstat.assess`. `loads` stay as they are while gravity rotates.
 
     Returns
@@ -130,6 +133,8 @@ def tilt_limit(
     -----
     Up to a right angle the tilt is the limit load of a horizontal acceleration, tan(angle). Beyond it, with permanent
     loads, and where joints have a strength that does not grow with the weight, verdicts are asked for angle by angle.
+    With flow="coulomb" they always are, and "stands" is the largest angle at which a checked state was found in joints
+    of any kind. Limits without dilatancy are not unique (see `LimitLoad.coulomb_kinds`).
 
     Examples
     --------
@@ -153,6 +158,7 @@ def tilt_limit(
     unit = unit / np.abs(unit).max()
     unit = unit / np.linalg.norm(unit)
     check_choice("solver", solver, CHOICES)
+    check_choice("flow", flow, FLOWS)
     if not len(assembly.free):
         return _tilts(180.0, math.nan)
     changes = {name: value for name, value in (("friction", friction), ("gravity", gravity)) if value is not None}
@@ -163,26 +169,27 @@ def tilt_limit(
 
     def verdict(degrees: float) -> Verdict:
         turned = _rotate(asm.gravity, unit, math.radians(degrees))
-        return assess(asm, gravity=turned, loads=loads, interfaces=shared, solver=solver)
+        return assess(asm, gravity=turned, loads=loads, interfaces=shared, solver=solver, flow=flow)
 
     if np.linalg.norm(sideways) < 1e-9 * size:
         stable = verdict(0.0).outcome is Outcome.STABLE
         return _tilts(180.0, math.nan) if stable else _tilts(math.nan, 0.0)
     follows = loads is None and not any(law.strong for law in asm.joints)  # all forces grow with the weight
-    if abs(unit @ asm.gravity) < 1e-9 * size and follows:
+    if flow == "associated" and abs(unit @ asm.gravity) < 1e-9 * size and follows:
         limit = limit_load(asm, acceleration(asm, sideways.tolist()), interfaces=shared, solver=solver)
         if limit.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE:
             return _tilts(math.nan, 0.0)
         if limit.outcome is LoadOutcome.LIMIT:
             return _tilts(math.degrees(math.atan(limit.lower)), math.degrees(math.atan(limit.upper)))
-    return _tilts(*_scan(lambda degrees: verdict(degrees).outcome, 180.0))
+    width = WIDTH if flow == "associated" else COULOMB_WIDTH
+    return _tilts(*_scan(lambda degrees: verdict(degrees).outcome, 180.0, width))
 
 
 def _tilts(stands: float, falls: float) -> Bracket:
     return Bracket(stands, falls, "tilt", "deg")
 
 
-def _scan(outcome: Callable[[float], Outcome], top: float) -> tuple[float, float]:
+def _scan(outcome: Callable[[float], Outcome], top: float, width: float) -> tuple[float, float]:
     """First change from stable to not stable on the way up in steps, then by bisection."""
     if outcome(0.0) is not Outcome.STABLE:
         return math.nan, 0.0
@@ -192,7 +199,7 @@ def _scan(outcome: Callable[[float], Outcome], top: float) -> tuple[float, float
         if outcome(high) is Outcome.STABLE:
             low = high
             continue
-        return _halve(outcome, low, high)
+        return _halve(outcome, low, high, width)
     return top, math.nan
 
 
@@ -215,9 +222,10 @@ def friction_limit(
     *,
     gravity: Any = None,
     loads: Floats | None = None,
-    gap: float = GAP,
+    gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     solver: str = "auto",
+    flow: str = "associated",
     top: float = 10.0,
     width: float = WIDTH,
 ) -> Bracket:
@@ -227,7 +235,7 @@ def friction_limit(
     ----------
     assembly : Assembly
         The blocks; their own coefficient of friction plays no part.
-    gravity, loads, gap, interfaces, solver
+    gravity, loads, gap, interfaces, solver, flow
         As in `blockstat.assess`.
     top : float, optional
         The most friction that is tried.
@@ -247,7 +255,7 @@ def friction_limit(
 
     Notes
     -----
-    More friction only adds admissible forces, so bisection is exact.
+    More friction only adds admissible forces, so bisection is exact. With flow="coulomb" that is not a theorem.
 
     Examples
     --------
@@ -265,7 +273,7 @@ def friction_limit(
     shared = find_interfaces(assembly, gap=gap) if interfaces is None else interfaces
 
     def outcome(mu: float) -> Outcome:
-        found = assess(assembly, friction=mu, gravity=gravity, loads=loads, interfaces=shared, solver=solver)
+        found = assess(assembly, friction=mu, gravity=gravity, loads=loads, interfaces=shared, solver=solver, flow=flow)
         return found.outcome
 
     if outcome(top) is not Outcome.STABLE:

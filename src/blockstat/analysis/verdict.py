@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.coulomb import CoulombState
-from blockstat.certificate.check import Certificate
+from blockstat.certificate.check import FORCE_TOLERANCE, Certificate
 from blockstat.contact.interfaces import Interfaces
 from blockstat.contact.point_law import point_law
 from blockstat.geometry.polyhedron import point_velocity
@@ -20,12 +20,18 @@ if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
 
+#: What a plain "stable" leaves open.
+OPTIMISTIC = (
+    'This is the optimistic question. Whether friction holds without dilatancy and self-stress: flow="coulomb".'
+)
+
+
 class Outcome(Sentence):
     """The static answers; each value is the sentence a user reads."""
 
     STABLE = "Stable: a force field within every friction cone balances every block."
     STABLE_ONLY_BY_SELF_STRESS = (
-        "Stable only by self-stress: a force field exists, but Coulomb friction without dilatancy does not find it."
+        "Stable only by self-stress: a force field exists, but no displacement of the blocks was found that causes one."
     )
     UNSTABLE = "Unstable: no admissible force field exists; the blocks move as the mechanism shows."
     UNDECIDED = "Undecided: too close to the limit to prove either way at the accuracy of the numbers."
@@ -52,9 +58,14 @@ class Verdict(Result):
     solver: str
     timings: dict[str, float] = field(default_factory=dict)  #: process seconds of each step
     floating: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))  #: blocks that nothing holds
+    #: blocks of a stable assembly that a motion moves at no cost, as on one edge: nothing resists a small push
+    neutral: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     warnings: tuple[str, ...] = ()
     flow: str = "associated"  #: the flow rule asked for, "associated" or "coulomb"
-    coulomb: CoulombState | None = None  #: the fixed point behind a "coulomb" verdict, if one was needed
+    coulomb: CoulombState | None = None  #: what a "coulomb" verdict rests on, if more than a force field was needed
+    #: displacements that cause `forces` in a Coulomb state, scaled like `mechanism`, shape (n_blocks, 6); None without
+    displacement: Floats | None = None
+    held: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))  #: interfaces held only by self-stress
     bonds: Bonds | None = None  #: what the bonds at the centres of joints carry with `forces`
     ties: Floats | None = None  #: tension of each tie, or compression of each strut, with `forces`, (n_ties,) [N]
 
@@ -120,8 +131,11 @@ class Verdict(Result):
                 f"Largest residual {proof.residual:.1e} of a block's load, "
                 f"cones violated by {proof.cone_violation:.1e}."
             )
-            if self.flow == "coulomb" and self.outcome is Outcome.STABLE:
-                lines.append("Coulomb friction without dilatancy and self-stress also finds equilibrium.")
+            lines.append(f"Normal forces of {proof.total_force:.3g} times the weight in total.")
+            if proof.residual > FORCE_TOLERANCE:
+                lines.append(f"Without rounding of the forces on a block, residuals are {proof.imbalance:.1e}.")
+            if self.flow == "associated":
+                lines.append(OPTIMISTIC)
         else:
             if not np.isnan(self.score):
                 lines.append(f"Missing adhesion (score): {self.score:.3g} of the weight.")
@@ -134,6 +148,14 @@ class Verdict(Result):
             if names:
                 more = f" and {len(names) - limit} more" if len(names) > limit else ""
                 lines.append(f"First to move: {', '.join(names[:limit])}{more}.")
+        if self.coulomb is not None:
+            lines.append(self.coulomb.explain())
+        if len(self.held):
+            pairs = self.interfaces.pair[self.held]
+            blocks = len(np.unique(pairs[~self.assembly.support[pairs]]))
+            joints = ", ".join(f"{self.assembly.names[a]}-{self.assembly.names[b]}" for a, b in pairs[:limit])
+            more = f" and {len(pairs) - limit} more" if len(pairs) > limit else ""
+            lines.append(f"Held so: {blocks} of {len(self.assembly.free)} blocks, at the joints {joints}{more}.")
         if len(self.floating):
             names = ", ".join(self.assembly.names[i] for i in self.floating[:limit])
             lines.append(f"Nothing holds: {names}{' ...' if len(self.floating) > limit else ''}.")
@@ -157,12 +179,15 @@ class Verdict(Result):
             "score": finite(self.score),
             "moving": [self.assembly.names[i] for i in self.moving],
             "floating": [self.assembly.names[i] for i in self.floating],
+            "neutral": [self.assembly.names[i] for i in self.neutral],
             "certificate": {
                 "residual": finite(proof.residual),
                 "cone_violation": finite(proof.cone_violation),
                 "work": finite(proof.work),
                 "mechanism_violation": finite(proof.mechanism_violation),
                 "required_force": finite(proof.required_force),
+                "imbalance": finite(proof.imbalance),
+                "total_force": finite(proof.total_force),
             },
             "blocks": self.assembly.n_blocks,
             "interfaces": self.interfaces.n_interfaces,
@@ -171,6 +196,9 @@ class Verdict(Result):
             "dropped": len(self.interfaces.dropped),
             "solver": self.solver,
             "flow": self.flow,
+            "held": [[self.assembly.names[i] for i in pair] for pair in self.interfaces.pair[self.held]],
+            "held_share": None if self.coulomb is None else self.coulomb.share,
+            "tightness": None if self.coulomb is None else finite(self.coulomb.tightness),
             "warnings": list(self.warnings),
             "timings": self.timings,
         }

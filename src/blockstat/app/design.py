@@ -5,6 +5,7 @@ This is the one place that knows how a scene is loaded, moved and built.
 
 from __future__ import annotations
 
+import math
 import warnings
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -312,6 +313,25 @@ class Pushed:
     limit: LimitLoad | None
     reason: str = ""
     seconds: float = 0.0
+
+
+@dataclass(frozen=True)
+class Weakest:
+    """The weakest of the directions `PUSHES`.
+
+    Attributes
+    ----------
+    number : int
+        Number of the question.
+    name : str
+        The direction, a key of `PUSHES`; empty when the design does not stand or no direction has a limit.
+    multiplier : float
+        Its limit load [-]; nan without one.
+    """
+
+    number: int
+    name: str = ""
+    multiplier: float = math.nan
 
 
 @dataclass(frozen=True)

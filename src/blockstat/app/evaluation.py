@@ -11,10 +11,11 @@ from blockstat.analysis.limit_load import limit_load
 from blockstat.analysis.tilt_friction import friction_limit
 from blockstat.analysis.verdict import Verdict
 from blockstat.app.background import Channel
-from blockstat.app.design import PUSHES, Began, Failed, Judged, Pushed, Question, Scored, Slipped
+from blockstat.app.design import PUSHES, Began, Failed, Judged, Pushed, Question, Scored, Slipped, Weakest
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError
+from blockstat.studies.directions import DirectionOutcome, limit_load_by_direction
 
 #: The least friction is found this closely: a bisection to the last digit would take twice as long.
 NEAR = 2e-3
@@ -68,14 +69,14 @@ def evaluated(question: Question, memory: Memory) -> Judged | Failed:
 
 
 def slower_results(channel: Channel, number: int, verdict: Verdict, push: str) -> None:
-    """Send the limit load and the least friction of a design that was evaluated, each as it comes.
+    """Send the limit loads and the least friction of a design that was evaluated, each as it comes.
 
     The verdict with its score comes before them, where an earlier mechanism had decided and left the score open.
 
     Parameters
     ----------
     channel : Channel
-        `Scored` (only for an open score), `Pushed` and `Slipped` are sent through it.
+        `Scored` (only for an open score), `Pushed`, `Slipped` and `Weakest` are sent through it.
     number : int
         Number of the question.
     verdict : Verdict
@@ -93,6 +94,7 @@ def slower_results(channel: Channel, number: int, verdict: Verdict, push: str) -
     except InputError:
         least = nan
     channel.send(Slipped(number, least, process_time() - begin))
+    channel.send(_weakest(number, assembly, interfaces))
 
 
 def _pushed(number: int, assembly: Assembly, interfaces: Interfaces, push: str) -> Pushed:
@@ -102,3 +104,13 @@ def _pushed(number: int, assembly: Assembly, interfaces: Interfaces, push: str) 
     except InputError as error:
         return Pushed(number, None, str(error), process_time() - begin)
     return Pushed(number, limit, "", process_time() - begin)
+
+
+def _weakest(number: int, assembly: Assembly, interfaces: Interfaces) -> Weakest:
+    try:
+        found = limit_load_by_direction(assembly, len(PUSHES), refine=False, interfaces=interfaces)
+    except InputError:
+        return Weakest(number)
+    if found.outcome is not DirectionOutcome.LIMIT:
+        return Weakest(number)
+    return Weakest(number, found.names[found.weakest], found.least.lower)

@@ -148,7 +148,7 @@ def report_file(model: Model, values: dict[str, float], known: Known) -> Saved:
     from html import escape
 
     from blockstat.app.words import headline, numbers
-    from blockstat.view.report import page
+    from blockstat.view.document import page
     from blockstat.view.three_d.colouring import colouring
     from blockstat.view.three_d.page import framed, interactive_html
 

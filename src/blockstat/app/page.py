@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from blockstat.app.background import Worker
 from blockstat.app.controls import Controls
-from blockstat.app.design import Failed, Judged, Model, Pushed, Scored, Slipped
+from blockstat.app.design import Failed, Judged, Model, Pushed, Scored, Slipped, Weakest
 from blockstat.app.follow import Follower
 from blockstat.app.layout import Layout
 from blockstat.app.view import View
@@ -290,6 +290,8 @@ class Page:
             self.view.learned(self.known, self.player)
         elif isinstance(message, Slipped):
             self.known = replace(self.known, slipped=message)
+        elif isinstance(message, Weakest):
+            self.known = replace(self.known, weakest=message)
         self.layout.numbers.content = numbers(self.known)
 
     def _run(self) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from blockstat.analysis.limit_load import LoadOutcome
 from blockstat.analysis.verdict import Outcome, Verdict
-from blockstat.app.design import Pushed, Slipped
+from blockstat.app.design import Pushed, Slipped, Weakest
 from blockstat.contact.features import ContactKind
 from blockstat.view.three_d.colouring import tension
 
@@ -47,6 +47,8 @@ class Known:
         The limit load; None while it is being computed.
     slipped : Slipped or None
         The least friction; None while it is being computed.
+    weakest : Weakest or None
+        The weakest of the four directions; None while it is being computed.
     """
 
     verdict: Verdict
@@ -54,6 +56,7 @@ class Known:
     seconds: dict[str, float] = field(default_factory=dict)
     pushed: Pushed | None = None
     slipped: Slipped | None = None
+    weakest: Weakest | None = None
 
 
 def headline(known: Known) -> str:
@@ -100,6 +103,7 @@ def numbers(known: Known) -> str:
     rows = [
         ("score", "adhesion / weight", _score(verdict)),
         (f"limit load, {known.push}", "× gravity", _limit(known)),
+        ("limit load, least", "of ±x and ±y", _weakest(known)),
         ("reserve in tilt", "", _tilt(known)),
         ("least friction", f"now {assembly.friction:g}", _friction(known)),
         ("volume", "m³", f"{assembly.volume[free].sum():.4g}"),
@@ -210,6 +214,13 @@ def _limit(known: Known) -> str:
     if found.limit.outcome is LoadOutcome.UNBOUNDED:
         return "unbounded"
     return f"{found.limit.lower:.4g}" + ("" if found.limit.outcome is LoadOutcome.LIMIT else " at least")
+
+
+def _weakest(known: Known) -> str:
+    found = known.weakest
+    if found is None:
+        return "…"
+    return f"{found.multiplier:.4g}, {found.name}" if found.name else "none"
 
 
 def _tilt(known: Known) -> str:

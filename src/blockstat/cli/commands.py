@@ -1,4 +1,4 @@
-"""The command `blockstat`: build, convert, repair, check, limit, tilt, plot."""
+"""The command `blockstat`: build, convert, repair, check, limit, tilt, sequence, plot."""
 
 from __future__ import annotations
 
@@ -13,17 +13,23 @@ from blockstat.cli.options import (
     AsJson,
     FileArgument,
     Friction,
+    Gap,
     Gravity,
     Port,
     Supports,
     Tilt,
     Units,
     Version,
+    gap_of,
+    inputs,
     numbers,
     print_json,
     run_app,
+    said,
 )
 from blockstat.cli.options import load as load_assembly
+from blockstat.cli.sequence import sequence
+from blockstat.cli.studies import over_the_horizon, report_command, settle_command
 from blockstat.errors import InputError
 
 if TYPE_CHECKING:
@@ -33,6 +39,8 @@ Flow = Annotated[str, typer.Option(help="associated, or coulomb: no dilatancy an
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 app.command("cases")(cases_command)
+app.command("settle")(settle_command)
+app.command("report")(report_command)
 
 
 @app.callback()
@@ -107,7 +115,7 @@ def check(
     tilt: Tilt = None,
     supports: Supports = None,
     units: Units = None,
-    gap: Annotated[float | None, typer.Option(help="Largest gap of a joint, relative to block size.")] = None,
+    gap: Gap = None,
     solver: Annotated[str, typer.Option(help="auto, interior-point, clarabel or cvxpy (the primal).")] = "auto",
     flow: Flow = "associated",
     case: Case = None,
@@ -125,18 +133,19 @@ def check(
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
     acting = chosen_case(assembly, file, case, loads)
-    verdict = assess(assembly, gap=GAP if gap is None else gap, solver=solver, flow=flow, loads=acting and acting.loads)
+    permanent = None if acting is None else acting.loads
+    verdict = assess(assembly, gap=GAP if gap is None else gap_of(gap), solver=solver, flow=flow, loads=permanent)
     if output is not None:
         write_verdict(verdict, output)
     if as_json:
         summary = verdict.summary()
-        print_json(
-            {"file": str(file), "verdict": summary.pop("outcome"), **({"case": case} if case else {}), **summary}
-        )
+        echo = inputs(assembly, units=units, gap=gap) | ({"case": case} if case else {})
+        print_json({"file": str(file), "verdict": summary.pop("outcome"), **echo, **summary})
         return
     seconds = verdict.timings["total"]
     faces = verdict.interfaces
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {faces.n_interfaces} interfaces, {seconds:.2f} s")
+    typer.echo(said(assembly, units=units, gap=gap))
     typer.echo(verdict.explain())
 
 
@@ -144,8 +153,10 @@ def check(
 def limit(
     file: FileArgument,
     load: Annotated[
-        str | None,
-        typer.Option(metavar="AX,AY,AZ", help="Direction of the acceleration; 1 is as strong as gravity."),
+        str | None, typer.Option(metavar="AX,AY,AZ", help="Direction of the acceleration; 1 is as strong as gravity.")
+    ] = None,
+    directions: Annotated[
+        int | None, typer.Option(metavar="N", help="In place of --load: all round the horizon; a multiple of 4.")
     ] = None,
     case: Case = None,
     loads: LoadsFile = None,
@@ -155,19 +166,34 @@ def limit(
     supports: Supports = None,
     units: Units = None,
     flow: Flow = "associated",
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Polar plot of the directions (.png, .svg, .pdf).")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Bracket the acceleration, in any direction, or the live loads of a case. Both bounds are proven."""
+    """Bracket an acceleration, in one direction or in all, or the live loads of a case. Both bounds are proven."""
     from blockstat.analysis.limit_load import limit_load
 
+    if load is None and directions is None and case is None:
+        raise InputError("give --load AX,AY,AZ, --directions N for all of the horizon, or --case NAME with live loads")
+    if load is not None and directions is not None:
+        raise InputError("--load and --directions are different questions; ask for one of them")
+    if output is not None and directions is None:
+        raise InputError("-o draws the directions; it goes with --directions")
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    if directions is not None:
+        if case is not None or loads is not None:
+            raise InputError("--case and --directions are different questions; ask for one of them")
+        over_the_horizon(file, assembly, directions, flow, output, units, as_json)
+        return
     growing, permanent = load_and_loads(load, chosen_case(assembly, file, case, loads))
     result = limit_load(assembly, growing, loads=permanent, flow=flow)
     if as_json:
-        print_json({"file": str(file), **({"case": case} if case else {}), **result.summary()})
+        echo = inputs(assembly, units=units) | ({"case": case} if case else {})
+        print_json({"file": str(file), **echo, **result.summary()})
         return
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {result.timings['total']:.2f} s")
-    typer.echo(result.explain())
+    typer.echo(f"{said(assembly, units=units)}\n{result.explain()}")
 
 
 @app.command("tilt")
@@ -190,9 +216,8 @@ def tilt_command(
     found = tilt_limit(assembly, about)
     stands, falls = (None if isnan(value) else value for value in (found.stands, found.falls))
     if as_json:
-        print_json(
-            {"file": str(file), "axis": axis, "angle_deg": stands or 0.0, "stands_deg": stands, "falls_deg": falls}
-        )
+        angles = {"axis": axis, "angle_deg": stands or 0.0, "stands_deg": stands, "falls_deg": falls}
+        print_json({"file": str(file), **angles, **inputs(assembly, units=units)})
     elif stands is None:
         typer.echo(f"{assembly.name}: does not stand as it is")
     elif falls is None:
@@ -283,6 +308,9 @@ def _plot_mechanism(assembly: Assembly, direction: list[float] | None, output: P
         write_mechanism(result, output)
     else:
         plot_mechanism(result, output, **look)
+
+
+app.command("sequence")(sequence)
 
 
 def main() -> None:

@@ -33,6 +33,9 @@ Supports = Annotated[
 Units = Annotated[
     str | None, typer.Option(help="Of the coordinates in the file, converted to metres: m, dm, cm, mm, in or ft.")
 ]
+Gap = Annotated[
+    str | None, typer.Option(help='Largest gap of a joint: a share of the block size, or a length such as "2 mm".')
+]
 PORT = 8321
 Port = Annotated[int, typer.Option(min=1, max=65535, help="Of the page on 127.0.0.1; the next free one if taken.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
@@ -40,6 +43,25 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object on s
 #: What typer raises for arguments that it cannot read; it exports only this child of it.
 UsageError: type[Exception] = typer.BadParameter.__bases__[0]
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+def gap_of(text: str) -> float | str:
+    """Return what `--gap` says.
+
+    Parameters
+    ----------
+    text : str
+        A number or a length.
+
+    Returns
+    -------
+    float or str
+        The number, or the text.
+    """
+    try:
+        return float(text)
+    except ValueError:
+        return text
 
 
 def load(
@@ -169,6 +191,63 @@ def _tilted(gravity: Any, tilt: str) -> Any:
     except InputError:
         raise InputError(f'--tilt is "{tilt}"; it must read AXIS,DEGREES with DEGREES a number') from None
     return Rotation.from_rotvec(np.deg2rad(angle) * np.array(AXES[axis])).apply(np.asarray(gravity))
+
+
+def inputs(assembly: Assembly, *, units: str | None = None, gap: float | None = None) -> dict[str, Any]:
+    """Return what an answer rests on, as JSON echoes it.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks as they were analysed.
+    units : str, optional
+        Of the coordinates in the file; None for metres.
+    gap : float, optional
+        Tolerance of the joint search; None for the default.
+
+    Returns
+    -------
+    dict
+        "friction" (None without limit), "density" [kg/m3] (None where blocks differ), "densities" (the least and the
+        greatest), "gravity" [m/s2], "weight" of the free blocks [N], "units" of the file and "gap".
+    """
+    from blockstat.contact.interfaces import GAP
+    from blockstat.result import finite
+
+    density = assembly.density[assembly.free] if len(assembly.free) else assembly.density
+    ends = [float(density.min()), float(density.max())]
+    return {
+        "friction": finite(assembly.friction),
+        "density": ends[0] if ends[0] == ends[1] else None,
+        "densities": ends,
+        "gravity": [float(part) for part in assembly.gravity],
+        "weight": assembly.free_weight,
+        "units": units or "m",
+        "gap": GAP if gap is None else gap,
+    }
+
+
+def said(assembly: Assembly, *, units: str | None = None, gap: float | None = None) -> str:
+    """Return what an answer rests on in one line.
+
+    Parameters
+    ----------
+    assembly, units, gap
+        As in `inputs`.
+
+    Returns
+    -------
+    str
+        Friction, density, weight, units and gap.
+    """
+    found = inputs(assembly, units=units, gap=gap)
+    low, high = found["densities"]
+    density = f"{low:g}" if low == high else f"{low:g} to {high:g}"
+    laws = f" and {len(assembly.joints)} joint laws" if assembly.joints else ""
+    return (
+        f"Friction {assembly.friction:g}{laws}, density {density} kg/m3, weight {found['weight'] / 1e3:.4g} kN, "
+        f"coordinates in {found['units']}, joints closed to {found['gap']:g} of a block."
+    )
 
 
 def print_json(value: Any) -> None:

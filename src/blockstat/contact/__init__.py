@@ -1,4 +1,4 @@
 """Where blocks touch: interfaces, their contact points, and the joint law of each point.
 
-This room imports `geometry` and the root.
+This room imports `geometry`, `surface` and the root.
 """

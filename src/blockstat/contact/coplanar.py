@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from blockstat.contact.nonconvex import outline_hull
+from blockstat.contact.faces import outline_hull
 from blockstat.geometry.polyhedron import members
 from blockstat.typing import Floats, Ints
 

@@ -24,7 +24,7 @@ from blockstat.contact.features import (
     position,
     together,
 )
-from blockstat.geometry.convexity import convex_solids, separations
+from blockstat.geometry.convexity import protrusions, separations
 from blockstat.geometry.polyhedron import members
 from blockstat.geometry.topology import edge_topology
 from blockstat.typing import Floats, Ints
@@ -48,6 +48,7 @@ class Tolerances:
     allowed: Floats  #: gap of a joint of each block, shape (n_blocks,) [m]
     rounding: float  #: lengths below this, relative to the smaller block, are nothing
     steepest: float  #: largest sine of the angle between a contact and a face that counts as lying on it
+    blurred: bool = False  #: whether a rim is as wide as the gap: the geometry is no more exact than that
 
 
 def edge_contacts(
@@ -116,48 +117,89 @@ def search_of(assembly: Assembly, pairs: Ints, tolerances: Tolerances, *, rims: 
     """
     reach = tolerances.allowed[pairs].min(axis=1)
     rounding = tolerances.rounding * assembly.size[pairs].min(axis=1)
-    return Search(assembly, edge_topology(assembly, np.unique(pairs)), pairs, reach, rounding, rims)
+    beyond = reach if tolerances.blurred else rounding
+    topology = edge_topology(assembly, np.unique(pairs))
+    return Search(assembly, topology, pairs, reach, rounding, beyond, rims)
 
 
 def _candidates(assembly: Assembly, patches: Patches, near: Ints, tolerances: Tolerances) -> tuple[Ints, Ints]:
     """Pairs that may have contacts of edges or corners, and those that may touch where there is no unique normal."""
-    reach = tolerances.allowed[near].min(axis=1)[:, None]
-    lower, upper = assembly.bounds
-    gap = np.maximum(lower[near[:, 0]] - upper[near[:, 1]], lower[near[:, 1]] - upper[near[:, 0]])
-    near, reach = near[close := (gap <= reach).all(axis=1)], reach[close, 0]
-    convex = convex_solids(assembly, CONVEX)[near].all(axis=1)
-    key = patches.pair @ [assembly.n_blocks, 1]
-    size = assembly.size[patches.pair].min(axis=1)
-    plain = (patches.gap <= tolerances.rounding * size) & (patches.area >= PLAIN * size**2)
-    mine = near @ [assembly.n_blocks, 1]
-    apart, corner = convex & np.isin(mine, key[plain]), np.zeros(len(near), dtype=bool)
-    open_ = np.flatnonzero(convex & ~apart)
-    if len(open_):
-        bare = open_[~np.isin(mine[open_], key)]
-        first, second = separations(assembly, near[bare])
+    near, reach, rounding, beside = _boxes_meet(assembly, near, tolerances)
+    supporting = protrusions(assembly) <= CONVEX * assembly.size[assembly.face_block]
+    first_face = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks))
+    convex = np.logical_and.reduceat(supporting, first_face)
+    both = convex[near[:, 0]] & convex[near[:, 1]]
+    # Each patch has its pair among the sorted ones.
+    place = np.searchsorted(near @ [assembly.n_blocks, 1], patches.pair @ [assembly.n_blocks, 1])
+    plain = (patches.gap <= rounding[place]) & (patches.area >= PLAIN * assembly.size[patches.pair].min(axis=1) ** 2)
+    patched, exact = np.zeros((2, len(near)), dtype=bool)
+    patched[place], exact[place[plain]] = True, True
+
+    apart, no_normal = both & exact, beside & ~patched
+    bare = np.flatnonzero(~patched & ~no_normal)
+    if len(bare):
+        first, second = separations(assembly, near[bare], supporting)
         apart[bare[first > reach[bare]]] = True
-        corner[bare[second >= -tolerances.rounding * assembly.size[near[bare]].min(axis=1)]] = True
-        patched = open_[np.isin(mine[open_], key)]
-        apart[patched[_beside(assembly, patches, near[patched], reach[patched])]] = True
-    return near[~apart & ~corner], near[~apart]
+        no_normal[bare[second >= -rounding[bare]]] = True
+    if len(rows := np.flatnonzero(both[place] & ~apart[place])):
+        pair = place[rows]
+        apart[pair[_divides(assembly, patches.take(rows), reach[pair])]] = True
+    if len(rows := np.flatnonzero(~both[place] & plain)):
+        pair = place[rows]
+        no_normal[pair[_flush(assembly, patches.take(rows), reach[pair], rounding[pair])]] = True
+    return near[~apart & ~no_normal], near[~apart]
 
 
-def _beside(assembly: Assembly, patches: Patches, pairs: Ints, reach: Floats) -> np.ndarray:
-    """Whether the plane of a patch of each pair has the two blocks on its two sides."""
-    key = patches.pair @ [assembly.n_blocks, 1]
-    mine = pairs @ [assembly.n_blocks, 1]
-    first, last = np.searchsorted(key, mine, "left"), np.searchsorted(key, mine, "right")
-    row, patch = members(first, last - first)
-    beside = np.ones(len(row), dtype=bool)
+def _boxes_meet(assembly: Assembly, near: Ints, tolerances: Tolerances) -> tuple[Ints, Floats, Floats, np.ndarray]:
+    """The pairs whose boxes meet, their reach and rounding, and whether the boxes share no more than a line."""
+    a, b = near.T
+    reach = np.minimum(tolerances.allowed[a], tolerances.allowed[b])
+    rounding = tolerances.rounding * np.minimum(assembly.size[a], assembly.size[b])
+    close, level = np.ones(len(near), dtype=bool), np.zeros(len(near), dtype=np.int64)
+    for lower, upper in zip(*(bound.T for bound in assembly.bounds), strict=True):
+        gap = np.maximum(lower[a] - upper[b], lower[b] - upper[a])
+        close &= gap <= reach + rounding
+        level += gap >= -rounding
+    return near[close], reach[close], rounding[close], level[close] >= 2
+
+
+def _divides(assembly: Assembly, patches: Patches, reach: Floats) -> np.ndarray:
+    """Whether the plane of each patch has its two blocks on its two sides."""
+    beside = np.ones(len(reach), dtype=bool)
     for side, sign in ((0, 1.0), (1, -1.0)):
-        block = pairs[row, side]
-        owner, vertex = members(assembly.vertex_start[block], np.diff(assembly.vertex_start)[block])
-        offset = assembly.vertices[vertex] - patches.origin[patch][owner]
-        over = sign * np.einsum("ij,ij->i", offset, patches.frame[patch, 0][owner]) > reach[row][owner]
-        beside[owner[over]] = False
-    found = np.zeros(len(pairs), dtype=bool)
-    found[row[beside]] = True
-    return found
+        block = patches.pair[:, side]
+        row, vertex = members(assembly.vertex_start[block], np.diff(assembly.vertex_start)[block])
+        beside[row[sign * _heights(assembly, patches, row, vertex) > reach[row]]] = False
+    return beside
+
+
+def _flush(assembly: Assembly, patches: Patches, reach: Floats, rounding: Floats) -> np.ndarray:
+    """Whether two blocks meet on the plane of a patch with whole faces only.
+
+    All of each block lies on its side, and all of its corners near the plane belong to faces in the plane. Then the
+    blocks meet where these faces overlap, which are patches, and where their outlines touch.
+    """
+    flush = np.ones(len(reach), dtype=bool)
+    first_face = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks + 1))
+    n_vertices, n_faces, n_corners = (np.diff(x) for x in (assembly.vertex_start, first_face, assembly.face_start))
+    for side, sign in ((0, 1.0), (1, -1.0)):
+        block = patches.pair[:, side]
+        row, face = members(first_face[block], n_faces[block])
+        count = n_corners[face]
+        owner, slot = members(assembly.face_start[face], count)
+        row, vertex = row[owner], assembly.face_vertices[slot]
+        height = sign * _heights(assembly, patches, row, vertex)
+        level = np.logical_and.reduceat(np.abs(height) <= rounding[row], np.cumsum(count) - count)
+        number = vertex + (np.cumsum(n_vertices[block]) - n_vertices[block] - assembly.vertex_start[block])[row]
+        covered = np.zeros(n_vertices[block].sum(), dtype=bool)
+        covered[number[level[owner]]] = True
+        flush[row[(height > rounding[row]) | ((height >= -reach[row]) & ~covered[number])]] = False
+    return flush
+
+
+def _heights(assembly: Assembly, patches: Patches, row: Ints, vertex: Ints) -> Floats:
+    """Heights of vertices over the planes of patches [m]."""
+    return np.einsum("ij,ij->i", assembly.vertices[vertex] - patches.origin[row], patches.frame[row, 0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,18 +235,18 @@ def _rows_of(pairs: Ints, other: Ints, n_blocks: int) -> tuple[Ints, Ints]:
     return place[own], own
 
 
-def features_of(search: Search, steepest: float) -> tuple[Features, Features, Features]:
-    """Edges on faces, corners on faces and edges across edges of all pairs."""
-    lines, dots, crossed = [], [], []
+def features_of(search: Search, steepest: float) -> list[Features]:
+    """Edges on faces, corners on faces and, unless rims are wanted, edges across edges of all pairs."""
+    found: list[list[Features]] = [[], []] if search.rims else [[], [], []]
     first = 0
     for part in search.chunks():
         for side in (0, 1):
-            line, dot = on_faces(part, side, steepest)
-            lines.append(line.shifted(first))
-            dots.append(dot.shifted(first))
-        crossed.append(crossings(part).shifted(first))
+            for kind, features in zip(found, on_faces(part, side, steepest), strict=False):
+                kind.append(features.shifted(first))
+        if not search.rims:
+            found[2].append(crossings(part).shifted(first))
         first += len(part.pairs)
-    return together(lines), together(dots), together(crossed)
+    return [together(kind) for kind in found]
 
 
 def covered(search: Search, features: Features, known: Contacts, least: float) -> np.ndarray:

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -107,13 +106,8 @@ class Search:
     pairs: Ints  #: shape (n_pairs, 2)
     reach: Floats  #: largest gap or overlap of each pair, shape (n_pairs,) [m]
     rounding: Floats  #: what is nearer to a rim than this is on it, shape (n_pairs,) [m]
+    beyond: Floats  #: what is outside an outline, but no further than this, is on its rim, shape (n_pairs,) [m]
     rims: bool  #: whether contacts on rims are wanted too
-
-    @cached_property
-    def face_boxes(self) -> tuple[Floats, Floats]:
-        """Lower and upper corners of the boxes of all faces, each shape (n_faces, 3) [m]."""
-        corners, first = self.assembly.vertices[self.assembly.face_vertices], self.assembly.face_start[:-1]
-        return np.minimum.reduceat(corners, first), np.maximum.reduceat(corners, first)
 
     def limits(self, row: int) -> tuple[float, float]:
         """Return the reach and the rounding of one pair.
@@ -145,7 +139,9 @@ class Search:
             return []
         parts = np.split(np.arange(len(work)), np.searchsorted(work, np.arange(CHUNK, work[-1], CHUNK)))
         return [
-            Search(self.assembly, self.topology, self.pairs[p], self.reach[p], self.rounding[p], self.rims)
+            Search(
+                self.assembly, self.topology, self.pairs[p], self.reach[p], self.rounding[p], self.beyond[p], self.rims
+            )
             for p in parts
             if len(p)
         ]
@@ -170,7 +166,7 @@ def on_faces(search: Search, side: int, steepest: float) -> tuple[Features, Feat
     """
     assembly, topo = search.assembly, search.topology
     start = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks + 1))
-    faces = _near(search, side, start, *search.face_boxes)
+    faces = _near(search, side, start, *search.assembly.face_bounds)
     one, two = assembly.vertices[topo.edge[:, 0]], assembly.vertices[topo.edge[:, 1]]
     boxes = np.minimum(one, two), np.maximum(one, two)
     edges = _product(len(search.pairs), *faces, *_near(search, 1 - side, topo.edge_start, *boxes))
@@ -246,8 +242,8 @@ def _beside(search: Search, row: Ints, face: Ints, item: Ints, boxes: tuple[Floa
     reach = search.reach[row]
     near = np.ones(len(row), dtype=bool)
     for k in range(3):
-        near &= boxes[0][item, k] <= search.face_boxes[1][face, k] + reach
-        near &= boxes[1][item, k] >= search.face_boxes[0][face, k] - reach
+        near &= boxes[0][item, k] <= search.assembly.face_bounds[1][face, k] + reach
+        near &= boxes[1][item, k] >= search.assembly.face_bounds[0][face, k] - reach
     return row[near], face[near], item[near]
 
 
@@ -284,7 +280,9 @@ def _edges_on(search: Search, side: int, row: Ints, face: Ints, edge: Ints, stee
     none = np.empty(0, dtype=np.int64)
     parts: list[tuple[Any, ...]] = [(none, np.empty(0), np.empty(0), none, none, np.empty(0))]
     for own, polygon, sides in _outlines(search, face, frame):
-        which, begin, finish, state = _spans(flat[own], polygon, sides >= 0, search.rounding[row[own]])
+        which, begin, finish, state = _spans(
+            flat[own], polygon, sides >= 0, search.rounding[row[own]], search.beyond[row[own]]
+        )
         middle = flat[own[which], 0] + ((begin + finish) / 2)[:, None] * (flat[own[which], 1] - flat[own[which], 0])
         parts.append((own[which], begin, finish, state, *_nearest(middle, polygon[which], sides[which])))
     which, begin, finish, state, other, inset = (np.concatenate(column) for column in zip(*parts, strict=True))
@@ -327,13 +325,13 @@ def _corners_on(search: Search, side: int, row: Ints, face: Ints, corner: Ints) 
     state, other = np.zeros(len(row), dtype=np.int8), np.zeros(len(row), dtype=np.int64)
     inset = np.zeros(len(row))
     for own, polygon, sides in _outlines(search, face, frame):
-        rounding = search.rounding[row[own]]
-        state[own] = position(flat[own][:, None], polygon, sides >= 0, rounding)[:, 0]
+        rounding, beyond = search.rounding[row[own]], search.beyond[row[own]]
+        state[own] = position(flat[own][:, None], polygon, sides >= 0, rounding, beyond)[:, 0]
         distance = np.linalg.norm(polygon - flat[own][:, None], axis=2)
         at = assembly.face_start[face[own]] + distance.argmin(axis=1)
         meets = np.searchsorted(topo.corner, topo.vertex[assembly.face_vertices[at]])
         meets = np.minimum(meets, len(topo.corner) - 1)
-        at_corner = distance.min(axis=1) <= rounding
+        at_corner = distance.min(axis=1) <= beyond
         at_corner &= topo.corner[meets] == topo.vertex[assembly.face_vertices[at]]
         side_below, inset[own] = _nearest(flat[own], polygon, sides)
         other[own] = np.where(at_corner, ~meets, side_below)
@@ -365,7 +363,9 @@ def _outlines(search: Search, face: Ints, frame: Floats) -> list[tuple[Ints, Flo
     return batches
 
 
-def _spans(ends: Floats, polygon: Floats, rim: np.ndarray, rounding: Floats) -> tuple[Ints, Floats, Floats, Ints]:
+def _spans(
+    ends: Floats, polygon: Floats, rim: np.ndarray, rounding: Floats, beyond: Floats
+) -> tuple[Ints, Floats, Floats, Ints]:
     """Parts of segments that lie inside polygons or along their rims, as shares of their lengths.
 
     Returns for each part its segment, where it begins and ends, and its state.
@@ -383,7 +383,7 @@ def _spans(ends: Floats, polygon: Floats, rim: np.ndarray, rounding: Floats) -> 
     cuts = np.concatenate([np.nan_to_num(met, nan=1.0, posinf=1.0, neginf=0.0), foot], axis=1)
     cuts = np.sort(np.clip(np.concatenate([np.zeros((n, 1)), cuts, np.ones((n, 1))], axis=1), 0.0, 1.0), axis=1)
     middle = (cuts[:, :-1] + cuts[:, 1:]) / 2
-    state = position(start + middle[..., None] * line, polygon, rim, rounding)
+    state = position(start + middle[..., None] * line, polygon, rim, rounding, beyond)
     # Pieces of rounding have the state of the piece before them, or of the first true one.
     real = (np.diff(cuts, axis=1) * length > rounding[:, None]).astype(bool)
     column = np.arange(state.shape[1])
@@ -403,7 +403,7 @@ def _spans(ends: Floats, polygon: Floats, rim: np.ndarray, rounding: Floats) -> 
 
 def _touches(search: Search, row: Ints, gap: Floats, inset: Floats, on_rim: np.ndarray) -> np.ndarray:
     """Whether a contact closes: like a patch it is no more open than wide, here than its distance from the rim."""
-    return gap <= np.where(on_rim, search.rounding[row], np.minimum(search.reach[row], inset))
+    return gap <= np.where(on_rim, search.beyond[row], np.minimum(search.reach[row], inset))
 
 
 def _nearest(points: Floats, polygon: Floats, sides: Ints) -> tuple[Ints, Floats]:
@@ -420,7 +420,9 @@ def _nearest(points: Floats, polygon: Floats, sides: Ints) -> tuple[Ints, Floats
     return np.take_along_axis(sides, best, axis=1)[:, 0], np.take_along_axis(distance, best, axis=1)[:, 0]
 
 
-def position(points: Floats, polygon: Floats, rim: np.ndarray, rounding: Floats) -> np.ndarray:
+def position(
+    points: Floats, polygon: Floats, rim: np.ndarray, rounding: Floats, beyond: Floats | None = None
+) -> np.ndarray:
     """Say whether points are outside polygons, on their rims, or inside.
 
     Parameters
@@ -433,6 +435,8 @@ def position(points: Floats, polygon: Floats, rim: np.ndarray, rounding: Floats)
         Whether the side that begins at a corner is a rim. On another side a point is inside.
     rounding : array of float, shape (n,)
         A point nearer to a side than this is on it [m].
+    beyond : array of float, shape (n,), optional
+        A point outside is on a rim that is no further away than this [m]; by default `rounding`.
 
     Returns
     -------
@@ -443,12 +447,17 @@ def position(points: Floats, polygon: Floats, rim: np.ndarray, rounding: Floats)
     offset = points[:, :, None] - polygon[:, None]
     square = (side**2).sum(axis=3)
     share = np.clip((offset * side).sum(axis=3) / np.where(square > 0, square, 1.0), 0.0, 1.0)
-    near = np.linalg.norm(offset - share[..., None] * side, axis=3) <= rounding[:, None, None]
+    distance = np.linalg.norm(offset - share[..., None] * side, axis=3)
+    near = distance <= rounding[:, None, None]
     above = offset[..., 1] >= 0
     leaves = (offset - side)[..., 1] >= 0
     with np.errstate(divide="ignore", invalid="ignore"):
         crossing = offset[..., 0] - offset[..., 1] * side[..., 0] / side[..., 1] < 0
     inside = ((above != leaves) & crossing).sum(axis=2) % 2 == 1
     # A side without length repeats a corner, which belongs to the true sides next to it.
-    on_rim = (near & (rim & (square[:, 0] > 0))[:, None]).any(axis=2)
-    return np.where(on_rim, RIM, np.where(inside | near.any(axis=2), INSIDE, OUTSIDE)).astype(np.int8)
+    rim = (rim & (square[:, 0] > 0))[:, None]
+    inside |= near.any(axis=2)
+    on_rim = (near & rim).any(axis=2)
+    if beyond is not None:
+        on_rim |= ~inside & ((distance <= beyond[:, None, None]) & rim).any(axis=2)
+    return np.where(on_rim, RIM, np.where(inside, INSIDE, OUTSIDE)).astype(np.int8)

@@ -16,22 +16,19 @@ import numpy as np
 from blockstat.contact.between import held_apart
 from blockstat.contact.coplanar import Patches, merge_coplanar
 from blockstat.contact.edges import Tolerances, edge_contacts
-from blockstat.contact.faces import convex_faces, frames, planar
+from blockstat.contact.faces import concave_patches, convex_faces, frames, planar
 from blockstat.contact.features import ContactKind
-from blockstat.contact.nonconvex import concave_patches
-from blockstat.errors import InputError, known_options
+from blockstat.contact.tolerance import FLATNESS, GAP, allowed_gap, stated_length
+from blockstat.errors import known_options
 from blockstat.geometry import clipping as clip
 from blockstat.geometry.broad_phase import near_pairs
 from blockstat.geometry.polyhedron import members
+from blockstat.surface.facets import facets
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-#: Largest gap or overlap of a joint, relative to the smaller block: 2 mm for a brick. Real vault meshes do not
-#: close better, and their verdicts do not change from half this tolerance to five times it.
-GAP = 1e-2
-THIN = 0.25  #: of the mean thickness of a block, volume over half its surface, that a gap may be at most
 WIDTH = 1e-6  #: a patch narrower than this, relative to the smaller block, is two blocks meeting at an edge
 SPAN = 1e-9  #: corners closer than this to a line of their neighbours say nothing new (rounding of coordinates)
 ANGLE = np.deg2rad(
@@ -156,16 +153,18 @@ class Interfaces:
 
 
 @known_options
-def find_interfaces(assembly: Assembly, *, gap: float = GAP, near: Ints | None = None) -> Interfaces:
+def find_interfaces(assembly: Assembly, *, gap: float | str = GAP, near: Ints | None = None) -> Interfaces:
     """Find the interfaces between all blocks that touch; those between two supports are left out.
 
     Parameters
     ----------
     assembly : Assembly
         The blocks.
-    gap : float, optional
+    gap : float or str, optional
         Largest gap or overlap of a joint, relative to the size (cube root of volume) of the smaller block. For plates
-        and needles it is no more than a quarter of their thickness.
+        and needles it is no more than a quarter of their thickness. A length such as "2 mm" says in addition that the
+        geometry is no more exact: faces of a block that are flat to a quarter of it are one face
+        (`blockstat.surface.facets.facets`).
     near : array of int, shape (n, 2), optional
         Pairs of blocks among which to look, as `near_blocks` gives them.
 
@@ -177,7 +176,7 @@ def find_interfaces(assembly: Assembly, *, gap: float = GAP, near: Ints | None =
     Raises
     ------
     InputError
-        When `gap` is not between 0 and 0.2, or for an option that does not exist.
+        When `gap` is neither between 0 and 0.2 nor a length, or for an option that does not exist.
 
     Examples
     --------
@@ -189,19 +188,21 @@ def find_interfaces(assembly: Assembly, *, gap: float = GAP, near: Ints | None =
     """
     near = near_blocks(assembly, gap=gap) if near is None else near
     allowed = allowed_gap(assembly, gap)
+    assembly = as_searched(assembly, gap)
     rows = _opposed_faces(assembly, near, allowed)
-    patches = _clip_faces(assembly, rows)
+    rough = assembly.planes.warp * (stated_length(gap) is not None)
+    patches = _clip_faces(assembly, rows, rough)
     return _collect(assembly, patches, allowed, near)
 
 
-def near_blocks(assembly: Assembly, *, gap: float = GAP) -> Ints:
+def near_blocks(assembly: Assembly, *, gap: float | str = GAP) -> Ints:
     """Find the pairs of blocks whose boxes touch, or nearly so, without those of two supports.
 
     Parameters
     ----------
     assembly : Assembly
         The blocks.
-    gap : float, optional
+    gap : float or str, optional
         As in `find_interfaces`.
 
     Returns
@@ -212,32 +213,31 @@ def near_blocks(assembly: Assembly, *, gap: float = GAP) -> Ints:
     Raises
     ------
     InputError
-        When `gap` is not between 0 and 0.2.
+        When `gap` is neither between 0 and 0.2 nor a length.
     """
-    if not (isinstance(gap, (int, float)) and 0 < gap < 0.2):
-        raise InputError(f"gap is {gap!r}; it must be between 0 and 0.2 of the block size")
     lower, upper = assembly.bounds
     pairs = near_pairs(lower, upper, NEAR_MISS * allowed_gap(assembly, gap))
     return pairs[~assembly.support[pairs].all(axis=1)]
 
 
-def allowed_gap(assembly: Assembly, gap: float) -> Floats:
-    """Return the largest gap of a joint of each block: less than would reach through a thin block.
+def as_searched(assembly: Assembly, gap: float | str) -> Assembly:
+    """Return the blocks with the faces that the search sees.
 
     Parameters
     ----------
     assembly : Assembly
         The blocks.
-    gap : float
+    gap : float or str
         As in `find_interfaces`.
 
     Returns
     -------
-    array of float, shape (n_blocks,)
-        Gaps [m].
+    Assembly
+        The blocks themselves, or with facets if the gap is a length: it says how exact the geometry is.
     """
-    surface = np.bincount(assembly.face_block, assembly.planes.area, assembly.n_blocks)
-    return np.minimum(gap * assembly.size, THIN * 2.0 * assembly.volume / surface)
+    if stated_length(gap) is None:
+        return assembly
+    return facets(assembly, tolerance=FLATNESS * allowed_gap(assembly, gap))
 
 
 @dataclass(frozen=True)
@@ -250,16 +250,15 @@ class _Pieces:
     count: Ints
     origin: Floats
     gap: Floats
+    rough: Floats  #: how far the corners of the two faces leave their planes, together [m]
 
 
 def _opposed_faces(assembly: Assembly, pairs: Ints, allowed: Floats) -> tuple[Ints, Ints]:
     """Faces (fa, fb) of paired blocks that are nearly opposed and nearly coplanar."""
     lower, upper = assembly.bounds
     reach = NEAR_MISS * allowed[pairs].min(axis=1)
-    corners, start = assembly.vertices[assembly.face_vertices], assembly.face_start[:-1]
-    boxes = np.minimum.reduceat(corners, start), np.maximum.reduceat(corners, start)
-    row_a, face_a = _faces_near(assembly, boxes, pairs[:, 0], lower[pairs[:, 1]], upper[pairs[:, 1]], reach)
-    row_b, face_b = _faces_near(assembly, boxes, pairs[:, 1], lower[pairs[:, 0]], upper[pairs[:, 0]], reach)
+    row_a, face_a = _faces_near(assembly, pairs[:, 0], lower[pairs[:, 1]], upper[pairs[:, 1]], reach)
+    row_b, face_b = _faces_near(assembly, pairs[:, 1], lower[pairs[:, 0]], upper[pairs[:, 0]], reach)
     count_b = np.bincount(row_b, minlength=len(pairs))
     first_b = np.concatenate([[0], np.cumsum(count_b)])
     repeat = count_b[row_a]
@@ -268,7 +267,7 @@ def _opposed_faces(assembly: Assembly, pairs: Ints, allowed: Floats) -> tuple[In
     row = np.repeat(row_a, repeat)
 
     planes = assembly.planes
-    opposed = np.einsum("ij,ij->i", planes.normal[fa], planes.normal[fb]) < -np.cos(ANGLE)
+    opposed = sum(axis[fa] * axis[fb] for axis in planes.normal.T) < -np.cos(ANGLE)
     fa, fb, row = fa[opposed], fb[opposed], row[opposed]
     offset = planes.centre[fb] - planes.centre[fa]
     distance = np.abs(np.einsum("ij,ij->i", offset, planes.normal[fa] - planes.normal[fb])) / 2
@@ -276,20 +275,19 @@ def _opposed_faces(assembly: Assembly, pairs: Ints, allowed: Floats) -> tuple[In
     return fa[near], fb[near]
 
 
-def _faces_near(
-    assembly: Assembly, boxes: tuple[Floats, Floats], blocks: Ints, lower: Floats, upper: Floats, reach: Floats
-) -> tuple[Ints, Ints]:
+def _faces_near(assembly: Assembly, blocks: Ints, lower: Floats, upper: Floats, reach: Floats) -> tuple[Ints, Ints]:
     """For each row the faces of its block whose box comes within reach of the other block's box."""
     first = np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks + 1))
     count = np.diff(first)[blocks]
     row, face = members(first[blocks], count)
-    slack = reach[row][:, None]
-    separated = (boxes[0][face] > upper[row] + slack) | (boxes[1][face] < lower[row] - slack)
-    near = ~(separated[:, 0] | separated[:, 1] | separated[:, 2])
+    near = np.ones(len(row), dtype=bool)
+    for k, (low, high) in enumerate(zip(*(bound.T for bound in assembly.face_bounds), strict=True)):
+        near &= low[face] <= np.repeat(upper[:, k] + reach, count)
+        near &= high[face] >= np.repeat(lower[:, k] - reach, count)
     return row[near], face[near]
 
 
-def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints]) -> list[_Pieces]:
+def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints], rough: Floats) -> list[_Pieces]:
     """Common patches of face pairs, in batches of like corner counts; concave faces go piece by piece."""
     fa, fb = rows
     if not len(fa):
@@ -323,6 +321,7 @@ def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints]) -> list[_Pieces]:
                 count=count,
                 origin=origin[batch] + middle[:, None] * frame[batch, 0],
                 gap=gap,
+                rough=rough[fa[batch]] + rough[fb[batch]],
             )
         )
     return found
@@ -366,9 +365,10 @@ def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats, pairs:
         for i in np.flatnonzero(~wide & close & (width > SPAN * size)):
             a, b = map(int, p.pair[i])
             slivers.append(Dropped(a, b, "sliver", float(width[i]), float(WIDTH * size[i])))
+        gaps = p.gap + p.rough
         rows = np.flatnonzero((wide & close) | near)
         mask = clip.corners(p.polygon[rows], p.count[rows], SPAN * size[rows])
-        kept.append((p.pair[rows], p.frame[rows], p.origin[rows], area[rows], p.gap[rows], limit[rows]))
+        kept.append((p.pair[rows], p.frame[rows], p.origin[rows], area[rows], gaps[rows], limit[rows] + p.rough[rows]))
         corners.append(p.polygon[rows][mask])
         counts.append(mask.sum(axis=1))
     pair, frame, origin, area, gaps, limit = (np.concatenate(column) for column in zip(*kept, strict=True))

@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from blockstat.contact.tolerance import gap_lengths
 from blockstat.errors import InputError
 from blockstat.geometry.broad_phase import near_pairs
 from blockstat.geometry.common_ball import convex_depths, lies_inside, piece_depths
-from blockstat.geometry.polyhedron import FacePlanes, members
+from blockstat.geometry.convexity import protrusions, surface_stays_out
+from blockstat.geometry.polyhedron import FacePlanes
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -26,21 +28,22 @@ DEEP = 0.1
 #: Blocks whose corners agree to this fraction of their size are copies at one place.
 SAME = 1e-6
 #: Blocks that only touch have fewer near pairs than this for each block. Where there are more, the pairs with the
-#: nearest centroids are measured first: one deep overlap is enough to refuse.
+#: nearest centroids are measured first, as many as there are blocks: one deep overlap is enough to refuse.
 CROWDED = 50
 #: Rows (face of one block, corner of the other) that are held in memory at once.
 CHUNK = 2_000_000
 
 
-def check_overlaps(assembly: Assembly, *, gap: float, near: Ints | None = None) -> list[str]:
+def check_overlaps(assembly: Assembly, *, gap: float | str, near: Ints | None = None) -> list[str]:
     """Refuse deep overlaps of blocks and warn of shallow ones.
 
     Parameters
     ----------
     assembly : Assembly
         The blocks.
-    gap : float
-        Overlaps up to this fraction of the size of the smaller block are joints.
+    gap : float or str
+        Overlaps up to this gap of a joint, a share of the size of the smaller block or a length such as "2 mm",
+        are joints.
     near : array of int, shape (n, 2), optional
         Pairs of blocks among which to look; None for all.
 
@@ -54,10 +57,9 @@ def check_overlaps(assembly: Assembly, *, gap: float, near: Ints | None = None) 
     InputError
         Naming the two blocks that overlap most, when the overlap is deeper than a tenth of the smaller one.
     """
-    most = CROWDED * assembly.n_blocks
-    if near is not None and len(near) > most:
+    if near is not None and len(near) > CROWDED * assembly.n_blocks:
         apart = np.linalg.norm(assembly.centroid[near[:, 0]] - assembly.centroid[near[:, 1]], axis=1)
-        nearest = np.argsort(apart / assembly.size[near].min(axis=1), kind="stable")[:most]
+        nearest = np.argpartition(apart / assembly.size[near].min(axis=1), assembly.n_blocks)[: assembly.n_blocks]
         _refuse_deep(assembly, *overlaps(assembly, gap=gap, near=near[nearest]))
     pairs, depth = overlaps(assembly, gap=gap, near=near)
     _refuse_deep(assembly, pairs, depth)
@@ -112,11 +114,21 @@ def _originals(assembly: Assembly) -> Ints:
     for i in np.flatnonzero(np.diff(key[order]) <= SAME * assembly.size[order[1:]]):
         a, b = int(first[order[i]]), int(order[i + 1])
         one, two = assembly.block_vertices(a), assembly.block_vertices(b)
-        if one.shape == two.shape and np.abs(one - two).max() <= SAME * assembly.size[b]:
+        if one.shape == two.shape and _same_corners(one, two, SAME * float(assembly.size[b])):
             first[b] = a
     lowest = np.arange(assembly.n_blocks)
     np.minimum.at(lowest, first, np.arange(assembly.n_blocks))
     return lowest[first]
+
+
+def _same_corners(one: Floats, two: Floats, tolerance: float) -> bool:
+    """Whether each of two sets of corners has all corners of the other, in whatever order."""
+    if np.abs(one - two).max() <= tolerance:
+        return True
+    from scipy.spatial import KDTree
+
+    near = KDTree(one).query(two)[0].max(), KDTree(two).query(one)[0].max()
+    return bool(max(near) <= tolerance)
 
 
 def tell(assembly: Assembly, pairs: Ints, depth: Floats) -> str:
@@ -141,15 +153,16 @@ def tell(assembly: Assembly, pairs: Ints, depth: Floats) -> str:
     return f'{len(pairs)} pairs of blocks overlap, the worst "{a}" and "{b}" by {depth[worst]:.2g} m'
 
 
-def overlaps(assembly: Assembly, *, gap: float, near: Ints | None = None) -> tuple[Ints, Floats]:
+def overlaps(assembly: Assembly, *, gap: float | str, near: Ints | None = None) -> tuple[Ints, Floats]:
     """Find pairs of blocks that overlap.
 
     Parameters
     ----------
     assembly : Assembly
         The blocks. Two supports may overlap.
-    gap : float
-        Overlaps up to this fraction of the size of the smaller block do not count.
+    gap : float or str
+        Overlaps up to this gap of a joint, a share of the size of the smaller block or a length such as "2 mm",
+        do not count.
     near : array of int, shape (n, 2), optional
         Pairs among which to look, as `blockstat.contact.interfaces.near_blocks` gives them; None for all.
 
@@ -176,21 +189,24 @@ def overlaps(assembly: Assembly, *, gap: float, near: Ints | None = None) -> tup
     pairs = _near_pairs(assembly) if near is None else near
     pairs = pairs[~assembly.support[pairs].all(axis=1)]
     lower, upper = assembly.bounds
-    limit = gap * assembly.size[pairs].min(axis=1)
+    lengths = gap_lengths(assembly, gap)
+    limit = lengths[pairs].min(axis=1)
     deep = np.minimum(upper[pairs[:, 0]], upper[pairs[:, 1]]) - np.maximum(lower[pairs[:, 0]], lower[pairs[:, 1]])
     pairs = pairs[(deep > limit[:, None]).all(axis=1)]
     if not len(pairs):
         return pairs, np.empty(0)
-    limit = gap * assembly.size[pairs].min(axis=1)
-    outside = _outside(assembly)
+    limit = lengths[pairs].min(axis=1)
+    outside = protrusions(assembly)
     notch = np.maximum.reduceat(outside, np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks)))
     simple = (notch[pairs] <= limit[:, None]).all(axis=1)
     depth = np.zeros(len(pairs))
     depth[simple] = _convex_overlaps(assembly, pairs[simple], limit[simple], None)
     rest = np.flatnonzero(~simple)
+    for both in (pairs, pairs[:, ::-1]):
+        rest = rest[~surface_stays_out(assembly, both[rest], outside, limit[rest] / 2)]
     # A ball in both blocks is also behind their planes when these are moved out to the last corner.
     rest = rest[_convex_overlaps(assembly, pairs[rest], limit[rest], outside) > limit[rest]]
-    depth[rest] = piece_depths(assembly, pairs[rest], limit[rest])
+    depth[rest] = piece_depths(assembly, pairs[rest], limit[rest], outside)
     return pairs[depth > limit], depth[depth > limit]
 
 
@@ -226,7 +242,7 @@ def convex_blocks(assembly: Assembly, *, tolerance: float = 1e-6) -> np.ndarray:
     ----------
     assembly : Assembly
         The blocks.
-    tolerance : float, optional
+    tolerance : float or array of float, shape (n_blocks,), optional
         A vertex may lie outside a face plane by this fraction of the size of its block.
 
     Returns
@@ -235,19 +251,9 @@ def convex_blocks(assembly: Assembly, *, tolerance: float = 1e-6) -> np.ndarray:
         True for a convex block.
     """
     outside = np.maximum.reduceat(
-        _outside(assembly), np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks))
+        protrusions(assembly), np.searchsorted(assembly.face_block, np.arange(assembly.n_blocks))
     )
     return outside <= tolerance * assembly.size
-
-
-def _outside(assembly: Assembly) -> Floats:
-    """How far the last corner of its block lies in front of each face, shape (n_faces,) [m]."""
-    planes = assembly.planes
-    block = assembly.face_block
-    count = np.diff(assembly.vertex_start)[block]
-    face, vertex = members(assembly.vertex_start[block], count)
-    height = np.einsum("ij,ij->i", assembly.vertices[vertex] - planes.centre[face], planes.normal[face])
-    return np.maximum.reduceat(height, np.cumsum(count) - count)
 
 
 def face_separation(

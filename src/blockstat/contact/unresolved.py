@@ -16,7 +16,8 @@ from blockstat.contact.coplanar import Patches
 from blockstat.contact.edges import Contacts, Tolerances, covered, features_of, search_of
 from blockstat.contact.faces import frames
 from blockstat.contact.features import ContactKind, Features, Search
-from blockstat.contact.interfaces import ANGLE, GAP, WIDTH, Interfaces, allowed_gap
+from blockstat.contact.interfaces import ANGLE, GAP, WIDTH, Interfaces, as_searched
+from blockstat.contact.tolerance import allowed_gap, stated_length
 from blockstat.geometry.polyhedron import members
 from blockstat.typing import Floats, Ints
 
@@ -78,11 +79,13 @@ class Unresolved:
             outlines = (*outlines, *more.point[:, None])
         if share is not None:
             share = np.concatenate([share, np.ones(more.n_points)])
-        return Interfaces(pair, frame, area, gap, point, start, interfaces.dropped, outlines, share, kind)
+        return Interfaces(
+            pair, frame, area, gap, point, start, interfaces.dropped, outlines, share, interfaces.patches, kind
+        )
 
 
 def unresolved_contacts(
-    assembly: Assembly, interfaces: Interfaces, *, gap: float = GAP, pairs: Ints | None = None
+    assembly: Assembly, interfaces: Interfaces, *, gap: float | str = GAP, pairs: Ints | None = None
 ) -> Unresolved:
     """Find the contacts without a unique normal.
 
@@ -92,7 +95,7 @@ def unresolved_contacts(
         The blocks.
     interfaces : Interfaces
         Their interfaces, as `find_interfaces` gives them.
-    gap : float, optional
+    gap : float or str, optional
         As in `find_interfaces`.
     pairs : array of int, shape (n, 2), optional
         Pairs among which to look; None for `interfaces.rims`.
@@ -105,10 +108,12 @@ def unresolved_contacts(
     pairs = interfaces.rims if pairs is None else pairs
     if pairs is None or not len(pairs):
         return Unresolved(np.empty((0, 2), np.int64), np.empty((0, 3)), (), np.empty((0, 3)), np.empty(0, np.int64))
-    tolerances = Tolerances(allowed_gap(assembly, gap), WIDTH, float(np.sin(ANGLE)))
+    blurred = stated_length(gap) is not None
+    tolerances = Tolerances(allowed_gap(assembly, gap), WIDTH, float(np.sin(ANGLE)), blurred)
+    assembly = as_searched(assembly, gap)
     search = search_of(assembly, pairs, tolerances, rims=True)
     known = _known(interfaces, pairs, assembly.n_blocks)
-    lines, dots, _ = features_of(search, tolerances.steepest)
+    lines, dots = features_of(search, tolerances.steepest)
     bare = []
     for features in (lines, dots):
         features = features.take(features.rim)
@@ -139,24 +144,24 @@ def _bounded(search: Search, lines: Features, dots: Features) -> Unresolved:
     row = np.concatenate([np.repeat(lines.row, 2), dots.row])
     point: Floats = np.concatenate([lines.ends.reshape(-1, 3), dots.ends[:, 0]])
     own, other = (np.concatenate([np.repeat(getattr(lines, f), 2), getattr(dots, f)]) for f in ("own", "other"))
-    once = _once(search, row, point)
-    along = once < 2 * n_lines
-    row, point, own, other = row[once], point[once], own[once], other[once]
     owner, normal = _extreme_normals(search, row, own, other)
-    kept, contact = np.unique(owner, return_inverse=True)
+    live = np.unique(owner)
+    first, place = _places(search, row[live], point[live])
+    contact, kept = place[np.searchsorted(live, owner)], live[first]
+    order = np.argsort(contact, kind="stable")
     corner = (own < 0) & (other < 0)
     reason = tuple(
-        "edge along edge" if along[k] else "corner on corner" if corner[k] else "corner on edge" for k in kept
+        "edge along edge" if k < 2 * n_lines else "corner on corner" if corner[k] else "corner on edge" for k in kept
     )
-    return Unresolved(search.pairs[row[kept]], point[kept], reason, normal, contact)
+    return Unresolved(search.pairs[row[kept]], point[kept], reason, normal[order], contact[order])
 
 
-def _once(search: Search, row: Ints, point: Floats) -> Ints:
-    """The first of contacts of one pair at one place."""
+def _places(search: Search, row: Ints, point: Floats) -> tuple[Ints, Ints]:
+    """The first of the contacts of one pair at one place, and the place of each contact."""
     local = point - search.assembly.vertices[search.assembly.vertex_start[search.pairs[row, 0]]]
     grid = np.round(local / (10 * search.rounding[row])[:, None])
-    _, first = np.unique(np.column_stack([row, grid]), axis=0, return_index=True)
-    return np.sort(first)
+    _, first, place = np.unique(np.column_stack([row, grid]), axis=0, return_index=True, return_inverse=True)
+    return first, place.reshape(-1)
 
 
 def _extreme_normals(search: Search, row: Ints, own: Ints, other: Ints) -> tuple[Ints, Floats]:
@@ -179,7 +184,7 @@ def _extreme_normals(search: Search, row: Ints, own: Ints, other: Ints) -> tuple
         across = np.cross(part[:, one], part[:, two])
         length = np.linalg.norm(across, axis=2)
         across = np.concatenate([across, -across], axis=1) / np.tile(np.where(length > 0, length, 1.0), 2)[..., None]
-        lean = np.einsum("nkj,nmj->nmk", part, across).max(axis=2, initial=-1.0)
+        lean = (across @ part.swapaxes(1, 2)).max(axis=2, initial=-1.0)
         contact, normal = np.nonzero((lean <= LEAN) & (np.tile(length, 2) > LEAN))
         found[0].append(contact + first)
         found[1].append(across[contact, normal])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from blockstat.geometry.convex_pieces import convex_pieces
@@ -55,7 +57,7 @@ def convex_depths(blocks: Polyhedra, pairs: Ints, least: Floats, outward: Floats
     return np.concatenate(found)
 
 
-def piece_depths(blocks: Polyhedra, pairs: Ints, tolerance: Floats) -> Floats:
+def piece_depths(blocks: Polyhedra, pairs: Ints, tolerance: Floats, outward: Floats) -> Floats:
     """Return the diameter of the largest ball inside a convex piece of each block of each pair.
 
     Parameters
@@ -66,6 +68,8 @@ def piece_depths(blocks: Polyhedra, pairs: Ints, tolerance: Floats) -> Floats:
         Two blocks each, whose boxes have a common part.
     tolerance : array of float, shape (n,)
         How far the corners of a convex piece may lie outside its faces, and the diameters that matter [m].
+    outward : array of float, shape (n_faces,)
+        How far the last corner of its block lies in front of each face [m].
 
     Returns
     -------
@@ -81,26 +85,61 @@ def piece_depths(blocks: Polyhedra, pairs: Ints, tolerance: Floats) -> Floats:
     np.minimum.at(least, number, tolerance[:, None])
     few = np.array([len(own) <= FEW for own in triangles], dtype=bool)
     small = np.flatnonzero(few)
-    whole = dict(
-        zip(
-            small.tolist(),
-            convex_pieces([triangles[k] for k in small], lower[used[small]], upper[used[small]], least[small]),
-            strict=True,
-        )
-    )
+    whole = convex_pieces([triangles[k] for k in small], lower[used[small]], upper[used[small]], least[small])
     row, side = np.nonzero(~few[number])
     low, high = lower[pairs].max(axis=1), upper[pairs].min(axis=1)
     cut = convex_pieces([triangles[k] for k in number[row, side]], low[row], high[row], tolerance[row])
-    part = dict(zip(zip(row.tolist(), side.tolist(), strict=True), cut, strict=True))
-    sets: list[Floats] = []
-    owner: list[int] = []
-    for k, own in enumerate(number.tolist()):
-        one, two = (whole[own[s]] if own[s] in whole else part[k, s] for s in (0, 1))
-        found = _common(one, two, low[k])
-        sets += found
-        owner += [k] * len(found)
-    depth, number = np.zeros(len(pairs)), np.array(owner, dtype=np.int64)
-    np.maximum.at(depth, number, _diameters(sets, tolerance[number]))
+    # The solid of each side of each pair: a block as a whole, or its part in the box of the pair.
+    solid = (np.cumsum(few) - 1)[number]
+    solid[row, side] = len(small) + np.arange(len(row))
+    hulls = [[_hull(blocks, int(block), outward)] for block in used]
+    pieces = _Pieces.of([*whole, *cut, *hulls])
+    return _piece_depths(pieces, solid, low, tolerance, len(whole) + len(cut) + number)
+
+
+@dataclass(frozen=True)
+class _Pieces:
+    """Half-spaces of pieces of solids, one piece after the other."""
+
+    planes: Floats
+    start: Ints  #: where the planes of each piece begin
+    first: Ints  #: where the pieces of each solid begin
+
+    @classmethod
+    def of(cls, solids: list[list[Floats]]) -> _Pieces:
+        pieces = [piece for own in solids for piece in own]
+        start = np.cumsum([0, *map(len, pieces)])
+        return cls(np.concatenate([np.empty((0, 4)), *pieces]), start, np.cumsum([0, *map(len, solids)]))
+
+    def common(self, one: Ints, two: Ints, origin: Floats, least: Floats) -> Floats:
+        """Diameter of the largest ball in both of two pieces each, seen from origins near them [m]."""
+        both = np.column_stack([one, two]).reshape(-1)
+        side, plane = members(self.start[both], np.diff(self.start)[both])
+        normal = self.planes[plane, :3]
+        offset = self.planes[plane, 3] - np.einsum("ij,ij->i", normal, origin[side // 2])
+        start = np.searchsorted(side, 2 * np.arange(len(one) + 1))
+        return 2.0 * inscribed_balls(normal, offset, start, least / 2)[0]
+
+
+def _piece_depths(pieces: _Pieces, solid: Ints, origin: Floats, least: Floats, hull: Ints | None = None) -> Floats:
+    """Diameter of the largest ball in a piece of each of two solids of each pair [m].
+
+    Pieces that do not reach into the hull of the other solid, which is a piece of its own, need not be tried.
+    """
+    kept: list[tuple[Ints, Ints]] = []
+    for side in (0, 1):
+        pair, piece = members(pieces.first[solid[:, side]], np.diff(pieces.first)[solid[:, side]])
+        if hull is not None:
+            other = pieces.first[hull[pair, 1 - side]]
+            into = pieces.common(piece, other, origin[pair], least[pair]) > least[pair]
+            pair, piece = pair[into], piece[into]
+        kept.append((pair, piece))
+    (pair_one, one), (pair_two, two) = kept
+    start = np.searchsorted(pair_two, np.arange(len(solid) + 1))
+    row, place = members(start[pair_one], np.diff(start)[pair_one])
+    pair = pair_one[row]
+    depth = np.zeros(len(solid))
+    np.maximum.at(depth, pair, pieces.common(one[row], two[place], origin[pair], least[pair]))
     return depth
 
 
@@ -127,26 +166,18 @@ def lies_inside(blocks: Polyhedra, a: int, b: int) -> bool:
     # With its surface turned, a block becomes what is outside of it.
     solids = [_triangles(blocks, a), _triangles(blocks, b)[:, ::-1]]
     inner, outside = convex_pieces(solids, np.tile(lower, (2, 1)), np.tile(upper, (2, 1)), np.full(2, flush))
-    sets = _common(inner, outside, lower)
-    return _diameters(sets, np.full(len(sets), 2 * flush)).max(initial=0.0) <= 2 * flush
-
-
-def _common(one: list[Floats], two: list[Floats], origin: Floats) -> list[Floats]:
-    """Half-spaces, seen from an origin, of the common part of each piece of one solid with each of another."""
-    sets = [np.concatenate([p, q]) for p in one for q in two]
-    return [np.column_stack([own[:, :3], own[:, 3] - own[:, :3] @ origin]) for own in sets]
-
-
-def _diameters(sets: list[Floats], least: Floats) -> Floats:
-    """Diameter of the largest ball in each set of half-spaces [m]."""
-    if not sets:
-        return np.empty(0)
-    planes = np.concatenate(sets)
-    start = np.concatenate([[0], np.cumsum([len(own) for own in sets])])
-    return 2.0 * inscribed_balls(planes[:, :3], planes[:, 3], start, least / 2)[0]
+    least = np.array([2 * flush])
+    return bool(_piece_depths(_Pieces.of([inner, outside]), np.array([[0, 1]]), lower[None], least)[0] <= 2 * flush)
 
 
 def _triangles(blocks: Polyhedra, block: int) -> Floats:
     """Corners of the triangles of a block's surface, shape (n, 3, 3) [m]."""
     corners = blocks.block_vertices(block)
     return corners[triangulate(corners, blocks.faces_of(block))]
+
+
+def _hull(blocks: Polyhedra, block: int, outward: Floats) -> Floats:
+    """Planes of the faces of a block, each moved out to its last corner, shape (n, 4)."""
+    own = slice(*np.searchsorted(blocks.face_block, [block, block + 1]))
+    normal, centre = blocks.planes.normal[own], blocks.planes.centre[own]
+    return np.column_stack([normal, (normal * centre).sum(axis=1) + outward[own]])

@@ -207,6 +207,12 @@ class Polyhedra:
         first = self.vertex_start[:-1]
         return np.minimum.reduceat(self.vertices, first), np.maximum.reduceat(self.vertices, first)
 
+    @cached_property
+    def face_bounds(self) -> tuple[Floats, Floats]:
+        """Lower and upper corners of the axis-aligned box of each face, each shape (n_faces, 3) [m]."""
+        corners, first = self.vertices[self.face_vertices], self.face_start[:-1]
+        return np.minimum.reduceat(corners, first), np.maximum.reduceat(corners, first)
+
     @property
     def vertex_block(self) -> Ints:
         """Block of each vertex, shape (n_vertices,)."""

@@ -119,8 +119,7 @@ def _corners(ends: Ints, along: Floats, notch: np.ndarray) -> tuple[Ints, Ints, 
     corner, first, count = np.unique(vertex[order], return_index=True, return_counts=True)
     if not len(corner):
         return corner, np.zeros(1, dtype=np.int64), spoke, np.zeros(0, dtype=bool)
-    straight = np.linalg.norm(np.add.reduceat(spoke, first, axis=0), axis=1) <= FLAT
-    real = (count > 2) | ((count == 2) & ~straight)
+    real = count > 2  # where two faces meet is an edge, also one that bends because they are not quite flat
     saddle = np.logical_or.reduceat(np.repeat(notch, 2)[order], first)
     start = np.concatenate([[0], np.cumsum(count[real])])
     return corner[real], start, spoke[members(first[real], count[real])[1]], saddle[real]

@@ -31,12 +31,14 @@ def triangulate(vertices: Floats, faces: Sequence[Ints]) -> Ints:
             triangles.append(face[None])
             continue
         corners = vertices[face]
-        local = corners - corners.mean(axis=0)
-        normal = np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0)
-        axis = int(np.abs(normal).argmax())
-        flat = np.delete(local, axis, axis=1)
-        if (normal[axis] > 0) == (axis == 1):
-            flat = flat[:, ::-1]
+        local = corners - corners.sum(axis=0) / len(corners)
+        following = np.concatenate([local[1:], local[:1]])
+        # Twice the vector area, by sums of products: numpy.cross takes several times as long on one face.
+        moment = local.T @ following
+        normal = [moment[1, 2] - moment[2, 1], moment[2, 0] - moment[0, 2], moment[0, 1] - moment[1, 0]]
+        axis = max(range(3), key=lambda k: abs(normal[k]))
+        u, v = ((1, 2), (0, 2), (0, 1))[axis]
+        flat = local[:, [v, u] if (normal[axis] > 0) == (axis == 1) else [u, v]]
         triangles.append(face[_ears(np.ascontiguousarray(flat))])
     return np.concatenate(triangles)
 

@@ -91,6 +91,8 @@ class BlockNormal:
         order = np.argsort(rank[member], kind="stable")
         self._chunks = [(size, low, high, _span(rows)) for size, low, high, rows in _chunks(count[by_count], order)]
         pairs = pair[first[by_count]]
+        #: Rows that name their two blocks in the other order than the first row of these blocks.
+        self._turned = np.flatnonzero(pair[:, 0] != pair[first[member], 0])
         name = (n_blocks, width, _digest(pairs))
         graph = known.graphs.get(name)
         if graph is None:
@@ -114,6 +116,9 @@ class BlockNormal:
         """
         graph = self._graph
         w = graph.width
+        if len(self._turned):
+            rows = rows.copy()
+            rows[self._turned] = np.roll(rows[self._turned], w, axis=1)
         for count, first, last, where in self._chunks:
             part = rows[where] if isinstance(where, slice) else np.take(rows, where, axis=0)
             part = part.reshape(last - first, count, 2 * w)

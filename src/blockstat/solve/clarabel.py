@@ -50,7 +50,7 @@ def _solve_for_unknowns(program: ConicProgram) -> Answer:
         twists = np.arange(len(program.cost)) < program.width * program.n_blocks
         hessian = hessian + sparse.diags_array(program.ridge * twists)
     matrix, bound = sparse.csc_array(program.matrix[order]), program.bound[order]
-    answer = _run(sparse.csc_array(hessian), program.cost, matrix, bound, cones)
+    answer = run(sparse.csc_array(hessian), program.cost, matrix, bound, cones)
     z = np.empty(len(order))
     z[order] = np.array(answer.z)
     return read_answer(program, np.array(answer.x), z, _status(answer), int(answer.iterations), "clarabel")
@@ -74,7 +74,7 @@ def _solve_for_multipliers(program: ConicProgram) -> Answer:
     constraint = sparse.csc_array(sparse.vstack([balance, -sparse.diags_array((slip / size)[order])]))
     bound = np.concatenate([-program.cost, np.zeros(rows)])
     hessian = sparse.csc_array(sparse.diags_array(compliance[order]))
-    answer = _run(hessian, (program.bound / size)[order], constraint, bound, [clarabel.ZeroConeT(n), *cones])
+    answer = run(hessian, (program.bound / size)[order], constraint, bound, [clarabel.ZeroConeT(n), *cones])
     dual, z, slack = np.array(answer.z), np.empty(rows), np.empty(rows)
     z[order] = np.array(answer.x) / size[order]
     slack[order] = slip[order] * dual[n:]
@@ -108,8 +108,27 @@ def _rows(program: ConicProgram) -> tuple[Ints, list]:
     return order, cones
 
 
-def _run(hessian: Any, cost: Floats, matrix: sparse.csc_array, bound: Floats, cones: list) -> Any:
-    """Clarabel's own answer."""
+def run(hessian: Any, cost: Floats, matrix: sparse.csc_array, bound: Floats, cones: list) -> Any:
+    """Return Clarabel's own answer to min 1/2 x'P x + q'x subject to M x + s = b, s in the cones.
+
+    Parameters
+    ----------
+    hessian
+        The upper triangle of P.
+    cost
+        q, shape (n,).
+    matrix
+        M.
+    bound
+        b, shape (n_rows,).
+    cones
+        Clarabel's cones, in the order of the rows.
+
+    Returns
+    -------
+    object
+        With `x`, `z`, `status`, `obj_val` and `obj_val_dual`.
+    """
     clarabel: Any = importlib.import_module("clarabel")
     settings = clarabel.DefaultSettings()
     settings.verbose = False

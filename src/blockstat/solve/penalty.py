@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from blockstat.certificate.check import FORCE_TOLERANCE, balance, check, force_errors, opening_slack
+from blockstat.certificate.check import FORCE_LIMIT, FORCE_TOLERANCE, balance, check, force_errors, opening_slack
 from blockstat.certificate.interior_motions import Motions, cheapest, no_motions, with_interior_motion
 from blockstat.program.conic import conic_program
 from blockstat.program.penalty import PenaltyProgram
@@ -30,7 +30,12 @@ ALREADY = 0.01
 
 
 def solve_penalty(
-    program: PenaltyProgram, *, solver: str = "auto", motions: Motions = no_motions, score: bool = True
+    program: PenaltyProgram,
+    *,
+    solver: str = "auto",
+    motions: Motions = no_motions,
+    score: bool = True,
+    guess: Floats | None = None,
 ) -> Answer:
     """Minimise the penalty `1/2 ||E'A'u||^2` less the work of the load over the admissible twists.
 
@@ -46,25 +51,33 @@ def solve_penalty(
         Gives twists that may open every joint, shape (6 n,) each (see `blockstat.certificate.interior_motions`).
     score
         False allows to end with the first mechanism that is found, whose adhesion is not known.
+    guess
+        Forces from which to look for forces in balance first, shape (m, 3), inside their cones or on their boundaries;
+        by default those of a load path.
 
     Returns
     -------
     Answer
         Forces, adhesion and mechanism.
     """
-    if len(program.load) >= COMPONENTS and program.plane is None:
+    if len(program.load) >= COMPONENTS and program.plane is None and guess is None:
         return solve_by_components(program, partial(solve_whole, solver=solver, score=score), motions)
-    return solve_whole(program, motions, solver=solver, score=score)
+    return solve_whole(program, motions, solver=solver, score=score, guess=guess)
 
 
 def solve_whole(
-    program: PenaltyProgram, motions: Motions = no_motions, *, solver: str = "auto", score: bool = True
+    program: PenaltyProgram,
+    motions: Motions = no_motions,
+    *,
+    solver: str = "auto",
+    score: bool = True,
+    guess: Floats | None = None,
 ) -> Answer:
     """Solve a penalty program as one.
 
     Parameters
     ----------
-    program, motions, solver, score
+    program, motions, solver, score, guess
         As in `solve_penalty`.
 
     Returns
@@ -77,17 +90,19 @@ def solve_whole(
     def accept(force: Floats) -> bool:
         """Forces on the way to the optimum that, balanced, prove stability are as good as the optimum's."""
         proven[:] = [force]
-        if max(force_errors(program, force)) <= ALREADY * FORCE_TOLERANCE:
+        if force_errors(program, force).within(ALREADY * FORCE_TOLERANCE):
             return True
         proven[:] = [balance(program, force)]
-        return max(force_errors(program, proven[0])) <= FORCE_TOLERANCE
+        return force_errors(program, proven[0]).within(FORCE_TOLERANCE)
 
-    normal = load_path_guess(program)
+    if guess is None:
+        normal = load_path_guess(program)
+        guess = np.column_stack([normal, 0 * normal, 0 * normal])
     iterates = _Iterates(program, motions)
     early = EarlyEnd(
         accept,
         iterates.noted if score else iterates.falls,
-        guess=np.column_stack([normal, 0 * normal, 0 * normal]),
+        guess=guess,
         # Who asks for no score expects most designs to fall, and then it is mostly in vain to look for forces for long.
         brief=not score,
     )
@@ -193,6 +208,34 @@ def _paid_by_lower_bounds(program: PenaltyProgram, answer: Answer) -> float:
     rate = (program.matrix.T @ answer.twist).reshape(-1, 3)[points]
     slack = opening_slack(rate, program.friction[points]) + answer.yielding[points]
     return float(program.lower[points] @ np.maximum(slack, 0.0))
+
+
+def solve_least_force(program: PenaltyProgram, *, solver: str = "auto") -> Answer:
+    """Find the equilibrium whose normal forces have the least sum, and the mechanism that no smaller sum resists.
+
+    Parameters
+    ----------
+    program
+        The penalty program.
+    solver
+        One of `blockstat.solve.dispatch.CHOICES`.
+
+    Returns
+    -------
+    Answer
+        The forces and the mechanism; a mechanism that closes no joint where there is no equilibrium at all.
+
+    Notes
+    -----
+    Primal: min sum f_n subject to A f + w = 0, f_i in K. Dual: max w'u subject to A'u + n in K*, in units in which a
+    mechanism of unit work closes by one part in `FORCE_LIMIT`. This is the last word: forces and mechanism are judged
+    by that sum, and at the optimum both sides agree on it. Where friction is infinite its normal part is minimised.
+    """
+    offset = np.zeros((len(program.friction), 3))
+    offset[:, 0] = 1.0 / FORCE_LIMIT
+    offset[program.upper_bounded] = 0.0  # these may close, at a price
+    answer = solve(conic_program(program, -program.load, offset=offset.reshape(-1)), solver=solver)
+    return replace(answer, adhesion=np.zeros(program.n_points))
 
 
 def open_joints(program: PenaltyProgram, twist: Floats, *, solver: str = "auto") -> Floats:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.analysis.bounds import lower_bound
+from blockstat.analysis.decision import lower_bound
 from blockstat.analysis.limit_load import LoadOutcome, bracket
 from blockstat.analysis.problem import Problem
 from blockstat.analysis.thrust import standing

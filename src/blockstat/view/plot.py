@@ -111,7 +111,7 @@ def plot(
     from matplotlib.colors import Normalize
 
     if isinstance(place, (str, Path)):
-        figure = _fresh_figure(Path(place))
+        figure = fresh_figure(Path(place))
         axes = figure.add_subplot()
     else:
         figure, axes = None, place
@@ -145,8 +145,24 @@ def plot(
     return place
 
 
-def _fresh_figure(path: Path) -> Figure:
-    """A figure for a file that can be written."""
+def fresh_figure(path: Path) -> Figure:
+    """Return an empty figure for a file that can be written.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    matplotlib Figure
+        In the size of all pictures.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be written, or a suffix that is no picture's.
+    """
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -13,7 +12,10 @@ from blockstat.assembly import Assembly
 from blockstat.design_search.search import PRUNED, Candidate, SearchResult
 from blockstat.io.files import write
 from blockstat.spec import build, parameters, with_values
+from blockstat.studies.directions import DirectionOutcome, limit_load_by_direction
+from blockstat.view.document import image, page
 from blockstat.view.plot import DEMAND, plot, plot_verdict
+from blockstat.view.polar import plot_directions
 from blockstat.view.three_d.page import available, framed, interactive_html
 
 
@@ -63,6 +65,11 @@ def write_designs(
             label="friction used at the block's joints (1 = sliding)", title="demand of the best design",
         )  # fmt: skip
         figures.append(Figure(path, "How much of its friction each block uses in the certified force field."))
+        least = limit_load_by_direction(shown, 4, refine=False, interfaces=verdict.interfaces)
+        if least.outcome is DirectionOutcome.LIMIT:
+            path = plot_directions(least, directory / "directions.png")
+            words = f"{least.least.upper:.4g} times gravity, towards {least.names[least.weakest]}"
+            figures.append(Figure(path, f"Limit loads of the best design along +-x and +-y; the least is {words}."))
         if available():
             turning = directory / "view.html"
             turning.write_text(interactive_html(verdict), encoding="utf-8")
@@ -125,30 +132,11 @@ def write_report(
     return path
 
 
-def page(title: str, body: Sequence[str]) -> str:
-    """Return a page in the style of the reports.
-
-    Parameters
-    ----------
-    title : str
-        Plain text.
-    body : sequence of str
-        HTML of its parts.
-
-    Returns
-    -------
-    str
-        HTML.
-    """
-    return _PAGE.format(title=escape(title), body="\n".join(body))
-
-
 def _shown(figure: Figure, caption: str) -> str:
     """A picture, or a page in three dimensions, as a part of this page."""
     if figure.path.suffix == ".html":
         return framed(figure.path.read_text(encoding="utf-8"))
-    data = base64.b64encode(figure.path.read_bytes()).decode()
-    return f'<img src="data:image/png;base64,{data}" alt="{caption}">'
+    return image(figure.path, caption)
 
 
 def _values(candidate: Candidate) -> str:
@@ -199,17 +187,3 @@ def _history_table(history: Sequence[Candidate]) -> str:
         kind = "stands" if c.stands else "no"
         rows.append(f'<tr class="{kind}">' + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>")
     return f"<table><tr>{head}</tr>{''.join(rows)}</table>"
-
-
-_PAGE = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><title>{title}</title>
-<style>
-body {{ font: 15px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; color: #222 }}
-table {{ border-collapse: collapse; margin: 1rem 0; font-variant-numeric: tabular-nums }}
-th, td {{ padding: .25rem .7rem; border-bottom: 1px solid #ddd; text-align: left }}
-tr.stands td {{ background: #e8f1fa }}
-figure {{ margin: 1.5rem 0 }} img {{ max-width: 100% }} figcaption {{ color: #555 }}
-</style></head><body>
-{body}
-</body></html>
-"""

@@ -45,6 +45,7 @@ from dynsim.cli.loads import (
 )
 from dynsim.cli.optimise import optimise
 from dynsim.cli.page import open_page
+from dynsim.cli.report import report
 from dynsim.cli.rows import end_of, print_comparisons, side_by_side, told_apart, verify_summary
 
 if TYPE_CHECKING:
@@ -254,6 +255,7 @@ def compare(
 
 
 app.command()(optimise)
+app.command()(report)
 
 
 def main() -> None:

@@ -1,0 +1,1 @@
+"""Tests in laboratories: what the statics predict for them, and what was measured."""

@@ -1,0 +1,5 @@
+"""`python -m evidence.fuzz`."""
+
+from evidence.fuzz.run import main
+
+main()

@@ -1,0 +1,172 @@
+"""Commands that put several analyses together: the limit load over the horizon, settlements, the report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from blockstat.cli.options import (
+    AsJson,
+    FileArgument,
+    Friction,
+    Gravity,
+    Supports,
+    Tilt,
+    Units,
+    inputs,
+    numbers,
+    print_json,
+    said,
+)
+from blockstat.cli.options import load as load_assembly
+from blockstat.errors import InputError
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+FORM = "NAME:DX,DY,DZ or X0,Y0,Z0,X1,Y1,Z1:DX,DY,DZ"
+
+
+def over_the_horizon(
+    file: Path, assembly: Assembly, directions: int, flow: str, output: Path | None, units: str | None, as_json: bool
+) -> None:
+    """Print the limit loads all round, and draw them where that is asked for.
+
+    Parameters
+    ----------
+    file : Path
+        The file that was read.
+    assembly : Assembly
+        Its blocks.
+    directions : int
+        How many directions.
+    flow : str
+        "associated" or "coulomb".
+    output : Path or None
+        Where the polar plot goes.
+    units : str or None
+        Of the file's coordinates.
+    as_json : bool
+        Print JSON.
+    """
+    from blockstat.studies.directions import limit_load_by_direction
+    from blockstat.view.polar import plot_directions
+
+    found = limit_load_by_direction(assembly, directions, flow=flow)
+    if output is not None:
+        plot_directions(found, output)
+    if as_json:
+        drawn = {} if output is None else {"output": str(output)}
+        print_json({"file": str(file), **inputs(assembly, units=units), **found.summary(), **drawn})
+        return
+    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{said(assembly, units=units)}\n{found.explain()}")
+
+
+def settle_command(
+    file: FileArgument,
+    move: Annotated[
+        list[str],
+        typer.Option(
+            metavar="NAME:DX,DY,DZ",
+            help="How a part of the supports moves [m]: NAME is a support, a group of supports, or a block or a group "
+            "that stands on them; six numbers in its place are a box. May be given several times.",
+        ),
+    ],
+    friction: Friction = None,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
+    supports: Supports = None,
+    units: Units = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Also draw it (.png, .svg, .pdf).")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Let parts of the supports move: what follows, which joints open, and the force on the supports."""
+    from blockstat.studies.foundations import settle
+    from blockstat.view.settling import plot_settlement
+
+    moves = dict(_move(text) for text in move)
+    if len(moves) < len(move):
+        raise InputError("--move names a part twice; give its whole displacement once")
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    found = settle(assembly, moves)
+    if output is not None:
+        plot_settlement(found, output)
+    if as_json:
+        drawn = {} if output is None else {"output": str(output)}
+        print_json({"file": str(file), **inputs(assembly, units=units), **found.summary(), **drawn})
+        return
+    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{said(assembly, units=units)}\n{found.explain()}")
+
+
+def report_command(
+    file: FileArgument,
+    output: Annotated[Path, typer.Option("-o", "--output", help="The page to write (.html).")],
+    friction: Friction = None,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
+    supports: Supports = None,
+    units: Units = None,
+    gap: Annotated[float | None, typer.Option(help="Largest gap of a joint, relative to block size.")] = None,
+    directions: Annotated[int, typer.Option(metavar="N", help="Of the horizon; a multiple of 4.")] = 16,
+) -> None:
+    """Write a report to hand over: assumptions, verdicts, the least limit load, pictures, warnings and sources."""
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    write_report(file, assembly, output, units=units, gap=gap, directions=directions)
+
+
+def write_report(
+    file: Path,
+    assembly: Assembly,
+    output: Path,
+    *,
+    units: str | None = None,
+    gap: float | None = None,
+    directions: int = 16,
+    verify: Any = None,
+) -> None:
+    """Assess an assembly and write the page.
+
+    Parameters
+    ----------
+    file : Path
+        The file that was read.
+    assembly : Assembly
+        Its blocks.
+    output : Path
+        The page.
+    units : str, optional
+        Of the file's coordinates; None for metres.
+    gap : float, optional
+        Tolerance of the joint search; None for the default.
+    directions : int, optional
+        Of the horizon.
+    verify : callable, optional
+        Simulates the assembly.
+
+    Raises
+    ------
+    InputError
+        For a page that cannot be written, before anything is computed.
+    """
+    from blockstat.contact.interfaces import GAP
+    from blockstat.view.assessment import assess_fully, assessment_html
+
+    if output.suffix.lower() not in (".html", ".htm"):
+        raise InputError(f"{output}: a report is a page, .html; the browser prints it as PDF")
+    if not output.parent.is_dir():
+        raise InputError(f"{output}: no such directory: {output.parent}")
+    options: dict[str, Any] = {"units": units or "m", "directions": directions, "verify": verify}
+    found = assess_fully(assembly, source=str(file), gap=GAP if gap is None else gap, **options)
+    output.write_text(assessment_html(found), encoding="utf-8")
+    typer.echo(str(output))
+
+
+def _move(text: str) -> tuple[Any, list[float]]:
+    """The part and the displacement of one --move."""
+    where, colon, displacement = text.rpartition(":")
+    if not colon or not where:
+        raise InputError(f'--move is "{text}"; it must read {FORM}')
+    moved = numbers(displacement, 3, "--move", FORM)
+    return (tuple(numbers(where, 6, "--move", FORM)) if "," in where else where), moved

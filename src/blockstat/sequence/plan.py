@@ -1,0 +1,382 @@
+"""Plans: in which steps an assembly is built, which blocks are held after each, and whether every step stands."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from blockstat.analysis.verdict import Outcome, Verdict
+from blockstat.contact.interfaces import GAP
+from blockstat.errors import InputError, known_options, no_such
+from blockstat.result import Result, finite
+from blockstat.sequence.states import Whole
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: Brackets of the least friction are narrowed to this.
+FRICTION_STEP = 1e-5
+#: Friction beyond which none helps: the cone is a half-space but for a hundredth of a degree.
+MOST_FRICTION = 1e4
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of a plan."""
+
+    install: tuple[str, ...] = ()  #: blocks put in now
+    hold: tuple[str, ...] = ()  #: blocks held at the end of the step
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The steps in which an assembly is built; steps are numbered from 0."""
+
+    steps: tuple[Step, ...]
+    boundary: tuple[str, ...] = ()  #: blocks that stand and are fixed from the beginning, besides the supports
+    never_installed: tuple[str, ...] = ()  #: blocks that the plan leaves out
+    name: str = "plan"
+    assembly: str = ""  #: the file of the assembly
+    metadata: dict[str, Any] = field(default_factory=dict)  #: other keys of the file
+
+    @property
+    def most_held(self) -> int:
+        """The largest number of blocks held at once."""
+        return max((len(step.hold) for step in self.steps), default=0)
+
+    def states(self) -> list[tuple[tuple[str, ...], tuple[str, ...]]]:
+        """Return the blocks present and fixed after each step.
+
+        Returns
+        -------
+        list of (tuple of str, tuple of str)
+            One a step, as `assess_states` takes them: the boundary is among both.
+        """
+        present, found = list(self.boundary), []
+        for step in self.steps:
+            present += step.install
+            found.append((tuple(present), self.boundary + step.hold))
+        return found
+
+
+def read_plan(path: str | Path, assembly: Assembly) -> Plan:
+    """Read a plan and check it against its assembly.
+
+    Parameters
+    ----------
+    path : str or Path
+        A JSON file with `steps`, a list of `{"install": [...], "hold": [...]}`, and perhaps `boundary`,
+        `never_installed`, `name` and `assembly`. Blocks are given by name; a number stands for the name of that number.
+    assembly : Assembly
+        The blocks.
+
+    Returns
+    -------
+    Plan
+        The plan.
+
+    Raises
+    ------
+    InputError
+        For a file that is no plan, and for what `check_plan` finds.
+    """
+    try:
+        data = json.loads(Path(path).read_text())
+        steps = tuple(_step(step, k) for k, step in enumerate(data["steps"]))
+        plan = Plan(
+            steps,
+            _names(data.get("boundary", ())),
+            _names(data.get("never_installed", ())),
+            str(data.get("name", Path(path).stem)),
+            str(data.get("assembly", "")),
+            {k: v for k, v in data.items() if k not in ("steps", "boundary", "never_installed", "name", "assembly")},
+        )
+        check_plan(plan, assembly)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    except (KeyError, TypeError, AttributeError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise InputError(f"{path}: {error}") from None
+        raise InputError(
+            f'{path}: a plan is a JSON object with "steps", a list of {{"install": [], "hold": []}}'
+        ) from None
+    return plan
+
+
+def _step(step: dict[str, Any], number: int) -> Step:
+    unknown = set(step) - {"install", "hold", "robots"}
+    if unknown:
+        raise InputError(f"step {number}: {no_such('key', min(unknown), ('install', 'hold', 'robots'))}")
+    return Step(_names(step.get("install", ())), _names(step.get("hold", ())))
+
+
+def _names(given: Any) -> tuple[str, ...]:
+    if isinstance(given, str):
+        raise InputError(f'"{given}" stands where a list of blocks is needed')
+    return tuple(str(name) for name in given)
+
+
+def write_plan(plan: Plan, path: str | Path) -> None:
+    """Write a plan as JSON, one line a step.
+
+    Parameters
+    ----------
+    plan : Plan
+        The plan.
+    path : str or Path
+        The file.
+    """
+    head = {
+        "name": plan.name, "assembly": plan.assembly, **plan.metadata,
+        "boundary": plan.boundary, "never_installed": plan.never_installed,
+    }  # fmt: skip
+    rows = [json.dumps({"install": step.install, "hold": step.hold}) for step in plan.steps]
+    top = json.dumps(head)[:-1]
+    Path(path).write_text(top + ', "steps": [\n' + ",\n".join(rows) + "\n]}\n")
+
+
+def check_plan(plan: Plan, assembly: Assembly) -> None:
+    """Check that a plan can be carried out, statics aside.
+
+    Parameters
+    ----------
+    plan : Plan
+        The plan.
+    assembly : Assembly
+        The blocks.
+
+    Raises
+    ------
+    InputError
+        One sentence with the step: for a block that is unknown, put in twice, held or let go before it is put in, held
+        twice, or never put in.
+    """
+    since: dict[str, str] = {}
+    for where, blocks in (("the boundary", plan.boundary), ("never_installed", plan.never_installed)):
+        _check_names(assembly, where, blocks)
+    supports = [name for name, fixed in zip(assembly.names, assembly.support, strict=True) if fixed]
+    for block in (*supports, *plan.boundary):
+        since[block] = "the beginning"
+    for k, step in enumerate(plan.steps):
+        _check_names(assembly, f"step {k}", step.install + step.hold)
+        for block in step.install:
+            _check_put_in(plan, k, block, since)
+            since.setdefault(block, f"step {k}")
+        for block in step.hold:
+            if block not in since:
+                when = next((n for n in range(k, len(plan.steps)) if block in plan.steps[n].install), None)
+                later = "is never put in" if when is None else f"is put in only at step {when}"
+                raise InputError(f'step {k}: block "{block}" is held, but {later}')
+        if len(set(step.hold)) < len(step.hold):
+            raise InputError(f"step {k}: a block is held twice")
+    missing = [name for name in assembly.names if name not in since and name not in plan.never_installed]
+    if missing:
+        more = f" (nor are {len(missing) - 1} more)" if len(missing) > 1 else ""
+        raise InputError(f'block "{missing[0]}" is never put in{more}; list it under "never_installed"')
+
+
+def _check_names(assembly: Assembly, where: str, blocks: tuple[str, ...]) -> None:
+    for block in blocks:
+        if block not in assembly.names:
+            raise InputError(f"{where}: {no_such('block', block, assembly.names)}")
+
+
+def _check_put_in(plan: Plan, number: int, block: str, since: dict[str, str]) -> None:
+    # The first step of a plan that goes on from a given state may list the boundary again.
+    if block in since and not (number == 0 and since[block] == "the beginning"):
+        raise InputError(f'step {number}: block "{block}" is put in, but stands since {since[block]}')
+    if block in plan.never_installed:
+        raise InputError(f'step {number}: block "{block}" is put in, but listed as never installed')
+
+
+@dataclass(frozen=True, eq=False)
+class PlanVerdict(Result):
+    """The verdicts on the steps of a plan."""
+
+    outcome: Outcome  #: stable when every step is, else that of the first step which is not
+    plan: Plan
+    verdicts: tuple[Verdict, ...]  #: one a step
+    friction: float
+    least_friction: tuple[float, float] | None = None  #: some step falls at the first, all stand at the second
+
+    @property
+    def first_fall(self) -> int | None:
+        """The number of the first step that is not stable; None where all are."""
+        return next((k for k, v in enumerate(self.verdicts) if v.outcome is not Outcome.STABLE), None)
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return one row a step.
+
+        Returns
+        -------
+        list of dict
+            With `step`, `install`, `present` (fixed blocks among them), `held`, `verdict`, `score` and `moving`.
+        """
+        found = []
+        for k, (step, verdict, state) in enumerate(
+            zip(self.plan.steps, self.verdicts, self.plan.states(), strict=True)
+        ):
+            found.append(
+                {
+                    "step": k,
+                    "install": list(step.install),
+                    "present": list(dict.fromkeys(state[0])),
+                    "held": list(step.hold),
+                    "verdict": verdict.outcome.word,
+                    "score": finite(verdict.score),
+                    "moving": [verdict.assembly.names[i] for i in verdict.moving],
+                }
+            )
+        return found
+
+    def summary(self) -> dict[str, Any]:
+        """Return plain values for JSON.
+
+        Returns
+        -------
+        dict
+            With one row a step.
+        """
+        return {
+            "outcome": self.outcome.word,
+            "plan": self.plan.name,
+            "friction": finite(self.friction),
+            "held_at_most": self.plan.most_held,
+            "first_fall": self.first_fall,
+            "least_friction": self.least_friction and [finite(value) for value in self.least_friction],
+            "steps": self.rows(),
+        }
+
+    def explain(self, limit: int = 5) -> str:
+        """Return the table of the steps that do not stand, the first of them, and which stones move.
+
+        Parameters
+        ----------
+        limit : int, optional
+            Most blocks that are named.
+
+        Returns
+        -------
+        str
+            One fact a line.
+        """
+        rows = self.rows()
+        bad = [row for row in rows if row["verdict"] != "stable"]
+        held = self.plan.most_held
+        lines = [f"{self.plan.name}: {len(rows)} steps, at most {held} held, friction {self.friction:g}"]
+        if not bad:
+            lines.append("Every step is stable.")
+        else:
+            lines.append(f"{len(bad)} steps are not stable, the first is step {bad[0]['step']}.")
+            lines.append(f"{'step':>5} {'verdict':<10} {'score':>9}  held; first to move")
+        for row in bad:
+            score = "-" if row["score"] is None else f"{row['score']:.3g}"
+            moving = ", ".join(row["moving"][:limit]) + (" ..." if len(row["moving"]) > limit else "")
+            held_now = ", ".join(row["held"]) or "nothing"
+            lines.append(f"{row['step']:>5} {row['verdict']:<10} {score:>9}  {held_now}; {moving}")
+        if self.least_friction is not None:
+            low, high = self.least_friction
+            reserve = self.friction / high if high > 0 else float("inf")
+            lines.append(f"Every step stands from a friction of {high:.5f} (not at {low:.5f}): reserve {reserve:.3f}.")
+        return "\n".join(lines)
+
+
+@known_options
+def assess_plan(
+    assembly: Assembly,
+    plan: Plan,
+    *,
+    friction: float | None = None,
+    flow: str = "associated",
+    gap: float | str = GAP,
+    reserve: bool = False,
+) -> PlanVerdict:
+    """Judge every step of a plan.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    plan : Plan
+        The plan; it is checked first.
+    friction, flow, gap
+        As of `assess_states`.
+    reserve : bool, optional
+        Whether the least friction at which every step stands is sought, too. It takes the time of a second run.
+
+    Returns
+    -------
+    PlanVerdict
+        The verdicts, step by step.
+
+    Raises
+    ------
+    InputError
+        For a plan that cannot be carried out.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, Plan, Step, assess_plan, box
+    >>> blocks = [box((-1, 0, -1), (0, 1, 0), name="ground"), box((-0.6, 0, 0), (0.4, 1, 1), name="low"),
+    ...           box((-0.8, 0, 1), (0.2, 1, 2), name="high")]
+    >>> assembly = Assembly.from_blocks(blocks, supports=["ground"])
+    >>> plan = Plan((Step(("low",), ("low",)), Step(), Step(("high",))))
+    >>> assess_plan(assembly, plan).outcome.word
+    'stable'
+    """
+    check_plan(plan, assembly)
+    whole = Whole(assembly, friction=friction, gap=gap)
+    states = [whole.state_of(*state, f"step {k}") for k, state in enumerate(plan.states())]
+    verdicts = tuple(whole.assess(*state, flow=flow) for state in states)
+    worst = next((v.outcome for v in verdicts if v.outcome is not Outcome.STABLE), Outcome.STABLE)
+    least = least_friction(whole, states) if reserve else None
+    return PlanVerdict(worst, plan, verdicts, whole.assembly.friction, least)
+
+
+def least_friction(whole: Whole, states: list[Any]) -> tuple[float, float]:
+    """Find the least coefficient of friction at which every state is stable.
+
+    Parameters
+    ----------
+    whole : Whole
+        The assembly; its joints have one coefficient of friction.
+    states : list of (array of bool, array of bool)
+        Masks as `Whole.state_of` gives them.
+
+    Returns
+    -------
+    low, high : float
+        Some state is not stable at the first, or the first is 0; all are at the second, which is inf if none helps.
+
+    Raises
+    ------
+    InputError
+        Where joint laws give joints a friction of their own.
+
+    Notes
+    -----
+    What stands at some friction stands at any larger one. So a state is asked at the bound so far, and only one that
+    does not stand there raises it.
+    """
+    if whole.assembly.joints:
+        raise InputError("the least friction is that of joints without laws of their own; this assembly has such laws")
+    low, high = 0.0, 0.0
+
+    def stands(friction: float, state: Any) -> bool:
+        return whole.at_friction(friction).assess(*state, score=False).outcome is Outcome.STABLE
+
+    for state in states:
+        if stands(high, state):
+            continue
+        if not stands(MOST_FRICTION, state):
+            return MOST_FRICTION, float("inf")
+        low = high
+        high = max(2.0 * high, 0.25)
+        while not stands(high, state):
+            low, high = high, 2.0 * high
+        while high - low > FRICTION_STEP:
+            middle = (low + high) / 2
+            low, high = (low, middle) if stands(middle, state) else (middle, high)
+    return low, high

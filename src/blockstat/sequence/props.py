@@ -1,0 +1,326 @@
+"""Falsework: the least forces in props under an unfinished assembly, and which blocks may be taken out.
+
+A prop pushes and never pulls. With B the wrenches of unit forces in the props, the least total is the conic program::
+
+    minimise sum r   subject to   A f + w + B r = 0,   f in K,   r >= 0,
+
+and the least peak minimises t with r <= t instead.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy import sparse
+
+from blockstat.analysis.problem import Problem
+from blockstat.analysis.verdict import Verdict
+from blockstat.certificate.check import force_errors
+from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
+from blockstat.errors import InputError, check_choice, known_options
+from blockstat.program.penalty import PenaltyProgram
+from blockstat.result import Result, Sentence
+from blockstat.sequence.states import State, Whole
+from blockstat.solve.clarabel import run
+from blockstat.typing import Floats
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: Faces whose normal points down by less than this are upright: no prop stands under them.
+UPRIGHT = 1e-9
+#: Faces within this fraction of a block's size of the plane of a joint are in it.
+IN_PLANE = 1e-3
+#: What a solution may leave unbalanced, of a block's load, to count as one.
+BALANCED = 1e-6
+
+
+@dataclass(frozen=True)
+class Prop:
+    """A strut that pushes on a block along a line."""
+
+    block: str
+    point: tuple[float, float, float]  #: where it pushes [m]
+    direction: tuple[float, float, float]  #: along which it pushes on the block; a unit vector
+
+
+class FalseworkOutcome(Sentence):
+    """Whether props can hold a state."""
+
+    HELD = "Held: forces in the props and the joints balance every block."
+    NOT_HELD = "Not held: no forces in these props balance the blocks."
+
+
+@dataclass(frozen=True, eq=False)
+class Falsework(Result):
+    """The least forces in props."""
+
+    outcome: FalseworkOutcome
+    props: tuple[Prop, ...]
+    force: Floats  #: of each prop [N], shape (n_props,), none below zero; nan where the props cannot hold the state
+    least: str  #: "total" or "peak", what was minimised
+    bound: float  #: by the dual of the program, no forces hold the state with a smaller total, or peak [N]
+    residual: float  #: largest unbalanced force or moment / size of a block, relative to its load
+    cone_violation: float  #: largest missing normal force of a contact point, relative to the lighter block's load
+
+    @property
+    def total(self) -> float:
+        """Sum of the forces of the props [N]."""
+        return float(self.force.sum())
+
+    @property
+    def peak(self) -> float:
+        """Largest force of a prop [N]."""
+        return float(self.force.max(initial=0.0))
+
+    def summary(self) -> dict[str, Any]:
+        """Return plain values for JSON.
+
+        Returns
+        -------
+        dict
+            With the force of each prop by its block.
+        """
+        forces = [{"block": p.block, "force": float(f)} for p, f in zip(self.props, self.force, strict=True)]
+        names = ("least", "total", "peak", "bound", "residual", "cone_violation")
+        return {"outcome": self.outcome.word, **{n: getattr(self, n) for n in names}, "props": forces}
+
+    def explain(self) -> str:
+        """Return the result in words.
+
+        Returns
+        -------
+        str
+            One fact a line.
+        """
+        lines = [self.outcome.value]
+        if self.outcome is FalseworkOutcome.HELD:
+            lines.append(f"Props: {self.total:.6g} N in total, {self.peak:.6g} N at most; least {self.least}.")
+        return "\n".join(lines)
+
+
+def hoists(assembly: Assembly, blocks: Iterable[str]) -> list[Prop]:
+    """Return props that push blocks against gravity at their centroids, as ropes from above would pull.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        All blocks.
+    blocks : iterable of str
+        The names of those that are hoisted.
+
+    Returns
+    -------
+    list of Prop
+        One a block.
+    """
+    up = -assembly.gravity / np.linalg.norm(assembly.gravity)
+    chosen = assembly.blocks_named(blocks, "hoists")
+    return [Prop(assembly.names[k], tuple(assembly.centroid[k].tolist()), tuple(up.tolist())) for k in chosen]
+
+
+def centring(assembly: Assembly, blocks: Iterable[str], *, interfaces: Interfaces | None = None) -> list[Prop]:
+    """Return props under blocks, each normal to the face that looks down most, at its centre.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        All blocks.
+    blocks : iterable of str
+        The names of those that rest on the centring.
+    interfaces : Interfaces, optional
+        The joints of the assembly: no prop stands in one. They are searched for if not given.
+
+    Returns
+    -------
+    list of Prop
+        One for each block that has such a face; it pushes without friction.
+    """
+    up = -assembly.gravity / np.linalg.norm(assembly.gravity)
+    faces = find_interfaces(assembly) if interfaces is None else interfaces
+    planes, found = assembly.planes, []
+    for block in assembly.blocks_named(blocks, "centring"):
+        joints = np.flatnonzero((faces.pair == block).any(axis=1))
+        best, steepest = -1, UPRIGHT
+        for face in np.flatnonzero(assembly.face_block == block):
+            normal, centre = planes.normal[face], planes.centre[face]
+            offset = np.abs((faces.point[faces.start[joints]] - centre) @ normal)
+            along = np.abs(faces.frame[joints, 0] @ normal)
+            in_joint = (offset < IN_PLANE * assembly.size[block]) & (along > 1 - IN_PLANE)
+            if not in_joint.any() and -normal @ up > steepest:
+                best, steepest = int(face), float(-normal @ up)
+        if best >= 0:
+            point, push = planes.centre[best], -planes.normal[best]
+            found.append(Prop(assembly.names[block], tuple(point.tolist()), tuple(push.tolist())))
+    return found
+
+
+@known_options
+def falsework(
+    assembly: Assembly,
+    state: State,
+    props: Sequence[Prop],
+    *,
+    least: str = "total",
+    friction: float | None = None,
+    gap: float | str = GAP,
+    interfaces: Interfaces | None = None,
+) -> Falsework:
+    """Find the least forces in props that hold a state of an assembly.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        All blocks.
+    state : (sequence of str, sequence of str)
+        Blocks that are present, and those among them that are held, as of `assess_states`.
+    props : sequence of Prop
+        Under blocks that are present and free.
+    least : str, optional
+        "total" minimises the sum of the forces, "peak" the largest of them.
+    friction, gap, interfaces
+        As of `assess_states`.
+
+    Returns
+    -------
+    Falsework
+        The forces, with the errors of equilibrium.
+
+    Raises
+    ------
+    InputError
+        For a prop under a block that is not present, or held.
+
+    Examples
+    --------
+    A block on nothing needs its weight of 10 kN.
+
+    >>> from blockstat import Assembly, box, falsework, hoists
+    >>> blocks = [box((-2, 0, -1), (-1, 1, 0), name="ground"), box((0, 0, 1), (1, 1, 2), name="block")]
+    >>> assembly = Assembly.from_blocks(blocks, supports=["ground"], density=1000.0, gravity=(0, 0, -10))
+    >>> round(falsework(assembly, (["block"], []), hoists(assembly, ["block"])).total)
+    10000
+    """
+    check_choice("least", least, ("total", "peak"))
+    whole = Whole(assembly, friction=friction, gap=gap, interfaces=interfaces)
+    if assembly.joints:
+        raise InputError("falsework is for dry joints; this assembly has joint laws")
+    present, fixed = whole.state_of(*state, "falsework")
+    free = present & ~fixed
+    for prop in props:
+        block = assembly.blocks_named(prop.block, "falsework")[0]
+        if not free[block]:
+            raise InputError(f'falsework: block "{prop.block}" is held or not present; props stand under free blocks')
+    problem = whole.propped(free, present)
+    return _least(problem, tuple(props), least)
+
+
+def _least(problem: Problem, props: tuple[Prop, ...], least: str) -> Falsework:
+    """Solve for the least total or peak and read off the forces of the props with their errors."""
+    program = problem.program
+    if program is None:
+        return Falsework(FalseworkOutcome.HELD, props, np.zeros(len(props)), least, 0.0, 0.0, 0.0)
+    pushes = sparse.csc_array(_pushes(problem, props))
+    m, n = len(program.friction), len(props)
+    answer = _solved(program, pushes, n, least == "peak")
+    x = np.array(answer.x)
+    force, push = x[: 3 * m], np.maximum(x[3 * m : 3 * m + n], 0.0)
+    # The load of a block that hangs in its prop is nothing: errors are compared with the weights.
+    unbalanced = (program.matrix @ force + program.load + pushes @ push).reshape(-1, 6)
+    own = np.linalg.norm(program.load.reshape(-1, 6), axis=1)
+    residual = float((np.linalg.norm(unbalanced, axis=1) / np.where(own > 0, own, 1.0)).max(initial=0.0))
+    violation = max(-force_errors(program, force.reshape(-1, 3)).slack, 0.0)
+    unit, bound, outcome = program.force_unit, float(answer.obj_val_dual), FalseworkOutcome.HELD
+    if str(answer.status) not in ("Solved", "AlmostSolved") or not max(residual, violation) <= BALANCED:
+        outcome, push, bound = FalseworkOutcome.NOT_HELD, np.full(n, np.nan), np.inf
+    return Falsework(outcome, props, push * unit, least, bound * unit, residual, violation)
+
+
+def _solved(program: PenaltyProgram, pushes: sparse.csc_array, n: int, peak: bool) -> Any:
+    """Clarabel's answer in the unknowns f, r and, for the least peak, t."""
+    clarabel: Any = importlib.import_module("clarabel")
+    m, last = len(program.friction), int(peak)
+    cost = np.concatenate([np.zeros(3 * m), np.full(n, 1.0 - last), np.ones(last)])
+    slip = np.isfinite(program.friction)
+    heads = np.where(slip, program.friction, 1.0)
+    size = np.column_stack([heads, slip, slip]).reshape(-1)  # joints that cannot slip have free tangents
+    eye = sparse.eye_array(n)
+    rows = [
+        [program.matrix, pushes, sparse.csc_array((len(program.load), last))],
+        [sparse.diags_array(-size), sparse.csc_array((3 * m, n)), sparse.csc_array((3 * m, last))],
+        [sparse.csc_array((n, 3 * m)), -eye, sparse.csc_array((n, last))],
+    ]
+    if peak:
+        rows.append([sparse.csc_array((n, 3 * m)), eye, sparse.csc_array(-np.ones((n, 1)))])
+    matrix = sparse.csc_array(sparse.vstack([sparse.hstack(row) for row in rows]))
+    half = n * (1 + last)
+    cones: list[Any] = [clarabel.ZeroConeT(len(program.load)), *[clarabel.SecondOrderConeT(3)] * m]
+    cones += [clarabel.NonnegativeConeT(half)] if half else []
+    bound = np.concatenate([-program.load, np.zeros(3 * m + half)])
+    return run(sparse.csc_array((len(cost), len(cost))), cost, matrix, bound, cones)
+
+
+def _pushes(problem: Problem, props: tuple[Prop, ...]) -> Floats:
+    """B, the wrenches of unit forces in the props, in the units of the program, shape (6 n, n_props)."""
+    assert problem.program is not None
+    wrench = np.zeros((problem.assembly.n_blocks, 6, len(props)))
+    for k, prop in enumerate(props):
+        block = problem.assembly.names.index(prop.block)
+        direction = np.array(prop.direction) / np.linalg.norm(prop.direction)
+        arm = np.array(prop.point) - problem.assembly.centroid[block]
+        wrench[block, :3, k], wrench[block, 3:, k] = direction, np.cross(arm, direction)
+    own = wrench[problem.eq.blocks]
+    own[:, 3:] /= problem.program.length_unit
+    return own.reshape(-1, len(props))
+
+
+@known_options
+def remove_each(
+    assembly: Assembly,
+    *,
+    blocks: Iterable[str] | None = None,
+    friction: float | None = None,
+    flow: str = "associated",
+    gap: float | str = GAP,
+    interfaces: Interfaces | None = None,
+) -> dict[str, Verdict]:
+    """Take out every single block of an assembly in turn and judge what is left.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        All blocks.
+    blocks : iterable of str, optional
+        The blocks that are taken out; by default all that are no supports.
+    friction, flow, gap, interfaces
+        As of `assess_states`.
+
+    Returns
+    -------
+    dict of str to Verdict
+        By the block taken out; those with a stable verdict may go now, and what moves in the others needs a prop first.
+        A state that falls has no score (nan).
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box, remove_each
+    >>> blocks = [box((-1, 0, -1), (1, 1, 0), name="ground"), box((0, 0, 0), (1, 1, 1), name="low"),
+    ...           box((0, 0, 1), (1, 1, 2), name="high")]
+    >>> found = remove_each(Assembly.from_blocks(blocks, supports=["ground"]))
+    >>> {name: verdict.outcome.word for name, verdict in found.items()}
+    {'low': 'unstable', 'high': 'stable'}
+    """
+    whole = Whole(assembly, friction=friction, gap=gap, interfaces=interfaces)
+    chosen = assembly.free if blocks is None else assembly.blocks_named(blocks, "remove_each")
+    everything = np.ones(assembly.n_blocks, dtype=bool)
+    whole.assess(everything, assembly.support, flow=flow, score=False)  # its forces are the first guess for all others
+    found = {}
+    for block in chosen.tolist():
+        present = everything.copy()
+        present[block] = False
+        found[assembly.names[block]] = whole.assess(present, assembly.support & present, flow=flow, score=False)
+    return found

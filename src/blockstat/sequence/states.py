@@ -1,0 +1,419 @@
+"""Verdicts on states of one assembly: some blocks are present, some of these are held, the others are not there yet.
+
+The joints of the whole assembly are found once. A state takes those of its blocks, and the columns of its equilibrium
+are the same columns. Supports and held blocks have no rows. The forces of an earlier state are tried on the next one:
+where a block was put in and is held, they still balance. Nothing is assumed; each state has its own certificate.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from blockstat.analysis.assess import FLOWS, judged
+from blockstat.analysis.certificate_cache import Memory
+from blockstat.analysis.decision import outcome_of
+from blockstat.analysis.problem import Problem, pose
+from blockstat.analysis.verdict import Outcome, Verdict
+from blockstat.certificate import check as certificate
+from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces, near_blocks
+from blockstat.contact.penetration import check_copies, check_overlaps, overlaps
+from blockstat.contact.point_law import joint_friction
+from blockstat.errors import InputError, check_choice, known_options, no_such
+from blockstat.program.equilibrium import Columns, Equilibrium, equilibrium, split_floating, weight
+from blockstat.program.penalty import PenaltyProgram, penalty_program
+from blockstat.program.planar import find_plane
+from blockstat.solve.answer import Answer, Status
+from blockstat.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: A state as users give it: names of the blocks that are present, and of those that are held.
+State = tuple[Sequence[str], Sequence[str]]
+#: Force fields and mechanisms of earlier states that are tried on the next one.
+FIELDS, MECHANISMS = 2, 4
+
+
+@known_options
+def assess_states(
+    assembly: Assembly,
+    states: Iterable[State],
+    *,
+    friction: float | None = None,
+    flow: str = "associated",
+    gap: float | str = GAP,
+    interfaces: Interfaces | None = None,
+    score: bool = True,
+) -> list[Verdict]:
+    """Judge states of an assembly in which some blocks are present and some of these are held.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        All blocks. Its supports are present and fixed in every state.
+    states : iterable of (sequence of str, sequence of str)
+        The names of the blocks that are present, and of those among them that are held. Supports may be left out. A
+        held block takes any force, as a support does.
+    friction : float, optional
+        Replaces the assembly's coefficient of friction.
+    flow : str, optional
+        "associated" or "coulomb", as of `assess`.
+    gap : float or str, optional
+        Tolerance of the joint search, as of `find_interfaces`.
+    interfaces : Interfaces, optional
+        Use these joints of the whole assembly instead of searching.
+    score : bool, optional
+        False ends at the first mechanism found: a state that falls then has no score (nan).
+
+    Returns
+    -------
+    list of Verdict
+        One a state. In its assembly all that is fixed or absent is a support; its interfaces are those of the state.
+
+    Raises
+    ------
+    InputError
+        For a block that is unknown, or held and not present; the message gives the number of the state, from 0.
+
+    Notes
+    -----
+    Whether a stable state is balanced without reserve is not asked (`Verdict.neutral` is empty).
+
+    Examples
+    --------
+    A cube half on the ground needs no hand, and one that juts out further falls unless it is held.
+
+    >>> from blockstat import Assembly, assess_states, box
+    >>> blocks = [box((-1, 0, -1), (0, 1, 0), name="ground"), box((-0.6, 0, 0), (0.4, 1, 1), name="low"),
+    ...           box((0, 0, 1), (1, 1, 2), name="high")]
+    >>> assembly = Assembly.from_blocks(blocks, supports=["ground"])
+    >>> states = [(["low"], []), (["low", "high"], ["high"]), (["low", "high"], [])]
+    >>> [verdict.outcome.word for verdict in assess_states(assembly, states)]
+    ['stable', 'stable', 'unstable']
+    """
+    check_choice("flow", flow, FLOWS)
+    whole = Whole(assembly, friction=friction, gap=gap, interfaces=interfaces)
+    named = [whole.state_of(present, held, f"state {k}") for k, (present, held) in enumerate(states)]
+    return [whole.assess(present, held, flow=flow, score=score) for present, held in named]
+
+
+class Whole:
+    """An assembly with all that its states share: joints, columns of equilibrium, and evidence of earlier states.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        All blocks.
+    friction : float, optional
+        Replaces the assembly's coefficient of friction.
+    gap : float or str, optional
+        Tolerance of the joint search.
+    interfaces : Interfaces, optional
+        Its joints, instead of searching.
+    """
+
+    def __init__(
+        self,
+        assembly: Assembly,
+        *,
+        friction: float | None = None,
+        gap: float | str = GAP,
+        interfaces: Interfaces | None = None,
+    ) -> None:
+        assembly = assembly if friction is None else assembly.with_(friction=friction)
+        if not assembly.support.any():
+            raise InputError(f'"{assembly.name}" has no supports; list the blocks that cannot move under "supports"')
+        if assembly.ties:
+            raise InputError(f'"{assembly.name}" has ties; sequences are judged without ties')
+        if interfaces is None:
+            check_copies(assembly)
+            near = near_blocks(assembly, gap=gap)
+            check_overlaps(assembly, gap=gap, near=near)
+            interfaces = find_interfaces(assembly, gap=gap, near=near)
+        self.assembly, self.interfaces, self.gap = assembly, interfaces, gap
+        self.load = weight(assembly)
+        everything = np.arange(assembly.n_blocks), np.arange(interfaces.n_points)
+        self._columns = equilibrium(assembly, interfaces, self.load, *everything)
+        self._friction = joint_friction(assembly, interfaces)[interfaces.point_interface]
+        self._overlapping = overlaps(assembly, gap=gap)[0]
+        self._number = {name: k for k, name in enumerate(assembly.names)}
+        self.evidence = Evidence(assembly.n_blocks, interfaces.n_points)
+
+    def at_friction(self, friction: float) -> Whole:
+        """Return the same assembly with another friction of all joints.
+
+        Parameters
+        ----------
+        friction : float
+            Coefficient of friction of joints without laws.
+
+        Returns
+        -------
+        Whole
+            It shares the joints and the evidence.
+        """
+        changed = copy.copy(self)
+        changed.assembly = _with(self.assembly, friction=friction)
+        changed._friction = np.full_like(self._friction, friction)
+        return changed
+
+    def state_of(self, present: Iterable[str], held: Iterable[str], where: str) -> tuple[np.ndarray, np.ndarray]:
+        """Return the masks of a state given by names.
+
+        Parameters
+        ----------
+        present, held : iterable of str
+            Names of blocks.
+        where : str
+            What the message of an error begins with.
+
+        Returns
+        -------
+        present, fixed : array of bool, shape (n_blocks,)
+            Which blocks are there, supports among them, and which cannot move.
+
+        Raises
+        ------
+        InputError
+            For an unknown name, or a block that is held and not present.
+        """
+        there = self.assembly.support.copy()
+        there[self._numbers(present, where)] = True
+        hands = self._numbers(held, where)
+        missing = hands[~there[hands]]
+        if len(missing):
+            raise InputError(f'{where}: block "{self.assembly.names[missing[0]]}" is held but not present')
+        fixed = self.assembly.support.copy()
+        fixed[hands] = True
+        return there, fixed
+
+    def _numbers(self, names: Iterable[str], where: str) -> Ints:
+        unknown = [name for name in names if name not in self._number]
+        if unknown:
+            raise InputError(f"{where}: {no_such('block', unknown[0], self._number)}")
+        return np.array([self._number[name] for name in names], dtype=np.int64)
+
+    def assess(
+        self, present: np.ndarray, fixed: np.ndarray, *, flow: str = "associated", score: bool = True
+    ) -> Verdict:
+        """Return the verdict on one state.
+
+        Parameters
+        ----------
+        present, fixed : array of bool, shape (n_blocks,)
+            Which blocks are there, and which of them cannot move.
+        flow, score
+            As in `assess_states`.
+
+        Returns
+        -------
+        Verdict
+            The certified verdict.
+        """
+        problem, points = self.problem(present & ~fixed, present)
+        self.evidence.state(problem, points, score=score)
+        guess = self.evidence.guess()
+        return judged(problem, flow=flow, memory=self.evidence, score=score, reserve=False, guess=guess)
+
+    def problem(self, free: np.ndarray, present: np.ndarray) -> tuple[Problem, Ints]:
+        """Pose the problem of a state.
+
+        Parameters
+        ----------
+        free, present : array of bool, shape (n_blocks,)
+            Which blocks can move, and which are there.
+
+        Returns
+        -------
+        problem : Problem
+            Its assembly is the whole, with all that is not free as supports.
+        points : array of int, shape (n_points,)
+            The number of each of its contact points among those of the whole.
+        """
+        assembly = _with(self.assembly, support=~free)
+        faces = self.interfaces
+        live = _of_state(faces.pair, free, present)
+        shown = faces.subset(live)
+        points = np.flatnonzero(np.repeat(live, np.diff(faces.start)))
+        n = assembly.n_blocks
+        dropped = tuple(d for d in faces.dropped if present[d.a] and present[d.b] and (free[d.a] or free[d.b]))
+        rims = None if faces.rims is None else faces.rims[_of_state(faces.rims, free, present)]
+        shown = replace(shown, dropped=dropped, rims=rims)
+        overlapping = self._overlapping[_of_state(self._overlapping, free, present)]
+        if assembly.joints:
+            posed = pose(assembly, friction=None, gravity=None, loads=None, gap=self.gap, interfaces=shown)
+            return replace(posed, overlapping=overlapping), points
+        held, floating = split_floating(assembly, shown.pair)
+        floating = floating[present[floating]]
+        row = np.full(n, -1)
+        row[held] = np.arange(len(held))
+        eq, program = self._program(assembly, shown, held, points, row)
+        none = points[:0]
+        alone = np.setdiff1d(floating, shown.pair)
+        warnings = tuple(f'block "{assembly.names[i]}" touches nothing' for i in alone[:5])
+        return (
+            Problem(
+                assembly, shown, self.load, eq, program, floating, self.gap, warnings, {}, none, overlapping=overlapping
+            ),
+            points,
+        )
+
+    def propped(self, free: np.ndarray, present: np.ndarray) -> Problem:
+        """Pose the problem of a state in which props may hold blocks that touch nothing.
+
+        Parameters
+        ----------
+        free, present : array of bool, shape (n_blocks,)
+            As of `problem`, for dry joints.
+
+        Returns
+        -------
+        Problem
+            With rows for all free blocks, and no reduction to a plane.
+        """
+        problem, points = self.problem(free, present)
+        held = np.flatnonzero(free)
+        row = np.full(self.assembly.n_blocks, -1)
+        row[held] = np.arange(len(held))
+        eq, program = self._program(problem.assembly, problem.interfaces, held, points, row)
+        program = None if program is None else replace(program, plane=None)
+        return replace(problem, eq=eq, program=program, floating=held[:0])
+
+    def _program(
+        self, assembly: Assembly, shown: Interfaces, held: Ints, points: Ints, row: Ints
+    ) -> tuple[Equilibrium, PenaltyProgram | None]:
+        """The columns of the points of a state in the rows of its free blocks; none where nothing ties them down."""
+        sides = row[self._columns.columns[0].pair[points]]
+        on = np.flatnonzero((sides >= 0).any(axis=1))
+        sides, taken = sides[on], points[on]
+        whole = self._columns.columns[0]
+        local = self._columns.local.reshape(-1, 3, 2, 6)[taken] * (sides >= 0)[:, None, :, None]
+        columns = Columns(whole.point[taken], whole.pair[taken], whole.force[taken])
+        size = assembly.size[held]
+        eq = Equilibrium(local.reshape(-1, 12), self.load[held], held, on, sides, size, (columns,))
+        if not len(held):
+            return eq, None
+        return eq, penalty_program(eq, self._friction[taken], plane=find_plane(assembly, shown, eq))
+
+
+class Evidence(Memory):
+    """Forces and mechanisms of earlier states, as those of the points and the blocks of the whole, in SI units.
+
+    Parameters
+    ----------
+    n_blocks, n_points : int
+        Of the whole.
+    """
+
+    def __init__(self, n_blocks: int, n_points: int) -> None:
+        super().__init__()
+        self._n_blocks, self._n_points = n_blocks, n_points
+        self._forces: list[Floats] = []
+        self._motions: list[Floats] = []
+        self._points, self._score = np.empty(0, dtype=np.int64), True
+        self._problem: Problem | None = None
+
+    def state(self, problem: Problem, points: Ints, *, score: bool) -> None:
+        """Say which state is judged next.
+
+        Parameters
+        ----------
+        problem : Problem
+            Its problem.
+        points : array of int, shape (n_points,)
+            The number of each of its contact points among those of the whole.
+        score : bool
+            Whether a score is asked for, which no earlier mechanism has.
+        """
+        self._problem, self._score = problem, score
+        self._points = points[problem.eq.points]
+
+    def guess(self) -> Floats | None:
+        """Return the last forces on the points of the state, in the units of its program.
+
+        Returns
+        -------
+        array or None
+            Shape (m, 3); None without any.
+        """
+        program = self._problem.program if self._problem is not None else None
+        if program is None or not self._forces or len(program.friction) != len(self._points):
+            return None
+        return self._forces[0][self._points] / program.force_unit
+
+    def recall(self, problem: Problem) -> Answer | None:
+        """Return evidence of an earlier state that proves the outcome of this one as it is.
+
+        Parameters
+        ----------
+        problem : Problem
+            The problem of the state.
+
+        Returns
+        -------
+        Answer or None
+            Forces or a mechanism with their certificate on this state.
+        """
+        program = problem.program
+        if program is None or len(program.friction) != len(self._points):
+            return None
+        for force in self._forces:
+            own = force[self._points] / program.force_unit
+            found = _recalled(program, own, 0 * program.load, "forces")
+            if outcome_of(found.certificate) is Outcome.STABLE:
+                self.statistics["forces"] += 1
+                return found
+        for motion in () if self._score else self._motions:
+            if not motion[problem.eq.blocks].any():
+                continue
+            twist = (motion[problem.eq.blocks] * np.repeat([1.0, program.length_unit], 3)).reshape(-1)
+            found = _recalled(program, np.zeros((len(program.friction), 3)), twist, "mechanism")
+            if outcome_of(found.certificate) is Outcome.UNSTABLE:
+                self.statistics["mechanism"] += 1
+                return found
+        return None
+
+    def keep(self, problem: Problem, answer: Answer) -> None:
+        """Remember the evidence of an answer that was solved for.
+
+        Parameters
+        ----------
+        problem : Problem
+            The problem of the state.
+        answer : Answer
+            Its checked answer.
+        """
+        self.statistics["solved"] += 1
+        program, outcome = problem.program, outcome_of(answer.certificate)
+        if program is None or outcome is Outcome.UNDECIDED or len(program.friction) != len(self._points):
+            return
+        if outcome is Outcome.STABLE:
+            force = np.zeros((self._n_points, 3))
+            force[self._points] = answer.force * program.force_unit
+            self._forces = [force, *self._forces][:FIELDS]
+            return
+        self._motions = [problem.to_blocks(answer.twist), *self._motions][:MECHANISMS]
+
+
+def _recalled(program: PenaltyProgram, force: Floats, twist: Floats, kind: str) -> Answer:
+    checked = certificate.check(program, force, twist)
+    unknown = np.full(program.n_points, np.nan)
+    return Answer(force, twist, Status.RECALLED, 0, f"earlier {kind}", adhesion=unknown, certificate=checked)
+
+
+def _of_state(pairs: Ints, free: np.ndarray, present: np.ndarray) -> np.ndarray:
+    """Which pairs of blocks are both there, one of them free."""
+    return np.asarray(present[pairs].all(axis=1) & free[pairs].any(axis=1))
+
+
+def _with(assembly: Assembly, **changes: Any) -> Assembly:
+    """The assembly with other supports or friction; it keeps what was computed of its shapes."""
+    changed = copy.copy(assembly)
+    for name, value in changes.items():
+        object.__setattr__(changed, name, value)
+    return changed

@@ -1,0 +1,4 @@
+"""Studies that put several analyses together: the limit load over the horizon, and supports that settle.
+
+This room imports `analysis`, `certificate`, `contact`, `program`, `solve` and the root.
+"""

@@ -1,0 +1,306 @@
+"""The limit load over the horizon: in which direction an assembly carries least.
+
+The horizontal accelerations that an assembly carries form a convex set, because the friction is associated. The force
+field of each direction is a point of the set, and its mechanism a half-plane around it. So a few directions bound the
+multiplier in all others: from below by the polygon of the points, from above by the half-planes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from blockstat.analysis.limit_load import UNBOUNDED, LimitLoad, LoadOutcome, limit_load
+from blockstat.contact.interfaces import GAP, Interfaces
+from blockstat.errors import InputError, known_options
+from blockstat.loads import acceleration
+from blockstat.result import Result, Sentence, finite
+from blockstat.typing import Floats
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: Directions looked at unless the caller says how many.
+DIRECTIONS = 16
+#: The search for the weakest direction ends when its bracket is so narrow, or after so many further directions: a chord
+#: of a round set shrinks fourfold with each, so that eight leave nothing of the bracket of four.
+NARROW, FURTHER = 1e-3, 8
+#: What counts as the same direction [rad].
+SAME = 1e-6
+
+
+class DirectionOutcome(Sentence):
+    """The answers of `limit_load_by_direction`; each value is the sentence a user reads."""
+
+    LIMIT = "Limit: every direction of the horizon has a limit load or is unbounded; the least one is named."
+    UNBOUNDED = "Unbounded: the assembly carries any multiple of a horizontal load, in every direction asked for."
+    DEAD_LOAD_UNSTABLE = "Infeasible under dead load: the assembly does not stand without the load."
+    UNDECIDED = "Undecided: in one direction or more the bounds could not be proven."
+
+
+@dataclass(frozen=True, eq=False)
+class DirectionalLimits(Result):
+    """Limit loads over the horizon, and a bracket of the least of all directions."""
+
+    angles: Floats  #: shape (n,) [rad], from +x (or its horizontal part) towards +y, ascending
+    directions: Floats  #: shape (n, 3), unit vectors at right angles to gravity
+    limits: tuple[LimitLoad, ...]  #: one a direction
+    #: Least multiplier of all directions of the horizon, those between included: proven from below and from above.
+    horizon: tuple[float, float]
+    assembly: Assembly
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def outcome(self) -> DirectionOutcome:
+        """What the limit loads have in common."""
+        found = {limit.outcome for limit in self.limits}
+        for outcome in (LoadOutcome.DEAD_LOAD_UNSTABLE, LoadOutcome.UNDECIDED):
+            if outcome in found:
+                return DirectionOutcome[outcome.name]
+        return DirectionOutcome.UNBOUNDED if found == {LoadOutcome.UNBOUNDED} else DirectionOutcome.LIMIT
+
+    @property
+    def lower(self) -> Floats:
+        """Multipliers that are carried, shape (n,)."""
+        return np.array([limit.lower for limit in self.limits])
+
+    @property
+    def upper(self) -> Floats:
+        """Multipliers at which the mechanisms move, shape (n,)."""
+        return np.array([limit.upper for limit in self.limits])
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """One name a direction: "+x", "-y", or its angle, such as "22.5 deg"."""
+        return tuple(_name(angle) for angle in self.angles)
+
+    @property
+    def weakest(self) -> int:
+        """Number of the direction with the least multiplier; the first of equal ones."""
+        values = self.upper
+        return int(np.flatnonzero(values <= values.min() + 1e-9 * abs(values.min()))[0])
+
+    @property
+    def least(self) -> LimitLoad:
+        """The limit load in the weakest direction."""
+        return self.limits[self.weakest]
+
+    def explain(self) -> str:
+        """Return the answer and its evidence in words, one fact a line.
+
+        Returns
+        -------
+        str
+            One fact a line.
+        """
+        lines = [self.outcome.value]
+        if self.outcome is DirectionOutcome.LIMIT:
+            low, high = self.horizon
+            lines.append(f"Least: {self.least.upper:.6g} towards {self.names[self.weakest]}.")
+            lines.append(f"Over the whole horizon: {low:.6g} <= least multiplier <= {high:.6g}")
+            width = max(map(len, self.names))
+            lines += [
+                f"  {name:>{width}}  {limit.lower:.6g} to {limit.upper:.6g}{_beside(limit)}"
+                for name, limit in zip(self.names, self.limits, strict=True)
+            ]
+        return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
+
+    def summary(self) -> dict[str, Any]:
+        """Return plain values for JSON; infinite bounds are None.
+
+        Returns
+        -------
+        dict
+            Values by name. "lower" and "upper" are those of the weakest direction.
+        """
+        rows = zip(self.names, np.rad2deg(self.angles), self.directions, self.limits, strict=True)
+        return {
+            "outcome": self.outcome.word,
+            "sentence": self.outcome.value,
+            "least": self.names[self.weakest],
+            "lower": finite(self.least.lower),
+            "upper": finite(self.least.upper),
+            "horizon": {"lower": finite(self.horizon[0]), "upper": finite(self.horizon[1])},
+            "directions": [
+                {
+                    "name": name,
+                    "angle_deg": round(float(angle), 6),
+                    "direction": [float(value) for value in direction],
+                    "status": limit.outcome.word,
+                    "lower": finite(limit.lower),
+                    "upper": finite(limit.upper),
+                    "coulomb_lower": None if limit.coulomb is None else limit.coulomb[0],
+                    "coulomb_upper": None if limit.coulomb is None else limit.coulomb[1],
+                }
+                for name, angle, direction, limit in rows
+            ],
+            "blocks": self.assembly.n_blocks,
+            "warnings": list(self.warnings),
+        }
+
+
+@known_options
+def limit_load_by_direction(
+    assembly: Assembly,
+    directions: int = DIRECTIONS,
+    *,
+    refine: bool = True,
+    friction: float | None = None,
+    gravity: Any = None,
+    loads: Floats | None = None,
+    gap: float | str = GAP,
+    interfaces: Interfaces | None = None,
+    solver: str = "auto",
+    flow: str = "associated",
+) -> DirectionalLimits:
+    """Find the largest horizontal acceleration that an assembly carries, in directions all round, and the least one.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks; they must stand for there to be a limit.
+    directions : int, optional
+        How many directions, evenly spread from +x on: a multiple of 4, so that +x, -x, +y and -y are among them.
+    refine : bool, optional
+        Look between the directions for the weakest one of all, until its bracket is narrow.
+    friction, gravity, loads, gap, interfaces, solver, flow
+        As in `blockstat.limit_load`.
+
+    Returns
+    -------
+    DirectionalLimits
+        The limit loads, the weakest direction, and a proven bracket of the least multiplier over the horizon.
+
+    Raises
+    ------
+    InputError
+        For a number of directions that is no multiple of 4, or as `blockstat.limit_load`.
+
+    Notes
+    -----
+    The set of horizontal accelerations that are carried is convex (associated flow). The least multiplier of all
+    directions is the distance of the origin from the rim of this set. It lies between the distances of the polygon of
+    the force fields and of the half-planes of the mechanisms. With flow="coulomb" no such bracket is known: `horizon`
+    is that of associated friction.
+
+    Examples
+    --------
+    A slab 1 m wide, .5 m deep and 2 m high is weakest across: it tips at .25, along its width at .5.
+
+    >>> from blockstat import Assembly, box, limit_load_by_direction
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (1, 0.5, 2), name="slab")]
+    >>> found = limit_load_by_direction(Assembly.from_blocks(blocks, supports=["ground"]), 4)
+    >>> found.names[found.weakest], round(found.least.upper, 4), round(float(found.upper[0]), 4)
+    ('+y', 0.25, 0.5)
+    >>> [round(bound, 4) for bound in found.horizon]
+    [0.25, 0.25]
+    """
+    if directions < 4 or directions % 4:
+        raise InputError(f"directions is {directions!r}; it must be a multiple of 4, for +-x and +-y to be among them")
+    assembly = assembly if gravity is None else assembly.with_(gravity=gravity)
+    axes = horizontal(assembly)
+
+    def limit(angle: float, interfaces: Interfaces | None) -> LimitLoad:
+        options: dict[str, Any] = {"friction": friction, "loads": loads, "gap": gap, "solver": solver, "flow": flow}
+        return limit_load(assembly, _towards(axes, angle), interfaces=interfaces, **options)
+
+    angles = [2 * np.pi * k / directions for k in range(directions)]
+    first = limit(angles[0], interfaces)  # it finds the joints, which all directions share
+    stands = first.outcome is not LoadOutcome.DEAD_LOAD_UNSTABLE
+    limits = [first, *(limit(angle, first.interfaces) if stands else first for angle in angles[1:])]
+    low, high, weakest = _least(angles, limits, axes) if stands else (-np.inf, first.upper, 0.0)
+    for _ in range(FURTHER if stands and refine else 0):
+        known = np.abs(np.exp(1j * np.array(angles)) - np.exp(1j * weakest)).min() < SAME
+        narrow = high - low <= NARROW * high and min(found.upper for found in limits) <= high * (1 + NARROW)
+        if known or narrow or not np.isfinite(high):
+            break
+        angles.append(weakest)
+        limits.append(limit(weakest, first.interfaces))
+        low, high, weakest = _least(angles, limits, axes)
+    order = np.argsort(angles, kind="stable")
+    return DirectionalLimits(
+        angles=np.array(angles)[order],
+        directions=np.array([_towards(axes, angles[k]) for k in order]),
+        limits=tuple(limits[k] for k in order),
+        horizon=(low, high),
+        assembly=first.assembly,
+        warnings=first.warnings,
+    )
+
+
+def horizontal(assembly: Assembly) -> Floats:
+    """Return two unit vectors at right angles to gravity: x and y where gravity is vertical.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks, with their gravity.
+
+    Returns
+    -------
+    array of float, shape (2, 3)
+        The horizontal part of x (of z, where gravity is along x), and what stands to its left seen from above.
+    """
+    up = -assembly.gravity / np.linalg.norm(assembly.gravity)
+    first = np.array([1.0, 0.0, 0.0]) - up[0] * up
+    if np.linalg.norm(first) < 1e-6:  # gravity along x: any direction will do
+        first = np.array([0.0, 0.0, 1.0]) - up[2] * up
+    first = first / np.linalg.norm(first)
+    return np.array([first, np.cross(up, first)])
+
+
+def _towards(axes: Floats, angle: float) -> Floats:
+    """The unit vector at an angle; exact along the axes."""
+    turn = np.array([np.cos(angle), np.sin(angle)])
+    turn[np.abs(turn) < 1e-12] = 0.0
+    return turn @ axes
+
+
+def _name(angle: float) -> str:
+    quarter = angle / (np.pi / 2)
+    if abs(quarter - round(quarter)) < SAME:
+        return ("+x", "+y", "-x", "-y")[round(quarter) % 4]
+    return f"{np.rad2deg(angle):.4g} deg"
+
+
+def _beside(limit: LimitLoad) -> str:
+    if limit.outcome is not LoadOutcome.LIMIT:
+        return f" ({limit.outcome.word})"
+    return "" if limit.coulomb is None else f", without dilatancy {limit.coulomb[0]:.5g} to {limit.coulomb[1]:.5g}"
+
+
+def _least(angles: list[float], limits: list[LimitLoad], axes: Floats) -> tuple[float, float, float]:
+    """Bounds of the least multiplier over the horizon, and the angle at which to look next.
+
+    The polygon of what is carried has its corners at `lower`; the mechanism of each direction gives a half-plane
+    a . x <= c, c = upper a . d, and so the bound c / |a| towards a.
+    """
+    turn = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    corners = turn * np.minimum([max(limit.lower, 0.0) for limit in limits], UNBOUNDED)[:, None]
+    inner, facing = _distance(corners)
+    least, weakest = np.inf, facing
+    for direction, limit in zip(turn, limits, strict=True):
+        if not np.isfinite(limit.upper):
+            continue
+        rate = np.array([float((acceleration(limit.assembly, axis) * limit.mechanism).sum()) for axis in axes])
+        bound = limit.upper * float(rate @ direction) / float(np.linalg.norm(rate))
+        if bound < least:
+            least, weakest = bound, float(np.arctan2(rate[1], rate[0])) % (2 * np.pi)
+    # Where a direction that is known is as weak already, it is the polygon's nearest side that is not known well.
+    known = min(limit.upper for limit in limits) <= least * (1 + NARROW)
+    return min(inner, least), least, facing if known else weakest
+
+
+def _distance(corners: Floats) -> tuple[float, float]:
+    """Distance of the origin from the convex hull's sides, and the angle of the nearest one."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        hull = ConvexHull(corners)
+    except QhullError:  # all points in a line: something is not carried at all
+        return 0.0, 0.0
+    nearest = int(np.argmax(hull.equations[:, 2]))
+    normal = hull.equations[nearest]
+    return max(-float(normal[2]), 0.0), float(np.arctan2(normal[1], normal[0])) % (2 * np.pi)

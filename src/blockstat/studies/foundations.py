@@ -1,0 +1,417 @@
+"""Supports that move: what follows, which joints crack, and what holds the supports back.
+
+A foundation is the part of the supports that moves as one: whole support blocks, or only where some blocks stand on
+them, or only inside a region. So one slab of ground may settle in part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from blockstat.analysis.limit_load import relative_motion
+from blockstat.analysis.problem import Problem
+from blockstat.analysis.thrust import admissible, standing, support_indices, value
+from blockstat.analysis.verdict import corner_speed
+from blockstat.certificate import check as certificate
+from blockstat.contact.interfaces import GAP, Interfaces
+from blockstat.errors import InputError, known_options
+from blockstat.joint import fits
+from blockstat.program.bonds import KINDS
+from blockstat.program.conic import conic_program
+from blockstat.result import Result, Sentence, finite
+from blockstat.solve.dispatch import solve
+from blockstat.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: What moves: a support, a group of supports, blocks or a group that stand on supports, or the two corners of a box.
+Where = str | int | tuple[float, float, float, float, float, float]
+#: Blocks whose fastest corner moves by less than this, relative to the movement of the supports, are at rest.
+MOVING = 0.01
+#: Joints that open or slide by less than this, relative to the movement of the supports, stay shut.
+SHUT = 1e-4
+
+
+class SettlementOutcome(Sentence):
+    """The answers of `settlement` and `settle`; each value is the sentence a user reads."""
+
+    PUSHES = "Pushes: the assembly pushes the moving supports along."
+    RESISTS = "Resists: the assembly pushes against the movement of the supports."
+
+
+class Foundation(NamedTuple):
+    """A part of the supports that moves as one."""
+
+    name: str
+    displacement: Floats  #: shape (3,) [m]
+    joints: Ints  #: numbers of the interfaces on it
+    reaction: Floats  #: force of the assembly on it, shape (3,) [N]
+
+
+class Crack(NamedTuple):
+    """What a joint does, to first order in the movement of the supports."""
+
+    blocks: tuple[str, str]
+    opening: float  #: largest distance of the two faces [m]
+    slip: float  #: largest slip along the joint [m]
+
+
+@dataclass(frozen=True, eq=False)
+class Settlement(Result):
+    """What happens when supports begin to move."""
+
+    mechanism: Floats  #: shape (n_blocks, 6) [m, rad], at `displacement`; 0 for a support that moves in part
+    forces: Floats  #: shape (n_points, 3) [N], the one state of the settling assembly
+    #: [N], force of the assembly on the moving supports along the movement: its work per unit of `displacement`
+    reaction: float
+    interfaces: Interfaces
+    assembly: Assembly
+    warnings: tuple[str, ...] = ()
+    displacement: float = 1.0  #: [m], of the foundation that moves furthest; all else is in proportion
+    foundations: tuple[Foundation, ...] = ()
+
+    @property
+    def outcome(self) -> SettlementOutcome:
+        """Whether the assembly pushes with the movement or against it."""
+        return SettlementOutcome.PUSHES if self.reaction >= 0 else SettlementOutcome.RESISTS
+
+    @property
+    def joint_motion(self) -> Floats:
+        """Displacement of block b against block a at each contact point in the joint's frame, shape (n_points, 3) [m].
+
+        Positive normal values open the joint. A ground that moves in part counts where it moves.
+        """
+        faces, support = self.interfaces, self.assembly.support
+        motion = relative_motion(self.assembly, faces, self.mechanism)
+        index = faces.point_interface
+        whole = (support & self.mechanism.any(axis=1))[faces.pair].any(axis=1)  # in `mechanism` already
+        for foundation in self.foundations:
+            part = np.isin(index, foundation.joints) & ~whole[index]
+            sign = np.where(support[faces.pair[index[part], 1]], 1.0, -1.0)
+            along = np.einsum("nij,j->ni", faces.frame[index[part]], foundation.displacement)
+            motion[part] += sign[:, None] * along
+        return motion
+
+    def cracks(self, *, tolerance: float = SHUT) -> list[Crack]:
+        """Return the joints that open or slide, the widest first.
+
+        Parameters
+        ----------
+        tolerance : float, optional
+            Relative to the movement of the supports; what moves less is left out.
+
+        Returns
+        -------
+        list of Crack
+            Openings and slips [m], to first order. Friction is associated: a joint that slides by s also opens by
+            friction x s.
+        """
+        motion, faces = self.joint_motion, self.interfaces
+        if not faces.n_interfaces:
+            return []
+        opening = np.maximum.reduceat(motion[:, 0], faces.start[:-1])
+        slip = np.maximum.reduceat(np.hypot(motion[:, 1], motion[:, 2]), faces.start[:-1])
+        moved = np.flatnonzero(np.maximum(opening, slip) > tolerance * self.displacement)
+        order = moved[np.argsort(-opening[moved], kind="stable")]
+        names = self.assembly.names
+        return [
+            Crack((names[faces.pair[k, 0]], names[faces.pair[k, 1]]), max(float(opening[k]), 0.0), float(slip[k]))
+            for k in order
+        ]
+
+    def explain(self, limit: int = 5) -> str:
+        """Return the answer and its evidence in words, one fact a line.
+
+        Parameters
+        ----------
+        limit : int, optional
+            Most blocks and joints that are named.
+
+        Returns
+        -------
+        str
+            The lines.
+        """
+        lines = [self.outcome.value, f"Force on the moving supports along the movement: {self.reaction:.6g} N."]
+        for name, moved, joints, reaction in self.foundations:
+            lines.append(
+                f"{name} moves by ({_numbers(1e3 * moved)}) mm with {len(joints)} joints on it, and carries "
+                f"({_numbers(reaction)}) N."
+            )
+        speed = corner_speed(self.assembly, self.mechanism)
+        order = np.argsort(-speed, kind="stable")
+        moving = (speed[order] > MOVING * self.displacement) & ~self.assembly.support[order]
+        names = [self.assembly.names[i] for i in order[moving]]
+        if names:
+            more = f" and {len(names) - limit} more" if len(names) > limit else ""
+            lines.append(f"Blocks that move with them: {', '.join(names[:limit])}{more}.")
+        cracks = [crack for crack in self.cracks() if crack.opening > SHUT * self.displacement]
+        if cracks and self.foundations:
+            lines.append(f"{len(cracks)} joints open, to first order in the movement. The widest are:")
+            lines += [f"  {a} and {b}: {1e3 * width:.3g} mm" for (a, b), width, _ in cracks[:limit]]
+        return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
+
+    def summary(self) -> dict[str, Any]:
+        """Return plain values for JSON.
+
+        Returns
+        -------
+        dict
+            Values by name.
+        """
+        return {
+            "outcome": self.outcome.word,
+            "sentence": self.outcome.value,
+            "displacement": finite(self.displacement),
+            "reaction": finite(self.reaction),
+            "foundations": [
+                {
+                    "name": name,
+                    "displacement": [float(part) for part in moved],
+                    "reaction": [float(part) for part in reaction],
+                    "joints": len(joints),
+                }
+                for name, moved, joints, reaction in self.foundations
+            ],
+            "cracks": [
+                {"blocks": list(crack.blocks), "opening": crack.opening, "slip": crack.slip} for crack in self.cracks()
+            ],
+            "blocks": self.assembly.n_blocks,
+            "interfaces": self.interfaces.n_interfaces,
+            "contacts": self.interfaces.contacts,
+            "warnings": list(self.warnings),
+        }
+
+
+@known_options
+def settle(
+    assembly: Assembly,
+    moves: Mapping[Any, Sequence[float]],
+    *,
+    friction: float | None = None,
+    gravity: Any = None,
+    loads: Floats | None = None,
+    gap: float | str = GAP,
+    interfaces: Interfaces | None = None,
+    solver: str = "auto",
+) -> Settlement:
+    """Find what follows when parts of the supports move, and the joints that crack, to first order.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks; they must stand.
+    moves : mapping
+        Displacement [m], three numbers, of each part of the supports that moves. A part is named by a support block, by
+        a group of supports, or by a block or a group that stands on supports, which then move below it alone. Six
+        numbers (x0, y0, z0, x1, y1, z1) are a region: the supports move where their joints lie inside that box.
+    friction, gravity, loads, gap, interfaces, solver
+        As in `blockstat.assess`.
+
+    Returns
+    -------
+    Settlement
+        The mechanism, the contact forces, the reaction of every part that moves, and the cracks.
+
+    Raises
+    ------
+    InputError
+        When the assembly does not stand or jams, for a part that is nowhere or that two moves share, or for an option
+        that does not exist.
+
+    Notes
+    -----
+    Minimises -w' u over motions that no joint resists, with the supports' displacement given: the state of least
+    potential energy. It is of first order: all values are in proportion to the displacement, at the geometry of rest.
+
+    References
+    ----------
+    Heyman, J. (1995). The Stone Skeleton. Cambridge University Press.
+
+    Examples
+    --------
+    A lintel of 2 m on two piers of .5 m. The right one settles by 15 mm. The lintel turns by 1/100: it rests on the
+    inner edge of the left pier and on the outer edge of the right one, 1.5 m apart.
+
+    >>> from blockstat import Assembly, box, settle
+    >>> piers = [box((x, 0, 0), (x + 0.5, 1, 2), name=name) for x, name in ((0, "left"), (1.5, "right"))]
+    >>> lintel = box((0, 0, 2), (2, 1, 2.5), name="lintel")
+    >>> found = settle(Assembly.from_blocks([*piers, lintel], supports=["left", "right"]), {"right": (0, 0, -0.015)})
+    >>> found.outcome.word, sorted((crack.blocks, round(crack.opening, 5)) for crack in found.cracks())
+    ('pushes', [(('left', 'lintel'), 0.005), (('right', 'lintel'), 0.005)])
+    """
+    options = {"friction": friction, "gravity": gravity, "loads": loads, "gap": gap, "interfaces": interfaces}
+    problem, inside = standing(assembly, solver=solver, **options)
+    if not moves:
+        raise InputError(f'"{assembly.name}": no supports move; name them, as in {{"ground": (0, 0, -0.01)}}')
+    parts, whole = [], np.zeros((problem.assembly.n_blocks, 6))
+    for where, given in moves.items():
+        displacement = np.asarray(given, dtype=float)
+        if displacement.shape != (3,) or not np.isfinite(displacement).all() or not displacement.any():
+            raise InputError(f"{_called(where)}: displacement is {given!r}; it must be three numbers, not all zero")
+        supports, joints = _part(problem, where)
+        whole[supports, :3] = displacement
+        parts.append(Foundation(_called(where), displacement, joints, np.zeros(3)))
+    counts = np.bincount(np.concatenate([part.joints for part in parts]), minlength=problem.interfaces.n_interfaces)
+    if (counts > 1).any():
+        names = " and ".join(f'"{problem.assembly.names[i]}"' for i in problem.interfaces.pair[np.argmax(counts)])
+        raise InputError(f"two moves share the joint of {names}; let each joint belong to one of them")
+    return _settled(problem, inside, parts, whole, solver)
+
+
+@known_options
+def settlement(
+    assembly: Assembly,
+    supports: Sequence[int | str],
+    direction: Sequence[float],
+    *,
+    friction: float | None = None,
+    gravity: Any = None,
+    loads: Floats | None = None,
+    gap: float | str = GAP,
+    interfaces: Interfaces | None = None,
+    solver: str = "auto",
+) -> Settlement:
+    """Find mechanism, forces and reaction when supports begin to move along a direction, by a unit of length.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks; they must stand.
+    supports : sequence of str or int
+        Names or numbers of support blocks that move together.
+    direction : sequence of float, shape (3,)
+        Direction of the movement, of any length.
+    friction, gravity, loads, gap, interfaces, solver
+        As in `blockstat.assess`.
+
+    Returns
+    -------
+    Settlement
+        The mechanism that begins, the contact forces and the reaction of the supports.
+
+    Raises
+    ------
+    InputError
+        When the assembly does not stand, jams, for a block that is no support, or for an option that does not exist.
+
+    Notes
+    -----
+    `settle` moves several parts by different displacements, and parts of a support.
+
+    Examples
+    --------
+    One springer of an arch yields outwards: the arch follows, and pushes it along.
+
+    >>> from blockstat import settlement
+    >>> from blockstat.model import arch, assemble
+    >>> ring = assemble(arch(span=2.0, thickness=0.4, depth=0.5, voussoirs=9, springers=0.3), friction=0.7)
+    >>> found = settlement(ring, ["springer.right"], (1, 0, 0))
+    >>> found.outcome.word, round(found.reaction)
+    ('pushes', 2006)
+    """
+    options = {"friction": friction, "gravity": gravity, "loads": loads, "gap": gap, "interfaces": interfaces}
+    problem, inside = standing(assembly, solver=solver, **options)
+    moving = support_indices(problem.assembly, supports)
+    unit = np.asarray(direction, dtype=float)
+    if unit.shape != (3,) or not np.isfinite(unit).all() or not unit.any():
+        raise InputError(f"direction is {direction!r}; it must be three numbers, not all zero")
+    unit = unit / np.linalg.norm(unit)
+    whole = np.zeros((problem.assembly.n_blocks, 6))
+    whole[moving, :3] = unit
+    joints = np.flatnonzero(_on_supports(problem) & np.isin(problem.interfaces.pair, moving).any(axis=1))
+    part = Foundation("supports", unit, joints, np.zeros(3))
+    return replace(_settled(problem, inside, [part], whole, solver), foundations=())
+
+
+def _settled(problem: Problem, inside: Floats, parts: Sequence[Foundation], whole: Floats, solver: str) -> Settlement:
+    """What follows when the supports move below the joints of each part; whole: the motion of whole supports."""
+    program, faces = problem.program, problem.interfaces
+    assert program is not None
+    size = max(float(np.linalg.norm(part.displacement)) for part in parts)
+    imposed = np.zeros((faces.n_interfaces, 3))
+    for part in parts:
+        imposed[part.joints] = part.displacement / size
+    # The velocity of block b against block a: that of the support, or its opposite.
+    imposed *= np.where(problem.assembly.support[faces.pair[:, 1]], 1.0, -1.0)[:, None]
+    of_columns = [faces.point_interface[problem.eq.points], np.repeat(problem.bonds, KINDS)]
+    rate = np.concatenate(
+        [
+            np.einsum("nij,nj->ni", columns.force, imposed[index])
+            for columns, index in zip(problem.eq.columns, of_columns, strict=False)
+        ]
+    ).reshape(-1)
+    moved = conic_program(program, -program.load, offset=rate)
+    answer = solve(moved, solver=solver)
+    if answer.status.is_infeasible:
+        raise InputError(f'"{problem.assembly.name}": the supports cannot move so; the blocks are jammed between them')
+    force = admissible(problem, certificate.balance(program, answer.force), inside)
+    forces = problem.to_points(force)
+    return Settlement(
+        mechanism=size * problem.to_blocks(answer.twist) + whole,
+        forces=forces,
+        reaction=value(problem, rate, force),  # the work of the forces on the supports is that of their relative motion
+        interfaces=faces,
+        assembly=problem.assembly,
+        warnings=problem.warnings,
+        displacement=size,
+        foundations=tuple(part._replace(reaction=_reaction(problem, part.joints, forces)) for part in parts),
+    )
+
+
+def _reaction(problem: Problem, joints: Ints, forces: Floats) -> Floats:
+    """Force of the contact points of some joints on their supports, shape (3,) [N]; bonds are left out."""
+    faces = problem.interfaces
+    index = faces.point_interface
+    on_b = np.einsum("nij,ni->nj", faces.frame[index], forces)
+    sign = np.where(problem.assembly.support[faces.pair[index, 1]], 1.0, -1.0) * np.isin(index, joints)
+    return sign @ on_b
+
+
+def _on_supports(problem: Problem) -> np.ndarray:
+    """Interfaces between a support and a free block, shape (n_interfaces,)."""
+    return problem.assembly.support[problem.interfaces.pair].sum(axis=1) == 1
+
+
+def _part(problem: Problem, where: Any) -> tuple[Ints, Ints]:
+    """Supports that move whole, and the joints that move with them."""
+    assembly, faces = problem.assembly, problem.interfaces
+    between = _on_supports(problem)
+    if isinstance(where, tuple):
+        lower, upper = np.asarray(where, dtype=float).reshape(2, 3)
+        count = np.maximum(np.diff(faces.start), 1)[:, None]
+        centre = np.add.reduceat(faces.point, faces.start[:-1]) / count
+        found = np.flatnonzero(between & (centre >= lower).all(axis=1) & (centre <= upper).all(axis=1))
+        if not len(found):
+            raise InputError(f"{_called(where)}: no joint of a support lies in this box")
+        return np.empty(0, dtype=np.int64), found
+    named = np.zeros(assembly.n_blocks, dtype=bool)
+    if isinstance(where, str) and where not in assembly.names:
+        named |= np.array([fits(where, group) for group in assembly.groups])
+    if not named.any():
+        named[assembly.blocks_named(where, "foundations")] = True
+    # A group that holds supports and what stands on them means the supports.
+    supports = np.flatnonzero(named & assembly.support)
+    sides = named & assembly.support if len(supports) else named
+    found = np.flatnonzero(between & sides[faces.pair].any(axis=1))
+    if not len(found):
+        what = "nothing rests on it" if len(supports) else "it does not stand on a support"
+        raise InputError(f"{_called(where)}: {what}, so no support can move there")
+    return supports, found
+
+
+def _called(where: Any) -> str:
+    if isinstance(where, tuple):
+        if len(where) != 6:
+            raise InputError(f"a region is {where!r}; it must be six numbers, x0, y0, z0, x1, y1, z1")
+        return f"region ({_numbers(where)})"
+    return f'"{where}"'
+
+
+def _numbers(values: Any) -> str:
+    return ", ".join(f"{float(part):.4g}" for part in values)

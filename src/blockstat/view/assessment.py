@@ -1,0 +1,301 @@
+"""The report of an assessment: what was assumed, what was found, and what it rests on, in one page to hand over."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from datetime import date as Date
+from html import escape
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from blockstat.analysis.assess import assess
+from blockstat.analysis.limit_load import LimitLoad
+from blockstat.analysis.verdict import Outcome, Verdict
+from blockstat.contact.interfaces import GAP
+from blockstat.errors import known_options
+from blockstat.result import Result
+from blockstat.studies.directions import DIRECTIONS, DirectionalLimits, DirectionOutcome, limit_load_by_direction
+from blockstat.typing import Floats
+from blockstat.view.document import bullets, facts, figure, page, table
+from blockstat.view.plot import plot, plot_forces, plot_mechanism
+from blockstat.view.polar import plot_directions
+from blockstat.view.thrust_lines import plot_thrust
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: A verdict in Bullet, or by any other means, on the same assembly.
+Verifier = Callable[["Assembly"], Result]
+#: The tone of an answer by its word; others are grey.
+TONES = {"stable": "good", "stands": "good", "unstable": "bad", "falls": "bad", "stable_only_by_self_stress": "bad"}
+MEANING = (
+    "Blocks are rigid and joints carry no tension unless a joint law says so. Stable by force fields alone means that "
+    "forces within every friction cone balance every block. This is necessary for rest and, with real friction, not "
+    "sufficient: such friction dilates, and blocks may jam each other on paper. Stable without dilatancy excludes "
+    "both. Unstable is proven by a mechanism. A multiplier is the horizontal acceleration in units of gravity, on all "
+    "free blocks, beside the loads named; it lies between two bounds that were checked without the solver."
+)
+SOURCES = (
+    "R. K. Livesley: Limit analysis of structures formed from rigid blocks. International Journal for Numerical "
+    "Methods in Engineering 12, 1978. The limit load as a program over forces and mechanisms.",
+    "J. Heyman: The stone skeleton. International Journal of Solids and Structures 2, 1966. The safe theorem for "
+    "masonry.",
+    "E. Whiting, J. Ochsendorf, F. Durand: Procedural modeling of structurally-sound masonry buildings. ACM "
+    "Transactions on Graphics 28, 2009. The score: the tension that is missing.",
+    "M. Gilbert, C. Casapulla, H. M. Ahmed: Limit analysis of masonry block structures with non-associative frictional "
+    "joints using linear programming. Computers & Structures 84, 2006. Limit loads without dilatancy.",
+    "G. De Saxce, Z.-Q. Feng: The bipotential method. Mathematical and Computer Modelling 28, 1998. The fixed point "
+    "behind the verdict without dilatancy.",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Assessment:
+    """Everything that the report of an assembly shows."""
+
+    associated: Verdict
+    coulomb: Verdict
+    directions: DirectionalLimits
+    dynamic: Result | None  #: the verdict of a simulation; None where none was asked for
+    source: str  #: the file, or what else the blocks came from
+    units: str  #: of the file's coordinates
+    gap: float  #: tolerance of the joint search, relative to block size
+    #: A name, what acts, and the answer, for each load case; none but the weight where empty.
+    cases: tuple[tuple[str, str, str], ...] = ()
+
+    @property
+    def assembly(self) -> Assembly:
+        """The blocks."""
+        return self.associated.assembly
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The warnings of all parts, each once."""
+        parts = (self.associated, self.coulomb, self.directions, self.dynamic)
+        return tuple(dict.fromkeys(text for part in parts for text in getattr(part, "warnings", ())))
+
+
+@known_options
+def assess_fully(
+    assembly: Assembly,
+    *,
+    source: str = "",
+    units: str = "m",
+    directions: int = DIRECTIONS,
+    gap: float | str = GAP,
+    loads: Floats | None = None,
+    verify: Verifier | None = None,
+    cases: Sequence[tuple[str, str, str]] = (),
+) -> Assessment:
+    """Find what a report shows: the verdicts of all kinds, and the limit load over the horizon.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    source : str, optional
+        The file, or what else the blocks came from.
+    units : str, optional
+        Of the coordinates in the file.
+    directions : int, optional
+        How many directions of the horizon, a multiple of 4.
+    gap : float, optional
+        Tolerance of the joint search, relative to block size.
+    loads : array of float, shape (n_blocks, 6), optional
+        Permanent wrench on each block beside its weight [N, N m].
+    verify : callable, optional
+        Simulates the assembly, such as `dynsim.verify`.
+    cases : sequence of tuple of str, optional
+        Name, what acts, and answer of each load case, to be listed.
+
+    Returns
+    -------
+    Assessment
+        For `assessment_html`.
+
+    Raises
+    ------
+    InputError
+        As in `blockstat.assess`.
+    """
+    coulomb = assess(assembly, gap=gap, loads=loads, flow="coulomb")
+    associated = coulomb
+    if coulomb.outcome is not Outcome.UNSTABLE:
+        associated = assess(assembly, gap=gap, loads=loads, interfaces=coulomb.interfaces)
+    limits = limit_load_by_direction(assembly, directions, gap=gap, loads=loads, interfaces=coulomb.interfaces)
+    dynamic = None if verify is None else verify(assembly)
+    return Assessment(associated, coulomb, limits, dynamic, source or assembly.name, units, gap, tuple(cases))
+
+
+def assessment_html(found: Assessment, *, day: Date | None = None) -> str:
+    """Return the report as one page that loads nothing from elsewhere.
+
+    Parameters
+    ----------
+    found : Assessment
+        What `assess_fully` found.
+    day : date, optional
+        Date of the report; by default today.
+
+    Returns
+    -------
+    str
+        HTML.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, assess_fully, assessment_html, box
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (1, 0.5, 2), name="slab")]
+    >>> found = assess_fully(Assembly.from_blocks(blocks, supports=["ground"], name="slab"), directions=4)
+    >>> html = assessment_html(found)
+    >>> "towards +y" in html, "https://" in html
+    (True, False)
+    """
+    name = found.assembly.name
+    made = f"blockstat {version('blockstat')}, {(day or Date.today()).isoformat()}"
+    body = [
+        f"<h1>{escape(name)}: assessment as rigid blocks</h1><p>{escape(made)}</p>",
+        "<h2>Answer</h2>" + _answers(found),
+        "<h2>Inputs and assumptions</h2>" + facts(assumptions(found)),
+        "<h2>Load cases</h2>" + _cases(found),
+        "<h2>Limit load over the horizon</h2>" + _horizon(found),
+        "<h2>Pictures</h2>" + _pictures(found),
+        "<h2>Warnings</h2>" + (bullets(found.warnings) or "<p>None.</p>"),
+        f"<h2>What the answers mean</h2><p>{escape(MEANING)}</p>",
+        "<h2>Evidence</h2>" + _evidence(found),
+        "<h2>Sources of the method</h2>" + bullets(SOURCES),
+    ]
+    return page(f"{name}: assessment", body)
+
+
+def assumptions(found: Assessment) -> list[tuple[str, str]]:
+    """Return every input and assumption in words.
+
+    Parameters
+    ----------
+    found : Assessment
+        What `assess_fully` found.
+
+    Returns
+    -------
+    list of tuple of str
+        Names and values.
+    """
+    assembly, faces = found.assembly, found.associated.interfaces
+    free = assembly.free
+    density = np.unique(assembly.density[free]) if len(free) else np.unique(assembly.density)
+    gravity = np.linalg.norm(assembly.gravity)
+    up = -assembly.gravity / gravity
+    axis = next((name for name, part in zip("xyz", up, strict=True) if part > 1 - 1e-9), None)
+    supports = [assembly.names[i] for i in np.flatnonzero(assembly.support)]
+    more = f" and {len(supports) - 8} more" if len(supports) > 8 else ""
+    laws = [_law(law.as_dict()) for law in assembly.joints]
+    return [
+        ("source", found.source),
+        ("units of the file", f"{found.units}; all figures here are in m, kg, N and s unless they say otherwise"),
+        ("upward axis", axis or f"({up[0]:.4g}, {up[1]:.4g}, {up[2]:.4g})"),
+        ("gravity", f"{gravity:.6g} m/s2"),
+        ("friction", f"{assembly.friction:g} (coefficient of all joints without a law of their own)"),
+        ("joint laws", "; ".join(laws) or "none: dry joints without tension, cohesion or crushing"),
+        (
+            "density",
+            f"{density[0]:g} kg/m3" if len(density) == 1 else f"{density[0]:g} to {density[-1]:g} kg/m3, by block",
+        ),
+        ("blocks", f"{assembly.n_blocks:,}, of which {len(free):,} are free"),
+        ("supports", f"{', '.join(supports[:8])}{more}"),
+        ("weight of the free blocks", f"{assembly.free_weight / 1e3:.5g} kN"),
+        ("volume of the free blocks", f"{assembly.volume[free].sum():.5g} m3"),
+        ("joints", f"{faces.n_interfaces:,} with {faces.n_points:,} contact points; {len(faces.dropped)} left out"),
+        ("gap", f"faces count as touching up to {found.gap:g} of the size of the smaller block"),
+        ("blocks are", "rigid and unbreakable; edges do not crush unless a joint law says so"),
+    ]
+
+
+def _law(law: dict[str, Any]) -> str:
+    between = " and ".join(law.pop("between"))
+    return f"between {between}: " + ", ".join(f"{name} {value:g}" for name, value in law.items())
+
+
+def _answers(found: Assessment) -> str:
+    rows: list[tuple[str, Result | None]] = [
+        ("Force fields alone (associated friction)", found.associated),
+        ("Without dilatancy and self-stress (Coulomb friction)", found.coulomb),
+        ("Simulation (Bullet)", found.dynamic),
+    ]
+    parts = []
+    for title, result in rows:
+        if result is None:
+            parts.append(_box("", title, "Not asked for. dynsim report simulates the blocks, too."))
+            continue
+        word, _, sentence = result.outcome.value.partition(": ")
+        parts.append(_box(TONES.get(result.outcome.word, ""), f"{title}: {word.lower()}", sentence.capitalize()))
+    limits = found.directions
+    if limits.outcome is DirectionOutcome.LIMIT:
+        low, high = limits.horizon
+        words = (
+            f"The least horizontal acceleration that makes it move is {limits.least.upper:.4g} times gravity, towards "
+            f"{limits.names[limits.weakest]}. Over all directions of the horizon the least lies between {low:.4g} and "
+            f"{high:.4g}."
+        )
+        parts.append(_box("", f"Least limit load: {limits.least.upper:.4g}", words))
+    else:
+        parts.append(_box("", f"Least limit load: {limits.outcome.word.replace('_', ' ')}", limits.outcome.value))
+    return "".join(parts)
+
+
+def _box(tone: str, title: str, words: str) -> str:
+    return f'<div class="verdict {tone}"><b>{escape(title)}</b><br>{escape(words)}</div>'
+
+
+def _cases(found: Assessment) -> str:
+    if not found.cases:
+        return "<p>One case: the weight of the blocks, to which the horizontal acceleration is added.</p>"
+    return table(["case", "loads", "answer"], found.cases)
+
+
+def _horizon(found: Assessment) -> str:
+    limits = found.directions
+    if limits.outcome is DirectionOutcome.DEAD_LOAD_UNSTABLE:
+        return f"<p>{escape(limits.outcome.value)}</p>"
+    rows = [
+        (name, f"{limit.lower:.5g}", f"{limit.upper:.5g}", limit.outcome.word, _first(limit))
+        for name, limit in zip(limits.names, limits.limits, strict=True)
+    ]
+    heads = ["towards", "carried", "moves at", "answer", "joints that move"]
+    return table(heads, rows)
+
+
+def _first(limit: LimitLoad) -> str:
+    return ", ".join(f"{len(pairs)} {kind}" for kind, pairs in limit.joints().items() if pairs) or "-"
+
+
+def _pictures(found: Assessment) -> str:
+    limits, parts = found.directions, []
+    with tempfile.TemporaryDirectory(prefix="blockstat-") as folder:
+        directory = Path(folder)
+
+        def draw(function: Callable[..., Any], result: Any, name: str, caption: str, **options: Any) -> None:
+            parts.append(figure(Path(function(result, directory / f"{name}.png", **options)), caption))
+
+        draw(plot, found.assembly, "blocks", "The blocks; supports are grey.", title=found.assembly.name)
+        if found.associated.outcome is Outcome.STABLE:
+            draw(plot_forces, found.associated, "forces", "Resultants of the joints in one admissible force field.")
+            draw(plot_thrust, found.associated, "thrust", "The way of the thrust in the same force field.")
+        else:
+            draw(plot_mechanism, found.associated, "fall", "How the blocks move first under their weight alone.")
+        if limits.outcome is DirectionOutcome.LIMIT:
+            towards = limits.names[limits.weakest]
+            draw(plot_directions, limits, "horizon", "Limit load by direction; the least is orange.")
+            draw(plot_mechanism, limits.least, "mechanism", f"Mechanism of the least limit load, towards {towards}.")
+    return f'<div class="pictures">{"".join(parts)}</div>'
+
+
+def _evidence(found: Assessment) -> str:
+    parts = [("Force fields alone", found.associated), ("Without dilatancy", found.coulomb)]
+    parts += [("Simulation", found.dynamic)] if found.dynamic is not None else []
+    return "".join(f"<h3>{escape(title)}</h3><pre>{escape(part.explain())}</pre>" for title, part in parts)

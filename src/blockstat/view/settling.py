@@ -1,0 +1,93 @@
+"""A settlement in a picture: where the blocks go, and how far the joints open."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from blockstat.studies.foundations import Settlement
+from blockstat.typing import Floats
+from blockstat.view.painter import view_of
+from blockstat.view.plot import Place, draw_joints, extent, plot
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: The furthest corner is drawn so far from its place, relative to the assembly's extent.
+DRAWN = 1 / 25
+SINKING = (0.84, 0.37, 0.0, 0.8)  #: orange, joints below which the supports move
+
+
+def plot_settlement(found: Settlement, place: Place, **options: Any) -> Place:
+    """Draw the blocks as they follow the supports, exaggerated, coloured by the widest opening at their joints.
+
+    Joints below which the supports move are orange, where they were.
+
+    Parameters
+    ----------
+    found : Settlement
+        What `blockstat.settle` returned.
+    place : str, Path or matplotlib Axes
+        A file or axes, as in `blockstat.plot`.
+    **options
+        Options of `blockstat.plot`.
+
+    Returns
+    -------
+    str, Path or matplotlib Axes
+        The place.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be written, or an unknown option.
+
+    Examples
+    --------
+    >>> from blockstat import plot_settlement, settle
+    >>> from blockstat.model import arch, assemble
+    >>> ring = assemble(arch(span=2.0, thickness=0.4, depth=0.5, voussoirs=9, springers=0.3), friction=0.7)
+    >>> plot_settlement(settle(ring, {"springer.right": (0.02, 0, 0)}), "spread.png")
+    'spread.png'
+    """
+    from scipy.spatial.transform import Rotation
+
+    from blockstat.analysis.verdict import corner_speed
+
+    assembly = found.assembly
+    scale = DRAWN * extent(assembly) / max(float(corner_speed(assembly, found.mechanism).max()), 1e-300)
+    azimuth, elevation = options.pop("azimuth", -55.0), options.pop("elevation", 25.0)
+    view = view_of(azimuth, elevation)
+    moved = np.unique(np.concatenate([np.empty(0, int), *(part.joints for part in found.foundations)]))
+
+    def draw(axes: Axes) -> None:
+        draw_joints(axes, found.interfaces, view, moved, np.tile(SINKING, (len(moved), 1)))
+
+    widest = f"{1e3 * found.displacement:.3g} mm of settlement, drawn {scale:.3g} times as large"
+    drawn = {
+        "values": 1e3 * openings(found), "label": "widest opening at the block's joints [mm]",
+        "title": f"{assembly.name}: {widest}", "displacement": scale * found.mechanism[:, :3],
+        "rotation": Rotation.from_rotvec(scale * found.mechanism[:, 3:]).as_matrix(),
+    }  # fmt: skip
+    return plot(assembly, place, **drawn | options, azimuth=azimuth, elevation=elevation, overlay=draw)
+
+
+def openings(found: Settlement) -> Floats:
+    """Return the widest opening at the joints of each block.
+
+    Parameters
+    ----------
+    found : Settlement
+        A settlement.
+
+    Returns
+    -------
+    array of float, shape (n_blocks,)
+        [m], 0 where no joint opens.
+    """
+    widest = np.zeros(found.assembly.n_blocks)
+    opening = np.maximum(found.joint_motion[:, 0], 0.0)
+    for side in found.interfaces.pair[found.interfaces.point_interface].T:
+        np.maximum.at(widest, side, opening)
+    return widest

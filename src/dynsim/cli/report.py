@@ -1,0 +1,33 @@
+"""The report of an assessment with the verdict of Bullet in it."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from blockstat.cli.options import FileArgument, Friction, Gravity, Supports, Tilt, Units, load
+from blockstat.cli.studies import write_report
+from dynsim.cli.criteria import Preset
+
+
+def report(
+    file: FileArgument,
+    output: Annotated[Path, typer.Option("-o", "--output", help="The page to write (.html).")],
+    friction: Friction = None,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
+    supports: Supports = None,
+    units: Units = None,
+    preset: Preset = "default",
+    directions: Annotated[int, typer.Option(metavar="N", help="Of the horizon; a multiple of 4.")] = 16,
+) -> None:
+    """Write the report of `blockstat report` with the verdict of a simulation beside those of the statics."""
+    from dynsim.judge.verify import verify
+    from dynsim.settings import Settings
+
+    assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    simulated = partial(verify, settings=Settings.named(preset))
+    write_report(file, assembly, output, units=units, directions=directions, verify=simulated)

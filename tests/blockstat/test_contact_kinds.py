@@ -1,0 +1,118 @@
+"""Which contacts are found where blocks are no convex solids: notches, hooks, holes, edges beside patches, sheets."""
+
+import numpy as np
+import pytest
+
+from blockstat import Block, JointLaw, assess, find_interfaces
+from blockstat.analysis.verdict import Outcome
+from blockstat.contact.features import ContactKind
+from evidence.scenes.small import assembly, box
+from tests.point_bodies import EVERYWHERE, FLOOR, agrees, hull, limit, placed, prism
+
+#: Two arms of one height on a bar, and the same with a ridge in place of the second arm.
+ARMS = [(0, 0), (4, 0), (4, 2), (3, 2), (3, 1), (1, 1), (1, 2), (0, 2)]
+ARM_AND_RIDGE = [(0, 0), (4, 0), (4, 1), (3.5, 2), (3, 1), (1, 1), (1, 2), (0, 2)]
+
+
+def found(blocks, supports=(0,), **place):
+    """The interfaces of a scene, and its blocks."""
+    scene, _ = placed(blocks, list(supports), **place)
+    return find_interfaces(scene), scene
+
+
+@EVERYWHERE
+def test_a_block_on_the_arms_of_a_fork_rests_on_both(place, flip):
+    blocks = [prism(ARMS, 0, 1, name="fork"), box((0.5, 0, 2), (3.5, 1, 4), name="body")]
+    contacts, scene = found(blocks, [1 if flip else 0], place=place, flip=flip)
+    assert contacts.kinds.tolist() == [ContactKind.FACE]
+    assert contacts.area[0] == pytest.approx(2 * 0.5 * (scene.volume[0 if flip else 1] / 6) ** (2 / 3))
+    # It tips about the outer ends of the joint: half of 3 over half of 2.
+    agrees(limit(blocks, [0], (1, 0, 0), place=place, flip=flip, friction=9.0), 1.5)
+
+
+@EVERYWHERE
+def test_an_edge_in_the_plane_of_a_patch_is_part_of_it(place, flip):
+    blocks = [prism(ARM_AND_RIDGE, 0, 1, name="fork"), box((0, 0, 2), (4, 1, 4), name="body")]
+    contacts, _ = found(blocks, [1 if flip else 0], place=place, flip=flip)
+    assert contacts.kinds.tolist() == [ContactKind.FACE]
+    # The centroid is 1.5 from the ridge, 2 from the far end of the arm, and 1 above both.
+    agrees(limit(blocks, [0], (1, 0, 0), place=place, flip=flip, friction=9.0), 1.5)
+    agrees(limit(blocks, [0], (-1, 0, 0), place=place, flip=flip, friction=9.0), 2.0)
+
+
+@EVERYWHERE
+def test_an_edge_beside_a_patch_is_a_contact_of_its_own(place, flip):
+    step = prism([(0, -1), (4, -1), (4, 0.5), (2, 0.5), (2, 0), (0, 0)], 0, 1, name="step")
+    body = prism([(0, 0), (1, 0), (1, 1), (2.5, 1), (3, 0.5), (3.5, 1), (3.5, 3), (0, 3)], 0, 1, name="body")
+    contacts, _ = found([step, body], [1 if flip else 0], place=place, flip=flip)
+    assert sorted(contacts.kinds.tolist()) == [ContactKind.FACE, ContactKind.EDGE]
+    # It tips about the edge; the foot lifts by 2 where it moves aside by .5, so friction up to 4 does not hold it.
+    x, z = assembly([body]).centroid[0, [0, 2]]
+    agrees(limit([step, body], [0], (1, 0, 0), place=place, flip=flip, friction=2.0), (3 - x) / (z - 0.5))
+
+
+def hook(shift):
+    """A hook on a fixed knife edge at x = 0, its hanging part moved sideways."""
+    knife = prism([(-0.2, -0.5), (0.2, -0.5), (0, 0)], 0, 1, name="knife")
+    x = shift
+    body = [(-0.3, 0), (0.6, 0), (0.6, -2), (x - 0.4, -2), (x - 0.4, -3), (0.9, -3), (0.9, 0.3), (-0.3, 0.3)]
+    return [knife, prism(body, 0, 1, name="hook")]
+
+
+@EVERYWHERE
+def test_a_hook_hangs_on_a_knife_edge(place, flip):
+    # A line of contact holds it only where its centroid is below: at the width of the foot that puts it at x = 0.
+    low, high = -3.0, 0.0
+    for _ in range(60):
+        middle = (low + high) / 2
+        low, high = (middle, high) if assembly([hook(middle)[1]]).centroid[0, 0] < 0 else (low, middle)
+    contacts, _ = found(hook(high), [1 if flip else 0], place=place, flip=flip)
+    assert contacts.kinds.tolist() == [ContactKind.EDGE]
+    for shift, outcome in ((high, Outcome.STABLE), (high + 0.01, Outcome.UNSTABLE), (high - 0.01, Outcome.UNSTABLE)):
+        scene, _ = placed(hook(shift), [0], place=place, flip=flip)
+        assert assess(scene).outcome is outcome
+
+
+def slab_with_a_hole():
+    """A slab 4 x 4 x 1 with a square hole 2 x 2, its top and bottom in four faces each."""
+    square = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], float)
+    rings = [(2, 0), (1, 0), (2, -1), (1, -1)]  # outer and inner ring above, outer and inner ring below
+    vertices = [(*(r * corner), z) for r, z in rings for corner in square]
+    faces = []
+    for i in range(4):
+        j = (i + 1) % 4
+        faces += [[i, j, 4 + j, 4 + i], [8 + j, 8 + i, 12 + i, 12 + j], [8 + i, 8 + j, j, i]]
+        faces += [[4 + i, 4 + j, 12 + j, 12 + i]]
+    return Block(vertices, faces, name="slab")
+
+
+@EVERYWHERE
+def test_a_face_with_a_hole_in_several_faces(place, flip):
+    supports = [1 if flip else 0]
+    lid = box((-1.5, -1.5, 0), (1.5, 1.5, 1), name="lid")
+    contacts, scene = found([slab_with_a_hole(), lid], supports, place=place, flip=flip)
+    assert contacts.kinds.tolist() == [ContactKind.FACE]
+    assert contacts.area[0] == pytest.approx((9 - 4) * (scene.volume[0 if flip else 1] / 9) ** (2 / 3))
+    agrees(limit([slab_with_a_hole(), lid], [0], (1, 0, 0), place=place, flip=flip, friction=9.0), 3.0)
+
+    def spike(x, y):
+        return hull([(x, y, 0), (x - 1, y - 1, 2), (x + 1, y - 1, 2), (x + 1, y + 1, 2), (x - 1, y + 1, 2)])
+
+    # Inside the hole is nothing; on the line between two faces, and on one of them, is one corner.
+    for at, kinds in (((0.5, 0.2), []), ((1.5, 1.5), [ContactKind.CORNER]), ((1.5, 0.0), [ContactKind.CORNER])):
+        contacts, _ = found([slab_with_a_hole(), spike(*at)], supports, place=place, flip=flip)
+        assert contacts.kinds.tolist() == kinds
+
+
+@pytest.mark.parametrize("thick", [0.0005, 0.002, 0.005])
+@pytest.mark.parametrize("half", [0.2, 0.5])
+def test_edges_on_narrow_sheets_do_not_reach_through_them(thick, half):
+    # Two keels on two slippery strips: the friction of the strips counts, not that of the floor.
+    feet = [(-0.4, 0.3), (-0.3, 0), (-0.2, 0.3), (0.2, 0.3), (0.3, 0), (0.4, 0.3), (0.4, 0.9), (-0.4, 0.9)]
+    body = prism([(x, z + thick) for x, z in feet], -0.5, 0.5, name="body")
+    strips = [box((x - 0.05, -half, 0), (x + 0.05, half, thick), name=f"sheet{x}") for x in (-0.3, 0.3)]
+    strips = [Block(s.vertices, s.faces, s.name, group="sheet") for s in strips]
+    scene = assembly([FLOOR, *strips, body], joints=[JointLaw(("sheet", "*"), friction=0.1)], friction=0.8)
+    assert [0, 3] not in find_interfaces(scene).pair.tolist()
+    assert assess(scene, gravity=(0, 0.099, -1)).outcome is Outcome.STABLE
+    assert assess(scene, gravity=(0, 0.101, -1)).outcome is Outcome.UNSTABLE

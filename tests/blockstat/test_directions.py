@@ -1,0 +1,143 @@
+"""The limit load over the horizon."""
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from blockstat import (
+    Assembly,
+    Block,
+    DirectionOutcome,
+    InputError,
+    box,
+    limit_load,
+    limit_load_by_direction,
+    plot_directions,
+    read,
+    write,
+)
+from evidence.scenes.small import prism, stack
+
+
+def slab(width=1.0, depth=0.5, height=2.0, **options):
+    blocks = [box((-5, -5, -1), (5, 5, 0), name="ground"), box((0, 0, 0), (width, depth, height), name="slab")]
+    return Assembly.from_blocks(blocks, supports=["ground"], **options)
+
+
+def turned(assembly, degrees):
+    """The assembly turned about the vertical."""
+    c, s = np.cos(np.deg2rad(degrees)), np.sin(np.deg2rad(degrees))
+    return replace(assembly, vertices=assembly.vertices @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]))
+
+
+def test_a_slab_tips_over_the_edge_that_it_is_pushed_to():
+    # Push at an angle a over a w x d base: the resultant leaves it through a side at min(w/|cos a|, d/|sin a|) / h.
+    found = limit_load_by_direction(slab(friction=2.0), 16, refine=False)
+    with np.errstate(divide="ignore"):
+        expected = np.minimum(1.0 / np.abs(found.directions[:, 0]), 0.5 / np.abs(found.directions[:, 1])) / 2.0
+    np.testing.assert_allclose(found.lower, expected, rtol=1e-6)
+    np.testing.assert_allclose(found.upper, expected, rtol=1e-6)
+    assert found.names[found.weakest] == "+y"
+    assert found.names[:5] == ("+x", "22.5 deg", "45 deg", "67.5 deg", "+y")
+
+
+@pytest.mark.parametrize("degrees", [17.0, 33.0, 58.0])
+def test_the_weakest_direction_is_found_between_those_asked_for(degrees):
+    # Across the slab .25, which is towards +y turned; the four axes alone show more than that.
+    assembly = turned(slab(friction=2.0), degrees)
+    axes = limit_load_by_direction(assembly, 4, refine=False)
+    assert axes.upper.min() > 0.255
+    low, high = axes.horizon
+    assert low <= 0.25 * (1 + 1e-6)
+    assert high >= 0.25 * (1 - 1e-6)
+    found = limit_load_by_direction(assembly, 4)
+    assert found.horizon == pytest.approx((0.25, 0.25), rel=2e-3)
+    assert found.least.upper == pytest.approx(0.25, rel=2e-3)
+    assert abs((np.rad2deg(found.angles[found.weakest]) - degrees) % 180 - 90) < 3
+
+
+def test_where_friction_governs_every_direction_is_alike():
+    # A sliding block: the set of what is carried is a disc of radius mu, which no polygon fills.
+    found = limit_load_by_direction(slab(friction=0.2), 8, refine=False)
+    np.testing.assert_allclose(found.upper, 0.2, rtol=1e-6)
+    assert found.horizon == pytest.approx((0.2 * np.cos(np.pi / 8), 0.2), rel=1e-6)
+
+
+def test_a_triangular_prism_is_weakest_towards_its_longest_side():
+    # Over the side nearest to the centroid: right angle, legs 1, the hypotenuse 1/(3 sqrt 2) away; h = 1, mu = 2.
+    plan = prism([(0, 0), (1, 0), (0, 1)], 1.0, name="prism")
+    corners = np.asarray(plan.vertices)[:, [0, 2, 1]]  # extruded upwards
+    faces = [list(face)[::-1] for face in plan.faces]
+    blocks = [box((-5, -5, -1), (5, 5, 0), name="ground"), Block(corners, faces, name="prism")]
+    assembly = Assembly.from_blocks(blocks, supports=["ground"], friction=2.0)
+    found = limit_load_by_direction(assembly, 4)
+    assert found.horizon == pytest.approx((2 / (3 * np.sqrt(2)),) * 2, rel=2e-3)
+    assert np.rad2deg(found.angles[found.weakest]) == pytest.approx(45, abs=3)
+
+
+def test_tilted_gravity_has_its_own_horizon():
+    found = limit_load_by_direction(slab(gravity=(0.0, -0.981, -9.81)), 4, refine=False)
+    np.testing.assert_allclose(found.directions @ [0.0, -0.981, -9.81], 0, atol=1e-12)
+    assert found.upper[1] > found.upper[3]  # downhill is easier
+
+
+def test_what_does_not_stand_has_no_directions():
+    found = limit_load_by_direction(slab(gravity=(0, -5, -9.81)), 8)
+    assert found.outcome is DirectionOutcome.DEAD_LOAD_UNSTABLE
+    assert len(found.limits) == 8
+    with pytest.raises(InputError, match="no limit loads to draw"):
+        plot_directions(found, "x.png")
+
+
+@pytest.mark.parametrize("number", [0, 3, 6])
+def test_a_number_that_leaves_out_the_axes_is_refused(number):
+    with pytest.raises(InputError, match="must be a multiple of 4"):
+        limit_load_by_direction(slab(), number)
+
+
+def test_coulomb_friction_has_a_bracket_in_each_direction():
+    found = limit_load_by_direction(slab(friction=0.2), 4, flow="coulomb")
+    for limit in found.limits:
+        assert limit.coulomb == pytest.approx((0.2, 0.2), rel=1e-3)
+    assert "without dilatancy" in found.explain()
+
+
+def run(*arguments):
+    code = "from blockstat.cli.commands import main; main()"
+    return subprocess.run([sys.executable, "-c", code, *map(str, arguments)], capture_output=True, text=True)
+
+
+def test_the_command_names_the_least_direction_and_draws_all(tmp_path):
+    file = write(slab(friction=2.0), tmp_path / "slab.json")
+    picture = tmp_path / "horizon.svg"
+    answer = run("limit", file, "--directions", 8, "-o", picture, "--json")
+    assert answer.returncode == 0, answer.stderr
+    told = json.loads(answer.stdout)
+    assert told["least"] == "+y"
+    assert told["upper"] == pytest.approx(0.25)
+    assert [row["name"] for row in told["directions"]][::2] == ["+x", "+y", "-x", "-y"]
+    expected = limit_load(read(file), (1, 0, 0)).lower
+    assert told["directions"][0]["lower"] == pytest.approx(expected, rel=1e-9)
+    assert "<svg" in picture.read_text()
+    plain = run("limit", file, "--directions", 4)
+    assert "Least: 0.25 towards +y." in plain.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        ([], "give --load AX,AY,AZ, or --directions N for all of the horizon"),
+        (["--load", "1,0,0", "--directions", "4"], "ask for one of them"),
+        (["--directions", "5"], "must be a multiple of 4"),
+        (["--load", "1,0,0", "-o", "x.png"], "-o draws the directions; it goes with --directions"),
+    ],
+)
+def test_the_command_says_what_is_wrong(tmp_path, arguments, expected):
+    file = write(stack(2), tmp_path / "stack.json")
+    answer = run("limit", file, *arguments)
+    assert answer.returncode == 2
+    assert expected in answer.stderr

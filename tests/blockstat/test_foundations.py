@@ -1,0 +1,129 @@
+"""Supports that move in whole or in part, and the cracks that follow."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from blockstat import Assembly, InputError, box, plot_settlement, settle, settlement, write
+from evidence.scenes.small import arch, assembly
+
+
+def beam(**options):
+    """A lintel 3 m long on two piers of .5 m, which stand on one slab of ground."""
+    blocks = [
+        box((-1, -1, -1), (5, 2, 0), name="ground", group="ground"),
+        box((0, 0, 0), (0.5, 1, 2), name="left", group="pier.left"),
+        box((2.5, 0, 0), (3, 1, 2), name="right", group="pier.right"),
+        box((0, 0, 2), (3, 1, 2.5), name="lintel", group="lintel"),
+    ]
+    return Assembly.from_blocks(blocks, supports=["ground"], name="beam", density=1000.0, **options)
+
+
+def opening(found, a, b):
+    return {crack.blocks: crack.opening for crack in found.cracks()}.get((a, b), 0.0)
+
+
+WEIGHTS = 1000.0 * 9.81 * np.array([1.0, 1.0, 1.5])  #: of the piers and the lintel [N]
+
+
+@pytest.mark.parametrize("where", ["right", "pier.right", (2, -1, -1, 4, 2, 1)], ids=["block", "group", "region"])
+def test_the_ground_sinks_below_one_pier_alone(where):
+    # The lintel turns by s / 2.5 about the left pier's inner edge and the right one's outer edge, and both its ends
+    # open by half a metre of that. The right pier sinks with half the lintel: that is what it carries.
+    found = settle(beam(), {where: (0, 0, -0.01)})
+    assert opening(found, "left", "lintel") == pytest.approx(0.5 * 0.01 / 2.5, rel=1e-5)
+    assert opening(found, "right", "lintel") == pytest.approx(0.5 * 0.01 / 2.5, rel=1e-5)
+    assert opening(found, "ground", "right") == pytest.approx(0, abs=1e-7)
+    np.testing.assert_allclose(found.mechanism[2], [0, 0, -0.01, 0, 0, 0], atol=1e-7)
+    np.testing.assert_allclose(found.mechanism[[0, 1]], 0, atol=1e-7)
+    # Reactions at the edges x = .5 and 3: moments of the lintel about .5 give W (1.5 - .5) / 2.5 on the right.
+    assert found.reaction == pytest.approx(WEIGHTS[1] + 0.4 * WEIGHTS[2], rel=1e-6)
+    np.testing.assert_allclose(found.foundations[0].reaction[2], -found.reaction, rtol=1e-6)
+    assert found.displacement == pytest.approx(0.01)
+
+
+def test_all_is_in_proportion_to_the_movement():
+    one, two = (settle(beam(), {"right": (0, 0, -s)}) for s in (0.01, 0.02))
+    np.testing.assert_allclose(two.joint_motion, 2 * one.joint_motion, atol=1e-9)
+    assert two.reaction == pytest.approx(one.reaction)
+
+
+def test_two_parts_that_sink_alike_crack_nothing():
+    found = settle(beam(), {"left": (0, 0, -0.01), "right": (0, 0, -0.01)})
+    assert found.cracks() == []
+    assert found.reaction == pytest.approx(WEIGHTS.sum(), rel=1e-6)
+    whole = settle(beam(), {"ground": (0, 0, -0.01)})
+    assert whole.cracks() == []
+    assert whole.reaction == pytest.approx(WEIGHTS.sum(), rel=1e-6)
+
+
+def test_several_supports_move_each_its_own_way():
+    # Heyman: an arch whose supports spread by s in all opens at the crown below and at the haunches above; that one
+    # support moves by s, or both by s / 2, is the same.
+    ring = arch(20, 0.15)
+    one = settle(ring, {"right": (0.02, 0, 0)})
+    both = settle(ring, {"left": (-0.01, 0, 0), "right": (0.01, 0, 0)})
+    weight = ring.free_weight
+    # references: H/W at s = 0 for N = 20, t/R = .15.
+    assert one.reaction / weight == pytest.approx(0.175634884, abs=1e-6)
+    assert 2 * both.reaction / weight == pytest.approx(2 * 2 * 0.175634884, abs=1e-5)
+    wide = [sorted(crack.opening for crack in found.cracks()) for found in (one, both)]
+    np.testing.assert_allclose(*wide, atol=1e-7)
+    old = settlement(ring, ["right"], (1, 0, 0))
+    assert old.reaction == pytest.approx(one.reaction, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("moves", "expected"),
+    [
+        ({}, "no supports move"),
+        ({"moon": (0, 0, -1)}, 'foundations: no block "moon"'),
+        ({"lintel": (0, 0, -1)}, "it does not stand on a support"),
+        ({"right": (0, 0, 0)}, "must be three numbers, not all zero"),
+        ({"right": (0, 0, -1), "pier": (0, 0, -1)}, 'two moves share the joint of "ground" and "right"'),
+        ({(9, 9, 9, 10, 10, 10): (0, 0, -1)}, "no joint of a support lies in this box"),
+    ],
+)
+def test_errors_say_what_is_wrong(moves, expected):
+    with pytest.raises(InputError, match=expected):
+        settle(beam(), moves)
+
+
+def test_what_is_jammed_says_so():
+    walls = [box((-1, 0, 0), (0, 1, 2), name="west"), box((1, 0, 0), (2, 1, 2), name="east")]
+    wedge = assembly([*walls, box((0, 0, -1), (1, 1, 0), name="floor"), box((0, 0, 0), (1, 1, 1), name="block")],
+                     supports=[0, 1, 2])  # fmt: skip
+    with pytest.raises(InputError, match="jammed"):
+        settle(wedge, {"east": (-0.01, 0, 0)})
+
+
+def test_the_command_settles_draws_and_explains(tmp_path):
+    file, picture = write(beam(), tmp_path / "beam.json"), tmp_path / "settled.png"
+    code = "from blockstat.cli.commands import main; main()"
+
+    def run(*arguments):
+        command = [sys.executable, "-c", code, "settle", *map(str, arguments)]
+        return subprocess.run(command, capture_output=True, text=True)
+
+    answer = run(file, "--move", "pier.right:0,0,-0.01", "-o", picture, "--json")
+    assert answer.returncode == 0, answer.stderr
+    told = json.loads(answer.stdout)
+    assert told["displacement"] == pytest.approx(0.01)
+    assert told["reaction"] == pytest.approx(WEIGHTS[1] + 0.4 * WEIGHTS[2], rel=1e-6)
+    assert told["cracks"][0]["opening"] == pytest.approx(0.002, rel=1e-4)
+    assert (told["friction"], told["density"], told["units"]) == (0.7, 1000.0, "m")
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    plain = run(file, "--move", "2,-1,-1,4,2,1:0,0,-0.01")
+    assert "left and lintel: 2 mm" in plain.stdout
+    assert "--move is" in run(file, "--move", "right").stderr
+
+
+def test_the_picture_goes_into_axes_too():
+    from matplotlib.figure import Figure
+
+    axes = Figure().add_subplot()
+    assert plot_settlement(settle(beam(), {"right": (0, 0, -0.01)}), axes) is axes
+    assert axes.collections

@@ -1,0 +1,129 @@
+"""The report of an assessment: everything an engineer hands over, on one page."""
+
+import re
+import subprocess
+import sys
+from datetime import date
+
+import numpy as np
+import pytest
+
+from blockstat import Assembly, JointLaw, assess, assess_fully, assessment_html, box, write
+from blockstat.view.thrust_lines import thrust_lines
+from evidence.scenes.small import arch
+from tests.browser import FLAGS, browser_path
+
+
+def slab(**options):
+    blocks = [box((-5, -5, -1), (5, 5, 0), name="ground"), box((0, 0, 0), (1, 0.5, 2), name="slab <1>")]
+    return Assembly.from_blocks(blocks, supports=["ground"], name="slab & ground", **options)
+
+
+def words(html):
+    """What a reader sees."""
+    body = html.partition("<body>")[2]
+    return " ".join(re.sub(r"<[^>]*>", " ", body).split())
+
+
+@pytest.fixture(scope="module")
+def page():
+    return assessment_html(assess_fully(slab(density=2000.0, friction=0.6), directions=4), day=date(2026, 1, 2))
+
+
+def test_the_page_says_what_was_assumed(page):
+    text = words(page)
+    for fact in (
+        "friction 0.6 ", "density 2000 kg/m3", "gravity 9.81 m/s2", "upward axis z", "units of the file m;",
+        "gap faces count as touching up to", "weight of the free blocks 19.62 kN", "2026-01-02", "blockstat 0.1.0",
+        "joint laws none", "supports ground",
+    ):  # fmt: skip
+        assert fact in text
+
+
+def test_the_page_gives_all_verdicts_and_the_least_direction(page):
+    text = words(page)
+    assert "Force fields alone (associated friction): stable" in text
+    assert "Without dilatancy and self-stress (Coulomb friction): stable" in text
+    assert "Simulation (Bullet) Not asked for." in text
+    assert "is 0.25 times gravity, towards +y." in text
+    assert text.index("Sources of the method") > text.index("Warnings None.")
+
+
+def test_the_page_loads_nothing_and_escapes_names(page):
+    assert not re.search(r'(src|href)="(?!data:)', page)
+    assert "slab &amp; ground" in page
+    assert page.count("data:image/png;base64,") == 5
+    assert 'name="viewport"' in page
+    assert "@media print" in page
+
+
+def test_joint_laws_and_densities_are_listed():
+    laws = [JointLaw(("*", "*"), tension=1e5, friction=0.4)]
+    text = words(assessment_html(assess_fully(slab(joints=laws), directions=4)))
+    assert "between * and *: friction 0.4, tension 100000" in text
+
+
+def test_what_falls_shows_its_mechanism_and_no_forces():
+    found = assess_fully(slab(gravity=(0, -5, -9.81)), directions=4)
+    text = words(assessment_html(found))
+    assert "Force fields alone (associated friction): unstable" in text
+    assert "How the blocks move first under their weight alone." in text
+    assert "Resultants" not in text
+    assert "dead load unstable" in text
+
+
+def test_a_simulation_stands_beside_the_statics():
+    pytest.importorskip("pybullet")
+    import dynsim
+
+    text = words(assessment_html(assess_fully(slab(), directions=4, verify=dynsim.verify)))
+    assert "Simulation (Bullet): stands" in text
+
+
+def test_thrust_passes_through_the_centres_of_pressure_of_an_arch():
+    # In an arch each voussoir has one joint above and one below: the lines join up, and each end lies on a joint.
+    ring = arch(9, 0.3)
+    verdict = assess(ring)
+    lines, force = thrust_lines(verdict)
+    radius = np.hypot(lines[:, :, 0], lines[:, :, 2])
+    assert ((radius > 0.85 - 1e-9) & (radius < 1.15 + 1e-9))[force > 0].all()
+    assert len(lines) >= 9
+    horizontal = force * (lines[:, 1, 0] - lines[:, 0, 0]) / np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1)
+    assert np.abs(horizontal).max() > 0
+
+
+def test_the_command_writes_the_page_and_refuses_other_files(tmp_path):
+    file = write(slab(), tmp_path / "slab.json")
+    code = "from blockstat.cli.commands import main; main()"
+
+    def run(*arguments):
+        command = [sys.executable, "-c", code, "report", *map(str, arguments)]
+        return subprocess.run(command, capture_output=True, text=True)
+
+    answer = run(file, "-o", tmp_path / "report.html", "--directions", 4, "--friction", 0.5)
+    assert answer.returncode == 0, answer.stderr
+    assert "friction 0.5 " in words((tmp_path / "report.html").read_text())
+    assert "a report is a page, .html" in run(file, "-o", tmp_path / "report.pdf").stderr
+    assert "no such directory" in run(file, "-o", "/nowhere/report.html").stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [1280, 390])
+def test_the_page_fits_a_screen_and_a_telephone(page, tmp_path, width):
+    executable = browser_path()
+    from playwright.sync_api import sync_playwright
+
+    file = tmp_path / "report.html"
+    file.write_text(page)
+    with sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=executable, args=list(FLAGS))
+        tab = browser.new_page(viewport={"width": width, "height": 900})
+        requests = []
+        tab.on("request", lambda request: requests.append(request.url))
+        tab.goto(file.as_uri())
+        assert tab.evaluate("document.documentElement.scrollWidth") <= width
+        columns = tab.evaluate("getComputedStyle(document.querySelector('.pictures')).gridTemplateColumns").split()
+        assert len(columns) == (2 if width > 640 else 1)
+        assert tab.pdf(format="A4").startswith(b"%PDF")
+        assert all(url.startswith(("file:", "data:")) for url in requests)
+        browser.close()

@@ -1,0 +1,197 @@
+"""States of an assembly, plans, orders and falsework on small cases whose answers are known exactly.
+
+Numbers of stable states and orders, least numbers of hands and least forces of hoists and centring come from an
+independent enumeration with its own force programs (exact cones, corner contacts).
+"""
+
+import json
+
+import numpy as np
+import pytest
+
+from blockstat import (
+    Assembly,
+    Block,
+    InputError,
+    Plan,
+    Step,
+    assess,
+    assess_plan,
+    assess_states,
+    box,
+    centring,
+    count_orders,
+    falsework,
+    find_interfaces,
+    find_order,
+    hoists,
+    read_plan,
+    remove_each,
+    write_plan,
+)
+
+
+def prism(polygon, name):
+    """A block of depth 1 over a polygon in x and z."""
+    n = len(polygon)
+    corners = [(x, y, z) for y in (0, 1) for x, z in polygon]
+    sides = [[i, i + n, (i + 1) % n + n, (i + 1) % n] for i in range(n)]
+    return Block(corners, [list(range(n)), list(range(2 * n - 1, n - 1, -1)), *sides], name)
+
+
+def slab(x0, x1, z0, z1, name):
+    return box((x0, 0, z0), (x1, 1, z1), name=name)
+
+
+def arch(stones=7, thickness=0.2):
+    """A semicircular arch of mean radius 1 between two fixed blocks."""
+    angle = np.pi * np.arange(stones + 1) / stones
+
+    def at(radius, k):
+        return -radius * np.cos(angle[k]), radius * np.sin(angle[k])
+
+    low, high = 1 - thickness / 2, 1 + thickness / 2
+    blocks = [prism([at(low, k), at(low, k + 1), at(high, k + 1), at(high, k)], f"s{k}") for k in range(stones)]
+    blocks += [slab(-1.3, -0.7, -0.3, 0, "west"), slab(0.7, 1.3, -0.3, 0, "east")]
+    return Assembly.from_blocks(blocks, supports=["west", "east"], friction=0.6)
+
+
+def tee():
+    blocks = [
+        slab(-0.5, 0.5, -0.25, 0, "ground"),
+        slab(-0.5, 0.5, 0, 0.25, "base"),
+        slab(-1.1, -0.1, 0.25, 0.5, "left"),
+    ]
+    blocks += [slab(0.1, 1.1, 0.25, 0.5, "right"), slab(-0.5, 0.5, 0.5, 0.75, "top")]
+    return Assembly.from_blocks(blocks, supports=["ground"], friction=0.6)
+
+
+def corbel():
+    """Four courses; course k ends at .3 (k + 1), and a second brick stands behind each first one."""
+    blocks = [slab(-3, 0, -0.5, 0, "ground")]
+    for k in range(4):
+        end, low = 0.3 * (k + 1), 0.25 * k
+        blocks += [slab(end - 1, end, low, low + 0.25, f"lead{k}"), slab(end - 2, end - 1, low, low + 0.25, f"back{k}")]
+    return Assembly.from_blocks(blocks, supports=["ground"], friction=0.6)
+
+
+def beds_only(assembly):
+    faces = find_interfaces(assembly)
+    return faces.subset(np.abs(faces.frame[:, 0, 0]) < 0.5)
+
+
+def numbers(count):
+    return count.stable, count.orders, count.rest, count.placing
+
+
+def test_an_arch_of_seven_needs_one_hand_at_rest_and_two_to_move_on():
+    assembly = arch()
+    assert numbers(count_orders(assembly)) == (5, 0, 1, 1)
+    assert find_order(assembly, held_at_most=1).outcome.word == "none"
+    found = find_order(assembly, held_at_most=2)
+    assert found.outcome.word == "found"
+    assert found.plan.most_held == 2
+    assert assess_plan(assembly, found.plan).outcome.word == "stable"
+
+
+def test_a_tee_needs_a_hand_for_its_first_arm():
+    assembly = tee()
+    assert numbers(count_orders(assembly)) == (3, 0, 1, 1)
+    assert [find_order(assembly, held_at_most=k).outcome.word for k in (1, 2)] == ["none", "found"]
+
+
+def test_a_corbel_is_built_course_by_course_without_a_hand_at_rest():
+    assembly = corbel()
+    assert numbers(count_orders(assembly, interfaces=beds_only(assembly))) == (23, 46, 0, 1)
+    assert find_order(assembly, held_at_most=1).outcome.word == "found"
+
+
+def test_each_state_has_the_verdict_of_its_own_assembly():
+    assembly = arch()
+    names = [f"s{k}" for k in range(7)]
+    states = [(names, []), (names[:5], ["s4"]), (names[:5], []), (["s0", "s6"], []), (names[:3], ["s0"])]
+    for (present, held), verdict in zip(states, assess_states(assembly, states), strict=True):
+        there = [k for k, name in enumerate(assembly.names) if name in present or assembly.support[k]]
+        blocks = []
+        for k in there:
+            first, last = assembly.vertex_start[k : k + 2]
+            faces = [
+                (assembly.face_vertices[assembly.face_start[f] : assembly.face_start[f + 1]] - first).tolist()
+                for f in np.flatnonzero(assembly.face_block == k)
+            ]
+            blocks.append(Block(assembly.vertices[first:last], faces, assembly.names[k]))
+        alone = Assembly.from_blocks(blocks, supports=["west", "east", *held], friction=0.6)
+        own = assess(alone)
+        assert verdict.outcome is own.outcome
+        if np.isfinite(own.score):
+            assert verdict.score == pytest.approx(own.score, rel=1e-5, abs=1e-9)
+        assert verdict.certificate.proves_stable != verdict.certificate.proves_unstable
+
+
+@pytest.mark.parametrize(
+    ("placed", "hoist", "radial"),
+    [("06", 0, 0), ("0156", 2, 0.460399947), ("012456", 4, 1.541710959), ("0123456", 0, 0)],
+)
+def test_falsework_of_an_arch_built_from_both_sides(placed, hoist, radial):
+    assembly = arch()
+    stones = [f"s{k}" for k in placed]
+    weight = assembly.mass[0] * 9.81
+    for props, expected in ((hoists(assembly, stones), hoist), (centring(assembly, stones), radial)):
+        found = falsework(assembly, (stones, []), props)
+        assert found.total / weight == pytest.approx(expected, abs=1e-6)
+        assert found.bound / weight == pytest.approx(expected, abs=1e-6)
+        peak = falsework(assembly, (stones, []), props, least="peak")
+        assert found.total / len(props) / weight - 1e-6 <= peak.peak / weight <= found.peak / weight + 1e-6
+
+
+def test_props_that_cannot_hold_say_so():
+    assembly = arch()
+    stones = [f"s{k}" for k in range(5)]
+    assert falsework(assembly, (stones, []), hoists(assembly, ["s0"])).outcome.word == "not_held"
+    with pytest.raises(InputError, match='block "s6" is held or not present'):
+        falsework(assembly, (stones, []), hoists(assembly, ["s6"]))
+
+
+def test_no_stone_of_an_arch_may_be_taken_out():
+    found = remove_each(arch())
+    assert {verdict.outcome.word for verdict in found.values()} == {"unstable"}
+    assert set(found) == {f"s{k}" for k in range(7)}
+
+
+GOOD = [{"install": ["base"], "hold": ["base"]}, {"install": ["left"], "hold": ["left"]}]
+REST = [{"install": ["right"], "hold": ["left", "right"]}, {"install": ["top"]}]
+
+
+@pytest.mark.parametrize(
+    ("steps", "sentence"),
+    [
+        ([*GOOD, *REST, {"install": ["left"]}], 'step 4: block "left" is put in, but stands since step 1'),
+        ([{"hold": ["top"]}, *GOOD, *REST], 'step 0: block "top" is held, but is put in only at step 4'),
+        ([*GOOD, REST[0]], 'block "top" is never put in; list it under "never_installed"'),
+        ([*GOOD, {"install": ["tpo"]}, *REST], 'step 2: no block "tpo"'),
+        ([{"instal": ["base"]}], 'step 0: no key "instal"; keys are: install, hold, robots'),
+    ],
+)
+def test_a_bad_plan_gets_one_sentence_with_the_step(tmp_path, steps, sentence):
+    path = tmp_path / "plan.json"
+    path.write_text(json.dumps({"steps": steps}))
+    with pytest.raises(InputError) as error:
+        read_plan(path, tee())
+    assert sentence in str(error.value)
+
+
+def test_a_plan_is_read_as_it_was_written(tmp_path):
+    plan = Plan((Step(("base",), ("base",)), Step(("left", "right"), ("left",)), Step(("top",))), name="tee")
+    write_plan(plan, tmp_path / "plan.json")
+    assert read_plan(tmp_path / "plan.json", tee()).steps == plan.steps
+
+
+def test_the_first_step_that_falls_is_named_with_the_stones_that_move():
+    plan = Plan((Step(("base",)), Step(("left",)), Step(("right",)), Step(("top",))))
+    verdict = assess_plan(tee(), plan)
+    assert verdict.first_fall == 1
+    row = verdict.rows()[1]
+    assert (row["verdict"], row["moving"]) == ("unstable", ["left"])
+    assert "the first is step 1" in verdict.explain()
+    with pytest.raises(InputError, match='state 0: block "top" is held but not present'):
+        assess_states(tee(), [(["base"], ["top"])])
