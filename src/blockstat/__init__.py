@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from blockstat.analysis.verdict import Outcome, Verdict
     from blockstat.assembly import Assembly, Block, glued
     from blockstat.certificate.check import Certificate
+    from blockstat.code_check.linear import CheckOutcome, LinearCheck, linear_check
+    from blockstat.code_check.spectrum import Floor, Site
     from blockstat.contact.interfaces import Dropped, Interfaces, find_interfaces
     from blockstat.contact.penetration import overlaps
     from blockstat.design_search.candidate import Candidate, SearchOutcome, SearchResult
@@ -37,10 +39,14 @@ if TYPE_CHECKING:
     from blockstat.geometry_repair.repair import Change, RepairOutcome, RepairReport, repair
     from blockstat.io.files import write
     from blockstat.io.scene_text import scene_text
-    from blockstat.joint import JointLaw
+    from blockstat.joint import JointLaw, Tie
+    from blockstat.loading.cases import LoadCase, load_case, load_cases
+    from blockstat.loading.ground import dispersed_load, fill_load, fluid_pressure
+    from blockstat.loading.on_faces import body_load, line_load, patch_load, surface_load
     from blockstat.loads import acceleration, point_load
     from blockstat.model.solids import box
     from blockstat.program.bonds import Bonds
+    from blockstat.reinforcement.ties import TieOutcome, TieRange, anchor_plate, tendon_load, tie_gain, tie_range
     from blockstat.result import Result, Sentence
     from blockstat.sensitivity.parameters import limit_load_gradient, score_gradient, stone_sensitivity
     from blockstat.sensitivity.vertices import PointGradient, limit_load_by_point, score_by_point, shared_points
@@ -71,6 +77,7 @@ if TYPE_CHECKING:
     )
     from blockstat.studies.directions import DirectionalLimits, DirectionOutcome, limit_load_by_direction
     from blockstat.studies.foundations import Crack, Foundation, Settlement, SettlementOutcome, settle, settlement
+    from blockstat.traffic.envelope import MovingLoad, MovingOutcome, moving_load
     from blockstat.view.animation import write_mechanism, write_motion
     from blockstat.view.assessment import Assessment, assess_fully, assessment_html
     from blockstat.view.attributes import write_verdict
@@ -89,126 +96,30 @@ if TYPE_CHECKING:
     from blockstat.view.utilisation import plot_utilisation, utilisation
 
 __version__ = "0.1.0"
+# fmt: off
 __all__ = [
-    "Assembly",
-    "Assessment",
-    "Block",
-    "Bonds",
-    "Bracket",
-    "BracketOutcome",
-    "Building",
-    "Candidate",
-    "Certificate",
-    "Change",
-    "Composition",
-    "CoulombState",
-    "Crack",
-    "DirectionOutcome",
-    "DirectionalLimits",
-    "DomainOutcome",
-    "Dropped",
-    "Falsework",
-    "FalseworkOutcome",
-    "Foundation",
-    "InputError",
-    "InputWarning",
-    "Interfaces",
-    "JointLaw",
-    "LimitLoad",
-    "LoadDomain",
-    "LoadOutcome",
-    "Margin",
-    "Memory",
-    "OrderCount",
-    "OrderOutcome",
-    "OrderResult",
-    "Outcome",
-    "Plan",
-    "PlanVerdict",
-    "PointGradient",
-    "Prop",
-    "Range",
-    "RepairOutcome",
-    "RepairReport",
-    "Result",
-    "Scene",
-    "SearchOutcome",
-    "SearchResult",
-    "Sentence",
-    "Settlement",
-    "SettlementOutcome",
-    "Space",
-    "Step",
-    "SweepOutcome",
-    "SweepResult",
-    "ThrustOutcome",
-    "ThrustRange",
-    "Verdict",
-    "acceleration",
-    "assess",
-    "assess_fully",
-    "assess_plan",
-    "assess_states",
-    "assessment_html",
-    "box",
-    "build",
-    "centring",
-    "check_plan",
-    "count_orders",
-    "falsework",
-    "find_interfaces",
-    "find_order",
-    "friction_limit",
-    "glued",
-    "grid",
-    "hoists",
-    "interactive_html",
-    "latin_hypercube",
-    "limit_load",
-    "limit_load_by_direction",
-    "limit_load_by_point",
-    "limit_load_gradient",
-    "load_domain",
-    "load_scene",
-    "mechanism_pose",
-    "overlaps",
-    "parameters",
-    "plot",
-    "plot_directions",
-    "plot_forces",
-    "plot_mechanism",
-    "plot_settlement",
-    "plot_stone_sensitivity",
-    "plot_thrust",
-    "plot_utilisation",
-    "plot_verdict",
-    "point_load",
-    "read",
-    "read_plan",
-    "remove_each",
-    "repair",
-    "scene_from",
-    "scene_text",
-    "score_by_point",
-    "score_gradient",
-    "search",
-    "settle",
-    "settlement",
-    "shared_points",
-    "show",
-    "space_of",
-    "stone_sensitivity",
-    "sweep",
-    "thrust_range",
-    "tilt_limit",
-    "utilisation",
-    "with_values",
-    "write",
-    "write_mechanism",
-    "write_motion",
-    "write_plan",
+    "Assembly", "Assessment", "Block", "Bonds", "Bracket", "BracketOutcome", "Building", "Candidate", "Certificate",
+    "Change", "CheckOutcome", "Composition", "CoulombState", "Crack", "DirectionOutcome", "DirectionalLimits",
+    "DomainOutcome", "Dropped", "Falsework", "FalseworkOutcome", "Floor", "Foundation", "InputError",
+    "InputWarning", "Interfaces", "JointLaw", "LimitLoad", "LinearCheck", "LoadCase", "LoadDomain", "LoadOutcome",
+    "Margin", "Memory", "MovingLoad", "MovingOutcome", "OrderCount", "OrderOutcome", "OrderResult", "Outcome",
+    "Plan", "PlanVerdict", "PointGradient", "Prop", "Range", "RepairOutcome", "RepairReport", "Result", "Scene",
+    "SearchOutcome", "SearchResult", "Sentence", "Settlement", "SettlementOutcome", "Site", "Space", "Step",
+    "SweepOutcome", "SweepResult", "ThrustOutcome", "ThrustRange", "Tie", "TieOutcome", "TieRange", "Verdict",
+    "acceleration", "anchor_plate", "assess", "assess_fully", "assess_plan", "assess_states", "assessment_html",
+    "body_load", "box", "build", "centring", "check_plan", "count_orders", "dispersed_load", "falsework",
+    "fill_load", "find_interfaces", "find_order", "fluid_pressure", "friction_limit", "glued", "grid", "hoists",
+    "interactive_html", "latin_hypercube", "limit_load", "limit_load_by_direction", "limit_load_by_point",
+    "limit_load_gradient", "line_load", "linear_check", "load_case", "load_cases", "load_domain", "load_scene",
+    "mechanism_pose", "moving_load", "overlaps", "parameters", "patch_load", "plot", "plot_directions",
+    "plot_forces", "plot_mechanism", "plot_settlement", "plot_stone_sensitivity", "plot_thrust", "plot_utilisation",
+    "plot_verdict", "point_load", "read", "read_plan", "remove_each", "repair", "scene_from", "scene_text",
+    "score_by_point", "score_gradient", "search", "settle", "settlement", "shared_points", "show", "space_of",
+    "stone_sensitivity", "surface_load", "sweep", "tendon_load", "thrust_range", "tie_gain", "tie_range",
+    "tilt_limit", "utilisation", "with_values", "write", "write_mechanism", "write_motion", "write_plan",
     "write_verdict",
 ]
+# fmt: on
 
 #: The module of each name.
 _HOMES = {
@@ -234,7 +145,14 @@ _HOMES = {
         "geometry_repair.repair": "Change RepairOutcome RepairReport repair",
         "io.files": "write",
         "io.scene_text": "scene_text",
-        "joint": "JointLaw",
+        "joint": "JointLaw Tie",
+        "loading.on_faces": "body_load line_load patch_load surface_load",
+        "loading.ground": "dispersed_load fill_load fluid_pressure",
+        "loading.cases": "LoadCase load_case load_cases",
+        "reinforcement.ties": "TieOutcome TieRange anchor_plate tendon_load tie_gain tie_range",
+        "traffic.envelope": "MovingLoad MovingOutcome moving_load",
+        "code_check.spectrum": "Floor Site",
+        "code_check.linear": "CheckOutcome LinearCheck linear_check",
         "loads": "acceleration point_load",
         "model.solids": "box",
         "program.bonds": "Bonds",

@@ -16,7 +16,7 @@ import numpy as np
 from blockstat.errors import HUGE, InputError, InputWarning, check_density, check_friction, check_gravity, no_such
 from blockstat.geometry.polyhedron import Polyhedra
 from blockstat.geometry.validity import check_geometry
-from blockstat.joint import JointLaw, check_laws
+from blockstat.joint import JointLaw, Tie, check_laws
 from blockstat.typing import Floats, Ints
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
@@ -75,6 +75,7 @@ class Assembly(Polyhedra):
     gravity: Floats = field(default_factory=lambda: np.array(STANDARD_GRAVITY))  #: shape (3,) [m/s2]
     metadata: dict[str, Any] = field(default_factory=dict)
     joints: tuple[JointLaw, ...] = ()  #: laws of particular joints, none for dry joints of one friction
+    ties: tuple[Tie, ...] = ()  #: ties and struts between blocks
 
     @classmethod
     def from_blocks(
@@ -88,6 +89,7 @@ class Assembly(Polyhedra):
         gravity: Sequence[float] = STANDARD_GRAVITY,
         metadata: dict[str, Any] | None = None,
         joints: Sequence[JointLaw] = (),
+        ties: Sequence[Tie] = (),
     ) -> Assembly:
         """Stack blocks into arrays and check them.
 
@@ -109,6 +111,8 @@ class Assembly(Polyhedra):
             Kept as it is.
         joints : sequence of JointLaw, optional
             Laws of particular joints.
+        ties : sequence of Tie, optional
+            Ties and struts between blocks.
 
         Returns
         -------
@@ -169,9 +173,11 @@ class Assembly(Polyhedra):
             gravity=check_gravity(gravity),
             metadata=dict(metadata or {}),
             joints=tuple(joints),
+            ties=tuple(ties),
         )
         check_geometry(assembly, assembly.names)
         check_laws(assembly.joints, assembly.groups)
+        _check_ties(assembly)
         return assembly
 
     @cached_property
@@ -270,7 +276,17 @@ class Assembly(Polyhedra):
         if "joints" in changes:
             changes["joints"] = tuple(changes["joints"])
             check_laws(changes["joints"], self.groups)
-        return replace(self, **changes)
+        if "ties" in changes:
+            changes["ties"] = tuple(changes["ties"])
+        changed = replace(self, **changes)
+        _check_ties(changed)
+        return changed
+
+
+def _check_ties(assembly: Assembly) -> None:
+    """Raise InputError for a tie to a block that does not exist."""
+    for tie in assembly.ties:
+        assembly.blocks_named(tie.between, tie.label)
 
 
 def glued(assembly: Assembly, strength: float, *, moment: float | None = None) -> Assembly:

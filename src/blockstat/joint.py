@@ -1,4 +1,4 @@
-"""Joint laws: what is different about the joints between two groups of blocks.
+"""Joint laws: what is different about the joints between two groups of blocks; and ties between two blocks.
 
 Coulomb's cone with cohesion and a tension cut-off, and a limit on the pressure (Rankine's caps):
 
@@ -140,3 +140,63 @@ def fits(name: str, group: str) -> bool:
     (True, False)
     """
     return name in ("*", group) or group.startswith(name + ".")
+
+
+@dataclass(frozen=True)
+class Tie:
+    """A straight tie, anchor or tendon between two blocks, or a strut: a force along the line of its ends.
+
+    In a limit analysis the force is an unknown from `least` to `greatest`: the tie yields. Where both are the same it
+    is a constant force, which is a load. A pretension of a tie that yields does not change a limit load: it is the
+    least force of a tie that cannot slacken below it.
+
+    Examples
+    --------
+    >>> from blockstat import Tie
+    >>> Tie(("pier.left", "pier.right"), ((0, 0, 2), (4, 0, 2)), greatest=5e4).as_dict()
+    {'between': ('pier.left', 'pier.right'), 'points': ((0, 0, 2), (4, 0, 2)), 'greatest': 50000.0}
+    """
+
+    between: tuple[int | str, int | str]  #: two blocks, by name or number; a support for an anchor in the ground
+    points: tuple[Sequence[float], Sequence[float]]  #: where it holds each of them, shape (2, 3) [m]
+    least: float = 0.0  #: T0 [N], at least 0
+    greatest: float = np.inf  #: Ty [N], what it or its anchorage bears
+    strut: bool = False  #: whether it pushes the blocks apart instead of pulling them together
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        label = self.label
+        if not isinstance(self.between, (tuple, list)) or len(self.between) != 2 or self.between[0] == self.between[1]:
+            raise InputError(f"{label}: between is {self.between!r}; it must be two blocks")
+        try:
+            ends = np.asarray(self.points, dtype=float)
+        except (TypeError, ValueError):
+            ends = np.empty(0)
+        if ends.shape != (2, 3) or not np.isfinite(ends).all() or not (ends[0] != ends[1]).any():
+            raise InputError(f"{label}: points are {self.points!r}; they must be two different points of three numbers")
+        for field in ("least", "greatest"):
+            value = getattr(self, field)
+            if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not value >= 0:
+                raise InputError(f"{label}: {field} is {value!r}; it must be a number of at least 0")
+        if not self.least <= self.greatest or np.isinf(self.least):
+            raise InputError(f"{label}: least is {self.least!r}; it must be at most greatest, {self.greatest!r}")
+
+    @property
+    def label(self) -> str:
+        """What messages call it."""
+        return f'tie "{self.name}"' if self.name else "tie"
+
+    @property
+    def constant(self) -> bool:
+        """Whether its force is given."""
+        return self.least == self.greatest
+
+    def as_dict(self) -> dict[str, object]:
+        """Return what differs from the defaults, for files.
+
+        Returns
+        -------
+        dict
+            Values by field.
+        """
+        return {f.name: value for f in fields(self) if (value := getattr(self, f.name)) != f.default}

@@ -11,13 +11,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.errors import InputError
+from blockstat.geometry.convex_pieces import contains
+from blockstat.geometry.triangulation import triangulate
 from blockstat.typing import Floats
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
+#: A point this far outside its block, relative to the block's size, is on it: rounding of coordinates.
+ON_BLOCK = 1e-6
 
-def acceleration(assembly: Assembly, direction: Sequence[float], *, group: str | None = None) -> Floats:
+
+def acceleration(
+    assembly: Assembly,
+    direction: Sequence[float],
+    *,
+    group: str | None = None,
+    profile: Sequence[Sequence[float]] | None = None,
+) -> Floats:
     """Make a mass-proportional load in a direction, as strong as gravity: a multiplier is in units of the scene's g.
 
     Parameters
@@ -28,6 +39,9 @@ def acceleration(assembly: Assembly, direction: Sequence[float], *, group: str |
         Direction of the acceleration, of any length.
     group : str, optional
         Load only the blocks of this group.
+    profile : sequence of (height, factor), optional
+        Factors on the acceleration at heights against gravity [m], in ascending order: linear between them, and those
+        of the ends beyond. Within a block the acceleration is linear from its lowest to its highest corner.
 
     Returns
     -------
@@ -37,7 +51,7 @@ def acceleration(assembly: Assembly, direction: Sequence[float], *, group: str |
     Raises
     ------
     InputError
-        For a direction that is none, or an unknown group.
+        For a direction that is none, an unknown group, or heights that do not ascend.
 
     Examples
     --------
@@ -50,7 +64,28 @@ def acceleration(assembly: Assembly, direction: Sequence[float], *, group: str |
     load = np.zeros((assembly.n_blocks, 6))
     blocks = np.arange(assembly.n_blocks) if group is None else assembly.in_group(group)
     load[blocks, :3] = assembly.mass[blocks, None] * np.linalg.norm(assembly.gravity) * unit
-    return load
+    return load if profile is None else _by_height(assembly, load, profile)
+
+
+def _by_height(assembly: Assembly, load: Floats, profile: Sequence[Sequence[float]]) -> Floats:
+    """Body forces times factors that change with the height, with the moments that this makes."""
+    try:
+        height, factor = np.asarray(profile, dtype=float).T
+    except (TypeError, ValueError):
+        raise InputError(f"profile is {profile!r}; it must be pairs of a height and a factor") from None
+    if not (np.isfinite([height, factor]).all() and (np.diff(height) > 0).all()):
+        raise InputError(f"profile has heights {height.tolist()}; they must ascend")
+    up = -assembly.gravity / np.linalg.norm(assembly.gravity)
+    rise, first = assembly.vertices @ up, assembly.vertex_start[:-1]
+    low, high = np.minimum.reduceat(rise, first), np.maximum.reduceat(rise, first)
+    below, above = np.interp(low, height, factor), np.interp(high, height, factor)
+    slope = (above - below) / (high - low)
+    # A force (1 + slope h) f per mass has the moment slope (int h r dm) x f: second moments from the inertia.
+    second = 0.5 * np.trace(assembly.inertia, axis1=1, axis2=2)[:, None, None] * np.eye(3) - assembly.inertia
+    per_mass = load[:, :3] / assembly.mass[:, None]
+    moment = slope[:, None] * np.cross(second @ up, per_mass)
+    middle = below + slope * (assembly.centroid @ up - low)
+    return np.hstack([middle[:, None] * load[:, :3], moment])
 
 
 def point_load(assembly: Assembly, block: int | str, point: Sequence[float], force: Sequence[float]) -> Floats:
@@ -63,7 +98,7 @@ def point_load(assembly: Assembly, block: int | str, point: Sequence[float], for
     block : str or int
         Name or number of the block.
     point : sequence of float, shape (3,)
-        Where the force acts [m].
+        Where the force acts, in the block or on its surface [m].
     force : sequence of float, shape (3,)
         The force [N].
 
@@ -75,7 +110,7 @@ def point_load(assembly: Assembly, block: int | str, point: Sequence[float], for
     Raises
     ------
     InputError
-        For an unknown block.
+        For an unknown block, for a point that is not on its block, and for what is not three finite numbers.
 
     Examples
     --------
@@ -85,10 +120,74 @@ def point_load(assembly: Assembly, block: int | str, point: Sequence[float], for
     [[10.0, 0.0, 0.0, 0.0, 5.0, 0.0]]
     """
     (index,) = assembly.blocks_named(block, "load")
+    place, push = three(point, "point"), three(force, "force")
+    if not on_block(assembly, int(index), place):
+        low, high = (corner[index].round(4).tolist() for corner in assembly.bounds)
+        raise InputError(
+            f'point {place.tolist()} is not on block "{assembly.names[index]}", which lies between {low} and {high}'
+        )
     load = np.zeros((assembly.n_blocks, 6))
-    load[index, :3] = force
-    load[index, 3:] = np.cross(np.asarray(point, dtype=float) - assembly.centroid[index], force)
+    load[index, :3] = push
+    load[index, 3:] = np.cross(place - assembly.centroid[index], push)
     return load
+
+
+def on_block(assembly: Assembly, block: int, point: Floats) -> bool:
+    """Return whether a point lies in a block or on its surface.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    block : int
+        Number of the block.
+    point : array, shape (3,)
+        The point [m].
+
+    Returns
+    -------
+    bool
+        True where it does, to a millionth of the block's size.
+    """
+    faces = np.flatnonzero(assembly.face_block == block)
+    normal, room = assembly.planes.normal[faces], ON_BLOCK * float(assembly.size[block])
+    height = np.einsum("ij,ij->i", point - assembly.planes.centre[faces], normal)
+    if (height <= room).all():
+        return True
+    corners = assembly.block_vertices(block)
+    solid = corners[triangulate(corners, assembly.faces_of(block))]
+    # On the surface of a concave block: a little below the face that it lies in.
+    near = [point, *(point - 2 * room * normal[np.abs(height) <= room])]
+    return any(contains(solid, place) for place in near)
+
+
+def three(values: Any, what: str) -> Floats:
+    """Return three finite numbers.
+
+    Parameters
+    ----------
+    values : array_like, shape (3,)
+        The numbers.
+    what : str
+        What they are, which begins the message of an error.
+
+    Returns
+    -------
+    array, shape (3,)
+        The numbers.
+
+    Raises
+    ------
+    InputError
+        For anything else.
+    """
+    try:
+        vector = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        vector = np.empty(0)
+    if vector.shape != (3,) or not np.isfinite(vector).all():
+        raise InputError(f"{what} is {values!r}; it must be three finite numbers")
+    return vector
 
 
 def as_load(assembly: Assembly, load: Any) -> Floats:

@@ -54,7 +54,7 @@ def test_same_energy_before_any_certificate(scene):
     _, make, options = scene
     asm = make().with_(**options)
     faces = find_interfaces(asm)
-    held, _ = split_floating(asm, faces)
+    held, _ = split_floating(asm, faces.pair)
     program = penalty_program(
         equilibrium(asm, faces, weight(asm), held, np.arange(faces.n_points)),
         np.full(faces.n_points, asm.friction),

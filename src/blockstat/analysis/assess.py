@@ -275,6 +275,7 @@ def _verdict(problem: Problem, answer: Answer | None, checked: Answer | None, ti
         floating=problem.floating,
         warnings=(*problem.warnings, *blocked, *gap_warnings(problem, outcome)),
         bonds=problem.to_bonds(force),
+        ties=problem.to_ties(force),
     )
 
 

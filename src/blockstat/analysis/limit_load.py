@@ -73,6 +73,7 @@ class LimitLoad(Result):
     #: there was none. Not a theorem: these limits are not unique, as friction depends on history.
     coulomb_kinds: tuple[tuple[float, float], ...] = ()
     bonds: Bonds | None = None  #: what the bonds at the centres of joints carry with `forces`
+    ties: Floats | None = None  #: tension of each tie, or compression of each strut, with `forces`, (n_ties,) [N]
 
     @property
     def coulomb(self) -> tuple[float, float] | None:
@@ -289,6 +290,7 @@ def limit_load(
         timings=timings,
         coulomb_kinds=kinds,
         bonds=problem.to_bonds(force),
+        ties=problem.to_ties(force),
     )
     with timed(timings, "contacts without a normal"):
         found = _beyond_doubt(problem, found, direction, loads, solver)
@@ -368,7 +370,32 @@ def _bracket(problem: Problem, direction: Floats, solver: str) -> tuple[LoadOutc
     if outcome is not Outcome.STABLE:
         word = LoadOutcome.DEAD_LOAD_UNSTABLE if outcome is Outcome.UNSTABLE else LoadOutcome.UNDECIDED
         return word, -np.inf, -np.inf if outcome is Outcome.UNSTABLE else np.inf, dead.force, dead.twist
+    return bracket(problem, dead.force, direction, solver)
 
+
+def bracket(
+    problem: Problem, dead: Floats, direction: Floats, solver: str
+) -> tuple[LoadOutcome, float, float, Floats, Floats]:
+    """Bracket the multiplier of a load on an assembly that is known to stand.
+
+    Parameters
+    ----------
+    problem
+        The posed problem.
+    dead
+        Forces with slack that balance the dead load, scaled, shape (m, 3).
+    direction
+        The load, shape (n_blocks, 6) [N, N m].
+    solver
+        One of `blockstat.solve.dispatch.CHOICES`.
+
+    Returns
+    -------
+    tuple
+        Outcome, lower and upper bound, scaled forces, shape (m, 3), and scaled mechanism, shape (6 n,).
+    """
+    program = problem.program
+    assert program is not None
     load = problem.scaled(direction)
     unit = float(np.linalg.norm(load.reshape(-1, 6)[:, :3], axis=1).sum() or np.abs(load).sum()) / program.total_load
     load = load / unit  # as strong as the weight, so that multipliers are near one
@@ -377,24 +404,24 @@ def _bracket(problem: Problem, direction: Floats, solver: str) -> tuple[LoadOutc
     if answer.status is Status.PRIMAL_INFEASIBLE:
         ray = answer.force / answer.multiplier if answer.multiplier > 0 else answer.force
         at = replace(program, load=program.load + UNBOUNDED * unit * load)
-        field = certificate.balance(at, dead.force + UNBOUNDED * unit * ray)
+        field = certificate.balance(at, dead + UNBOUNDED * unit * ray)
         carried = certificate.check(at, field, np.zeros_like(load)).proves_stable
         word = LoadOutcome.UNBOUNDED if carried else LoadOutcome.UNDECIDED
-        return word, np.inf if carried else 0.0, np.inf, dead.force, np.zeros_like(load)
-    low, high = _bounds(problem, load, answer, dead.force, solver)
+        return word, np.inf if carried else 0.0, np.inf, dead, np.zeros_like(load)
+    low, high = _bounds(problem, load, answer, dead, solver)
     sharp = SHARP if len(program.load) <= CHEAP else LOOSE
     if solver == "auto" and not (low and high and high.value - low.value <= sharp * abs(high.value)):
         other = "interior-point" if answer.solver == "clarabel" else "clarabel"
         again = solve(conic, solver=other)
         if not again.status.is_infeasible:
-            second = _bounds(problem, load, again, dead.force, solver)
+            second = _bounds(problem, load, again, dead, solver)
             low = max((bound for bound in (low, second[0]) if bound), key=lambda bound: bound.value, default=None)
             high = min((bound for bound in (high, second[1]) if bound), key=lambda bound: bound.value, default=None)
     if low and low.value >= UNBOUNDED * unit:
         return LoadOutcome.UNBOUNDED, np.inf, np.inf, low.evidence, np.zeros_like(load)
     # The dead load is carried, so a negative bound contradicts forces that are proven, and proves nothing.
     low, high = (bound if bound and bound.value >= -ROUNDING else None for bound in (low, high))
-    lower, field = (low.value, low.evidence) if low else (0.0, dead.force)
+    lower, field = (low.value, low.evidence) if low else (0.0, dead)
     upper, twist = (high.value, high.evidence) if high else (np.inf, answer.twist)
     lower = min(lower, upper)  # both are proven to a tolerance, within which they may cross
     outcome = LoadOutcome.LIMIT if _closed(lower, upper) else LoadOutcome.UNDECIDED

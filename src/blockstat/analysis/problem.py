@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from time import process_time
 from typing import TYPE_CHECKING, Any
@@ -25,6 +25,7 @@ from blockstat.program.bonds import KINDS, Bonds, bond_columns, bond_forces, bon
 from blockstat.program.equilibrium import Equilibrium, equilibrium, split_floating, weight
 from blockstat.program.penalty import PenaltyProgram, penalty_program
 from blockstat.program.planar import find_plane
+from blockstat.program.ties import check_anchors, tie_columns, tie_wrenches, tied_pairs
 from blockstat.surface.distance import smallest_gap
 from blockstat.surface.facets import facets
 from blockstat.typing import Floats, Ints
@@ -55,6 +56,8 @@ class Problem:
     crushed: Interfaces | None = None  #: contacts without area that a joint law lets carry nothing
     #: pairs of blocks that overlap too far to have a joint, shape (n, 2); None: to be looked for when it matters
     overlapping: Ints | None = None
+    #: ties of the assembly whose forces are unknowns; their columns follow those of the bonds
+    ties: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
     def to_blocks(self, twist: Floats) -> Floats:
         """Return a scaled twist as velocities and rotations of all blocks.
@@ -109,7 +112,28 @@ class Problem:
         """
         if self.program is None or not len(self.bonds):
             return None
-        return bond_forces(self.interfaces, self.bonds, force[self.program.n_points :] * self.program.force_unit)
+        first, count = self.program.n_points, KINDS * len(self.bonds)
+        return bond_forces(self.interfaces, self.bonds, force[first : first + count] * self.program.force_unit)
+
+    def to_ties(self, force: Floats) -> Floats | None:
+        """Return the forces of the ties under scaled forces.
+
+        Parameters
+        ----------
+        force
+            Of the program, shape (m, 3).
+
+        Returns
+        -------
+        Floats or None
+            Tension, or compression of struts, shape (n_ties,) [N]; None without ties.
+        """
+        if not self.assembly.ties:
+            return None
+        found = np.array([tie.least for tie in self.assembly.ties])
+        if self.program is not None and len(self.ties) and len(force):
+            found[self.ties] = force[-len(self.ties) :, 0] * self.program.force_unit
+        return found
 
     def adhesion_at_points(self, adhesion: Floats) -> Floats:
         """Return scaled missing adhesion at all contact points.
@@ -200,6 +224,11 @@ def pose(
     if not assembly.support.any():
         raise InputError(f'"{assembly.name}" has no supports; list the blocks that cannot move under "supports"')
     load = weight(assembly) + checked_loads(assembly, loads)
+    pairs = tied_pairs(assembly)
+    if assembly.ties:
+        check_anchors(assembly)
+        given = [tie for tie in assembly.ties if tie.constant]
+        load = load + tie_wrenches(assembly, given, np.array([tie.least for tie in given]))
     timings: dict[str, float] = {}
     warnings: list[str] = []
     crushed = None
@@ -216,14 +245,18 @@ def pose(
                 crushed, interfaces = interfaces.subset(lost), interfaces.subset(~lost)
                 warnings += _crushed_warnings(assembly, crushed)
     with timed(timings, "equilibrium"):
-        held, floating = split_floating(assembly, interfaces)
+        held, floating = split_floating(assembly, np.concatenate([interfaces.pair, pairs]))
         touched = np.any(np.isin(interfaces.pair, held), axis=1)
         points = np.flatnonzero(touched[interfaces.point_interface])
-        eq, program, bonds = _program(assembly, interfaces, load, held, points, touched)
+        unknown = [not tie.constant for tie in assembly.ties]
+        ties = np.flatnonzero(np.isin(pairs, held).any(axis=1) & unknown) if assembly.ties else np.empty(0, np.int64)
+        eq, program, bonds = _program(assembly, interfaces, load, held, points, touched, ties)
     warnings += _floating_warnings(assembly, floating, interfaces)
     if assembly.support.all():
         warnings.append("all blocks are supports; there was nothing to check")
-    return Problem(assembly, interfaces, load, eq, program, floating, gap, tuple(warnings), timings, bonds, crushed)
+    return Problem(
+        assembly, interfaces, load, eq, program, floating, gap, tuple(warnings), timings, bonds, crushed, ties=ties
+    )
 
 
 def _divided(assembly: Assembly, interfaces: Interfaces) -> Interfaces:
@@ -248,11 +281,11 @@ def _crushed_warnings(assembly: Assembly, crushed: Interfaces) -> list[str]:
 
 
 def _program(
-    assembly: Assembly, interfaces: Interfaces, load: Floats, held: Ints, points: Ints, touched: np.ndarray
+    assembly: Assembly, interfaces: Interfaces, load: Floats, held: Ints, points: Ints, touched: np.ndarray, ties: Ints
 ) -> tuple[Equilibrium, PenaltyProgram | None, Ints]:
     """Equilibrium and program of the held blocks, and the interfaces with bonds."""
     friction = joint_friction(assembly, interfaces)[interfaces.point_interface[points]]
-    if not assembly.joints:
+    if not assembly.joints and not len(ties):
         eq = equilibrium(assembly, interfaces, load, held, points)
         plane = find_plane(assembly, interfaces, eq)
         return eq, penalty_program(eq, friction, plane=plane) if len(held) else None, points[:0]
@@ -260,16 +293,19 @@ def _program(
     bonds, capacity = bonded(assembly, interfaces)
     live = touched[bonds]
     bonds, capacity = bonds[live], capacity[np.repeat(live, KINDS)]
-    eq = equilibrium(assembly, interfaces, load, held, points, bond_columns(interfaces, bonds) if len(bonds) else None)
-    none = np.zeros(len(capacity))
+    chosen = [assembly.ties[k] for k in ties]
+    more = [bond_columns(interfaces, bonds)] if len(bonds) else []
+    more += [tie_columns(assembly, chosen)] if chosen else []
+    eq = equilibrium(assembly, interfaces, load, held, points, more)
+    none = np.zeros(len(capacity) + len(ties))
     bounds: dict[str, Any] = {
         "shift": np.concatenate([law.shift[points], none]),
-        "lower": np.concatenate([law.floor[points], none]),
-        "upper": np.concatenate([law.cap[points], capacity]),
+        "lower": np.concatenate([law.floor[points], 0 * capacity, [tie.least for tie in chosen]]),
+        "upper": np.concatenate([law.cap[points], capacity, [tie.greatest for tie in chosen]]),
     }
-    plain = not bounds["lower"].any() and np.isinf(bounds["upper"]).all()
+    plain = not len(ties) and not bounds["lower"].any() and np.isinf(bounds["upper"]).all()
     plane = find_plane(assembly, interfaces, eq) if plain else None
-    mu = np.concatenate([friction, np.ones(len(capacity))])
+    mu = np.concatenate([friction, np.ones(len(none))])
     return eq, penalty_program(eq, mu, plane=plane, **bounds) if len(held) else None, bonds
 
 
@@ -311,7 +347,8 @@ def free_fall(problem: Problem) -> Floats:
     Floats
         Shape (n_blocks, 6); zero for blocks that are held and for groups without a load.
     """
-    assembly, pair = problem.assembly, problem.interfaces.pair
+    assembly = problem.assembly
+    pair = np.concatenate([problem.interfaces.pair, tied_pairs(assembly)])
     _, label = connected_components(assembly.n_blocks, pair)
     motion = np.zeros((assembly.n_blocks, 6))
     for group in np.unique(label[problem.floating]):

@@ -196,8 +196,8 @@ def thrust_range(
         assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces, solver=solver
     )
     thrust = _functional(problem, support_indices(problem.assembly, supports), direction)
-    least, least_forces = _extreme(problem, -thrust, inside, solver)
-    greatest, greatest_forces = _extreme(problem, thrust, inside, solver)
+    least, least_forces = extreme(problem, -thrust, inside, solver)
+    greatest, greatest_forces = extreme(problem, thrust, inside, solver)
     return ThrustRange(
         least=-least,
         greatest=greatest,
@@ -383,7 +383,7 @@ def value(problem: Problem, functional: Floats, force: Floats) -> float:
     return (float(functional @ force.reshape(-1)) - held) * program.force_unit
 
 
-def _extreme(problem: Problem, functional: Floats, inside: Floats, solver: str) -> tuple[float, Floats]:
+def extreme(problem: Problem, functional: Floats, inside: Floats, solver: str) -> tuple[float, Floats]:
     """Largest value of a functional over admissible force fields [N], proven by the field returned."""
     program = problem.program
     assert program is not None

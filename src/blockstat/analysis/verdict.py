@@ -67,6 +67,7 @@ class Verdict(Result):
     displacement: Floats | None = None
     held: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))  #: interfaces held only by self-stress
     bonds: Bonds | None = None  #: what the bonds at the centres of joints carry with `forces`
+    ties: Floats | None = None  #: tension of each tie, or compression of each strut, with `forces`, (n_ties,) [N]
 
     @property
     def motion(self) -> Floats:

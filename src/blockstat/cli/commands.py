@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from blockstat.cli.cases import Case, LoadsFile, cases_command, chosen_case, load_and_loads
 from blockstat.cli.options import (
     PORT,
     AsJson,
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 Flow = Annotated[str, typer.Option(help="associated, or coulomb: no dilatancy and no self-stress.")]
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+app.command("cases")(cases_command)
 app.command("settle")(settle_command)
 app.command("report")(report_command)
 
@@ -116,6 +118,8 @@ def check(
     gap: Gap = None,
     solver: Annotated[str, typer.Option(help="auto, interior-point, clarabel or cvxpy (the primal).")] = "auto",
     flow: Flow = "associated",
+    case: Case = None,
+    loads: LoadsFile = None,
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", help="Also write the blocks with displacement and demand (.glb, .obj)."),
@@ -128,12 +132,14 @@ def check(
     from blockstat.view.attributes import write_verdict
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
-    verdict = assess(assembly, gap=GAP if gap is None else gap_of(gap), solver=solver, flow=flow)
+    acting = chosen_case(assembly, file, case, loads)
+    permanent = None if acting is None else acting.loads
+    verdict = assess(assembly, gap=GAP if gap is None else gap_of(gap), solver=solver, flow=flow, loads=permanent)
     if output is not None:
         write_verdict(verdict, output)
     if as_json:
         summary = verdict.summary()
-        echo = inputs(assembly, units=units, gap=gap)
+        echo = inputs(assembly, units=units, gap=gap) | ({"case": case} if case else {})
         print_json({"file": str(file), "verdict": summary.pop("outcome"), **echo, **summary})
         return
     seconds = verdict.timings["total"]
@@ -152,6 +158,8 @@ def limit(
     directions: Annotated[
         int | None, typer.Option(metavar="N", help="In place of --load: all round the horizon; a multiple of 4.")
     ] = None,
+    case: Case = None,
+    loads: LoadsFile = None,
     friction: Friction = None,
     gravity: Gravity = None,
     tilt: Tilt = None,
@@ -163,22 +171,26 @@ def limit(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Bracket the acceleration, in one direction or in all, that an assembly carries. Both bounds are proven."""
+    """Bracket an acceleration, in one direction or in all, or the live loads of a case. Both bounds are proven."""
     from blockstat.analysis.limit_load import limit_load
 
-    if load is None and directions is None:
-        raise InputError("give --load AX,AY,AZ, or --directions N for all of the horizon")
+    if load is None and directions is None and case is None:
+        raise InputError("give --load AX,AY,AZ, --directions N for all of the horizon, or --case NAME with live loads")
     if load is not None and directions is not None:
         raise InputError("--load and --directions are different questions; ask for one of them")
     if output is not None and directions is None:
         raise InputError("-o draws the directions; it goes with --directions")
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
     if directions is not None:
+        if case is not None or loads is not None:
+            raise InputError("--case and --directions are different questions; ask for one of them")
         over_the_horizon(file, assembly, directions, flow, output, units, as_json)
         return
-    result = limit_load(assembly, numbers(load or "", 3, "--load", "AX,AY,AZ"), flow=flow)
+    growing, permanent = load_and_loads(load, chosen_case(assembly, file, case, loads))
+    result = limit_load(assembly, growing, loads=permanent, flow=flow)
     if as_json:
-        print_json({"file": str(file), **inputs(assembly, units=units), **result.summary()})
+        echo = inputs(assembly, units=units) | ({"case": case} if case else {})
+        print_json({"file": str(file), **echo, **result.summary()})
         return
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {result.timings['total']:.2f} s")
     typer.echo(f"{said(assembly, units=units)}\n{result.explain()}")

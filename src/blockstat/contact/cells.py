@@ -83,6 +83,29 @@ def centres(interfaces: Interfaces, rows: Ints) -> Floats:
     return found
 
 
+def patches_of(interfaces: Interfaces, interface: int) -> list[Floats]:
+    """Return the corners of the patches that one joint is made of, in order.
+
+    Parameters
+    ----------
+    interfaces : Interfaces
+        The interfaces.
+    interface : int
+        Number of one with an area.
+
+    Returns
+    -------
+    list of array, shape (n, 3)
+        Corners [m]; several patches where their hull is more than they are.
+    """
+    if interfaces.patches is not None:
+        own = (interfaces.patches.pair == interfaces.pair[interface]).all(axis=1)
+        few = replace(interfaces.subset(np.array([interface])), patches=interfaces.patches.take(np.flatnonzero(own)))
+        if parts := _parts(few).get(0):
+            return parts
+    return [interfaces.outline(interface)]
+
+
 def _parts(interfaces: Interfaces) -> dict[int, list[Floats]]:
     """Corners of the patches of those joints whose hull they do not fill, each of shape (n, 3) [m]."""
     patches = interfaces.patches

@@ -241,7 +241,7 @@ def _parts(source: Any, supports: Iterable[int | str] | None, units: str | None,
         for i, name in enumerate(source.names)
     ]
     marked = np.flatnonzero(source.support).tolist() if supports is None else list(supports)
-    kept = {key: getattr(source, key) for key in ("name", "friction", "gravity", "metadata", "joints")}
+    kept = {key: getattr(source, key) for key in ("name", "friction", "gravity", "metadata", "joints", "ties")}
     return Parts(blocks, marked, kept | options)
 
 

@@ -2,6 +2,7 @@
 
     {name, units: "m", density, friction, gravity: [gx, gy, gz], supports: [index or name],
      joints?: [{between: [group, group], friction?, tension?, bond?, cohesion?, bond_moment?, compression?, cells?}],
+     ties?: [{between: [block, block], points: [[x, y, z], [x, y, z]], least?, greatest?, strut?, name?}],
      blocks: [{name, group?, density?, vertices: [[x, y, z]], faces: [[i, j, k, ...]]}]}
 
 Other keys are kept as metadata.
@@ -21,7 +22,7 @@ from blockstat.assembly import DENSITY, FRICTION, STANDARD_GRAVITY, Assembly, Bl
 from blockstat.errors import InputError
 from blockstat.io.names import distinct_names
 from blockstat.io.parts import Parts
-from blockstat.joint import JointLaw
+from blockstat.joint import JointLaw, Tie
 
 
 class _BlockRecord(msgspec.Struct):
@@ -43,6 +44,15 @@ class _JointRecord(msgspec.Struct, forbid_unknown_fields=True):
     cells: int = 0
 
 
+class _TieRecord(msgspec.Struct, forbid_unknown_fields=True):
+    between: tuple[int | str, int | str]
+    points: tuple[tuple[float, float, float], tuple[float, float, float]]
+    least: float = 0.0
+    greatest: float = np.inf
+    strut: bool = False
+    name: str = ""
+
+
 class _Record(msgspec.Struct):
     blocks: list[_BlockRecord]
     name: str = ""
@@ -52,6 +62,7 @@ class _Record(msgspec.Struct):
     gravity: tuple[float, float, float] = STANDARD_GRAVITY
     supports: list[int | str] = []
     joints: list[_JointRecord] = []
+    ties: list[_TieRecord] = []
 
 
 def load_json(path: Path) -> Any:
@@ -137,6 +148,7 @@ def native_parts(
             "gravity": record.gravity,
             "metadata": {key: value for key, value in data.items() if key not in known},
             "joints": [JointLaw(**msgspec.structs.asdict(j)) for j in record.joints],
+            "ties": [Tie(**msgspec.structs.asdict(tie)) for tie in record.ties],
         },
     )
 
@@ -186,6 +198,7 @@ def write_json(assembly: Assembly, path: Path) -> None:
         "gravity": assembly.gravity.tolist(),
         "supports": np.flatnonzero(assembly.support).tolist(),
         **({"joints": [law.as_dict() for law in assembly.joints]} if assembly.joints else {}),
+        **({"ties": [tie.as_dict() for tie in assembly.ties]} if assembly.ties else {}),
         "blocks": blocks,
     }
     try:

@@ -7,6 +7,7 @@ centroid [N m] of the k-th free block. Supports have no rows (Whiting, Ochsendor
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -43,7 +44,7 @@ class Equilibrium:
     points: Ints  #: index of each contact point in the interfaces, shape (n_points,)
     point_blocks: Ints  #: row of block a and of block b for each column of three, -1 for a support, (n_columns, 2)
     length: Floats  #: size of each free block, shape (n_free,) [m]; the unit of moments and rotations
-    columns: tuple[Columns, ...]  #: the contact points, then the bonds
+    columns: tuple[Columns, ...]  #: the contact points, then the bonds, then the ties
 
     @cached_property
     def matrix(self) -> sparse.csc_array:
@@ -62,7 +63,7 @@ class Equilibrium:
 
     @property
     def n_columns(self) -> int:
-        """Contact points and the columns of three of the bonds."""
+        """Contact points and the columns of three of the bonds and the ties."""
         return len(self.point_blocks)
 
 
@@ -72,7 +73,7 @@ def equilibrium(
     load: Floats,
     blocks: Ints,
     points: Ints,
-    bonds: Columns | None = None,
+    more: Sequence[Columns] = (),
 ) -> Equilibrium:
     """Assemble A for some free blocks, contact points and bonds.
 
@@ -88,8 +89,8 @@ def equilibrium(
         The free blocks, shape (n_free,).
     points
         The contact points, shape (n_points,).
-    bonds
-        Columns after those of the contact points.
+    more
+        Columns after those of the contact points: of bonds and of ties.
 
     Returns
     -------
@@ -104,7 +105,7 @@ def equilibrium(
     row[blocks] = np.arange(len(blocks))
     interface = interfaces.point_interface[points]
     contacts = Columns(interfaces.point[points], interfaces.pair[interface], interfaces.frame[interface])
-    parts = (contacts,) if bonds is None else (contacts, bonds)
+    parts = (contacts, *more)
     local = np.concatenate([_local(assembly, part, row) for part in parts])
     pairs = np.concatenate([part.pair for part in parts])
     return Equilibrium(local, load[blocks], blocks, points, row[pairs], assembly.size[blocks], parts)
@@ -203,21 +204,21 @@ def weight(assembly: Assembly) -> Floats:
     return load
 
 
-def split_floating(assembly: Assembly, interfaces: Interfaces) -> tuple[Ints, Ints]:
+def split_floating(assembly: Assembly, pairs: Ints) -> tuple[Ints, Ints]:
     """Split the free blocks into those that a chain of joints ties to a support and those that nothing holds.
 
     Parameters
     ----------
     assembly
         The blocks.
-    interfaces
-        The joints.
+    pairs
+        Blocks that joints or ties connect, shape (n, 2).
 
     Returns
     -------
     held, floating : Ints
         Indices of the blocks.
     """
-    _, label = connected_components(assembly.n_blocks, interfaces.pair)
+    _, label = connected_components(assembly.n_blocks, pairs)
     held = np.isin(label, label[assembly.support])
     return np.flatnonzero(held & ~assembly.support), np.flatnonzero(~held)

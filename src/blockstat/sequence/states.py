@@ -128,6 +128,8 @@ class Whole:
         assembly = assembly if friction is None else assembly.with_(friction=friction)
         if not assembly.support.any():
             raise InputError(f'"{assembly.name}" has no supports; list the blocks that cannot move under "supports"')
+        if assembly.ties:
+            raise InputError(f'"{assembly.name}" has ties; sequences are judged without ties')
         if interfaces is None:
             check_copies(assembly)
             near = near_blocks(assembly, gap=gap)
@@ -246,7 +248,7 @@ class Whole:
         if assembly.joints:
             posed = pose(assembly, friction=None, gravity=None, loads=None, gap=self.gap, interfaces=shown)
             return replace(posed, overlapping=overlapping), points
-        held, floating = split_floating(assembly, shown)
+        held, floating = split_floating(assembly, shown.pair)
         floating = floating[present[floating]]
         row = np.full(n, -1)
         row[held] = np.arange(len(held))

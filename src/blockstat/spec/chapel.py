@@ -6,13 +6,13 @@ metres. Unknown keys are refused with their path. `lowered` says the same buildi
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import msgspec
 
 from blockstat.errors import InputError
 from blockstat.model.walling import run as walling
-from blockstat.spec.composition import Plan
+from blockstat.spec.composition import Plan, load_tables, ties_of
 from blockstat.spec.element import Element
 from blockstat.spec.elements import element
 from blockstat.spec.material import Joint, Material
@@ -83,6 +83,9 @@ class Building(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     vault: Vault | None = None  #: from the south to the north wall
     material: Material = Material()  #: stone and joints
     joints: tuple[Joint, ...] = ()  #: laws of particular joints
+    loads: dict[str, dict[str, Any]] = {}  #: by name: each has a `kind` and the keys of that kind
+    cases: dict[str, dict[str, Any]] = {}  #: by name: combinations of loads with factors
+    ties: dict[str, dict[str, Any]] = {}  #: by name: ties and struts between two blocks
     description: str = ""  #: one line
 
     def __post_init__(self) -> None:
@@ -134,6 +137,8 @@ def lowered(building: Building) -> Plan:
         material=building.material,
         joints=building.joints,
         no_overlap=True,
+        **load_tables(building.loads, building.cases),
+        ties=ties_of(building.ties),
         keys={"elements.vault": "vault", "elements.walls: ": ""} | keys,
     )
 

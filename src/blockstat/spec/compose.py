@@ -74,9 +74,11 @@ def build(scene: Scene) -> Assembly:
         density=plan.material.density,
         friction=plan.material.friction,
         joints=[JointLaw(**msgspec.structs.asdict(joint)) for joint in plan.joints],
+        ties=plan.ties,
         metadata={
             "parameters": {path: found.value for path, found in parameters(scene).items()},
             "material": msgspec.to_builtins(plan.material),
+            **{key: own for key, own in (("loads", plan.loads), ("cases", plan.cases)) if own},
         },
     )
     if not plan.no_overlap:

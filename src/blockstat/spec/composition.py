@@ -12,10 +12,12 @@ from typing import Any
 import msgspec
 
 from blockstat.errors import InputError
+from blockstat.joint import Tie
+from blockstat.loading.cases import check_tables
 from blockstat.model.expression import RESERVED, evaluate, is_expression
 from blockstat.spec.element import Element
 from blockstat.spec.elements import KINDS
-from blockstat.spec.material import Joint, Material
+from blockstat.spec.material import Joint, Material, TieTable
 from blockstat.spec.ranges import Range, is_range
 from blockstat.spec.reading import check_name, entries, joined, read_as
 
@@ -33,6 +35,9 @@ class Composition(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     joints: list[dict[str, Any]] = []  #: laws of particular joints
     #: groups that cannot move; "ground" is a slab under all that stands at z = 0, "*" any one part of a name
     supports: tuple[str, ...] = (GROUND,)
+    loads: dict[str, dict[str, Any]] = {}  #: by name: each has a `kind` and the keys of that kind
+    cases: dict[str, dict[str, Any]] = {}  #: by name: combinations of loads with factors
+    ties: dict[str, dict[str, Any]] = {}  #: by name: ties and struts between two blocks
     description: str = ""  #: one line
 
     def __post_init__(self) -> None:
@@ -47,6 +52,9 @@ class Plan(msgspec.Struct, frozen=True, kw_only=True):
     material: Material
     joints: tuple[Joint, ...]
     supports: tuple[str, ...] = (GROUND,)
+    loads: dict[str, Any] = {}  #: tables of loads, as `blockstat.load_cases` takes them
+    cases: dict[str, Any] = {}  #: and of their combinations
+    ties: tuple[Tie, ...] = ()
     no_overlap: bool = False  #: whether the elements are known not to overlap, so that this need not be checked
     #: what errors call a part of the plan, and what the scene calls it
     keys: dict[str, str] = {}
@@ -121,7 +129,65 @@ def resolve(composition: Composition) -> Plan:
         material=read_as(Material, _plain(composition.material, "material", names), "material"),
         joints=tuple(read_as(Joint, joint, f"joints.{i}") for i, joint in enumerate(joints)),
         supports=composition.supports,
+        **load_tables(composition.loads, composition.cases, names),
+        ties=ties_of(composition.ties, names),
     )
+
+
+def ties_of(tables: dict[str, Any], names: _Names | None = None) -> tuple[Tie, ...]:
+    """The ties that tables stand for.
+
+    Parameters
+    ----------
+    tables : dict
+        By name, as they were written.
+    names : optional
+        Parameters that their expressions may name.
+
+    Returns
+    -------
+    tuple of Tie
+        In their order.
+
+    Raises
+    ------
+    InputError
+        With the path of a bad key or value.
+    """
+    found = []
+    for name, table in _plain(tables, "ties", _Names({}) if names is None else names).items():
+        own = read_as(TieTable, table, f"ties.{name}")
+        try:
+            found.append(Tie(**msgspec.structs.asdict(own), name=name))
+        except InputError as error:
+            raise InputError(f"ties.{name}: {error}") from None
+    return tuple(found)
+
+
+def load_tables(loads: dict[str, Any], cases: dict[str, Any], names: _Names | None = None) -> dict[str, dict[str, Any]]:
+    """The tables of loads and cases in numbers, checked as far as no blocks are needed.
+
+    Parameters
+    ----------
+    loads, cases : dict
+        As they were written.
+    names : optional
+        Parameters that their expressions may name.
+
+    Returns
+    -------
+    dict
+        Of "loads" and "cases".
+
+    Raises
+    ------
+    InputError
+        With the path of a bad key, kind, name or number.
+    """
+    names = _Names({}) if names is None else names
+    found = {key: _plain(table, key, names) for key, table in (("loads", loads), ("cases", cases))}
+    check_tables(found["loads"], found["cases"])
+    return found
 
 
 class _Names:

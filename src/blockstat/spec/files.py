@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import tomllib
 
@@ -11,8 +13,11 @@ from blockstat.assembly import Assembly
 from blockstat.errors import InputError, known_options
 from blockstat.io.files import blaming, read_parts
 from blockstat.spec.compose import build
+from blockstat.spec.composition import load_tables
 from blockstat.spec.scene import Scene, scene_from
 
+#: Tables whose errors name the line.
+LOCATED = ("loads", "cases", "ties")
 BLOCKS = (".json", ".obj", ".glb", ".stl", ".ply")  #: suffixes of files that are no scenes
 
 
@@ -48,10 +53,7 @@ def load_scene(path: str | Path) -> Scene:
         raise InputError(f"{path}: no such file")
     if path.suffix.lower() in BLOCKS:
         raise InputError(f"{path}: a scene file (.toml) is needed; this holds blocks, which have no parameters")
-    try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: not valid TOML: {error}") from None
+    data = _tables(path)
     data.setdefault("name", path.stem)
     elements = data.get("elements")
     for element in elements.values() if isinstance(elements, dict) else ():
@@ -60,7 +62,94 @@ def load_scene(path: str | Path) -> Scene:
     try:
         return scene_from(data)
     except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+        raise located(path, error) from None
+
+
+def load_file(path: str | Path) -> dict[str, dict[str, Any]]:
+    """Read load cases from a file of their own, for blocks that come from a mesh or from JSON.
+
+    Parameters
+    ----------
+    path : str or Path
+        A file in TOML with tables [loads.NAME] and [cases.NAME].
+
+    Returns
+    -------
+    dict of dict
+        Of "loads" and "cases", as `blockstat.load_cases` takes them.
+
+    Raises
+    ------
+    InputError
+        With the line for bad TOML and the key for a bad value.
+    """
+    path = Path(path)
+    data = _tables(path)
+    try:
+        for key in data:
+            if key not in ("loads", "cases"):
+                raise InputError(f"{key}: unknown key; keys here are: loads, cases")
+        return load_tables(data.get("loads", {}), data.get("cases", {}))
+    except InputError as error:
+        raise located(path, error) from None
+
+
+def _tables(path: Path) -> dict[str, Any]:
+    """What a file in TOML says."""
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: not valid TOML: {error}") from None
+
+
+def located(path: str | Path, error: InputError) -> InputError:
+    r"""Say in which file, and for a key of loads or cases in which line, an error is.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    error : InputError
+        Its message begins with the dotted path of the key at fault.
+
+    Returns
+    -------
+    InputError
+        With the file, and the line where the file is TOML.
+
+    Examples
+    --------
+    >>> _ = Path("hut.toml").write_text('name = "hut"\n[loads.wind]\nkind = "gale"')
+    >>> str(located("hut.toml", InputError("loads.wind.kind: no such kind")))
+    'hut.toml, line 3: loads.wind.kind: no such kind'
+    """
+    path = Path(path)
+    key = str(error).partition(":")[0]
+    if path.suffix.lower() != ".toml" or key.partition(".")[0] not in LOCATED:
+        return InputError(f"{path}: {error}")
+    line = _line_of(path.read_text(encoding="utf-8"), key.split("."))
+    return InputError(f"{path}, line {line}: {error}" if line else f"{path}: {error}")
+
+
+def _line_of(text: str, key: list[str]) -> int | None:
+    """The line that says the longest part of a key; of a table its heading."""
+    best, found, table = 0, None, list[str]()
+    for number, line in enumerate(text.splitlines(), 1):
+        if heading := re.match(r"\s*\[([^\[\]]+)\]", line):
+            table = own = _parts(heading[1])
+        elif entry := re.match(r"\s*([\w.\"'-]+)\s*=", line):
+            own = [*table, *_parts(entry[1])]
+        else:
+            continue
+        if len(own) > best and own == key[: len(own)]:
+            best, found = len(own), number
+    return found
+
+
+def _parts(key: str) -> list[str]:
+    return [part.strip(" \"'") for part in key.split(".")]
 
 
 @known_options

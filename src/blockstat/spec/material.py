@@ -1,10 +1,12 @@
-"""Intrinsic parameters: of the stone and of the joints."""
+"""Intrinsic parameters: of the stone, of the joints and of ties."""
 
 from __future__ import annotations
 
 from typing import Annotated
 
 import msgspec
+
+from blockstat.model.quantities import Point
 
 
 class Material(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
@@ -33,3 +35,13 @@ class Joint(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     bond_moment: Annotated[float, msgspec.Meta(ge=0)] | None = None  #: bending and torsion that a bond holds [N m]
     compression: Annotated[float, msgspec.Meta(gt=0)] | None = None  #: strength [Pa], by default without limit
     cells: Annotated[int, msgspec.Meta(ge=0, le=64)] = 0  #: contact cells along each side of a joint
+
+
+class TieTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """A tie, an anchor or a strut between two blocks (see `blockstat.Tie`)."""
+
+    between: tuple[str, str]  #: two blocks by name; "ground" for an anchor in the ground
+    points: tuple[Point, Point]  #: where it holds each of them [m]
+    least: Annotated[float, msgspec.Meta(ge=0)] = 0.0  #: least force [N]
+    greatest: Annotated[float, msgspec.Meta(ge=0)] = float("inf")  #: greatest force [N]; as the least: given
+    strut: bool = False  #: whether it pushes

@@ -9,7 +9,7 @@ import numpy as np
 
 from blockstat.errors import InputError
 from blockstat.spec.chapel import Building
-from blockstat.spec.composition import Composition, composition_from
+from blockstat.spec.composition import Composition, composition_from, load_tables, ties_of
 from blockstat.spec.ranges import SEARCHED, Range, is_range
 from blockstat.spec.reading import at_path, check_finite, entries, joined, read_as
 
@@ -143,7 +143,12 @@ def _from_numpy(value: Any) -> Any:
 
 
 def _read(data: dict[str, Any]) -> Scene:
-    return composition_from(data) if {"elements", "parameters"} & set(data) else read_as(Building, data)
+    if {"elements", "parameters"} & set(data):
+        return composition_from(data)
+    building = read_as(Building, data)
+    load_tables(building.loads, building.cases)
+    ties_of(building.ties)
+    return building
 
 
 def _plain(scene: Scene) -> dict[str, Any]:

@@ -190,7 +190,7 @@ def _fastest(assembly: Assembly, interfaces: Interfaces, rows: Ints, stiffness: 
 
     free = assembly.free
     columns = bond_columns(interfaces, rows)
-    matrix = equilibrium(assembly, interfaces, np.zeros((assembly.n_blocks, 6)), free, rows[:0], columns).matrix
+    matrix = equilibrium(assembly, interfaces, np.zeros((assembly.n_blocks, 6)), free, rows[:0], (columns,)).matrix
     (tension, *shear), (torsion, *bending) = stiffness.transpose(0, 2, 1)
     arm2 = interfaces.area[rows]
     none = np.zeros(len(rows))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from blockstat.cli.cases import Case, LoadsFile, chosen_case, load_and_loads
 from blockstat.cli.options import (
     AsJson,
     FileArgument,
@@ -20,7 +21,6 @@ from blockstat.cli.options import (
     Units,
     Version,
     load,
-    numbers,
     print_json,
     run_app,
 )
@@ -77,6 +77,8 @@ def verify(
     settle: Settle = None,
     push: Pushed = None,
     tilt_to: TiltTo = None,
+    case: Case = None,
+    loads_file: LoadsFile = None,
     glue: Glue = None,
     inertia_scale: ScaleInertia = None,
     angular_stiffness: AngularStiffness = None,
@@ -88,6 +90,7 @@ def verify(
 ) -> None:
     """Simulate assemblies, several files side by side, and evaluate them by displacement (Eq. 1, Eq. 2)."""
     from dynsim.judge.verify import verify as run
+    from dynsim.loads.loading import Constant
     from dynsim.settings import Settings
 
     def read(file: Path) -> Assembly:
@@ -97,6 +100,11 @@ def verify(
 
     settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
     loads = loads_of(remove, settle, push, tilt_to)
+    if case is not None or loads_file is not None:
+        if len(files) > 1:
+            raise InputError("--case goes with one file")
+        acting = chosen_case(read(files[0]), files[0], case, loads_file)
+        loads += [] if acting is None else [Constant(acting.loads)]
     evaluate = partial(run, settings=settings, loads=loads, actions=stiffness_of(inertia_scale, angular_stiffness))
     if len(files) == 1 and timeout is None:
         _verify_one(files[0], read(files[0]), evaluate, output, as_json)
@@ -173,7 +181,11 @@ def shake(
 @app.command()
 def limit(
     file: FileArgument,
-    direction: Annotated[str, typer.Option("--load", metavar="X,Y,Z", help="Direction of an acceleration.")],
+    direction: Annotated[
+        str | None, typer.Option("--load", metavar="X,Y,Z", help="Direction of an acceleration.")
+    ] = None,
+    case: Case = None,
+    loads_file: LoadsFile = None,
     width: Annotated[float, typer.Option(help="Of the bracket, relative.")] = 0.01,
     check: Annotated[bool, typer.Option(help="Two more runs beside the bracket.")] = True,
     friction: Friction = None,
@@ -185,17 +197,18 @@ def limit(
     preset: Preset = "default",
     as_json: AsJson = False,
 ) -> None:
-    """Bracket the multiplier, in units of gravity, at which an assembly ceases to stand in Bullet."""
+    """Bracket the multiplier of an acceleration, or of the live loads of a case, that moves an assembly in Bullet."""
     from rich.console import Console
 
     from dynsim.judge.limit import limit as run
     from dynsim.settings import Settings
 
-    along = numbers(direction, 3, "--load", "X,Y,Z")
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    growing, permanent = load_and_loads(direction, chosen_case(assembly, file, case, loads_file))
     with Console(stderr=True).status("static limit") as status:
         found = run(
-            with_glue(assembly, glue), along, settings=Settings.named(preset), width=width, check=check,
+            with_glue(assembly, glue), growing, loads=permanent, settings=Settings.named(preset), width=width,
+            check=check,
             progress=lambda trial: status.update(f"{trial.multiplier:.5g}: {trial.verdict}"),
         )  # fmt: skip
     if as_json:

@@ -18,6 +18,7 @@ from blockstat.result import Result, Sentence, finite
 from blockstat.typing import Floats
 from dynsim.judge.verdict import DynamicOutcome
 from dynsim.judge.verify import verify
+from dynsim.loads.load import Load, as_loads
 from dynsim.loads.loading import Constant
 from dynsim.settings import Settings
 
@@ -114,6 +115,7 @@ def limit(
     assembly: Assembly,
     load: Any,
     *,
+    loads: Floats | None = None,
     settings: Settings | None = None,
     width: float = 0.01,
     check: bool = True,
@@ -131,6 +133,8 @@ def limit(
     load : sequence of three floats, or array of shape (n_blocks, 6)
         A direction of acceleration, in units of the scene's gravity, or a wrench on each block about its centroid
         [N, N m], as in `blockstat.limit_load`. The load acts from the start of settling on.
+    loads : array of shape (n_blocks, 6), optional
+        Wrenches that stay as they are [N, N m], as in `blockstat.limit_load`.
     settings : Settings, optional
         Of each run, as in `verify`.
     width : float
@@ -168,10 +172,10 @@ def limit(
         raise InputError(f"limit: width is {width!r}; it must be from 0.0001 to below 1")
     start = process_time()
     force = _as_force(assembly, load)
-    static = limit_load(assembly, load, interfaces=interfaces)
+    static = limit_load(assembly, load, loads=loads, interfaces=interfaces)
     if interfaces is None and static.interfaces.share is None:
         interfaces = static.interfaces  # as they were found, not divided into cells for a joint law
-    search = _Search(assembly, force, settings, interfaces, width, progress)
+    search = _Search(assembly, force, as_loads(assembly, loads), settings, interfaces, width, progress)
     if static.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE and not search.stands(0.0):
         outcome, lower, upper = LimitOutcome.DEAD_LOAD_FALLS, -np.inf, -np.inf
     else:
@@ -202,18 +206,20 @@ class _Search:
         self,
         assembly: Assembly,
         force: Floats,
+        permanent: tuple[Load, ...],
         settings: Settings | None,
         interfaces: Interfaces | None,
         width: float,
         progress: Callable[[Trial], None] | None,
     ) -> None:
         self._assembly, self._force, self._settings = assembly, force, settings
+        self._permanent = permanent
         self._interfaces, self._width, self._progress = interfaces, width, progress
         self.trials: list[Trial] = []
 
     def stands(self, multiplier: float) -> bool:
         """Run the protocol at a multiplier."""
-        loads = [Constant(multiplier * self._force)] if multiplier else []
+        loads = [*self._permanent, *([Constant(multiplier * self._force)] if multiplier else [])]
         verdict = verify(self._assembly, settings=self._settings, loads=loads, interfaces=self._interfaces)
         run = verdict.run
         trial = Trial(

@@ -1,0 +1,133 @@
+"""Load cases on the command line: the options that choose one, and the table of all."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from blockstat.cli.options import AsJson, FileArgument, Friction, Gravity, Supports, Tilt, Units, numbers, print_json
+from blockstat.cli.options import load as load_assembly
+from blockstat.errors import InputError
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+    from blockstat.loading.cases import LoadCase
+
+Case = Annotated[str | None, typer.Option("--case", metavar="NAME", help="Load case of the scene, or of --loads.")]
+LoadsFile = Annotated[
+    Path | None, typer.Option("--loads", help="TOML file with [loads.NAME] and [cases.NAME], in place of the scene's.")
+]
+
+
+def chosen_case(assembly: Assembly, file: Path, case: str | None, loads: Path | None) -> LoadCase | None:
+    """Return the load case that the options ask for.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    file : Path
+        Where they come from.
+    case : str or None
+        Value of `--case`.
+    loads : Path or None
+        Value of `--loads`.
+
+    Returns
+    -------
+    LoadCase or None
+        None where no case is asked for.
+
+    Raises
+    ------
+    InputError
+        With file, line and key, for a load or a case that cannot be used, and for `--loads` without `--case`.
+    """
+    if case is None:
+        if loads is not None:
+            raise InputError("--loads gives load cases; choose one by --case NAME")
+        return None
+    from blockstat.loading.cases import load_case
+    from blockstat.spec.files import load_file, located
+
+    tables = {} if loads is None else load_file(loads)
+    try:
+        return load_case(assembly, case, **tables)
+    except InputError as error:
+        raise located(loads or file, error) from None
+
+
+def load_and_loads(load: str | None, case: LoadCase | None) -> tuple[Any, Any]:
+    """Return what grows and what stays in a limit analysis.
+
+    Parameters
+    ----------
+    load : str or None
+        Value of `--load`, "AX,AY,AZ".
+    case : LoadCase or None
+        With `--load`, all of its loads stay; without, the live ones grow.
+
+    Returns
+    -------
+    load, loads
+        As `blockstat.limit_load` takes them.
+
+    Raises
+    ------
+    InputError
+        Where nothing would grow.
+    """
+    if load is not None:
+        return numbers(load, 3, "--load", "AX,AY,AZ"), None if case is None else case.loads
+    if case is None:
+        raise InputError("--load AX,AY,AZ or --case NAME with live loads is needed: what grows until the limit")
+    if not case.live.any():
+        raise InputError(f'case "{case.name}" has no live loads; give what grows by --load AX,AY,AZ')
+    return case.live, case.permanent
+
+
+def cases_command(
+    file: FileArgument,
+    loads: LoadsFile = None,
+    friction: Friction = None,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
+    supports: Supports = None,
+    units: Units = None,
+    as_json: AsJson = False,
+) -> None:
+    """Table of all load cases: the verdict under each, and the multiplier of its live loads."""
+    from blockstat.analysis.assess import assess
+    from blockstat.analysis.limit_load import limit_load
+    from blockstat.contact.interfaces import find_interfaces
+    from blockstat.loading.cases import load_cases
+    from blockstat.spec.files import load_file, located
+
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    tables = {} if loads is None else load_file(loads)
+    try:
+        cases = load_cases(assembly, **tables)
+    except InputError as error:
+        raise located(loads or file, error) from None
+    if not cases:
+        raise InputError(f"{loads or file}: there are no load cases; write them as [cases.NAME]")
+    joints, rows = find_interfaces(assembly), []
+    for name, case in cases.items():
+        verdict = assess(assembly, loads=case.loads, interfaces=joints)
+        row: dict[str, Any] = {"case": name, "verdict": verdict.outcome.word, "lower": None, "upper": None}
+        if case.live.any():
+            found = limit_load(assembly, case.live, loads=case.permanent, interfaces=joints).summary()
+            row |= {"status": found["status"], "lower": found["lower"], "upper": found["upper"]}
+        rows.append(row)
+    if as_json:
+        print_json({"file": str(file), "rows": rows})
+        return
+    width = max(4, *map(len, cases))
+    typer.echo(f"{'case':<{width}}  {'verdict':<10}  {'multiplier of the live loads'}")
+    for row in rows:
+        bounds = "no live loads" if "status" not in row else row["status"]
+        if row["lower"] is not None and row["upper"] is not None:
+            bounds = f"{row['lower']:.6g} to {row['upper']:.6g}"
+        typer.echo(f"{row['case']:<{width}}  {row['verdict']:<10}  {bounds}")

@@ -1,0 +1,274 @@
+"""The linear verification of a collapse mechanism, Circolare 7/2019, C8.7.1.2.1.
+
+    alpha0                               multiplier that activates the mechanism (C8.7.1.1)
+    e* = (sum P d)^2 / (sum P sum P d^2)   share of the mass that takes part (C8.7.1.5)
+    a0* = alpha0 g / (e* FC)             spectral acceleration that activates it (C8.7.1.3)
+
+P are the weights that take part, d the horizontal components of the virtual displacements of their points. Blocks that
+move as one body count as one: a wall divided into courses that turn together has `e* = 1`, while its courses one by one
+give 3/4, and an a0* that is a third too high.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from blockstat.analysis.limit_load import LimitLoad, LoadOutcome
+from blockstat.code_check.spectrum import Floor, Site
+from blockstat.errors import InputError, known_options
+from blockstat.geometry.components import connected_components
+from blockstat.geometry.polyhedron import point_velocity
+from blockstat.result import Result, Sentence
+from blockstat.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: Corners of two blocks move as those of one body to this fraction of the fastest corner of the mechanism: what the
+#: solvers leave in a mechanism, and far below any joint that opens.
+TOGETHER = 1e-5
+G = 9.81  #: [m/s2]
+GREATEST = 10.0  #: no ground acceleration comes near it, in units of g
+
+
+class CheckOutcome(Sentence):
+    """The answers of `linear_check`; the value of each is the sentence that a user reads."""
+
+    SATISFIED = "Satisfied: the mechanism is not activated, or its demand is below q times what activates it."
+    NOT_SATISFIED = "Not satisfied: the demand is above q times what activates the mechanism."
+    CAPACITY = "Capacity: no demand was given."
+
+
+@dataclass(frozen=True, eq=False)
+class LinearCheck(Result):
+    """The linear verification of a mechanism and the figures that it rests on."""
+
+    alpha0: float  #: load multiplier [-]
+    participation: float  #: e* [-]
+    mass: float  #: M* [kg]
+    acceleration: float  #: a0* [m/s2]
+    confidence: float  #: FC [-]
+    behaviour: float  #: q [-]
+    ag_damage: float  #: ag at which the mechanism is activated (SLD), in units of g
+    ag_life: float  #: ag at the limit state of life safety (SLV) by behaviour factor, in units of g
+    demand: float | None  #: ag asked for at SLV, in units of g
+    bodies: tuple[tuple[int, ...], ...]  #: blocks that move as one, for each body of the mechanism
+
+    @property
+    def outcome(self) -> CheckOutcome:
+        """Whether the verification is satisfied."""
+        if self.demand is None:
+            return CheckOutcome.CAPACITY
+        return CheckOutcome.SATISFIED if self.demand <= self.ag_life else CheckOutcome.NOT_SATISFIED
+
+    def explain(self) -> str:
+        """Return the verification in words, one fact a line.
+
+        Returns
+        -------
+        str
+            One fact a line.
+        """
+        asked = "" if self.demand is None else f", asked for {self.demand:.4g} g"
+        return "\n".join(
+            [
+                self.outcome.value,
+                f"alpha0 = {self.alpha0:.6g}, {len(self.bodies)} bodies, e* = {self.participation:.6g}, "
+                f"M* = {self.mass:.6g} kg (C8.7.1.5).",
+                f"a0* = alpha0 g / (e* FC) = {self.acceleration:.6g} m/s2, FC = {self.confidence:g} (C8.7.1.3).",
+                f"Activated at ag = {self.ag_damage:.6g} g (SLD).",
+                f"With q = {self.behaviour:g}: ag = {self.ag_life:.6g} g (SLV){asked}.",
+            ]
+        )
+
+    def summary(self) -> dict[str, Any]:
+        """Return plain values for JSON.
+
+        Returns
+        -------
+        dict
+            Values by name.
+        """
+        return {
+            "outcome": self.outcome.word,
+            "sentence": self.outcome.value,
+            "alpha0": self.alpha0,
+            "e_star": self.participation,
+            "m_star": self.mass,
+            "a0_star": self.acceleration,
+            "fc": self.confidence,
+            "q": self.behaviour,
+            "ag_sld": self.ag_damage,
+            "ag_slv": self.ag_life,
+            "demand": self.demand,
+            "bodies": len(self.bodies),
+        }
+
+
+@known_options
+def linear_check(
+    limit: LimitLoad,
+    direction: Sequence[float],
+    *,
+    site: Site | None = None,
+    confidence: float = 1.35,
+    behaviour: float = 2.0,
+    masses: Sequence[tuple[int | str, Sequence[float], float]] = (),
+    floor: Floor | None = None,
+    demand: float | None = None,
+) -> LinearCheck:
+    """Verify the mechanism of a limit load linearly, with a behaviour factor.
+
+    Parameters
+    ----------
+    limit : LimitLoad
+        Of a horizontal acceleration, of all that has mass. Its lower bound is alpha0.
+    direction : sequence of float, shape (3,)
+        Direction of the acceleration.
+    site : Site, optional
+        Ground and spectrum; rock with F0 = 2.5 by default.
+    confidence : float, optional
+        FC; 1.35 where the crushing of stone is left out.
+    behaviour : float, optional
+        q; 2 where only alpha0 is known.
+    masses : sequence of (block, point, weight), optional
+        Weights [N] with mass besides the blocks' own, such as floors and roofs: the block that they move with and where
+        they are [m].
+    floor : Floor, optional
+        For a part high up in a building; by default the mechanism stands on the ground.
+    demand : float, optional
+        ag asked for at the limit state of life safety, in units of g.
+
+    Returns
+    -------
+    LinearCheck
+        a0*, the ground accelerations that it bears, and whether the demand is met.
+
+    Raises
+    ------
+    InputError
+        When there is no limit, for a mechanism that does not move along the direction, or a bad value.
+
+    References
+    ----------
+    Circolare 21 gennaio 2019, n. 7 C.S.LL.PP., C8.7.1.2.1. NTC 2018 (D.M. 17 gennaio 2018), 3.2.3.2.1.
+
+    Notes
+    -----
+    On the ground, `ag S = q a0*` (q = 1 for SLD); high up, `S_eZ(T0) = q a0*` with the floor spectrum. The method is
+    calibrated for mechanisms whose points move parallel to one plane.
+
+    Examples
+    --------
+    A wall 4 m high and 0.5 m thick, in four courses that turn as one.
+
+    >>> from blockstat import Assembly, Site, box, limit_load, linear_check
+    >>> courses = [box((0, 0, k), (0.5, 3, k + 1)) for k in range(4)]
+    >>> wall = Assembly.from_blocks([box((-1, -1, -1), (2, 4, 0)), *courses], supports=[0])
+    >>> found = linear_check(limit_load(wall, (1, 0, 0)), (1, 0, 0), site=Site("B"))
+    >>> round(found.participation, 6), round(found.acceleration, 6), round(found.ag_damage, 6)
+    (1.0, 0.908333, 0.07716)
+    """
+    if limit.outcome is not LoadOutcome.LIMIT:
+        raise InputError(f"no mechanism to verify: {limit.outcome.value}")
+    for name, value in (("confidence", confidence), ("behaviour", behaviour)):
+        if not (np.isfinite(value) and value >= 1):
+            raise InputError(f"{name} is {value!r}; it must be at least 1")
+    ground = Site() if site is None else site
+    bodies = moving_bodies(limit)
+    share, weight = _participation(limit, direction, bodies, masses)
+    acceleration = limit.lower * G / (share * confidence)
+    return LinearCheck(
+        alpha0=limit.lower,
+        participation=share,
+        mass=share * weight / G,
+        acceleration=acceleration,
+        confidence=confidence,
+        behaviour=behaviour,
+        ag_damage=_ground(acceleration / G, ground, floor),
+        ag_life=_ground(behaviour * acceleration / G, ground, floor),
+        demand=demand,
+        bodies=tuple(tuple(int(block) for block in body) for body in bodies),
+    )
+
+
+def moving_bodies(limit: LimitLoad) -> list[Ints]:
+    """Return the bodies of a mechanism: moving blocks that touch and move as one.
+
+    Parameters
+    ----------
+    limit : LimitLoad
+        With its mechanism.
+
+    Returns
+    -------
+    list of array of int
+        Blocks of each body.
+
+    Notes
+    -----
+    Two blocks move as one when the corners of both would move alike with either of them, to a hundred-thousandth of the
+    fastest corner.
+    """
+    assembly, motion = limit.assembly, limit.mechanism
+    own = assembly.vertex_block
+    speed = np.linalg.norm(point_velocity(assembly, motion, own, assembly.vertices), axis=1)
+    fastest = np.maximum.reduceat(speed, assembly.vertex_start[:-1])
+    moving = fastest > TOGETHER * float(fastest.max(initial=1.0))
+    pairs = limit.interfaces.pair
+    pairs = pairs[moving[pairs].all(axis=1)]
+    together = np.array([_as_one(assembly, motion, a, b) for a, b in pairs], dtype=bool)
+    _, label = connected_components(assembly.n_blocks, pairs[together] if len(pairs) else pairs)
+    return [np.flatnonzero((label == k) & moving) for k in np.unique(label[moving])]
+
+
+def _as_one(assembly: Assembly, motion: Floats, a: int, b: int) -> bool:
+    """Whether two blocks have one motion."""
+    corners = np.concatenate([assembly.block_vertices(a), assembly.block_vertices(b)])
+    with_a, with_b = (point_velocity(assembly, motion, np.full(len(corners), k), corners) for k in (a, b))
+    return bool(np.abs(with_a - with_b).max() <= TOGETHER)
+
+
+def _participation(
+    limit: LimitLoad,
+    direction: Sequence[float],
+    bodies: Sequence[Ints],
+    masses: Sequence[tuple[int | str, Sequence[float], float]],
+) -> tuple[float, float]:
+    """e* and the sum of the weights that take part [N]."""
+    assembly = limit.assembly
+    unit = np.asarray(direction, dtype=float)
+    if unit.shape != (3,) or not np.isfinite(unit).all() or not unit.any():
+        raise InputError(f"direction is {direction!r}; it must be three numbers, not all zero")
+    unit = unit / np.linalg.norm(unit)
+    load = assembly.mass * G
+    work = load * (limit.mechanism[:, :3] @ unit)
+    for name, point, weight in masses:
+        block = assembly.blocks_named(name, "masses")
+        if not (np.isfinite(weight) and weight > 0):
+            raise InputError(f"masses: the weight on {name!r} is {weight!r}; it must be above 0")
+        place = np.asarray(point, dtype=float).reshape(1, 3)
+        load[block] += weight
+        work[block] += weight * (point_velocity(assembly, limit.mechanism, block, place) @ unit)
+    sums = np.array([(load[body].sum(), work[body].sum()) for body in bodies]).reshape(-1, 2)
+    total, first = sums.sum(axis=0)
+    second = float((sums[:, 1] ** 2 / sums[:, 0]).sum())
+    if not first > 0:
+        raise InputError(f"the mechanism does not move along {list(direction)}; give the direction of its load")
+    return float(first**2 / (total * second)), float(total)
+
+
+def _ground(acceleration: float, site: Site, floor: Floor | None) -> float:
+    """The ag whose demand is an acceleration; both in units of g."""
+    from scipy.optimize import brentq
+
+    def demand(ag: float) -> float:
+        return site.spectrum(ag, 0.0) if floor is None else floor.factor() * site.spectrum(ag, floor.period)
+
+    if demand(GREATEST) <= acceleration:
+        return GREATEST
+    return float(brentq(lambda ag: demand(ag) - acceleration, 0.0, GREATEST, xtol=1e-14))

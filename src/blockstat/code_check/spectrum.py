@@ -1,0 +1,149 @@
+"""Elastic spectra of NTC 2018, 3.2.3.2.1, and floor spectra of Circolare 7/2019, C7.2.3 and C8.7.1.2.1."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from blockstat.errors import InputError, check_choice
+
+#: Table 3.2.IV: least S_S, a and b of `S_S = a - b F0 ag/g`, greatest S_S; and p, q of `C_C = p TC*^q`.
+SOILS = {
+    "A": (1.0, 1.0, 0.0, 1.0, 1.0, 0.0),
+    "B": (1.0, 1.4, 0.4, 1.2, 1.1, -0.2),
+    "C": (1.0, 1.7, 0.6, 1.5, 1.05, -0.33),
+    "D": (0.9, 2.4, 1.5, 1.8, 1.25, -0.5),
+    "E": (1.0, 2.0, 1.1, 1.6, 1.15, -0.4),
+}
+
+
+@dataclass(frozen=True)
+class Site:
+    """What the spectrum of a site needs besides its peak ground acceleration.
+
+    Examples
+    --------
+    >>> from blockstat import Site
+    >>> Site(soil="B", f0=2.5, tc_star=0.3).amplification(0.1)
+    1.2
+    """
+
+    soil: str = "A"  #: category of the ground, A to E
+    f0: float = 2.5  #: F0, greatest spectral amplification [-]
+    tc_star: float = 0.3  #: TC* [s]
+    topography: float = 1.0  #: S_T [-]
+
+    def __post_init__(self) -> None:
+        check_choice("soil", self.soil, SOILS)
+        for name in ("f0", "tc_star", "topography"):
+            if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0):
+                raise InputError(f"site: {name} is {getattr(self, name)!r}; it must be above 0")
+
+    def amplification(self, ag: float) -> float:
+        """Return S = S_S S_T.
+
+        Parameters
+        ----------
+        ag : float
+            Peak ground acceleration on rock, in units of g.
+
+        Returns
+        -------
+        float
+            S [-].
+        """
+        least, a, b, greatest, _, _ = SOILS[self.soil]
+        return float(np.clip(a - b * self.f0 * ag, least, greatest)) * self.topography
+
+    def spectrum(self, ag: float, period: float, *, damping: float = 5.0) -> float:
+        """Return the elastic spectral acceleration S_e(T) in units of g (NTC 2018, 3.2.2).
+
+        Parameters
+        ----------
+        ag : float
+            Peak ground acceleration on rock, in units of g.
+        period : float
+            T [s]; 0 gives `ag S`.
+        damping : float, optional
+            xi [per cent].
+
+        Returns
+        -------
+        float
+            S_e / g.
+        """
+        *_, p, q = SOILS[self.soil]
+        tc = p * self.tc_star**q * self.tc_star
+        tb, td = tc / 3.0, 4.0 * ag + 1.6
+        eta = damping_factor(damping)
+        plateau = ag * self.amplification(ag) * eta * self.f0
+        if period < tb:
+            return plateau * (period / tb + (1.0 - period / tb) / (eta * self.f0))
+        if period < tc:
+            return plateau
+        return plateau * tc / period * (1.0 if period < td else td / period)
+
+
+@dataclass(frozen=True)
+class Floor:
+    """Where in a building a mechanism stands, for the floor spectrum of Circolare 7/2019.
+
+    Examples
+    --------
+    >>> from blockstat import Floor
+    >>> round(Floor(period=0.281170663, own_period=0.174556213, gamma=1.2).factor(), 6)
+    4.369598
+    """
+
+    period: float  #: T1, fundamental period of the building [s]
+    own_period: float  #: T0, of the part that may overturn, before it does [s]
+    gamma: float  #: modal participation, 3n/(2n + 1) for n storeys [-]
+    psi: float = 1.0  #: modal displacement at the height of the part: z/H [-]
+    damping: float = 5.0  #: xi1 of the building [per cent]
+    own_damping: float = 5.0  #: xi of the part [per cent]
+
+    def __post_init__(self) -> None:
+        for name in ("period", "own_period", "gamma", "psi", "damping", "own_damping"):
+            if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0):
+                raise InputError(f"floor: {name} is {getattr(self, name)!r}; it must be above 0")
+
+    def factor(self) -> float:
+        """Return S_eZ(T0) / S_e(T1), one mode of the building.
+
+        Returns
+        -------
+        float
+            Amplification from the ground spectrum at T1 to the floor spectrum at T0 [-].
+
+        Notes
+        -----
+        The peak is `m = 1.1 xi1^-0.5 eta(xi)` with xi1 as a fraction (as per cent, which the source says, resonance
+        would reduce the acceleration), and the acceleration of the floor is
+        `a_Z = S_e(T1) gamma psi sqrt(1 + 0.0004 xi1^2)` with xi1 in per cent.
+        """
+        rigid = self.gamma * self.psi * float(np.sqrt(1.0 + 0.0004 * self.damping**2))
+        peak = 1.1 / float(np.sqrt(self.damping / 100.0)) * damping_factor(self.own_damping)
+        low, high = 0.8 * self.period, 1.1 * self.period
+        off = 0.0
+        if self.own_period < low:
+            off = (1.0 - self.own_period / low) ** 1.6
+        elif self.own_period > high:
+            off = (self.own_period / high - 1.0) ** 1.2
+        return rigid * peak / (1.0 + (peak - 1.0) * off)
+
+
+def damping_factor(damping: float) -> float:
+    """Return eta = sqrt(10 / (5 + xi)), at least 0.55.
+
+    Parameters
+    ----------
+    damping : float
+        xi [per cent].
+
+    Returns
+    -------
+    float
+        eta [-].
+    """
+    return max(float(np.sqrt(10.0 / (5.0 + damping))), 0.55)

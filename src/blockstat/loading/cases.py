@@ -1,0 +1,226 @@
+"""Load cases: named loads, and combinations of them with factors, as tables of a scene file or of Python."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from blockstat.contact.interfaces import Interfaces, find_interfaces
+from blockstat.errors import InputError, no_such
+from blockstat.loading.ground import dispersed_load, fill_load, fluid_pressure
+from blockstat.loading.on_faces import body_load, line_load, patch_load, surface_load
+from blockstat.loads import acceleration, point_load
+from blockstat.typing import Floats
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: What makes the loads of each kind; the keys of their tables are its parameters.
+KINDS: dict[str, Callable[..., Floats]] = {
+    "point": point_load,
+    "line": line_load,
+    "patch": patch_load,
+    "surface": surface_load,
+    "body": body_load,
+    "acceleration": acceleration,
+    "pressure": fluid_pressure,
+    "fill": fill_load,
+    "dispersed": dispersed_load,
+}
+#: Parameters that no table gives.
+OURS = ("assembly", "interfaces")
+CASE_KEYS = ("factors", "live", "weight", "description")
+
+Tables = Mapping[str, Any]
+
+
+@dataclass(frozen=True, eq=False)
+class LoadCase:
+    """A combination of loads; all its wrenches are about the centroids of the blocks."""
+
+    name: str
+    permanent: Floats  #: what does not grow in a limit analysis, factors included, shape (n_blocks, 6) [N, N m]
+    live: Floats  #: what a load multiplier multiplies, shape (n_blocks, 6) [N, N m]; zeros where nothing does
+    description: str = ""
+
+    @property
+    def loads(self) -> Floats:
+        """All that acts beside the weight when the multiplier is one, shape (n_blocks, 6) [N, N m]."""
+        return self.permanent + self.live
+
+
+def load_cases(assembly: Assembly, loads: Tables | None = None, cases: Tables | None = None) -> dict[str, LoadCase]:
+    """Make the load cases of an assembly.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    loads : mapping, optional
+        By name: a wrench on each block, shape (n_blocks, 6) [N, N m], or a table as in a scene file, with a `kind` and
+        the parameters of the function of that kind.
+    cases : mapping, optional
+        By name: a table with `factors` (of loads that stay), `live` (of loads that a multiplier multiplies), both
+        numbers by the name of a load, and `weight`, the factor on the weight of the blocks, 1 by default. Loads and
+        cases are by default those of the assembly's scene file.
+
+    Returns
+    -------
+    dict of LoadCase
+        By name.
+
+    Raises
+    ------
+    InputError
+        Naming the key, for a load or a case that does not read as it must or does not fit the blocks.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box, load_cases
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0)), box((0, 0, 0), (1, 1, 1), name="block")]
+    >>> assembly = Assembly.from_blocks(blocks, supports=[0])
+    >>> snow = {"kind": "surface", "pressure": [0, 0, -1000], "towards": [0, 0, 1]}
+    >>> wind = {"kind": "surface", "pressure": [500, 0, 0], "towards": [-1, 0, 0]}
+    >>> case = {"factors": {"snow": 1.5}, "live": {"wind": 1.0}}
+    >>> found = load_cases(assembly, {"snow": snow, "wind": wind}, {"winter": case})["winter"]
+    >>> found.permanent[1, :3].round(6).tolist(), found.live[1, :3].round(6).tolist()
+    ([0.0, 0.0, -1500.0], [500.0, 0.0, 0.0])
+    """
+    loads = assembly.metadata.get("loads", {}) if loads is None else loads
+    cases = assembly.metadata.get("cases", {}) if cases is None else cases
+    check_tables(loads, cases)
+    used = {name for case in cases.values() for key in ("factors", "live") for name in case.get(key, {})}
+    joints: list[Interfaces] = []
+
+    def shared() -> Interfaces:
+        joints[:] = joints or [find_interfaces(assembly)]
+        return joints[0]
+
+    made = {name: _wrench(assembly, table, f"loads.{name}", shared) for name, table in loads.items() if name in used}
+    return {name: _case(assembly, name, table, made) for name, table in cases.items()}
+
+
+def load_case(assembly: Assembly, name: str, loads: Tables | None = None, cases: Tables | None = None) -> LoadCase:
+    """Make one load case of an assembly.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    name : str
+        Of the case.
+    loads, cases : mapping, optional
+        As in `load_cases`.
+
+    Returns
+    -------
+    LoadCase
+        The case.
+
+    Raises
+    ------
+    InputError
+        As `load_cases` does, and naming the cases there are where the one asked for is not among them.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box, load_case
+    >>> assembly = Assembly.from_blocks([box((0, 0, 0), (1, 1, 1))])
+    >>> load_case(assembly, "light", {}, {"light": {"weight": 0.9}}).permanent[0, 2].round(3).item()
+    2639.871
+    """
+    cases = assembly.metadata.get("cases", {}) if cases is None else cases
+    if name not in cases:
+        raise no_such("case", name, cases)
+    return load_cases(assembly, loads, {name: cases[name]})[name]
+
+
+def check_tables(loads: Tables, cases: Tables) -> None:
+    """Check the tables of loads and cases as far as no blocks are needed.
+
+    Parameters
+    ----------
+    loads, cases
+        As in `load_cases`.
+
+    Raises
+    ------
+    InputError
+        Naming the key at fault.
+    """
+    for name, table in loads.items():
+        if not isinstance(table, np.ndarray):
+            _check_load(f"loads.{name}", table)
+    for name, table in cases.items():
+        path = f"cases.{name}"
+        if not isinstance(table, Mapping):
+            raise InputError(f"{path}: it must be a table with factors or live")
+        for key in table:
+            if key not in CASE_KEYS:
+                raise InputError(f"{path}.{key}: unknown key; keys here are: {', '.join(CASE_KEYS)}")
+        for key in ("factors", "live"):
+            factors = table.get(key, {})
+            if not isinstance(factors, Mapping):
+                raise InputError(f"{path}.{key}: it must give a number to each load, such as {{ snow = 1.5 }}")
+            for load, factor in factors.items():
+                if load not in loads:
+                    raise InputError(f"{path}.{key}.{load}: {no_such('load', load, loads)}")
+                _check_number(f"{path}.{key}.{load}", factor)
+        _check_number(f"{path}.weight", table.get("weight", 1.0))
+
+
+def _check_load(path: str, table: Any) -> None:
+    if not isinstance(table, Mapping):
+        raise InputError(f"{path}: it must be a table with a kind, or a wrench on each block")
+    kind = table.get("kind")
+    if kind not in KINDS:
+        given = "the kind is missing" if kind is None else f"no kind {kind!r}"
+        raise InputError(f"{path}.kind: {given}; kinds are: {', '.join(KINDS)}")
+    keys = {name: p for name, p in inspect.signature(KINDS[kind]).parameters.items() if name not in OURS}
+    for key in table:
+        if key != "kind" and key not in keys:
+            raise InputError(f"{path}.{key}: unknown key; keys of a {kind} load are: {', '.join(keys)}")
+    for name, parameter in keys.items():
+        if parameter.default is parameter.empty and name not in table:
+            raise InputError(f"{path}: a {kind} load needs {name}; keys are: {', '.join(keys)}")
+
+
+def _check_number(path: str, value: Any) -> None:
+    if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not np.isfinite(value):
+        raise InputError(f"{path}: {value!r} is not a finite number")
+
+
+def _wrench(assembly: Assembly, table: Any, path: str, shared: Callable[[], Interfaces]) -> Floats:
+    """The wrenches of one load."""
+    if isinstance(table, np.ndarray):
+        if table.shape != (assembly.n_blocks, 6) or not np.isfinite(table).all():
+            raise InputError(
+                f"{path}: the array has shape {table.shape}; finite values of shape ({assembly.n_blocks}, 6) are needed"
+            )
+        return table
+    make = KINDS[table["kind"]]
+    options = {key: value for key, value in table.items() if key != "kind"}
+    if "interfaces" in inspect.signature(make).parameters:
+        options["interfaces"] = shared()
+    try:
+        return make(assembly, **options)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    except (TypeError, ValueError):
+        raise InputError(f"{path}: a {table['kind']} load cannot be made of {dict(table)}") from None
+
+
+def _case(assembly: Assembly, name: str, table: Tables, made: Mapping[str, Floats]) -> LoadCase:
+    """The combination of one case."""
+
+    def summed(key: str) -> Floats:
+        parts = (factor * made[load] for load, factor in table.get(key, {}).items())
+        return sum(parts, np.zeros((assembly.n_blocks, 6)))
+
+    permanent = summed("factors")
+    permanent[:, :3] += (table.get("weight", 1.0) - 1.0) * assembly.mass[:, None] * assembly.gravity
+    return LoadCase(name, permanent, summed("live"), str(table.get("description", "")))

@@ -1,0 +1,204 @@
+"""The free parts of faces, and the wrenches of tractions on them.
+
+A face is free where no other block touches it. Integrals over it are exact: it is cut into triangles about one point,
+with signs, and a traction that is linear in place times an arm is a polynomial of degree two.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from blockstat.contact.cells import patches_of
+from blockstat.contact.faces import frames
+from blockstat.contact.interfaces import Interfaces, find_interfaces
+from blockstat.errors import InputError
+from blockstat.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: What is on a plane, or covers a region, to this fraction of a block's size, or of the region's.
+ON = 1e-6
+#: A joint lies in a face when their normals differ by less than this cosine says (15 degrees, as joints are found).
+ALONG = float(np.cos(np.deg2rad(15.0)))
+#: A face that leans towards a direction by less than this cosine is parallel to it.
+TOWARDS = 1e-9
+
+#: Force per area [N/m2] at points of shape (n, 3) with the unit outward normal there, shape (n, 3).
+Traction = Callable[[Floats, Floats], Floats]
+
+
+@dataclass(frozen=True, eq=False)
+class Face:
+    """A free part of a face of a block."""
+
+    block: int
+    frame: Floats  #: rows outward normal, t1, t2, shape (3, 3)
+    origin: Floats  #: shape (3,) [m]
+    region: Any  #: shapely polygon or polygons, along t1 and t2 from the origin [m]
+
+    @property
+    def normal(self) -> Floats:
+        """Unit outward normal, shape (3,)."""
+        return self.frame[0]
+
+    def flat(self, points: Any) -> Floats:
+        """Return points of space along t1 and t2, shape (n, 2) [m]."""
+        return (np.asarray(points, dtype=float) - self.origin) @ self.frame[1:].T
+
+    def height(self, points: Any) -> Floats:
+        """Return the distances of points outside the plane of the face, shape (n,) [m]."""
+        return (np.asarray(points, dtype=float) - self.origin) @ self.frame[0]
+
+    def within(self, region: Any) -> Face:
+        """Return the part inside a region of its plane."""
+        return Face(self.block, self.frame, self.origin, self.region.intersection(region))
+
+
+def up_of(assembly: Assembly) -> Floats:
+    """Return the unit vector against gravity, shape (3,)."""
+    return -assembly.gravity / np.linalg.norm(assembly.gravity)
+
+
+def selected(assembly: Assembly, blocks: Iterable[int | str] | int | str | None, group: str | None) -> Ints:
+    """Return the blocks that a load is for: those named, those of a group, or all that are free.
+
+    Parameters
+    ----------
+    assembly
+        The blocks.
+    blocks
+        Names or numbers.
+    group
+        Name of a group, with its subgroups.
+
+    Returns
+    -------
+    Ints
+        Numbers of the blocks.
+
+    Raises
+    ------
+    InputError
+        For both, or for a name that does not exist.
+    """
+    if blocks is not None and group is not None:
+        raise InputError("a load is for blocks or for a group; give one of the two")
+    if blocks is not None:
+        return assembly.blocks_named(blocks, "load")
+    return assembly.free if group is None else assembly.in_group(group)
+
+
+def free_faces(
+    assembly: Assembly, blocks: Ints, *, towards: Floats | None = None, interfaces: Interfaces | None = None
+) -> list[Face]:
+    """Find the parts of faces of some blocks that no other block touches.
+
+    Parameters
+    ----------
+    assembly
+        The blocks.
+    blocks
+        Numbers of those whose faces are wanted, shape (n,).
+    towards
+        Only faces that look this way at all, shape (3,).
+    interfaces
+        Where blocks touch; searched for when None.
+
+    Returns
+    -------
+    list of Face
+        In the order of the faces of the assembly.
+    """
+    from shapely import MultiPoint, Polygon
+
+    interfaces = find_interfaces(assembly) if interfaces is None else interfaces
+    wanted = np.isin(assembly.face_block, blocks)
+    if towards is not None:
+        wanted &= assembly.planes.normal @ (towards / np.linalg.norm(towards)) > TOWARDS
+    joints = _joints(interfaces, blocks)
+    found = []
+    for f in np.flatnonzero(wanted):
+        block = int(assembly.face_block[f])
+        corners = assembly.vertices[assembly.face_vertices[assembly.face_start[f] : assembly.face_start[f + 1]]]
+        frame = frames(assembly.planes.normal[f][None])[0]
+        face = Face(block, frame, assembly.planes.centre[f], None)
+        region = Polygon(face.flat(corners))
+        for normal, patch, gap in joints.get(block, ()):
+            near = np.abs(face.height(patch)).max() <= gap + ON * assembly.size[block]
+            if normal @ face.normal > ALONG and near:
+                region = region.difference(MultiPoint(face.flat(patch)).convex_hull)
+        if region.area > 0:
+            found.append(Face(block, frame, face.origin, region))
+    return found
+
+
+def _joints(interfaces: Interfaces, blocks: Ints) -> dict[int, list[tuple[Floats, Floats, float]]]:
+    """Of each block the outward normals, corners [m] and gaps [m] of the patches that cover it."""
+    found: dict[int, list[tuple[Floats, Floats, float]]] = {int(block): [] for block in blocks}
+    for k in np.flatnonzero((interfaces.area > 0) & np.isin(interfaces.pair, blocks).any(axis=1)):
+        for block, sign in zip(interfaces.pair[k].tolist(), (1.0, -1.0), strict=True):
+            if block in found:
+                normal = sign * interfaces.frame[k, 0]
+                found[block] += [(normal, patch, float(interfaces.gap[k])) for patch in patches_of(interfaces, int(k))]
+    return found
+
+
+def wrenches(assembly: Assembly, faces: Iterable[Face], traction: Traction) -> Floats:
+    """Integrate a traction over parts of faces.
+
+    Parameters
+    ----------
+    assembly
+        The blocks.
+    faces
+        Where it acts.
+    traction
+        Linear in place on each face.
+
+    Returns
+    -------
+    Floats
+        Wrench on each block about its centroid, shape (n_blocks, 6) [N, N m].
+    """
+    load = np.zeros((assembly.n_blocks, 6))
+    for face in faces:
+        corners, area = _triangles(face)
+        if not len(area):
+            continue
+        # The middles of the sides with a third of the area each: exact to degree two.
+        points = ((corners + np.roll(corners, -1, axis=1)) / 2).reshape(-1, 3)
+        force = np.repeat(area / 3, 3)[:, None] * traction(points, np.broadcast_to(face.normal, points.shape))
+        load[face.block, :3] += force.sum(axis=0)
+        load[face.block, 3:] += np.cross(points - assembly.centroid[face.block], force).sum(axis=0)
+    return load
+
+
+def _triangles(face: Face) -> tuple[Floats, Floats]:
+    """Triangles with signed areas that add up to a part of a face, shapes (n, 3, 3) [m] and (n,) [m2]."""
+    corners, areas = [], []
+    for ring, sign in rings(face.region):
+        first, second = ring[:-1], ring[1:]
+        apex = np.broadcast_to(ring[0], first.shape)
+        one, two = first - apex, second - apex
+        turn = 0.5 * (one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
+        areas.append(sign * np.sign(turn.sum()) * turn)
+        corners.append(np.stack([apex, first, second], axis=1))
+    if not corners:
+        return np.empty((0, 3, 3)), np.empty(0)
+    return face.origin + np.concatenate(corners) @ face.frame[1:], np.concatenate(areas)
+
+
+def rings(region: Any) -> list[tuple[Floats, float]]:
+    """Return the closed outlines of polygons, shape (n + 1, 2) [m], with 1, and their holes with -1."""
+    polygons = [part for part in getattr(region, "geoms", [region]) if part.geom_type == "Polygon" and part.area > 0]
+    return [
+        (np.asarray(ring.coords)[:, :2], sign)
+        for polygon in polygons
+        for sign, own in ((1.0, [polygon.exterior]), (-1.0, polygon.interiors))
+        for ring in own
+    ]

@@ -1,0 +1,350 @@
+"""Fluid, earth and fill: pressure on faces that grows with depth, and loads that spread on their way down.
+
+Soil acts as a load alone: it presses, and resists nothing. Its resistance to arches that move into it is left out,
+which is on the safe side where it would help.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from blockstat.contact.interfaces import Interfaces
+from blockstat.errors import InputError, known_options
+from blockstat.loading.faces import ON, Face, rings, selected, up_of, wrenches
+from blockstat.loading.on_faces import facing
+from blockstat.loads import three
+from blockstat.typing import Floats
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+Blocks = Iterable[int | str] | int | str | None
+
+
+@known_options
+def fluid_pressure(
+    assembly: Assembly,
+    level: float,
+    unit_weight: float,
+    towards: Sequence[float],
+    *,
+    coefficient: float = 1.0,
+    surcharge: float = 0.0,
+    blocks: Blocks = None,
+    group: str | None = None,
+    interfaces: Interfaces | None = None,
+) -> Floats:
+    """Make the pressure of a fluid or of earth on free faces: K (unit weight x depth + surcharge), normal to them.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    level : float
+        Height of the surface, measured against gravity [m]; nothing acts above it.
+    unit_weight : float
+        Of the fluid or the earth [N/m3].
+    towards : sequence of float, shape (3,)
+        Where the loaded faces look: into the fluid. All faces that look this way at all are loaded.
+    coefficient : float, optional
+        K: 1 for a fluid; of active earth pressure or of that at rest for earth [-].
+    surcharge : float, optional
+        Vertical pressure on the surface of the earth [N/m2].
+    blocks : names or numbers of blocks, optional
+        Those that are loaded.
+    group : str, optional
+        The group that is loaded; by default all free blocks are.
+    interfaces : Interfaces, optional
+        Where blocks touch; searched for when None.
+
+    Returns
+    -------
+    array, shape (n_blocks, 6)
+        Force [N] and moment about the centroid [N m] on each block.
+
+    Raises
+    ------
+    InputError
+        Where no free face looks that way below the level, or for a bad number.
+
+    Examples
+    --------
+    Water 2 m deep pushes with 1/2 gamma h^2 a metre, at a third of its depth.
+
+    >>> from blockstat import Assembly, box, fluid_pressure
+    >>> wall = Assembly.from_blocks([box((0, 0, 0), (1, 1, 3))])
+    >>> load = fluid_pressure(wall, 2.0, 9810.0, towards=(-1, 0, 0))
+    >>> load.round(6).tolist()
+    [[19620.0, 0.0, 0.0, 0.0, -16350.0, 0.0]]
+    """
+    values = {"level": level, "unit_weight": unit_weight, "coefficient": coefficient, "surcharge": surcharge}
+    _check(values, positive=("unit_weight",))
+    faces = facing(assembly, selected(assembly, blocks, group), three(towards, "towards"), interfaces)
+    up = up_of(assembly)
+    wet = [part for face in faces if (part := _below(face, up, level)).region.area > 0]
+    if not wet:
+        raise InputError(f"no free face of these blocks looks towards {list(towards)} below the level {level:g}")
+
+    def traction(points: Floats, normal: Floats) -> Floats:
+        depth = level - points @ up
+        return -coefficient * (unit_weight * depth + surcharge)[:, None] * normal
+
+    return wrenches(assembly, wet, traction)
+
+
+@known_options
+def fill_load(
+    assembly: Assembly,
+    level: float,
+    unit_weight: float,
+    *,
+    blocks: Blocks = None,
+    group: str | None = None,
+    interfaces: Interfaces | None = None,
+) -> Floats:
+    """Make the dead load of fill up to a level: on each free face that looks up, the weight of the column above it.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    level : float
+        Height of the surface of the fill, measured against gravity [m].
+    unit_weight : float
+        Of the fill [N/m3].
+    blocks : names or numbers of blocks, optional
+        Those that carry it.
+    group : str, optional
+        The group that carries it, such as an arch ring; by default all free blocks.
+    interfaces : Interfaces, optional
+        Where blocks touch; searched for when None.
+
+    Returns
+    -------
+    array, shape (n_blocks, 6)
+        Force [N] and moment about the centroid [N m] on each block.
+
+    Raises
+    ------
+    InputError
+        Where no free face looks up below the level, or two lie above each other; for a bad number.
+
+    Notes
+    -----
+    The load is vertical. The fill has no strength and resists nothing.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box, fill_load
+    >>> slab = Assembly.from_blocks([box((0, 0, 0), (2, 1, 1))])
+    >>> fill_load(slab, 1.5, 18000.0).round(6).tolist()
+    [[0.0, 0.0, -18000.0, 0.0, 0.0, 0.0]]
+    """
+    _check({"level": level, "unit_weight": unit_weight}, positive=("unit_weight",))
+    up = up_of(assembly)
+    faces = facing(assembly, selected(assembly, blocks, group), up, interfaces)
+    covered = [part for face in faces if (part := _below(face, up, level)).region.area > 0]
+    if not covered:
+        raise InputError(f"no free face of these blocks lies below the level {level:g}")
+    _check_single(assembly, covered)
+
+    def traction(points: Floats, normal: Floats) -> Floats:
+        return -(unit_weight * (level - points @ up) * (normal @ up))[:, None] * up
+
+    return wrenches(assembly, covered, traction)
+
+
+@known_options
+def dispersed_load(
+    assembly: Assembly,
+    point: Sequence[float],
+    force: float,
+    *,
+    spread: float,
+    footprint: Sequence[float] = (0.0, 0.0),
+    blocks: Blocks = None,
+    group: str | None = None,
+    interfaces: Interfaces | None = None,
+) -> Floats:
+    """Make the load of a vertical force on fill that spreads on its way down to the faces below.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    point : sequence of float, shape (3,)
+        Centre of the load on the surface of the fill [m].
+    force : float
+        Downwards [N].
+    spread : float
+        How far the load spreads to each side for each metre of depth [-]: 0.5 for one to two.
+    footprint : sequence of float, shape (2,), optional
+        Sides of the loaded rectangle on the surface, along x and y [m].
+    blocks : names or numbers of blocks, optional
+        Those that may carry it.
+    group : str, optional
+        The group that may carry it, such as an arch ring; by default all free blocks.
+    interfaces : Interfaces, optional
+        Where blocks touch; searched for when None.
+
+    Returns
+    -------
+    array, shape (n_blocks, 6)
+        Force [N] and moment about the centroid [N m] on each block.
+
+    Raises
+    ------
+    InputError
+        Where no free face lies below the point, or two lie above each other; for a bad number.
+
+    Notes
+    -----
+    The rectangle has grown by twice spread x depth at the depth of the face below the point. There the pressure is even
+    over the plan. Where a part of the rectangle reaches beyond the faces, the rest carries all of the force. The fill
+    resists nothing.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box, dispersed_load
+    >>> slab = Assembly.from_blocks([box((0, 0, 0), (4, 4, 1)), box((4, 0, 0), (8, 4, 1))])
+    >>> load = dispersed_load(slab, (3.5, 2, 2), 1000.0, spread=1.0)
+    >>> load[:, 2].round(6).tolist()
+    [-750.0, -250.0]
+    """
+    _check({"force": force, "spread": spread}, positive=("force",))
+    faces = facing(assembly, selected(assembly, blocks, group), up_of(assembly), interfaces)
+    return dispersed(assembly, faces, three(point, "point"), force, spread, footprint)
+
+
+def dispersed(
+    assembly: Assembly, faces: Sequence[Face], place: Floats, force: float, spread: float, footprint: Sequence[float]
+) -> Floats:
+    """Make the load of a force on fill over faces that are known.
+
+    Parameters
+    ----------
+    assembly, force, spread, footprint
+        As in `dispersed_load`.
+    faces
+        Free faces that look up.
+    place
+        Centre of the load on the surface, shape (3,) [m].
+
+    Returns
+    -------
+    Floats
+        Shape (n_blocks, 6) [N, N m].
+
+    Raises
+    ------
+    InputError
+        As in `dispersed_load`.
+    """
+    from shapely import box
+
+    up = up_of(assembly)
+    depth = [place @ up - height for _, height in below(faces, place, up)]
+    if not depth or max(depth) < -ON * float(assembly.size.max()):
+        raise InputError(f"no free face of these blocks lies below the point {place.tolist()}")
+    sides = np.asarray(footprint, dtype=float) + 2 * spread * max(min(depth), 0.0)
+    if sides.shape != (2,) or not (sides > 0).all():
+        raise InputError(f"the load at {place.tolist()} has an area of {sides.tolist()} m below; both must be above 0")
+    plan = _plan(up)
+    flat = plan @ place
+    rectangle = box(*(flat - sides / 2), *(flat + sides / 2))
+    parts = [part for face in faces if (part := _under(face, plan, up, rectangle)).region.area > 0]
+    _check_single(assembly, parts)
+    carried = sum(part.region.area * float(part.normal @ up) for part in parts)
+    return wrenches(assembly, parts, lambda _, normal: -(force / carried * (normal @ up))[:, None] * up)
+
+
+def below(faces: Sequence[Face], place: Floats, up: Floats, *, room: float = 0.0) -> list[tuple[Face, float]]:
+    """Find the faces below or above a point in plan, each with its height there.
+
+    Parameters
+    ----------
+    faces
+        Free faces that look up.
+    place
+        The point, shape (3,) [m].
+    up
+        Unit vector against gravity, shape (3,).
+    room
+        How far outside a face the point may lie, along its plane [m].
+
+    Returns
+    -------
+    list of Face and float
+        Heights [m]; two faces where the point lies on a joint.
+    """
+    from shapely import Point
+
+    found = []
+    for face in faces:
+        there = place - up * float(face.height(place)) / float(face.normal @ up)
+        if face.region.distance(Point(face.flat(there))) <= room + ON * face.region.length:
+            found.append((face, float(there @ up)))
+    return found
+
+
+def _plan(up: Floats) -> Floats:
+    """Rows of two horizontal directions, x and y where up is z, shape (2, 3)."""
+    first = np.eye(3)[0] if abs(up[0]) < 0.9 else np.eye(3)[1]
+    first = first - (first @ up) * up
+    first = first / np.linalg.norm(first)
+    return np.stack([first, np.cross(up, first)])
+
+
+def _under(face: Face, plan: Floats, up: Floats, region: Any) -> Face:
+    """The part of a face that lies under a region of the plan."""
+    from shapely import Polygon
+
+    corners = np.asarray(region.exterior.coords) @ plan
+    drop = (corners - face.origin) @ face.normal / float(face.normal @ up)
+    return face.within(Polygon(face.flat(corners - drop[:, None] * up)))
+
+
+def _below(face: Face, up: Floats, level: float) -> Face:
+    """The part of a face below a level."""
+    from shapely import Polygon, box
+
+    slope = face.frame[1:] @ up
+    room = level - float(face.origin @ up)
+    steep = float(np.linalg.norm(slope))
+    if steep < ON:
+        return face if room > 0 else Face(face.block, face.frame, face.origin, Polygon())
+    # In the face, along its line of slope: below is what lies on one side of a line.
+    along, across = slope / steep, np.array([-slope[1], slope[0]]) / steep
+    far = 2.0 * max(abs(value) for value in face.region.bounds) + abs(room) / steep + 1.0
+    corners = np.array([(x, y) for x, y in box(-far, -far, room / steep, far).exterior.coords])
+    return face.within(Polygon(corners @ np.stack([along, across])))
+
+
+def _check_single(assembly: Assembly, faces: Sequence[Face]) -> None:
+    """Raise InputError where two faces lie above each other in plan."""
+    from shapely import MultiPolygon, Polygon, STRtree
+
+    up = up_of(assembly)
+    plan = _plan(up)
+    shapes = []
+    for face in faces:
+        flat = [
+            Polygon((face.origin + ring @ face.frame[1:]) @ plan.T) for ring, sign in rings(face.region) if sign > 0
+        ]
+        shapes.append(MultiPolygon(flat).buffer(0))
+    for i, j in zip(*STRtree(shapes).query(shapes), strict=True):
+        if i < j and shapes[i].intersection(shapes[j]).area > ON * min(shapes[i].area, shapes[j].area):
+            names = " and ".join(f'"{assembly.names[faces[k].block]}"' for k in (i, j))
+            raise InputError(f"free faces of {names} lie above each other; name the group that carries the load")
+
+
+def _check(values: dict[str, float], *, positive: Sequence[str]) -> None:
+    """Raise InputError for a value that is no finite number, or not positive where it must be."""
+    for name, value in values.items():
+        number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool) and np.isfinite(value)
+        if not number or (name in positive and value <= 0) or (name == "spread" and value < 0):
+            allowed = "above 0" if name in positive else "at least 0" if name == "spread" else "finite"
+            raise InputError(f"{name} is {value!r}; it must be a number, {allowed}")

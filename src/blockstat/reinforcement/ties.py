@@ -1,0 +1,308 @@
+"""How much a tie must and may pull, where one helps most, and anchor plates and tendons as what they do to blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from blockstat.analysis.limit_load import LimitLoad, LoadOutcome
+from blockstat.analysis.thrust import extreme, standing
+from blockstat.assembly import Block
+from blockstat.contact.interfaces import GAP, Interfaces
+from blockstat.errors import InputError, known_options
+from blockstat.joint import Tie
+from blockstat.loads import as_load, on_block, three
+from blockstat.program.ties import tie_columns
+from blockstat.result import Result, Sentence, finite
+from blockstat.typing import Floats
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+STEEL = 7850.0  #: [kg/m3]
+
+
+class TieOutcome(Sentence):
+    """The answers of `tie_range`; the value of each is the sentence that a user reads."""
+
+    RANGE = "Range: the assembly stands with every force of the tie between the least and the greatest."
+    NO_GREATEST = "No greatest: the assembly stands with every force of the tie from the least on."
+
+
+@dataclass(frozen=True, eq=False)
+class TieRange(Result):
+    """The least and the greatest force of a tie with which an assembly stands."""
+
+    tie: Tie
+    least: float  #: [N], proven by `least_forces`
+    greatest: float  #: [N], proven by `greatest_forces`; inf for no greatest
+    least_forces: Floats  #: shape (n_points, 3) [N]
+    greatest_forces: Floats  #: shape (n_points, 3) [N]
+    assembly: Assembly
+
+    @property
+    def outcome(self) -> TieOutcome:
+        """Whether there is a greatest force."""
+        return TieOutcome.RANGE if np.isfinite(self.greatest) else TieOutcome.NO_GREATEST
+
+    def explain(self) -> str:
+        """Return the range in words, one fact a line.
+
+        Returns
+        -------
+        str
+            One fact a line.
+        """
+        return f"{self.outcome.value}\nLeast {self.least:.9g} N, greatest {self.greatest:.9g} N."
+
+    def summary(self) -> dict[str, Any]:
+        """Return plain values for JSON; no greatest force is None.
+
+        Returns
+        -------
+        dict
+            Values by name.
+        """
+        return {
+            "outcome": self.outcome.word,
+            "sentence": self.outcome.value,
+            "tie": self.tie.as_dict(),
+            "least": self.least,
+            "greatest": finite(self.greatest),
+        }
+
+
+@known_options
+def tie_range(
+    assembly: Assembly,
+    tie: int = 0,
+    *,
+    friction: float | None = None,
+    gravity: Any = None,
+    loads: Floats | None = None,
+    gap: float = GAP,
+    interfaces: Interfaces | None = None,
+    solver: str = "auto",
+) -> TieRange:
+    """Find the least and the greatest force of a tie with which an assembly stands, between the tie's own bounds.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks and their ties; it must stand with some force of the tie.
+    tie : int, optional
+        Number of the tie among those of the assembly.
+    friction, gravity, loads, gap, interfaces, solver
+        As in `blockstat.assess`.
+
+    Returns
+    -------
+    TieRange
+        Both forces, each with a force field that proves it.
+
+    Raises
+    ------
+    InputError
+        When the assembly stands with no force of the tie, for a tie that does not exist or whose force is given, and
+        for an option that does not exist.
+
+    Notes
+    -----
+    The least force with which an assembly carries a load is that of `loads` with the load in it. Of the limit load of a
+    tie without a bound, it is the greatest force that is of any use.
+
+    Examples
+    --------
+    A tie at its top holds a block that leans out over its foot.
+
+    >>> from blockstat import Assembly, Tie, box, tie_range
+    >>> blocks = [box((-2, -1, -1), (1, 1, 0), name="ground"), box((0, 0, 0), (3, 1, 1), name="block")]
+    >>> tie = Tie(("ground", "block"), ((-1, 0.5, 0), (0, 0.5, 1)))
+    >>> held = Assembly.from_blocks(blocks, supports=[0], density=1000.0, ties=[tie])
+    >>> found = tie_range(held)
+    >>> round(found.least), found.outcome.word
+    (10405, 'range')
+    """
+    if not 0 <= tie < len(assembly.ties):
+        raise InputError(f"tie is {tie!r}; the assembly has {len(assembly.ties)} ties, numbered from 0")
+    if assembly.ties[tie].constant:
+        raise InputError(f"{assembly.ties[tie].label}: its force is given; there is no range to find")
+    options = {"friction": friction, "gravity": gravity, "loads": loads, "gap": gap, "interfaces": interfaces}
+    problem, inside = standing(assembly, solver=solver, **options)
+    column = problem.eq.n_columns - len(problem.ties) + int(np.flatnonzero(problem.ties == tie)[0])
+    functional = np.zeros(3 * problem.eq.n_columns)
+    functional[3 * column] = 1.0
+    least, least_forces = extreme(problem, -functional, inside, solver)
+    greatest, greatest_forces = extreme(problem, functional, inside, solver)
+    return TieRange(assembly.ties[tie], -least, greatest, least_forces, greatest_forces, problem.assembly)
+
+
+def tie_gain(limit: LimitLoad, load: Any, ties: Sequence[Tie]) -> Floats:
+    """Return by how much each of some ties would raise a limit load multiplier, for each newton of its force.
+
+    Parameters
+    ----------
+    limit : LimitLoad
+        Of the assembly without them.
+    load : array_like
+        Its load, as `blockstat.limit_load` took it.
+    ties : sequence of Tie
+        The ties that are considered.
+
+    Returns
+    -------
+    array, shape (n_ties,)
+        Derivatives of the multiplier by the forces [1/N], to first order: those of the mechanism of the limit. The best
+        place of a tie is that of the largest.
+
+    Raises
+    ------
+    InputError
+        When there is no limit, or for a tie to a block that does not exist.
+
+    Notes
+    -----
+    A mechanism u with l'u = 1 bounds the multiplier by -w'u. The wrenches t of a unit tension add to w, so the bound
+    rises by -t'u, the rate at which the mechanism lengthens the tie.
+
+    Examples
+    --------
+    A tie to the ground keeps a pillar from tipping the better the higher it is.
+
+    >>> from blockstat import Assembly, Tie, box, limit_load, tie_gain
+    >>> blocks = [box((-4, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 1, 2), name="pillar")]
+    >>> pillar = Assembly.from_blocks(blocks, supports=["ground"], density=1000.0)
+    >>> limit = limit_load(pillar, (1, 0, 0))
+    >>> places = [Tie(("ground", "pillar"), ((-4, 0.5, z), (0, 0.5, z))) for z in (0.5, 1.0, 2.0)]
+    >>> (9810.0 * tie_gain(limit, (1, 0, 0), places)).round(6).tolist()
+    [0.5, 1.0, 2.0]
+    """
+    if limit.outcome is not LoadOutcome.LIMIT:
+        raise InputError(f"no limit load to raise: {limit.outcome.value}")
+    assembly = limit.assembly
+    motion = limit.mechanism / float((limit.mechanism * as_load(assembly, load)).sum())
+    columns = tie_columns(assembly, ties)
+    gain = np.zeros(len(ties))
+    for side, sign in ((0, 1.0), (1, -1.0)):
+        block = columns.pair[:, side]
+        velocity = motion[block, :3] + np.cross(motion[block, 3:], columns.point - assembly.centroid[block])
+        gain += sign * np.einsum("ij,ij->i", columns.force[:, 0], velocity)
+    return gain
+
+
+def tendon_load(assembly: Assembly, blocks: Sequence[int | str], points: Any, force: float) -> Floats:
+    """Make the load of an unbonded tendon with a constant force along a polyline, without friction at its bends.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    blocks : sequence of str or int
+        The block that it is anchored in, those that it bends at, and the block of its other anchorage.
+    points : array_like, shape (n, 3)
+        The anchorages and the bends, each on its block [m].
+    force : float
+        Tension [N].
+
+    Returns
+    -------
+    array, shape (n_blocks, 6)
+        Force [N] and moment about the centroid [N m] on each block; they balance each other.
+
+    Raises
+    ------
+    InputError
+        For a point that is not on its block, or a force that is not positive.
+
+    Notes
+    -----
+    The load does not follow the blocks when they move far.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box, tendon_load
+    >>> blocks = [box((0, 0, 0), (1, 1, 1), name="a"), box((1, 0, 0), (2, 1, 1), name="b")]
+    >>> row = Assembly.from_blocks(blocks)
+    >>> tendon_load(row, ["a", "b"], [(0, 0.5, 0.5), (2, 0.5, 0.5)], 100.0)[:, :3].tolist()
+    [[100.0, 0.0, 0.0], [-100.0, 0.0, 0.0]]
+    """
+    corners = np.asarray(points, dtype=float)
+    if corners.ndim != 2 or corners.shape != (len(blocks), 3) or len(blocks) < 2 or not np.isfinite(corners).all():
+        raise InputError(f"tendon: points have shape {corners.shape}; one point of three numbers a block, two at least")
+    if not (np.isfinite(force) and force > 0):
+        raise InputError(f"tendon: force is {force!r}; it must be above 0")
+    steps = np.diff(corners, axis=0)
+    length = np.linalg.norm(steps, axis=1)
+    if not length.all():
+        raise InputError("tendon: two of its points that follow each other are the same")
+    pull = force * steps / length[:, None]
+    total = np.zeros((len(corners), 3))
+    total[:-1] += pull
+    total[1:] -= pull
+    load = np.zeros((assembly.n_blocks, 6))
+    for block, point, push in zip(assembly.blocks_named(blocks, "tendon"), corners, total, strict=True):
+        if not assembly.support[block] and not on_block(assembly, int(block), point):
+            raise InputError(f'tendon: the point {point.tolist()} is not on block "{assembly.names[block]}"')
+        load[block] += np.concatenate([push, np.cross(point - assembly.centroid[block], push)])
+    return load
+
+
+def anchor_plate(
+    point: Sequence[float],
+    outward: Sequence[float],
+    sides: Sequence[float],
+    *,
+    thickness: float = 0.03,
+    density: float = STEEL,
+    name: str = "plate",
+) -> Block:
+    """Make an anchor plate as a block that lies on a face, for a tie that ends on it.
+
+    Parameters
+    ----------
+    point : sequence of float, shape (3,)
+        Middle of its inner face, on the masonry [m].
+    outward : sequence of float, shape (3,)
+        Out of the masonry.
+    sides : sequence of float, shape (2,)
+        Of the plate: the horizontal one and the other [m].
+    thickness : float, optional
+        [m].
+    density : float, optional
+        [kg/m3].
+    name : str, optional
+        Of the block.
+
+    Returns
+    -------
+    Block
+        A rigid plate that presses on all blocks that it covers.
+
+    Raises
+    ------
+    InputError
+        For sides or a thickness that are not positive.
+
+    Examples
+    --------
+    >>> from blockstat import anchor_plate
+    >>> plate = anchor_plate((0, 0, 2), (-1, 0, 0), (0.4, 0.6), name="plate.left")
+    >>> plate.vertices.min(axis=0).round(3).tolist(), plate.vertices.max(axis=0).round(3).tolist()
+    ([-0.03, -0.2, 1.7], [0.0, 0.2, 2.3])
+    """
+    from blockstat.model.solids import box
+
+    normal = three(outward, "outward")
+    half = np.asarray(sides, dtype=float) / 2
+    if half.shape != (2,) or not (half > 0).all() or not thickness > 0 or not normal.any():
+        raise InputError(f"plate: sides {sides!r} and thickness {thickness!r} must be above 0, and outward not zero")
+    normal = normal / np.linalg.norm(normal)
+    across = np.cross([0.0, 0.0, 1.0], normal)
+    across = across / np.linalg.norm(across) if np.linalg.norm(across) > 1e-9 else np.array([1.0, 0.0, 0.0])
+    frame = np.stack([across, np.cross(normal, across), normal])
+    flat = box((-half[0], -half[1], 0.0), (half[0], half[1], thickness))
+    vertices = three(point, "point") + np.asarray(flat.vertices, dtype=float) @ frame
+    return Block(vertices, flat.faces, name=name, group=name, density=density)

@@ -1,0 +1,391 @@
+"""The limit load of a train at every place of a path: influence line, envelope, and the worst place.
+
+Every mechanism bounds the multiplier at all places from above, and every force field at the places whose loads are
+sums of those that it carries from below. So a place is solved only where these bounds do not meet:
+
+    the loads that an assembly carries are a convex set. Between two joints the load of a train is linear in its place,
+    so 1/multiplier is convex there. The worst place of all is at a joint, on one of its sides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from blockstat.analysis.decision import lower_bound
+from blockstat.analysis.limit_load import LoadOutcome, bracket
+from blockstat.analysis.problem import Problem
+from blockstat.analysis.thrust import standing
+from blockstat.analysis.verdict import unit_motion
+from blockstat.certificate import check as certificate
+from blockstat.certificate.interior_motions import with_interior_motion
+from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
+from blockstat.errors import InputError, known_options
+from blockstat.loading.faces import selected, up_of
+from blockstat.loading.on_faces import facing
+from blockstat.program.conic import conic_program
+from blockstat.program.penalty import PenaltyProgram
+from blockstat.result import Result, Sentence, finite
+from blockstat.solve import interior_point
+from blockstat.solve.answer import EarlyEnd
+from blockstat.traffic.places import Road, road_along, train_loads
+from blockstat.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+MOST_POSITIONS = 100_000
+
+
+class MovingOutcome(Sentence):
+    """The answers of `moving_load`; the value of each is the sentence that a user reads."""
+
+    LIMIT = "Limit: at its worst place the train is carried up to the lower bound, and not beyond the upper one."
+    UNBOUNDED = "Unbounded: any multiple of the train is carried at every place."
+
+
+@dataclass(frozen=True, eq=False)
+class MovingLoad(Result):
+    """Brackets on the multiplier of a train at each place of a path."""
+
+    outcome: MovingOutcome
+    place: Floats  #: of the first axle along the path, ascending, shape (n,) [m]
+    side: Ints  #: -1 or 1: an axle that stands on a joint loads the block before or the one after, shape (n,)
+    lower: Floats  #: multiplier carried at each place, shape (n,)
+    upper: Floats  #: and not beyond this, shape (n,)
+    worst: int  #: the place with the least upper bound
+    load: Floats  #: of the train there, shape (n_blocks, 6) [N, N m]
+    mechanism: Floats  #: there, shape (n_blocks, 6), scaled so that the fastest corner moves by 1 m
+    solves: int  #: places that were solved; the others follow from them
+    assembly: Assembly
+
+    def explain(self) -> str:
+        """Return the answer in words, one fact a line.
+
+        Returns
+        -------
+        str
+            One fact a line.
+        """
+        lines = [self.outcome.value]
+        if self.outcome is MovingOutcome.LIMIT:
+            k = self.worst
+            lines.append(f"{self.lower[k]:.6g} <= multiplier <= {self.upper[k]:.6g}")
+            lines.append(f"Worst place of the first axle: {self.place[k]:.4g} m along the path.")
+        lines.append(f"{len(self.place)} places, {self.solves} solved.")
+        return "\n".join(lines)
+
+    def summary(self) -> dict[str, Any]:
+        """Return plain values for JSON; infinite bounds are None.
+
+        Returns
+        -------
+        dict
+            Values by name.
+        """
+        return {
+            "outcome": self.outcome.word,
+            "sentence": self.outcome.value,
+            "place": self.place.tolist(),
+            "side": self.side.tolist(),
+            "lower": [finite(value) for value in self.lower],
+            "upper": [finite(value) for value in self.upper],
+            "worst": self.worst,
+            "solves": self.solves,
+        }
+
+
+@known_options
+def moving_load(
+    assembly: Assembly,
+    axles: Sequence[Sequence[float]],
+    path: Sequence[Sequence[float]],
+    *,
+    positions: int = 100,
+    joints: bool = True,
+    spread: float | None = None,
+    footprint: Sequence[float] = (0.0, 0.0),
+    group: str | None = None,
+    friction: float | None = None,
+    gravity: Any = None,
+    loads: Floats | None = None,
+    gap: float = GAP,
+    interfaces: Interfaces | None = None,
+    solver: str = "auto",
+    tolerance: float = 1e-3,
+) -> MovingLoad:
+    """Find the limit load of a train of axles at every place of a path over the highest free faces.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks; they must stand without the train.
+    axles : sequence of (distance, force)
+        Distance behind the first axle [m] and force downwards [N] of each.
+    path : sequence of points, shape (n, 3)
+        Corners of the path; without a spread their heights do not count [m].
+    positions : int, optional
+        Places of the first axle, even from where it enters the path to where the last axle leaves it.
+    joints : bool, optional
+        Further places where an axle passes from a block to the next, on both sides. The worst of all places is among
+        them. Without a spread only.
+    spread, footprint : optional
+        As in `blockstat.dispersed_load`: the axles stand on fill, whose surface is the path.
+    group : str, optional
+        The group that carries the train, by default all free blocks.
+    friction, gravity, loads, gap, interfaces, solver
+        As in `blockstat.assess`; `loads` stay as they are.
+    tolerance : float, optional
+        Width of the brackets relative to their upper ends, from 1e-9 to 0.1.
+
+    Returns
+    -------
+    MovingLoad
+        A proven bracket at each place: the influence line of the multiplier, and its least value.
+
+    Raises
+    ------
+    InputError
+        When the assembly does not stand, for a bad train or path, or for an option that does not exist.
+
+    Examples
+    --------
+    A wheel on an overhang of a slab: the slab tips about the edge of its support.
+
+    >>> from blockstat import Assembly, box, moving_load
+    >>> blocks = [box((0, 0, -1), (2, 1, 0), name="pier"), box((0, 0, 0), (3, 1, 0.5), name="slab")]
+    >>> bridge = Assembly.from_blocks(blocks, supports=["pier"], density=1000.0)
+    >>> found = moving_load(bridge, [(0, 1000.0)], [(0, 0.5, 0.5), (3, 0.5, 0.5)], positions=7)
+    >>> found.place[found.worst].item(), round(found.upper[found.worst].item(), 2)
+    (3.0, 7.36)
+    """
+    train = _train(axles)
+    if not (isinstance(positions, int) and 1 <= positions <= MOST_POSITIONS):
+        raise InputError(f"positions is {positions!r}; it must be a whole number from 1 to {MOST_POSITIONS}")
+    if not 1e-9 <= tolerance <= 0.1:
+        raise InputError(f"tolerance is {tolerance!r}; it must be from 1e-9 to 0.1")
+    shared = find_interfaces(assembly, gap=gap) if interfaces is None else interfaces
+    options = {"friction": friction, "gravity": gravity, "loads": loads, "gap": gap}
+    problem, inside = standing(assembly, solver=solver, interfaces=shared, **options)
+    faces = facing(problem.assembly, selected(assembly, None, group), up_of(problem.assembly), shared)
+    road = road_along(problem.assembly, path, faces)
+    place, side, joint = _places(road, train, positions, joints and spread is None)
+    wrenches = train_loads(road, train, place, side, spread=spread, footprint=footprint)
+    search = _Search(problem, inside, wrenches, place, joint, solver, tolerance)
+    search.run()
+    return search.result(side)
+
+
+def _train(axles: Sequence[Sequence[float]]) -> Floats:
+    """The axles, checked."""
+    try:
+        train = np.asarray(axles, dtype=float).reshape(-1, 2)
+    except (TypeError, ValueError):
+        train = np.empty((0, 2))
+    if not len(train) or not np.isfinite(train).all() or (train[:, 1] <= 0).any() or (train[:, 0] < 0).any():
+        raise InputError(f"axles are {axles!r}; each is a distance behind the first, at least 0, and a force above 0")
+    return train
+
+
+def _places(road: Road, train: Floats, positions: int, joints: bool) -> tuple[Floats, Ints, np.ndarray]:
+    """Places of the first axle, the side of a joint that is meant where an axle stands on one, and where one does."""
+    last = float(road.length[-1] + train[:, 0].max())
+    even = np.linspace(0.0, last, positions) if positions > 1 else np.array([last / 2])
+    if not joints:
+        return even, np.ones(len(even), dtype=np.int64), np.zeros(len(even), dtype=bool)
+    ends = np.unique(np.concatenate([road.start, road.end]))
+    met = np.unique((ends[:, None] + train[:, 0]).round(12))
+    met = met[met <= last]
+    place = np.concatenate([np.setdiff1d(even, met), met, met])
+    side = np.concatenate([np.ones(len(place) - len(met)), -np.ones(len(met))]).astype(np.int64)
+    order = np.lexsort((side, place))
+    return place[order], side[order], np.isin(place[order], met)
+
+
+@dataclass
+class _Search:
+    """Brackets at all places, narrowed by what each solve proves."""
+
+    problem: Problem
+    inside: Floats  #: forces with slack under the dead load
+    wrenches: Floats
+    place: Floats
+    joint: np.ndarray  #: places where an axle passes from a block to the next, shape (n,)
+    solver: str
+    tolerance: float
+    solves: int = 0
+    fields: dict[int, Floats] = field(default_factory=dict)  #: forces at the lower bounds of places
+    unbounded: set[int] = field(default_factory=set)  #: places where any multiple is carried
+    twists: list[Floats] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        n = len(self.wrenches)
+        self.loads = np.stack([self.problem.scaled(load) for load in self.wrenches])
+        self.lower, self.upper = np.zeros(n), np.full(n, np.inf)
+        self.by = np.full(n, -1)  #: the mechanism of the upper bound
+        none = ~self.loads.any(axis=1)
+        self.lower[none] = np.inf
+        self.program: PenaltyProgram = self.problem.program  # type: ignore[assignment]
+
+    def run(self) -> None:
+        """Solve where the bounds do not meet, coarse steps first."""
+        # Between two joints the load is linear in its place, and what is known at both bounds what lies between.
+        rows = (np.flatnonzero(self.joint), np.flatnonzero(~self.joint))
+        for k in (int(own[i]) for own in rows for i in _coarse_first(len(own))):
+            if self._open(k):
+                self._from_neighbours(k)
+            if self._open(k) and not self._carried(k):
+                self._solve(k)
+
+    def _open(self, k: int) -> bool:
+        return not (np.isinf(self.lower[k]) or _close(self.lower[k], self.upper[k], self.tolerance))
+
+    def _solve(self, k: int) -> None:
+        self.solves += 1
+        load = self.loads[k]
+        near = _Near(self.problem, load, self.inside, self.tolerance)
+        if self.solver in ("auto", "interior-point") and near.solve():
+            lower, upper, force, twist = near.lower, near.upper, near.force, near.twist
+        else:
+            found = bracket(self.problem, self.inside, self.wrenches[k], self.solver)
+            if found[0] is LoadOutcome.UNBOUNDED:
+                self.lower[k] = np.inf
+                self.unbounded.add(k)
+                return
+            _, lower, upper, force, twist = found
+        self.lower[k] = max(self.lower[k], lower)
+        self.fields[k] = force
+        self._note(twist, upper, k)
+
+    def _note(self, twist: Floats, upper: float, k: int) -> None:
+        """Bound all places from above by a mechanism that bounds one of them."""
+        work = self.loads @ (twist / float(self.loads[k] @ twist))
+        with np.errstate(divide="ignore"):
+            bound = np.where(work > 0, upper / np.where(work > 0, work, 1.0), np.inf)
+        better = bound < self.upper
+        self.upper[better], self.by[better] = bound[better], len(self.twists)
+        self.twists.append(twist)
+
+    def _from_neighbours(self, k: int) -> None:
+        """Bound a place from below by the force fields of solved places next to it, whose loads add up to its own."""
+        if (pair := self._neighbours(k)) is None:
+            return
+        a, b, share = pair
+        mixed = (1 - share) * self.loads[a] + share * self.loads[b]
+        if np.abs(mixed - self.loads[k]).max() <= 1e-9 * np.abs(self.loads[k]).max():
+            with np.errstate(divide="ignore"):
+                self.lower[k] = max(self.lower[k], 1.0 / ((1 - share) / self.lower[a] + share / self.lower[b]))
+            if np.isinf(self.lower[k]):
+                self.unbounded.add(k)
+
+    def _neighbours(self, k: int) -> tuple[int, int, float] | None:
+        """The solved places before and after, and how far from the first to the second a place is."""
+        solved = np.array(sorted(self.unbounded | self.fields.keys()), dtype=np.int64)
+        before, after = solved[solved < k], solved[solved > k]
+        if not len(before) or not len(after):
+            return None
+        a, b = int(before[-1]), int(after[0])
+        length = self.place[b] - self.place[a]
+        return a, b, float((self.place[k] - self.place[a]) / length) if length > 0 else 0.5
+
+    def _carried(self, k: int) -> bool:
+        """Whether forces like those of its neighbours carry almost the upper bound of a place."""
+        pair = self._neighbours(k)
+        if pair is None or not np.isfinite(self.upper[k]) or not set(pair[:2]) <= self.fields.keys():
+            return False
+        a, b, share = pair
+        value = (1 - 0.9 * self.tolerance) * self.upper[k]
+        at = replace(self.program, load=self.program.load + value * self.loads[k])
+        mixed = (1 - share) * self.fields[a] + share * self.fields[b]
+        guess = (1 - 0.5 * self.tolerance) * mixed + 0.5 * self.tolerance * self.inside
+        nothing = np.zeros_like(self.program.load)
+        force = certificate.settle(at, guess)
+        if not certificate.check(at, force, nothing).proves_stable:
+            return False
+        self.lower[k], self.fields[k] = value, force
+        return True
+
+    def result(self, side: Ints) -> MovingLoad:
+        """Return what was found."""
+        worst = int(np.argmin(self.upper))
+        bounded = bool(np.isfinite(self.upper[worst]))
+        twist = self.twists[self.by[worst]] if bounded else np.zeros_like(self.program.load)
+        return MovingLoad(
+            outcome=MovingOutcome.LIMIT if bounded else MovingOutcome.UNBOUNDED,
+            place=self.place,
+            side=side,
+            lower=np.minimum(self.lower, self.upper),
+            upper=self.upper,
+            worst=worst,
+            load=self.wrenches[worst],
+            mechanism=unit_motion(self.problem.assembly, self.problem.to_blocks(twist)),
+            solves=self.solves,
+            assembly=self.problem.assembly,
+        )
+
+
+class _Near:
+    """One limit load that ends as soon as its bounds are close enough."""
+
+    def __init__(self, problem: Problem, load: Floats, inside: Floats, tolerance: float) -> None:
+        assert problem.program is not None
+        self._problem, self._program, self._inside, self._tolerance = problem, problem.program, inside, tolerance
+        size = float(np.linalg.norm(load.reshape(-1, 6)[:, :3], axis=1).sum())
+        self._unit = size / problem.program.total_load
+        self._load = load / self._unit
+        self._last = np.zeros_like(load)
+        self.lower, self.upper = 0.0, np.inf
+        self.force, self.twist = inside, self._last
+
+    def solve(self) -> bool:
+        """Whether the bounds came close enough."""
+        conic = conic_program(self._program, -self._program.load, pinned=self._load)
+        if not conic.has_structure:
+            return False
+        interior_point.solve(conic, EarlyEnd(forces=self._proves, twist=self._noted))
+        self.lower, self.upper = self.lower / self._unit, self.upper / self._unit
+        return _close(self.lower, self.upper, self._tolerance)
+
+    def _noted(self, twist: Floats) -> bool:
+        self._last = twist
+        return False
+
+    def _proves(self, force: Floats) -> bool:
+        """Whether this iterate proves both bounds."""
+        rest = self._program.matrix @ force.reshape(-1) + self._program.load
+        guess = -float(rest @ self._load) / float(self._load @ self._load)
+        if not guess > 0:
+            return False
+        twist = with_interior_motion(self._program, self._last, self._problem.motions())
+        work = float(self._load @ twist)
+        power, closing = certificate.power(self._program, twist)
+        if work > 0 and closing == 0.0 and -power / work < self.upper:
+            self.upper, self.twist = -power / work, twist
+        if not _close(guess, self.upper, self._tolerance):
+            return False
+        found = lower_bound(self._program, self._load, force, min(guess, self.upper), self._inside)
+        if found is not None and found.value > self.lower:
+            self.lower, self.force = found.value, found.evidence
+        return _close(self.lower, self.upper, self._tolerance)
+
+
+def _close(lower: float, upper: float, tolerance: float) -> bool:
+    """Whether a bracket is narrow enough, relative to its upper end."""
+    return bool(np.isfinite(upper) and upper - lower <= tolerance * upper)
+
+
+def _coarse_first(n: int) -> list[int]:
+    """Numbers from 0 to n - 1: the ends, then the middles of what is left, level by level."""
+    order, level = [*range(n)][:: max(n - 1, 1)], [(0, n - 1)]
+    while level:
+        below = []
+        for a, b in level:
+            if b - a > 1:
+                middle = (a + b) // 2
+                order.append(middle)
+                below += [(a, middle), (middle, b)]
+        level = below
+    return order

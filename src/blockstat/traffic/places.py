@@ -1,0 +1,171 @@
+"""Where the axles of a train stand: the faces along a path, and the load of a train at each place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blockstat.errors import InputError
+from blockstat.loading.faces import Face, up_of
+from blockstat.loading.ground import below, dispersed
+from blockstat.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: Stretches of a path shorter than this, relative to the size of a block, are rounding.
+SHORT = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Road:
+    """A path in plan, and the faces that carry a wheel along it."""
+
+    assembly: Assembly
+    corners: Floats  #: of the path, shape (n, 3) [m]
+    length: Floats  #: along the path to each corner, shape (n,) [m]
+    faces: tuple[Face, ...]
+    start: Floats  #: stretches of the path, ascending, shape (k,) [m]
+    end: Floats  #: shape (k,) [m]
+    face: Ints  #: the highest face below each stretch, shape (k,)
+
+    def point(self, along: float) -> Floats:
+        """Return the point at a length along the path, shape (3,) [m]."""
+        return np.array([np.interp(along, self.length, self.corners[:, k]) for k in range(3)])
+
+    def wheel(self, along: float, side: int) -> Floats:
+        """Return the wrenches of a unit force downwards at a length along the path.
+
+        Parameters
+        ----------
+        along
+            [m]
+        side
+            Where two stretches meet: -1 for the one before, 1 for the one after.
+
+        Returns
+        -------
+        Floats
+            Shape (n_blocks, 6); zero where the path has no face.
+        """
+        load = np.zeros((self.assembly.n_blocks, 6))
+        room = SHORT * float(self.assembly.size.min())
+        on = np.flatnonzero((self.start <= along + room) & (self.end >= along - room))
+        if not len(on):
+            return load
+        face = self.faces[self.face[on[-1] if side > 0 else on[0]]]
+        up, point = up_of(self.assembly), self.point(along)
+        foot = point - up * float(face.height(point)) / float(face.normal @ up)
+        load[face.block] = np.concatenate([-up, np.cross(foot - self.assembly.centroid[face.block], -up)])
+        return load
+
+
+def road_along(assembly: Assembly, path: Sequence[Sequence[float]], faces: Sequence[Face]) -> Road:
+    """Find the faces along a path, the highest where several lie above each other.
+
+    Parameters
+    ----------
+    assembly
+        The blocks.
+    path
+        Corners of the path, shape (n, 3) [m]; their heights do not count.
+    faces
+        Free faces that look up.
+
+    Returns
+    -------
+    Road
+        The path with its stretches.
+
+    Raises
+    ------
+    InputError
+        For a path of one point, or one that has no face below it.
+    """
+    corners = np.asarray(path, dtype=float)
+    if corners.ndim != 2 or corners.shape[0] < 2 or corners.shape[1] != 3 or not np.isfinite(corners).all():
+        raise InputError(f"path has shape {corners.shape}; two or more points of three numbers are needed")
+    step = np.linalg.norm(np.diff(corners, axis=0), axis=1)
+    if not step.all():
+        raise InputError("path: two of its points that follow each other are the same")
+    up, length = up_of(assembly), np.concatenate([[0.0], np.cumsum(step)])
+    cuts = {0.0, float(length[-1])}
+    for k, (one, two) in enumerate(zip(corners[:-1], corners[1:], strict=True)):
+        for face in faces:
+            cuts |= {float(length[k] + at * step[k]) for at in _crossings(face, one, two, up)}
+    marks = np.array(sorted(cuts))
+    room = SHORT * float(assembly.size.min())
+    marks = marks[np.concatenate([[True], np.diff(marks) > room])]
+    numbers = {id(face): k for k, face in enumerate(faces)}
+    stretches = []
+    for a, b in zip(marks[:-1], marks[1:], strict=True):
+        middle = np.array([np.interp((a + b) / 2, length, corners[:, k]) for k in range(3)])
+        under = below(faces, middle, up)
+        if under:
+            stretches.append((a, b, numbers[id(max(under, key=lambda pair: pair[1])[0])]))
+    if not stretches:
+        raise InputError("path: no free face of these blocks lies below it")
+    start, end, face = (np.array(column) for column in zip(*stretches, strict=True))
+    return Road(assembly, corners, length, tuple(faces), start, end, face)
+
+
+def _crossings(face: Face, one: Floats, two: Floats, up: Floats) -> list[float]:
+    """Where the outline of a face is crossed in plan on the way from one point to the other, from 0 to 1."""
+    from shapely import LineString
+
+    drop = [point - up * float(face.height(point)) / float(face.normal @ up) for point in (one, two)]
+    line = LineString(face.flat(np.stack(drop)))
+    met = line.intersection(face.region)
+    ends = [part.coords for part in getattr(met, "geoms", [met]) if part.geom_type == "LineString"]
+    return [line.project(_point(own[k])) / line.length for own in ends if len(own) for k in (0, -1)]
+
+
+def _point(place: Sequence[float]) -> object:
+    from shapely import Point
+
+    return Point(place)
+
+
+def train_loads(
+    road: Road,
+    axles: Floats,
+    place: Floats,
+    side: Ints,
+    *,
+    spread: float | None,
+    footprint: Sequence[float],
+) -> Floats:
+    """Return the loads of a train at some places.
+
+    Parameters
+    ----------
+    road
+        The path and its faces.
+    axles
+        Distance behind the first [m] and force [N] of each axle, shape (n_axles, 2).
+    place
+        Of the first axle along the path, shape (n,) [m].
+    side
+        Of a joint that an axle stands on, -1 or 1, shape (n,).
+    spread, footprint
+        As in `blockstat.dispersed_load`; without a spread the axles stand on the faces.
+
+    Returns
+    -------
+    Floats
+        Shape (n, n_blocks, 6) [N, N m]; axles beyond the path press on nothing.
+    """
+    loads = np.zeros((len(place), road.assembly.n_blocks, 6))
+    for k, (at, way) in enumerate(zip(place, side, strict=True)):
+        for behind, force in axles:
+            along = at - behind
+            if not 0.0 <= along <= road.length[-1]:
+                continue
+            if spread is None:
+                loads[k] += force * road.wheel(along, int(way))
+            else:
+                loads[k] += dispersed(road.assembly, road.faces, road.point(along), force, spread, footprint)
+    return loads
