@@ -44,6 +44,8 @@ ROUNDING = 1e-9
 #: A bracket wider than this, relative to its upper end, is asked of the other solver too: up to so many unknowns, and
 #: beyond, where that costs more than all the rest.
 SHARP, CHEAP, LOOSE = 1e-7, 2_000, 1e-3
+#: Width of a bracket, relative to its upper end, that tells a limit well enough for an engineer.
+TOLERANCE = 1e-4
 
 
 class LoadOutcome(Sentence):
@@ -74,6 +76,7 @@ class LimitLoad(Result):
     coulomb_kinds: tuple[tuple[float, float], ...] = ()
     bonds: Bonds | None = None  #: what the bonds at the centres of joints carry with `forces`
     ties: Floats | None = None  #: tension of each tie, or compression of each strut, with `forces`, (n_ties,) [N]
+    iterations: int = 0  #: factorisations of the programs of the dead load and of the multiplier
 
     @property
     def coulomb(self) -> tuple[float, float] | None:
@@ -159,9 +162,11 @@ class LimitLoad(Result):
         """
         return {
             "status": self.outcome.word,
+            "outcome": self.outcome.word,
             "sentence": self.outcome.value,
             "lower": finite(self.lower),
             "upper": finite(self.upper),
+            "iterations": self.iterations,
             "coulomb_lower": None if self.coulomb is None else self.coulomb[0],
             "coulomb_upper": None if self.coulomb is None else self.coulomb[1],
             "coulomb_least": None if self.coulomb_least is None else self.coulomb_least[0],
@@ -173,6 +178,10 @@ class LimitLoad(Result):
             "warnings": list(self.warnings),
             "timings": self.timings,
         }
+
+
+#: Outcome, lower and upper bound, scaled forces, scaled mechanism, iterations.
+Found = tuple[LoadOutcome, float, float, Floats, Floats, int]
 
 
 def relative_motion(assembly: Assembly, interfaces: Interfaces, mechanism: Floats) -> Floats:
@@ -209,6 +218,7 @@ def limit_load(
     interfaces: Interfaces | None = None,
     solver: str = "auto",
     flow: str = "associated",
+    tolerance: float = TOLERANCE,
 ) -> LimitLoad:
     """Find the largest multiplier of a load that an assembly carries on top of its weight.
 
@@ -237,6 +247,9 @@ def limit_load(
         One of `blockstat.solve.dispatch.CHOICES`.
     flow
         "associated" or "coulomb".
+    tolerance
+        Largest width of the bracket, relative to its upper end, with the outcome "limit". Where one solver leaves it
+        wider, the other is asked. The bracket is mostly much narrower.
 
     Returns
     -------
@@ -246,7 +259,8 @@ def limit_load(
     Raises
     ------
     InputError
-        When nothing supports the assembly or all of it, when blocks overlap, or for an option that does not exist.
+        When nothing supports the assembly or all of it, when blocks overlap, for a tolerance that is not between 0 and
+        0.1, or for an option that does not exist.
 
     References
     ----------
@@ -266,14 +280,16 @@ def limit_load(
     """
     check_choice("solver", solver, CHOICES)
     check_choice("flow", flow, FLOWS)
+    if not (isinstance(tolerance, (int, float)) and 0 < tolerance <= 0.1):
+        raise InputError(f"tolerance is {tolerance!r}; it must be above 0 and at most 0.1 of the limit")
     problem = pose(assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
     if not len(problem.assembly.free):
         raise InputError(f'"{assembly.name}": all blocks are supports; there is nothing to load')
     direction = as_load(problem.assembly, load)
     timings = dict(problem.timings)
     with timed(timings, "solve"):
-        solved = _bracket(problem, direction, solver)
-    outcome, lower, upper, force, twist = solved
+        solved = _bracket(problem, direction, solver, tolerance)
+    outcome, lower, upper, force, twist, iterations = solved
     kinds: tuple[tuple[float, float], ...] = ()
     if flow == "coulomb" and outcome is LoadOutcome.LIMIT and lower > 0:
         with timed(timings, "coulomb"):
@@ -291,14 +307,16 @@ def limit_load(
         coulomb_kinds=kinds,
         bonds=problem.to_bonds(force),
         ties=problem.to_ties(force),
+        iterations=iterations,
     )
     with timed(timings, "contacts without a normal"):
-        found = _beyond_doubt(problem, found, direction, loads, solver)
+        options = {"loads": loads, "gap": gap, "solver": solver, "tolerance": tolerance}
+        found = _beyond_doubt(problem, found, direction, options)
     timings["total"] = sum(timings.values())
     return found
 
 
-def _beyond_doubt(problem: Problem, found: LimitLoad, load: Floats, loads: Floats | None, solver: str) -> LimitLoad:
+def _beyond_doubt(problem: Problem, found: LimitLoad, load: Floats, options: dict[str, Any]) -> LimitLoad:
     """The bracket with an upper bound that holds at contacts that are in no program, whatever these carry."""
     motion = unit_motion(problem.assembly, free_fall(problem)) if len(problem.floating) else found.mechanism
     if np.isposinf(found.upper) or not motion.any():
@@ -309,19 +327,18 @@ def _beyond_doubt(problem: Problem, found: LimitLoad, load: Floats, loads: Float
         warnings = rim_warnings(problem, motion)
         if not warnings:
             return found
-        options = {"loads": loads, "gap": problem.gap, "solver": solver}
         held = limit_load(problem.assembly, load, interfaces=with_rims(problem), **options)
         upper, mechanism = held.upper, held.mechanism
-    proven = _closed(found.lower, upper) if found.outcome is LoadOutcome.LIMIT else upper == found.upper == -np.inf
-    if proven:
+    closed = _closed(found.lower, upper, options["tolerance"])
+    if closed if found.outcome is LoadOutcome.LIMIT else upper == found.upper == -np.inf:
         return replace(found, upper=upper, mechanism=mechanism)
     warnings = (*found.warnings, *warnings)
     return replace(found, outcome=LoadOutcome.UNDECIDED, upper=upper, mechanism=mechanism, warnings=warnings)
 
 
-def _closed(lower: float, upper: float) -> bool:
+def _closed(lower: float, upper: float, tolerance: float) -> bool:
     """Whether a bracket in units of a load as strong as the weight tells the limit."""
-    return bool(np.isfinite(upper)) and upper - lower <= max(1e-3 * abs(upper), ROUNDING)
+    return bool(np.isfinite(upper)) and upper - lower <= max(tolerance * abs(upper), ROUNDING)
 
 
 def _coulomb_brackets(
@@ -359,23 +376,24 @@ def _bounds(
     return low, upper_bound(program, load, answer.twist, answer.force, solver=solver, motions=problem.motions)
 
 
-def _bracket(problem: Problem, direction: Floats, solver: str) -> tuple[LoadOutcome, float, float, Floats, Floats]:
-    """Outcome, bounds, scaled force field and twist."""
+def _bracket(problem: Problem, direction: Floats, solver: str, tolerance: float) -> Found:
+    """What is found, with the iterations of the dead load."""
     program, eq = problem.program, problem.eq
     if program is None or len(problem.floating):
-        return LoadOutcome.DEAD_LOAD_UNSTABLE, -np.inf, -np.inf, np.zeros((eq.n_columns, 3)), np.zeros(6 * eq.n_blocks)
+        force, twist = np.zeros((eq.n_columns, 3)), np.zeros(6 * eq.n_blocks)
+        return LoadOutcome.DEAD_LOAD_UNSTABLE, -np.inf, -np.inf, force, twist, 0
     options = {"solver": solver, "motions": problem.motions}
     dead = decide(program, solve_penalty(program, **options), **options)
     outcome = outcome_of(dead.certificate)
     if outcome is not Outcome.STABLE:
         word = LoadOutcome.DEAD_LOAD_UNSTABLE if outcome is Outcome.UNSTABLE else LoadOutcome.UNDECIDED
-        return word, -np.inf, -np.inf if outcome is Outcome.UNSTABLE else np.inf, dead.force, dead.twist
-    return bracket(problem, dead.force, direction, solver)
+        upper = -np.inf if outcome is Outcome.UNSTABLE else np.inf
+        return word, -np.inf, upper, dead.force, dead.twist, dead.iterations
+    *found, iterations = bracket(problem, dead.force, direction, solver, tolerance)
+    return *found, dead.iterations + iterations
 
 
-def bracket(
-    problem: Problem, dead: Floats, direction: Floats, solver: str
-) -> tuple[LoadOutcome, float, float, Floats, Floats]:
+def bracket(problem: Problem, dead: Floats, direction: Floats, solver: str, tolerance: float = TOLERANCE) -> Found:
     """Bracket the multiplier of a load on an assembly that is known to stand.
 
     Parameters
@@ -388,11 +406,13 @@ def bracket(
         The load, shape (n_blocks, 6) [N, N m].
     solver
         One of `blockstat.solve.dispatch.CHOICES`.
+    tolerance
+        As in `limit_load`.
 
     Returns
     -------
     tuple
-        Outcome, lower and upper bound, scaled forces, shape (m, 3), and scaled mechanism, shape (6 n,).
+        Outcome, lower and upper bound, scaled forces, shape (m, 3), scaled mechanism, shape (6 n,), and iterations.
     """
     program = problem.program
     assert program is not None
@@ -407,22 +427,24 @@ def bracket(
         field = certificate.balance(at, dead + UNBOUNDED * unit * ray)
         carried = certificate.check(at, field, np.zeros_like(load)).proves_stable
         word = LoadOutcome.UNBOUNDED if carried else LoadOutcome.UNDECIDED
-        return word, np.inf if carried else 0.0, np.inf, dead, np.zeros_like(load)
+        return word, np.inf if carried else 0.0, np.inf, dead, np.zeros_like(load), answer.iterations
     low, high = _bounds(problem, load, answer, dead, solver)
-    sharp = SHARP if len(program.load) <= CHEAP else LOOSE
+    iterations = answer.iterations
+    sharp = min(SHARP if len(program.load) <= CHEAP else LOOSE, tolerance)
     if solver == "auto" and not (low and high and high.value - low.value <= sharp * abs(high.value)):
         other = "interior-point" if answer.solver == "clarabel" else "clarabel"
         again = solve(conic, solver=other)
+        iterations += again.iterations
         if not again.status.is_infeasible:
             second = _bounds(problem, load, again, dead, solver)
             low = max((bound for bound in (low, second[0]) if bound), key=lambda bound: bound.value, default=None)
             high = min((bound for bound in (high, second[1]) if bound), key=lambda bound: bound.value, default=None)
     if low and low.value >= UNBOUNDED * unit:
-        return LoadOutcome.UNBOUNDED, np.inf, np.inf, low.evidence, np.zeros_like(load)
+        return LoadOutcome.UNBOUNDED, np.inf, np.inf, low.evidence, np.zeros_like(load), iterations
     # The dead load is carried, so a negative bound contradicts forces that are proven, and proves nothing.
     low, high = (bound if bound and bound.value >= -ROUNDING else None for bound in (low, high))
     lower, field = (low.value, low.evidence) if low else (0.0, dead)
     upper, twist = (high.value, high.evidence) if high else (np.inf, answer.twist)
     lower = min(lower, upper)  # both are proven to a tolerance, within which they may cross
-    outcome = LoadOutcome.LIMIT if _closed(lower, upper) else LoadOutcome.UNDECIDED
-    return outcome, lower / unit, upper / unit, field, twist
+    outcome = LoadOutcome.LIMIT if _closed(lower, upper, tolerance) else LoadOutcome.UNDECIDED
+    return outcome, lower / unit, upper / unit, field, twist, iterations

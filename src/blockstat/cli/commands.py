@@ -169,6 +169,7 @@ def limit(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Polar plot of the directions (.png, .svg, .pdf).")
     ] = None,
+    tolerance: Annotated[float, typer.Option(metavar="T", help="Width asked of the bracket, relative to it.")] = 1e-4,
     as_json: AsJson = False,
 ) -> None:
     """Bracket an acceleration, in one direction or in all, or the live loads of a case. Both bounds are proven."""
@@ -187,7 +188,7 @@ def limit(
         over_the_horizon(file, assembly, directions, flow, output, units, as_json)
         return
     growing, permanent = load_and_loads(load, chosen_case(assembly, file, case, loads))
-    result = limit_load(assembly, growing, loads=permanent, flow=flow)
+    result = limit_load(assembly, growing, loads=permanent, flow=flow, tolerance=tolerance)
     if as_json:
         echo = inputs(assembly, units=units) | ({"case": case} if case else {})
         print_json({"file": str(file), **echo, **result.summary()})

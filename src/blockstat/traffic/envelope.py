@@ -255,7 +255,7 @@ class _Search:
                 self.lower[k] = np.inf
                 self.unbounded.add(k)
                 return
-            _, lower, upper, force, twist = found
+            _, lower, upper, force, twist, _ = found
         self.lower[k] = max(self.lower[k], lower)
         self.fields[k] = force
         self._note(twist, upper, k)
