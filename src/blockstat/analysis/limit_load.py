@@ -389,8 +389,8 @@ def _bracket(problem: Problem, direction: Floats, solver: str, tolerance: float)
         word = LoadOutcome.DEAD_LOAD_UNSTABLE if outcome is Outcome.UNSTABLE else LoadOutcome.UNDECIDED
         upper = -np.inf if outcome is Outcome.UNSTABLE else np.inf
         return word, -np.inf, upper, dead.force, dead.twist, dead.iterations
-    *found, iterations = bracket(problem, dead.force, direction, solver, tolerance)
-    return *found, dead.iterations + iterations
+    found = bracket(problem, dead.force, direction, solver, tolerance)
+    return *found[:-1], found[-1] + dead.iterations
 
 
 def bracket(problem: Problem, dead: Floats, direction: Floats, solver: str, tolerance: float = TOLERANCE) -> Found:

@@ -248,7 +248,7 @@ def pose(
         held, floating = split_floating(assembly, np.concatenate([interfaces.pair, pairs]))
         touched = np.any(np.isin(interfaces.pair, held), axis=1)
         points = np.flatnonzero(touched[interfaces.point_interface])
-        unknown = [not tie.constant for tie in assembly.ties]
+        unknown = np.array([not tie.constant for tie in assembly.ties], dtype=bool)
         ties = np.flatnonzero(np.isin(pairs, held).any(axis=1) & unknown) if assembly.ties else np.empty(0, np.int64)
         eq, program, bonds = _program(assembly, interfaces, load, held, points, touched, ties)
     warnings += _floating_warnings(assembly, floating, interfaces)

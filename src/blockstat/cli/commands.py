@@ -134,18 +134,19 @@ def check(
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
     acting = chosen_case(assembly, file, case, loads)
     permanent = None if acting is None else acting.loads
-    verdict = assess(assembly, gap=GAP if gap is None else gap_of(gap), solver=solver, flow=flow, loads=permanent)
+    near = GAP if gap is None else gap_of(gap)
+    verdict = assess(assembly, gap=near, solver=solver, flow=flow, loads=permanent)
     if output is not None:
         write_verdict(verdict, output)
     if as_json:
         summary = verdict.summary()
-        echo = inputs(assembly, units=units, gap=gap) | ({"case": case} if case else {})
+        echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
         print_json({"file": str(file), "verdict": summary.pop("outcome"), **echo, **summary})
         return
     seconds = verdict.timings["total"]
     faces = verdict.interfaces
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {faces.n_interfaces} interfaces, {seconds:.2f} s")
-    typer.echo(said(assembly, units=units, gap=gap))
+    typer.echo(said(assembly, units=units, gap=near))
     typer.echo(verdict.explain())
 
 

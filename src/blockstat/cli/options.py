@@ -193,7 +193,7 @@ def _tilted(gravity: Any, tilt: str) -> Any:
     return Rotation.from_rotvec(np.deg2rad(angle) * np.array(AXES[axis])).apply(np.asarray(gravity))
 
 
-def inputs(assembly: Assembly, *, units: str | None = None, gap: float | None = None) -> dict[str, Any]:
+def inputs(assembly: Assembly, *, units: str | None = None, gap: float | str | None = None) -> dict[str, Any]:
     """Return what an answer rests on, as JSON echoes it.
 
     Parameters
@@ -202,7 +202,7 @@ def inputs(assembly: Assembly, *, units: str | None = None, gap: float | None = 
         The blocks as they were analysed.
     units : str, optional
         Of the coordinates in the file; None for metres.
-    gap : float, optional
+    gap : float or str, optional
         Tolerance of the joint search; None for the default.
 
     Returns
@@ -227,7 +227,7 @@ def inputs(assembly: Assembly, *, units: str | None = None, gap: float | None = 
     }
 
 
-def said(assembly: Assembly, *, units: str | None = None, gap: float | None = None) -> str:
+def said(assembly: Assembly, *, units: str | None = None, gap: float | str | None = None) -> str:
     """Return what an answer rests on in one line.
 
     Parameters
@@ -244,9 +244,10 @@ def said(assembly: Assembly, *, units: str | None = None, gap: float | None = No
     low, high = found["densities"]
     density = f"{low:g}" if low == high else f"{low:g} to {high:g}"
     laws = f" and {len(assembly.joints)} joint laws" if assembly.joints else ""
+    near = found["gap"] if isinstance(found["gap"], str) else f"{found['gap']:g} of a block"
     return (
         f"Friction {assembly.friction:g}{laws}, density {density} kg/m3, weight {found['weight'] / 1e3:.4g} kN, "
-        f"coordinates in {found['units']}, joints closed to {found['gap']:g} of a block."
+        f"coordinates in {found['units']}, joints closed to {near}."
     )
 
 

@@ -271,4 +271,5 @@ def _ground(acceleration: float, site: Site, floor: Floor | None) -> float:
 
     if demand(GREATEST) <= acceleration:
         return GREATEST
-    return float(brentq(lambda ag: demand(ag) - acceleration, 0.0, GREATEST, xtol=1e-14))
+    found: Any = brentq(lambda ag: demand(ag) - acceleration, 0.0, GREATEST, xtol=1e-14)
+    return float(found)

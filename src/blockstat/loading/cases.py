@@ -90,18 +90,18 @@ def load_cases(assembly: Assembly, loads: Tables | None = None, cases: Tables | 
     >>> found.permanent[1, :3].round(6).tolist(), found.live[1, :3].round(6).tolist()
     ([0.0, 0.0, -1500.0], [500.0, 0.0, 0.0])
     """
-    loads = assembly.metadata.get("loads", {}) if loads is None else loads
-    cases = assembly.metadata.get("cases", {}) if cases is None else cases
-    check_tables(loads, cases)
-    used = {name for case in cases.values() for key in ("factors", "live") for name in case.get(key, {})}
+    given: Tables = assembly.metadata.get("loads", {}) if loads is None else loads
+    asked: Tables = assembly.metadata.get("cases", {}) if cases is None else cases
+    check_tables(given, asked)
+    used = {name for case in asked.values() for key in ("factors", "live") for name in case.get(key, {})}
     joints: list[Interfaces] = []
 
     def shared() -> Interfaces:
         joints[:] = joints or [find_interfaces(assembly)]
         return joints[0]
 
-    made = {name: _wrench(assembly, table, f"loads.{name}", shared) for name, table in loads.items() if name in used}
-    return {name: _case(assembly, name, table, made) for name, table in cases.items()}
+    made = {name: _wrench(assembly, table, f"loads.{name}", shared) for name, table in given.items() if name in used}
+    return {name: _case(assembly, name, table, made) for name, table in asked.items()}
 
 
 def load_case(assembly: Assembly, name: str, loads: Tables | None = None, cases: Tables | None = None) -> LoadCase:
@@ -133,10 +133,10 @@ def load_case(assembly: Assembly, name: str, loads: Tables | None = None, cases:
     >>> load_case(assembly, "light", {}, {"light": {"weight": 0.9}}).permanent[0, 2].round(3).item()
     2639.871
     """
-    cases = assembly.metadata.get("cases", {}) if cases is None else cases
-    if name not in cases:
-        raise no_such("case", name, cases)
-    return load_cases(assembly, loads, {name: cases[name]})[name]
+    known: Tables = assembly.metadata.get("cases", {}) if cases is None else cases
+    if name not in known:
+        raise no_such("case", name, known)
+    return load_cases(assembly, loads, {name: known[name]})[name]
 
 
 def check_tables(loads: Tables, cases: Tables) -> None:

@@ -294,7 +294,7 @@ def _plan(up: Floats) -> Floats:
     """Rows of two horizontal directions, x and y where up is z, shape (2, 3)."""
     first = np.eye(3)[0] if abs(up[0]) < 0.9 else np.eye(3)[1]
     first = first - (first @ up) * up
-    first = first / np.linalg.norm(first)
+    first: Floats = first / np.linalg.norm(first)
     return np.stack([first, np.cross(up, first)])
 
 

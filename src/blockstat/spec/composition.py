@@ -164,7 +164,7 @@ def ties_of(tables: dict[str, Any], names: _Names | None = None) -> tuple[Tie, .
     return tuple(found)
 
 
-def load_tables(loads: dict[str, Any], cases: dict[str, Any], names: _Names | None = None) -> dict[str, dict[str, Any]]:
+def load_tables(loads: dict[str, Any], cases: dict[str, Any], names: _Names | None = None) -> dict[str, Any]:
     """The tables of loads and cases in numbers, checked as far as no blocks are needed.
 
     Parameters

@@ -250,7 +250,7 @@ def horizontal(assembly: Assembly) -> Floats:
     first = np.array([1.0, 0.0, 0.0]) - up[0] * up
     if np.linalg.norm(first) < 1e-6:  # gravity along x: any direction will do
         first = np.array([0.0, 0.0, 1.0]) - up[2] * up
-    first = first / np.linalg.norm(first)
+    first: Floats = first / np.linalg.norm(first)
     return np.array([first, np.cross(up, first)])
 
 

@@ -89,8 +89,8 @@ class Settlement(Result):
         faces, support = self.interfaces, self.assembly.support
         motion = relative_motion(self.assembly, faces, self.mechanism)
         index = faces.point_interface
-        moved = np.asarray(support & self.mechanism.any(axis=1))
-        whole = moved[faces.pair].any(axis=1)  # in `mechanism` already
+        moved = np.flatnonzero(support & np.any(self.mechanism, axis=1))
+        whole = np.isin(faces.pair, moved).any(axis=1)  # in `mechanism` already
         for foundation in self.foundations:
             part = np.isin(index, foundation.joints) & ~whole[index]
             sign = np.where(support[faces.pair[index[part], 1]], 1.0, -1.0)

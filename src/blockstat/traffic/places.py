@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -118,12 +118,12 @@ def _crossings(face: Face, one: Floats, two: Floats, up: Floats) -> list[float]:
 
     drop = [point - up * float(face.height(point)) / float(face.normal @ up) for point in (one, two)]
     line = LineString(face.flat(np.stack(drop)))
-    met = line.intersection(face.region)
+    met: Any = line.intersection(face.region)
     ends = [part.coords for part in getattr(met, "geoms", [met]) if part.geom_type == "LineString"]
     return [line.project(_point(own[k])) / line.length for own in ends if len(own) for k in (0, -1)]
 
 
-def _point(place: Sequence[float]) -> object:
+def _point(place: Sequence[float]) -> Any:
     from shapely import Point
 
     return Point(place)

@@ -64,7 +64,7 @@ class Assessment:
     dynamic: Result | None  #: the verdict of a simulation; None where none was asked for
     source: str  #: the file, or what else the blocks came from
     units: str  #: of the file's coordinates
-    gap: float  #: tolerance of the joint search, relative to block size
+    gap: float | str  #: tolerance of the joint search, relative to block size or a length
     #: A name, what acts, and the answer, for each load case; none but the weight where empty.
     cases: tuple[tuple[str, str, str], ...] = ()
 
@@ -173,6 +173,10 @@ def assessment_html(found: Assessment, *, day: Date | None = None) -> str:
     return page(f"{name}: assessment", body)
 
 
+def _near(gap: float | str) -> str:
+    return gap if isinstance(gap, str) else f"{gap:g} of the size of the smaller block"
+
+
 def assumptions(found: Assessment) -> list[tuple[str, str]]:
     """Return every input and assumption in words.
 
@@ -211,7 +215,7 @@ def assumptions(found: Assessment) -> list[tuple[str, str]]:
         ("weight of the free blocks", f"{assembly.free_weight / 1e3:.5g} kN"),
         ("volume of the free blocks", f"{assembly.volume[free].sum():.5g} m3"),
         ("joints", f"{faces.n_interfaces:,} with {faces.n_points:,} contact points; {len(faces.dropped)} left out"),
-        ("gap", f"faces count as touching up to {found.gap:g} of the size of the smaller block"),
+        ("gap", f"faces count as touching up to {_near(found.gap)}"),
         ("blocks are", "rigid and unbreakable; edges do not crush unless a joint law says so"),
     ]
 
