@@ -131,7 +131,7 @@ def test_the_command_names_the_least_direction_and_draws_all(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
-        ([], "give --load AX,AY,AZ, or --directions N for all of the horizon"),
+        ([], "give --load AX,AY,AZ, --directions N for all of the horizon, or --case NAME with live loads"),
         (["--load", "1,0,0", "--directions", "4"], "ask for one of them"),
         (["--directions", "5"], "must be a multiple of 4"),
         (["--load", "1,0,0", "-o", "x.png"], "-o draws the directions; it goes with --directions"),

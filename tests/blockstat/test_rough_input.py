@@ -204,7 +204,7 @@ def test_wild_numbers_and_types(tmp_path):
         stack(1).with_(gravity=(0, 0, -1e-300))
     with pytest.raises(InputError, match="loads must be numbers"):
         assess(stack(1), loads=[["a"] * 6] * 2)
-    with pytest.raises(InputError, match="gap is 'x'"):
+    with pytest.raises(InputError, match='gap is "x"'):
         assess(stack(1), gap="x")
     with pytest.raises(InputError, match=r"the directory holds no \.ply or \.stl files"):
         read(tmp_path)

@@ -121,7 +121,7 @@ def test_an_unknown_setting_is_refused_with_the_settings_there_are():
     [
         (dynsim.verify, "settings, loads, actions, interfaces"),
         (dynsim.simulate, "settings, stop, loads, actions, hold, interfaces"),
-        (dynsim.limit, "settings, width, check, interfaces, progress"),
+        (dynsim.limit, "loads, settings, width, check, interfaces, progress"),
         (dynsim.compare, "settings, closely, interfaces, jobs, timeout, progress"),
         (dynsim.verify_many, "settings, loads, actions, interfaces, jobs, timeout, progress"),
         (dynsim.run_many, "names, jobs, timeout, progress"),

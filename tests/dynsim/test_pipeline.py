@@ -58,7 +58,7 @@ def test_the_search_prunes_verifies_and_confirms(optimised):
 def test_the_report_and_the_design_are_on_disk(optimised):
     directory, result, report = optimised
     text = report.read_text()
-    assert text.count("data:image/png;base64,") == 4
+    assert text.count("data:image/png;base64,") == 5
     # Self-contained; that the view in three dimensions asks for nothing is for a browser to tell (test_app_browser).
     assert "http" not in re.sub(r'<iframe srcdoc="[^"]*"', "", text)
     for candidate in result.history:

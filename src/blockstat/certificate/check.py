@@ -417,7 +417,10 @@ def total_load(program: PenaltyProgram) -> float:
     float
         In its units; 1 without loads.
     """
-    load = program.load.reshape(-1, 6)
+    whole = program.load
+    if program.shift.any():  # the load of the program is what is left of it beside the cohesion
+        whole = whole + program.matrix @ (program.shift[:, None] * np.array([1.0, 0.0, 0.0])).reshape(-1)
+    load = whole.reshape(-1, 6)
     total = np.linalg.norm(load[:, :3], axis=1).sum() or np.linalg.norm(load[:, 3:], axis=1).sum()
     return float(total) or 1.0
 
