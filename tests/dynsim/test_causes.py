@@ -1,11 +1,12 @@
 """Each cause of a difference, made on purpose."""
 
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from blockstat import Outcome, assess
+from blockstat import InputError, Outcome, assess
 from dynsim import DynamicOutcome, Settings, verify
 from dynsim.comparison.causes import Cause, find_cause, likely_reason, with_coulomb
 from dynsim.comparison.compare import compare_one
@@ -33,7 +34,8 @@ def slow_hut():
     """A vaulted hut on self-stress, which a time step of 2 ms lets stand."""
     rng = np.random.default_rng(7)
     for _ in range(24):
-        hut(rng, walls=(0.25, 0.8), vaults=(0.15, 0.4))
+        with suppress(InputError):  # some draws have walls too thick for their length
+            hut(rng, walls=(0.25, 0.8), vaults=(0.15, 0.4))
     return hut(rng, walls=(0.25, 0.8), vaults=(0.15, 0.4))
 
 
