@@ -94,8 +94,9 @@ def groove(random: Random) -> Parts:
     normals = np.array([[np.cos(beta), np.sin(beta)], [-np.cos(beta), np.sin(beta)]])
     corners = corners - np.linalg.solve(normals, (corners @ normals.T).min(axis=0))
     solids = [valley, extruded([corners], -0.5, random.uniform(0.2, 1.0))]
-    if random.random() < 0.3:
-        top = float(corners[:, 1].max())
+    top = float(corners[:, 1].max())
+    tilted = ((corners[:, 1] < top - 1e-9) & (corners[:, 1] > top - 0.1)).any()
+    if random.random() < 0.3 and not tilted:  # a top that is all but level is a question of tolerance
         x = float(corners[corners[:, 1] > top - 1e-9, 0].mean())
         solids.append(box((x - 0.2, -0.3, top), (x + random.uniform(0.1, 0.3), 0.1, top + 0.3)))
     return solids, [True] + [False] * (len(solids) - 1)

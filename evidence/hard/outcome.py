@@ -19,6 +19,7 @@ class Row:
     word: str
     solver: str
     residual: float  #: what is left unbalanced on a block, relative to its load
+    imbalance: float  #: the same without rounding of the forces on the block
     told: tuple[str, ...]  #: warnings, or the message of a refusal
     seconds: float
     finite: bool  #: no number of the answer is not a number
@@ -34,13 +35,14 @@ def outcome(case: Case) -> Row:
     try:
         verdict = assess(case.make(), **case.options)
     except InputError as error:
-        return Row(case, REFUSED, "", np.nan, (str(error),), process_time() - begin, True)
+        return Row(case, REFUSED, "", np.nan, np.nan, (str(error),), process_time() - begin, True)
     numbers = (verdict.forces, verdict.adhesion, verdict.mechanism, [verdict.certificate.residual])
     return Row(
         case,
         verdict.outcome.word,
         verdict.solver,
         verdict.certificate.residual,
+        verdict.certificate.imbalance,
         tuple(verdict.warnings),
         process_time() - begin,
         all(np.isfinite(array).all() for array in numbers) and not np.isnan(verdict.score),

@@ -18,7 +18,7 @@ def test_hard_case(case):
     assert row.right, f"{row.word} where {case.right} is right ({case.why}): {row.told}"
     assert row.finite
     if row.word == STABLE:
-        assert row.residual <= TOLERANCE
+        assert row.imbalance <= TOLERANCE
 
 
 def test_the_tolerance_of_the_cases_is_that_of_the_certificate():

@@ -11,6 +11,7 @@ from blockstat.analysis.certificate_cache import Memory
 from blockstat.analysis.coulomb import coulomb_state
 from blockstat.analysis.decision import decide, outcome_of
 from blockstat.analysis.problem import Problem, crushes, free_fall, gap_warnings, pose, timed
+from blockstat.analysis.reserve import loaded_slivers, neutral_blocks, neutral_warning, sliver_warning, without
 from blockstat.analysis.rims import overlap_warnings, rim_warnings, with_rims
 from blockstat.analysis.verdict import Outcome, Verdict, unit_motion
 from blockstat.certificate.check import Certificate
@@ -118,6 +119,8 @@ def assess(
                 state = coulomb_state(problem.program, solver=_second(solver))
     timings["total"] = sum(timings.values())
     verdict = _verdict(problem, answer, checked, timings)
+    if verdict.outcome is Outcome.STABLE and checked is not None:
+        verdict = _with_reserve(problem, verdict, checked, loads, _second(solver))
     if verdict.outcome is Outcome.UNSTABLE and (warnings := rim_warnings(problem, verdict.mechanism)):
         options = {"friction": friction, "gravity": gravity, "loads": loads, "gap": gap, "solver": solver}
         held = assess(assembly, interfaces=with_rims(problem), score=False, **options)
@@ -159,6 +162,18 @@ def _solved(
     return answer, checked
 
 
+def _with_reserve(problem: Problem, verdict: Verdict, checked: Answer, loads: Floats | None, solver: str) -> Verdict:
+    """A stable verdict with what it has no reserve against, and the slivers that it rests on."""
+    neutral = neutral_blocks(problem, checked, solver=solver)
+    warnings = neutral_warning(problem, neutral)
+    slivers = loaded_slivers(problem, verdict.forces)
+    if len(slivers):
+        others = without(problem.interfaces, slivers)
+        bare = assess(problem.assembly, loads=loads, interfaces=others, solver=solver, score=False)
+        warnings += [] if bare.outcome is Outcome.STABLE else sliver_warning(problem, slivers)
+    return replace(verdict, neutral=neutral, warnings=(*verdict.warnings, *warnings)) if warnings else verdict
+
+
 def _second(solver: str) -> str:
     """Who solves what follows the penalty program: cvxpy is the reference for that program alone."""
     return "clarabel" if solver == "cvxpy" else solver
@@ -182,7 +197,7 @@ def _verdict(problem: Problem, answer: Answer | None, checked: Answer | None, ti
         work = float((falling * problem.load).sum() / (np.abs(problem.load).sum() or 1.0))
         if work > 0:
             outcome, score, mechanism = Outcome.UNSTABLE, np.inf, falling
-            certificate = Certificate(certificate.residual, certificate.cone_violation, work, 0.0, np.inf)
+            certificate = replace(certificate, work=work, mechanism_violation=0.0, required_force=np.inf)
         elif outcome is Outcome.STABLE:
             outcome = Outcome.UNDECIDED  # loads that happen to balance on nothing
     blocked: list[str] = []

@@ -1,9 +1,14 @@
-"""From a solver's answer to an outcome: only the independent check counts."""
+"""From a solver's answer to an outcome, or to a bound on a multiplier: only the independent check counts.
+
+An optimal force field lies on the boundary of its cones and is good only to the solver's tolerance. Mixed with a
+little of a field that has room, it is strictly inside and balances a slightly smaller load: a proven lower bound. The
+upper bound is that of a mechanism under which no joint closes.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -14,11 +19,20 @@ from blockstat.certificate.check import Certificate
 from blockstat.certificate.interior_motions import Motions, no_motions, with_interior_motion
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.solve.answer import Answer
-from blockstat.solve.penalty import open_joints, solve_margin
+from blockstat.solve.penalty import open_joints, solve_least_force, solve_margin
 from blockstat.typing import Floats
 
+#: Each correction of a mechanism leaves a small part of its violation; more are made while they prove more.
+CORRECTIONS = 3
 #: A block that weighs less than this beside the heaviest is given this as its unit.
 LIGHTEST = 1e-9
+#: Shares of the field strictly inside its cones that are tried, smallest first.
+SHARES = (0.0, *(10.0**-k for k in range(11, 1, -1)))
+#: A mechanism that cannot be corrected (jammed blocks, joints that cannot slide) bounds the load for equilibria whose
+#: contact forces add up to at most this many times those of the solver's own field.
+ASSUMED_FORCE = 10.0
+#: A mechanism with a motion added that opens all joints is good enough when it costs less than this of the multiplier.
+CLOSE = 1e-8
 
 
 def outcome_of(checked: Certificate) -> Outcome:
@@ -64,7 +78,7 @@ def decide(program: PenaltyProgram, answer: Answer, *, solver: str = "auto", mot
     if outcome_of(found.certificate) is not Outcome.UNDECIDED:
         return found
     correct = partial(open_joints, program, solver=solver)
-    for solve in (solve_margin, _solve_locally):
+    for solve in (solve_margin, solve_margin_locally, solve_least_force):
         closer = _checked(program, solve(program, solver=solver), motions, correct)
         decided = outcome_of(closer.certificate) is not Outcome.UNDECIDED
         if decided or closer.certificate.required_force > found.certificate.required_force:
@@ -74,8 +88,23 @@ def decide(program: PenaltyProgram, answer: Answer, *, solver: str = "auto", mot
     return found
 
 
-def _solve_locally(program: PenaltyProgram, *, solver: str) -> Answer:
-    """The least adhesion in units of the lighter block of each joint, where light blocks are lost beside heavy ones."""
+def solve_margin_locally(program: PenaltyProgram, *, solver: str = "auto") -> Answer:
+    """Find the least adhesion in units of the lighter block of each joint.
+
+    In the units of the whole assembly, light blocks are lost beside heavy ones.
+
+    Parameters
+    ----------
+    program
+        The penalty program.
+    solver
+        One of `blockstat.solve.dispatch.CHOICES`.
+
+    Returns
+    -------
+    Answer
+        As of `blockstat.solve.penalty.solve_margin`, in the units of the program.
+    """
     own = np.linalg.norm(program.load.reshape(-1, 6), axis=1)
     own = np.maximum(own, LIGHTEST * own.max(initial=1.0))
     sides = np.where(program.point_blocks >= 0, np.append(own, np.inf)[program.point_blocks], np.inf)
@@ -102,7 +131,7 @@ def _checked(
     force = answer.force if answer.status.is_proven else certificate.balance(program, answer.force)
     twist = answer.twist
     found = certificate.check(program, force, twist)
-    if found.required_force > 0 and not _proves(found):
+    if np.isfinite(found.required_force) and found.required_force > 0 and not found.proves_stable:
         first = () if answer.interior is None else (answer.interior,)
         wider = with_interior_motion(program, twist, (*first, *motions()))
         second = certificate.check(program, force, wider)
@@ -113,11 +142,123 @@ def _checked(
         second = certificate.check(program, settled, twist)
         if second.proves_stable:
             force, found = settled, second
-    if correct is not None and found.required_force > 0 and not _proves(found):
-        twist = correct(twist)
-        found = certificate.check(program, force, twist)
+    for _ in range(CORRECTIONS):
+        if correct is None or not found.required_force or _proves(found):
+            break
+        closer = correct(twist)
+        second = certificate.check(program, force, closer)
+        if not second.required_force > found.required_force:
+            break
+        twist, found = closer, second
     return replace(answer, force=force, twist=twist, certificate=found)
 
 
 def _proves(found: Certificate) -> bool:
     return found.proves_stable or found.proves_unstable
+
+
+@dataclass(frozen=True, eq=False)
+class Bound:
+    """A proven value and the scaled force field or twist that proves it."""
+
+    value: float
+    evidence: Floats
+
+
+def lower_bound(
+    program: PenaltyProgram, load: Floats, force: Floats, multiplier: float, inside: Floats
+) -> Bound | None:
+    """Find the largest multiplier at most the given one for which a mixture of two force fields is admissible.
+
+    Parameters
+    ----------
+    program
+        The penalty program with the dead load w.
+    load
+        The load l of the multiplier, shape (6 n,).
+    force
+        A field near the limit, for w + multiplier x l, shape (m, 3).
+    multiplier
+        The solver's limit.
+    inside
+        A field with slack, for w alone, shape (m, 3).
+
+    Returns
+    -------
+    Bound or None
+        The multiplier and the field that carries it; None when no mixture is proven.
+    """
+    at_limit = replace(program, load=program.load + multiplier * load)
+    balanced = certificate.balance(at_limit, force)
+    nothing = np.zeros_like(program.load)
+    for share in SHARES:
+        mixed = (1 - share) * balanced + share * inside
+        value = (1 - share) * multiplier
+        loaded = replace(program, load=program.load + value * load)
+        found = certificate.check(loaded, mixed, nothing)
+        if not found.proves_stable and found.cone_violation == 0.0:
+            mixed = certificate.balance(loaded, mixed)  # which at the limit itself may leave no slack to move in
+            found = certificate.check(loaded, mixed, nothing)
+        if found.proves_stable:
+            return Bound(value, mixed)
+    return None
+
+
+def upper_bound(
+    program: PenaltyProgram,
+    load: Floats,
+    twist: Floats,
+    force: Floats,
+    *,
+    solver: str = "auto",
+    motions: Motions = no_motions,
+) -> Bound | None:
+    """Find what a mechanism proves: no equilibrium at a larger multiplier.
+
+    Parameters
+    ----------
+    program
+        The penalty program with the dead load w.
+    load
+        The load l of the multiplier, shape (6 n,).
+    twist
+        The mechanism, shape (6 n,).
+    force
+        The solver's field at the limit, shape (m, 3), the measure of forces if some joint still closes.
+    solver
+        One of `blockstat.solve.dispatch.CHOICES`, for the correction of the mechanism.
+    motions
+        Gives twists that may open every joint, shape (6 n,) each.
+
+    Returns
+    -------
+    Bound or None
+        The multiplier and the mechanism; None when the load does no work on it.
+
+    Notes
+    -----
+    For twists u with A'u in K* and l'u > 0, equilibrium at lambda asks for w'u + lambda l'u <= 0.
+    """
+    total = float(np.linalg.norm(force, axis=1).sum())
+    best = _proven(program, load, with_interior_motion(program, twist, motions()), total)
+    kinematic = -certificate.power(program, twist)[0] / float(load @ twist) if load @ twist > 0 else -np.inf
+    if best is not None and best.value - kinematic <= CLOSE * abs(kinematic):
+        return best
+    corrected, closing = twist, np.inf
+    for _ in range(CORRECTIONS):
+        corrected = open_joints(program, corrected, solver=solver)
+        _, left = certificate.power(program, corrected)
+        found = _proven(program, load, corrected, total)
+        if found is not None and (best is None or found.value < best.value):
+            best = found
+        if left == 0.0 or not left < closing:
+            break
+        closing = left
+    return best
+
+
+def _proven(program: PenaltyProgram, load: Floats, twist: Floats, total: float) -> Bound | None:
+    """The multiplier above which a mechanism moves, for contact forces of at most ASSUMED_FORCE x total."""
+    work = float(load @ twist)
+    power, closing = certificate.power(program, twist)
+    return Bound((closing * ASSUMED_FORCE * total - power) / work, twist / work) if work > 0 else None

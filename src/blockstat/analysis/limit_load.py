@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.assess import FLOWS
-from blockstat.analysis.bounds import Bound, lower_bound, upper_bound
 from blockstat.analysis.coulomb import coulomb_state
-from blockstat.analysis.decision import decide, outcome_of
+from blockstat.analysis.decision import Bound, decide, lower_bound, outcome_of, upper_bound
 from blockstat.analysis.problem import Problem, pose, timed
 from blockstat.analysis.verdict import Outcome, unit_motion
 from blockstat.certificate import check as certificate
@@ -343,6 +342,10 @@ def _bracket(problem: Problem, direction: Floats, solver: str) -> tuple[LoadOutc
             second = _bounds(problem, load, again, dead.force, solver)
             low = max((bound for bound in (low, second[0]) if bound), key=lambda bound: bound.value, default=None)
             high = min((bound for bound in (high, second[1]) if bound), key=lambda bound: bound.value, default=None)
+    if low and low.value >= UNBOUNDED * unit:
+        return LoadOutcome.UNBOUNDED, np.inf, np.inf, low.evidence, np.zeros_like(load)
+    # The dead load is carried, so a negative bound contradicts forces that are proven, and proves nothing.
+    low, high = (bound if bound and bound.value >= -ROUNDING else None for bound in (low, high))
     lower, field = (low.value, low.evidence) if low else (0.0, dead.force)
     upper, twist = (high.value, high.evidence) if high else (np.inf, answer.twist)
     lower = min(lower, upper)  # both are proven to a tolerance, within which they may cross

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.coulomb import CoulombState
-from blockstat.certificate.check import Certificate
+from blockstat.certificate.check import FORCE_TOLERANCE, Certificate
 from blockstat.contact.interfaces import Interfaces
 from blockstat.contact.point_law import point_law
 from blockstat.geometry.polyhedron import point_velocity
@@ -52,6 +52,8 @@ class Verdict(Result):
     solver: str
     timings: dict[str, float] = field(default_factory=dict)  #: process seconds of each step
     floating: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))  #: blocks that nothing holds
+    #: blocks of a stable assembly that a motion moves at no cost, as on one edge: nothing resists a small push
+    neutral: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     warnings: tuple[str, ...] = ()
     flow: str = "associated"  #: the flow rule asked for, "associated" or "coulomb"
     coulomb: CoulombState | None = None  #: the fixed point behind a "coulomb" verdict, if one was needed
@@ -119,6 +121,9 @@ class Verdict(Result):
                 f"Largest residual {proof.residual:.1e} of a block's load, "
                 f"cones violated by {proof.cone_violation:.1e}."
             )
+            lines.append(f"Normal forces of {proof.total_force:.3g} times the weight in total.")
+            if proof.residual > FORCE_TOLERANCE:
+                lines.append(f"Without rounding of the forces on a block, residuals are {proof.imbalance:.1e}.")
             if self.flow == "coulomb" and self.outcome is Outcome.STABLE:
                 lines.append("Coulomb friction without dilatancy and self-stress also finds equilibrium.")
         else:
@@ -156,12 +161,15 @@ class Verdict(Result):
             "score": finite(self.score),
             "moving": [self.assembly.names[i] for i in self.moving],
             "floating": [self.assembly.names[i] for i in self.floating],
+            "neutral": [self.assembly.names[i] for i in self.neutral],
             "certificate": {
                 "residual": finite(proof.residual),
                 "cone_violation": finite(proof.cone_violation),
                 "work": finite(proof.work),
                 "mechanism_violation": finite(proof.mechanism_violation),
                 "required_force": finite(proof.required_force),
+                "imbalance": finite(proof.imbalance),
+                "total_force": finite(proof.total_force),
             },
             "blocks": self.assembly.n_blocks,
             "interfaces": self.interfaces.n_interfaces,

@@ -3,6 +3,10 @@
 Stable: forces inside every friction cone that balance every block. Unstable: twists under which no joint
 closes, and sliding joints open at the rate friction asks for, while the loads do positive work. Both
 statements are checked on the matrix itself and carry their own error.
+
+Both are bounded by one number, `FORCE_LIMIT`. Forces beyond it balance anything, since their directions and arms are
+rounded. So forces of a stable assembly sum to at most that many weights, and those of any equilibrium of an unstable
+one would have to sum to at least as many.
 """
 
 from __future__ import annotations
@@ -17,16 +21,18 @@ from blockstat.program.penalty import PenaltyProgram
 from blockstat.program.planar import Plane
 from blockstat.typing import Floats
 
-#: A force field proves stability when no block's residual and no cone violation next to it exceeds this
-#: fraction of the block's own load: negligible against its weight.
+#: A force field proves stability when no block's residual, rounding aside, and no cone violation next to it exceeds
+#: this fraction of the block's own load: negligible against its weight.
 FORCE_TOLERANCE = 1e-9
-#: Rounding of the residual itself, relative to the forces that meet in a block.
+#: Rounding of a residual, relative to the forces that meet in a block: a sum of k products is good to k x 2^-53 of
+#: them, and a block has about a hundred.
 ROUNDING = 1e-14
 #: The normal force of points outside their cones is raised by their deficit, by this fraction of it, and by this many
 #: mean weights.
 PRESSED = 0.02
-#: A mechanism proves instability when any equilibrium would need normal forces of this many total weights.
-#: Sound assemblies stand with about as many weights as they have courses or voussoirs.
+#: Forces prove stability when their normal forces sum to at most this many total weights, and a mechanism proves
+#: instability when those of any equilibrium would sum to at least as many. Sound assemblies stand with about as many
+#: weights as they have courses or voussoirs.
 FORCE_LIMIT = 1e6
 #: Work of the loads below this fraction of `|w| |u|` is rounding.
 WORK_ROUNDING = 1e-13
@@ -36,18 +42,24 @@ WORK_ROUNDING = 1e-13
 class Certificate:
     """The figures that decide, each computed from the forces and twists returned with the verdict."""
 
-    residual: float  #: largest unbalanced force or moment / size of a block, relative to that block's load
+    #: largest unbalanced force or moment / size of a block, relative to that block's load, nothing taken off
+    residual: float
     cone_violation: float  #: largest missing normal force of a point, relative to the lighter block's load
     work: float  #: work of the loads on the mechanism, relative to `|w| |u|`; 0 without a mechanism
     mechanism_violation: float  #: largest amount by which a joint closes or slides without opening, relative to `|u|`
     #: least total normal force of any equilibrium, in total weights; inf: none exists. With infinite friction
     #: the total of whole contact forces.
     required_force: float
+    #: the largest residual less what rounding may be of it (`ROUNDING` of the forces that meet in the block), relative
+    #: to the block's load
+    imbalance: float = 0.0
+    total_force: float = 0.0  #: total normal force of the given forces, measured as `required_force`
+    slack: float = 0.0  #: least normal force that a point has to spare, relative to the lighter block's load
 
     @property
     def proves_stable(self) -> bool:
-        """Whether the forces balance every block inside their cones, to the stated tolerance."""
-        return max(self.residual, self.cone_violation) <= FORCE_TOLERANCE
+        """Whether forces of a bounded size balance every block inside their cones, to the stated tolerance."""
+        return max(self.imbalance, self.cone_violation) <= FORCE_TOLERANCE and self.total_force <= FORCE_LIMIT
 
     @property
     def proves_unstable(self) -> bool:
@@ -56,7 +68,7 @@ class Certificate:
 
 
 #: What nothing has been checked of; it proves nothing.
-UNCHECKED = Certificate(np.inf, np.inf, 0.0, 0.0, 0.0)
+UNCHECKED = Certificate(np.inf, np.inf, 0.0, 0.0, 0.0, imbalance=np.inf)
 
 
 def balance(program: PenaltyProgram, force: Floats, *, passes: int = 4) -> Floats:
@@ -86,13 +98,21 @@ def balance(program: PenaltyProgram, force: Floats, *, passes: int = 4) -> Float
     slip = np.minimum(program.friction, 1.0)  # the cone is that much narrower across than along
     weights = slack[:, None] * np.column_stack([np.ones_like(slip), slip, slip])
     plane = program.plane
-    if plane is not None and not (plane.holds(program.load) and plane.mirrors(force.reshape(-1))):
+    if plane is not None and not (plane.mirrors(force.reshape(-1)) and _is_planar(program, plane, force)):
         plane = None
     try:
         solve = _solver(program, weights) if plane is None else _solver_in_plane(program, plane, weights)
         return _balanced(program, force, weights.reshape(-1), solve, passes)
     except ArithmeticError:
         return force
+
+
+def _is_planar(program: PenaltyProgram, plane: Plane, force: Floats) -> bool:
+    """Whether what is left to balance lies in the plane to rounding; far from the origin, coordinates do not."""
+    residual = program.matrix @ force.reshape(-1) + program.load
+    out = residual - plane.unfold @ (plane.unfold.T @ residual)
+    size = max(np.abs(force).max(initial=0.0), np.abs(program.load).max(initial=0.0))
+    return bool(np.abs(out).max(initial=0.0) <= ROUNDING * size)
 
 
 def _solver(program: PenaltyProgram, weights: Floats) -> Callable[[Floats], Floats]:
@@ -304,25 +324,52 @@ def check(program: PenaltyProgram, force: Floats, twist: Floats) -> Certificate:
     Certificate
         What they prove, and with which errors.
     """
-    residual, missing = force_errors(program, force)
+    errors = force_errors(program, force)
     size = np.abs(twist).max(initial=0.0)
     unit = twist / size if size > 0 else twist
     work, closing = power(program, unit)
-    total = float(np.linalg.norm(program.load.reshape(-1, 6)[:, :3], axis=1).sum())
     required = 0.0
     if work > 0:
-        required = np.inf if closing == 0 else work / closing / total
+        required = np.inf if closing == 0 else work / closing / total_load(program)
     return Certificate(
-        residual=residual,
-        cone_violation=missing,
+        residual=errors.residual,
+        imbalance=errors.imbalance,
+        cone_violation=max(-errors.slack, 0.0),
+        slack=errors.slack,
+        total_force=errors.total,
         work=work / float(np.abs(program.load).sum() or 1.0),
         mechanism_violation=closing,
         required_force=float(required),
     )
 
 
-def force_errors(program: PenaltyProgram, force: Floats) -> tuple[float, float]:
-    """Return the largest residual of a block and the largest violation of a cone.
+@dataclass(frozen=True)
+class ForceErrors:
+    """What forces leave to be wished for; see `Certificate` for the figures."""
+
+    residual: float
+    imbalance: float
+    slack: float
+    total: float
+
+    def within(self, tolerance: float) -> bool:
+        """Return whether forces of a bounded size balance inside their cones.
+
+        Parameters
+        ----------
+        tolerance
+            Of residuals and cones, relative to the load of a block.
+
+        Returns
+        -------
+        bool
+            True where they do.
+        """
+        return max(self.imbalance, -self.slack) <= tolerance and self.total <= FORCE_LIMIT
+
+
+def force_errors(program: PenaltyProgram, force: Floats) -> ForceErrors:
+    """Compute what decides whether forces prove stability.
 
     Parameters
     ----------
@@ -333,19 +380,46 @@ def force_errors(program: PenaltyProgram, force: Floats) -> tuple[float, float]:
 
     Returns
     -------
-    residual, missing : float
-        Each relative to the block's own load; rounding is taken off the residual.
+    ForceErrors
+        The largest residual with and without rounding, the least slack, and the total force.
+
+    Notes
+    -----
+    Rounding that exceeds the load of a block would let anything pass there, so nothing is taken off its residual.
     """
     n, a_b = len(program.load) // 6, program.point_blocks
     residual = np.linalg.norm((program.matrix @ force.reshape(-1) + program.load).reshape(n, 6), axis=1)
     own = np.linalg.norm(program.load.reshape(n, 6), axis=1)
     magnitude = np.linalg.norm(force, axis=1)
-    met = sum(np.bincount(side[side >= 0], magnitude[side >= 0], n) for side in a_b.T)
-    excess = np.maximum(residual - ROUNDING * met, 0.0)
+    met = np.array([np.bincount(side[side >= 0], magnitude[side >= 0], n) for side in a_b.T]).sum(axis=0)
+    rounding = ROUNDING * met
+    rounding[(rounding >= own) & (own > 0)] = 0.0
+    excess = np.maximum(residual - rounding, 0.0)
 
     lighter = np.where(a_b >= 0, np.append(own, np.inf)[a_b], np.inf).min(axis=1)
-    missing = np.maximum(-point_slack(program, force), 0.0)
-    return _ratio(excess, own), _ratio(missing, lighter)
+    slack = point_slack(program, force)
+    missing = _ratio(np.maximum(-slack, 0.0), lighter)
+    spare = -missing if missing > 0 else float((slack / np.where(lighter > 0, lighter, 1.0)).min(initial=np.inf))
+    dry = np.where(np.isinf(program.friction), magnitude, np.abs(force[:, 0] - program.shift))
+    return ForceErrors(_ratio(residual, own), _ratio(excess, own), spare, float(dry.sum()) / total_load(program))
+
+
+def total_load(program: PenaltyProgram) -> float:
+    """Return the sum of the magnitudes of the loads, of their moments where no load is a force.
+
+    Parameters
+    ----------
+    program
+        The penalty program.
+
+    Returns
+    -------
+    float
+        In its units; 1 without loads.
+    """
+    load = program.load.reshape(-1, 6)
+    total = np.linalg.norm(load[:, :3], axis=1).sum() or np.linalg.norm(load[:, 3:], axis=1).sum()
+    return float(total) or 1.0
 
 
 def _ratio(value: Floats, unit: Floats) -> float:

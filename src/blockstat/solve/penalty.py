@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from blockstat.certificate.check import FORCE_TOLERANCE, balance, check, force_errors, opening_slack
+from blockstat.certificate.check import FORCE_LIMIT, FORCE_TOLERANCE, balance, check, force_errors, opening_slack
 from blockstat.certificate.interior_motions import Motions, cheapest, no_motions, with_interior_motion
 from blockstat.program.conic import conic_program
 from blockstat.program.penalty import PenaltyProgram
@@ -77,10 +77,10 @@ def solve_whole(
     def accept(force: Floats) -> bool:
         """Forces on the way to the optimum that, balanced, prove stability are as good as the optimum's."""
         proven[:] = [force]
-        if max(force_errors(program, force)) <= ALREADY * FORCE_TOLERANCE:
+        if force_errors(program, force).within(ALREADY * FORCE_TOLERANCE):
             return True
         proven[:] = [balance(program, force)]
-        return max(force_errors(program, proven[0])) <= FORCE_TOLERANCE
+        return force_errors(program, proven[0]).within(FORCE_TOLERANCE)
 
     normal = load_path_guess(program)
     iterates = _Iterates(program, motions)
@@ -193,6 +193,34 @@ def _paid_by_lower_bounds(program: PenaltyProgram, answer: Answer) -> float:
     rate = (program.matrix.T @ answer.twist).reshape(-1, 3)[points]
     slack = opening_slack(rate, program.friction[points]) + answer.yielding[points]
     return float(program.lower[points] @ np.maximum(slack, 0.0))
+
+
+def solve_least_force(program: PenaltyProgram, *, solver: str = "auto") -> Answer:
+    """Find the equilibrium whose normal forces have the least sum, and the mechanism that no smaller sum resists.
+
+    Parameters
+    ----------
+    program
+        The penalty program.
+    solver
+        One of `blockstat.solve.dispatch.CHOICES`.
+
+    Returns
+    -------
+    Answer
+        The forces and the mechanism; a mechanism that closes no joint where there is no equilibrium at all.
+
+    Notes
+    -----
+    Primal: min sum f_n subject to A f + w = 0, f_i in K. Dual: max w'u subject to A'u + n in K*, in units in which a
+    mechanism of unit work closes by one part in `FORCE_LIMIT`. This is the last word: forces and mechanism are judged
+    by that sum, and at the optimum both sides agree on it. Where friction is infinite its normal part is minimised.
+    """
+    offset = np.zeros((len(program.friction), 3))
+    offset[:, 0] = 1.0 / FORCE_LIMIT
+    offset[program.upper_bounded] = 0.0  # these may close, at a price
+    answer = solve(conic_program(program, -program.load, offset=offset.reshape(-1)), solver=solver)
+    return replace(answer, adhesion=np.zeros(program.n_points))
 
 
 def open_joints(program: PenaltyProgram, twist: Floats, *, solver: str = "auto") -> Floats:
