@@ -334,7 +334,7 @@ def check(program: PenaltyProgram, force: Floats, twist: Floats) -> Certificate:
     return Certificate(
         residual=errors.residual,
         imbalance=errors.imbalance,
-        cone_violation=max(-errors.slack, 0.0),
+        cone_violation=max(0.0, -errors.slack),
         slack=errors.slack,
         total_force=errors.total,
         work=work / float(np.abs(program.load).sum() or 1.0),

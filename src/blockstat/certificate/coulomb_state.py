@@ -104,7 +104,7 @@ def check_coulomb_state(
     return CoulombCertificate(
         residual=errors.imbalance,
         total_force=errors.total,
-        cone_violation=max(-errors.slack, 0.0),
+        cone_violation=max(0.0, -errors.slack),
         closing=float(closing[at_points].min(initial=np.inf)),
         clearance_violation=float((closing - free)[~loaded & touching].max(initial=0.0)),
         friction_violation=float(max(aside.max(initial=0.0), stretched.max(initial=0.0))),
