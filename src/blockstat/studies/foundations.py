@@ -90,7 +90,8 @@ class Settlement(Result):
         motion = relative_motion(self.assembly, faces, self.mechanism)
         index = faces.point_interface
         moved = np.flatnonzero(support & np.any(self.mechanism, axis=1))
-        whole = np.isin(faces.pair, moved).any(axis=1)  # in `mechanism` already
+        first, second = faces.pair.T
+        whole = np.isin(first, moved) | np.isin(second, moved)  # in `mechanism` already
         for foundation in self.foundations:
             part = np.isin(index, foundation.joints) & ~whole[index]
             sign = np.where(support[faces.pair[index[part], 1]], 1.0, -1.0)
