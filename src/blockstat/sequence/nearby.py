@@ -3,7 +3,7 @@
 Where a block is put in, taken out or let go, the forces of the neighbouring state leave a few blocks out of balance.
 Two programs of the blocks N around these decide most states, and both are proofs for the whole:
 
-- forces on the joints inside N that balance it, the forces on its boundary unchanged: the others are in balance already;
+- forces on the joints inside N that balance it, those on its boundary unchanged: all others are in balance already;
 - a mechanism of N with all other blocks at rest: it is one of the whole with zeros elsewhere, and the loads do the same
   work on it.
 

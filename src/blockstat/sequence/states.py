@@ -40,8 +40,8 @@ if TYPE_CHECKING:
 State = tuple[Sequence[str], Sequence[str]]
 #: Force fields and mechanisms of earlier states that are tried on the next one.
 FIELDS, MECHANISMS = 2, 4
-#: Blocks from which it pays to look around the change first.
-FEW = 12
+#: Blocks from which it pays to look around a change first: for forces and mechanisms, and for forces alone.
+FEW, MANY = 12, 120
 
 
 @known_options
@@ -400,7 +400,7 @@ class Evidence(Memory):
 
     def _recall_nearby(self, program: PenaltyProgram) -> Answer | None:
         """The evidence around what has changed since the last forces."""
-        if not self._forces or len(program.load) < 6 * FEW:
+        if not self._forces or len(program.load) < 6 * (MANY if self._score else FEW):
             return None
         own = self._forces[0][self._points] / program.force_unit
         for force, twist in nearby_evidence(program, own, mechanisms=not self._score):
