@@ -81,6 +81,9 @@ class Run:
     contacts: Contacts  #: forces between blocks at the end
     time_step: float  #: [s] at simulation scale
     pace: float  #: seconds of `Settings` a second of the scene: they are for blocks of 0.3 m and 2 m of height
+    placed: Floats | None = (
+        None  #: time at which each block was put in, shape (n_blocks,) [s]; None: at the start
+    )
 
     @property
     def since_release(self) -> Floats:
@@ -156,7 +159,7 @@ def simulate(
     acting = (*bonds_of(assembly, interfaces=interfaces), *as_loads(assembly, loads), *actions)
     with World(assembly, settings, acting, interfaces=interfaces) as world:
         overlap = world.deepest_overlap()
-        stretch = np.sqrt(max(_height(assembly) * world.length / TALL, 1.0))
+        stretch = np.sqrt(max(height_of(assembly) * world.length / TALL, 1.0))
         look = settings.substeps * settings.time_step
         world.damp(1.0)
         settling = round(settings.settle * stretch / look)
@@ -196,7 +199,7 @@ def _kinetic(assembly: Assembly, velocity: Floats, spin: Floats, rotation: Float
     return float((assembly.mass[free] @ (velocity[free] ** 2).sum(axis=1) + turning) / 2)
 
 
-def _height(assembly: Assembly) -> float:
+def height_of(assembly: Assembly) -> float:
     """Extent of the free blocks along gravity [m]."""
     free = np.repeat(~assembly.support, np.diff(assembly.vertex_start))
     along = assembly.vertices[free] @ (assembly.gravity / np.linalg.norm(assembly.gravity))
