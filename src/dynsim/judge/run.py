@@ -81,9 +81,7 @@ class Run:
     contacts: Contacts  #: forces between blocks at the end
     time_step: float  #: [s] at simulation scale
     pace: float  #: seconds of `Settings` a second of the scene: they are for blocks of 0.3 m and 2 m of height
-    placed: Floats | None = (
-        None  #: time at which each block was put in, shape (n_blocks,) [s]; None: at the start
-    )
+    placed: Floats | None = None  #: time at which each block was put in, shape (n_blocks,) [s]; None: at the start
 
     @property
     def since_release(self) -> Floats:
