@@ -111,16 +111,16 @@ def _nearly(exact: Touch, one: Piece, two: Piece, rim: float, reach: float) -> l
 
 
 def _gentle(corners: Array, up: Array, rim: float, reach: float) -> Array | None:
-    """The lowest corners of a piece with what rises from them to within reach at a small angle; None where none does."""
+    """The lowest corners of a piece and what rises gently from them to within reach; None where nothing does."""
     height = corners @ up - (corners @ up).min()
     lowest, higher = corners[height <= rim], corners[height > rim]
-    rise = higher[None] - lowest[:, None]
-    climb = height[height > rim]
-    gentle = climb[None] <= np.sin(min(SURE * ANGLE, np.pi / 2)) * np.linalg.norm(rise, axis=2)
-    if not gentle.any():
-        return None
-    share = np.minimum(reach / climb, 1.0)[None, :, None]
-    return np.concatenate([lowest, (lowest[:, None] + share * rise)[gentle]])
+    climb = np.minimum(height[height > rim], reach)
+    share = (climb / height[height > rim])[None, :, None]
+    near = (lowest[:, None] + share * (higher[None] - lowest[:, None])).reshape(-1, 3)
+    flat = np.linalg.svd(up[None])[2][1:].T
+    aside = shapely.distance(shapely.MultiPoint(lowest @ flat).convex_hull, shapely.points(near @ flat))
+    gentle = aside * np.tan(SURE * ANGLE) >= np.tile(climb, len(lowest))
+    return np.concatenate([lowest, near[gentle]]) if gentle.any() else None
 
 
 def _clusters(axes: Array, gap: Array, least: float) -> list[int]:
