@@ -2,7 +2,8 @@
 
     python -m evidence.benchmarks.contacts [--json] [--write FILE]
 
-Assemblies from elsewhere are timed where the directory of the cases is known. Each time is the shortest of three; the assemblies are made anew each time, so that nothing is remembered.
+Assemblies from elsewhere are timed where the directory of the cases is known. Each time is the shortest of three; the
+assemblies are made anew each time, so that nothing is remembered.
 """
 
 from __future__ import annotations
