@@ -59,7 +59,7 @@ def import_lmgc90() -> Any:
         Where the package is not installed; the message says how to install it.
     """
     try:
-        from compas_lmgc90 import _lmgc90
+        from compas_lmgc90 import _lmgc90  # pyright: ignore[reportMissingImports]
     except ImportError as error:
         raise InputError(MISSING) from error
     return _lmgc90
