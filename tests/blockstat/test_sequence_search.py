@@ -12,7 +12,7 @@ import pytest
 
 from blockstat import Assembly, InputError, assess_plan, box, find_interfaces, find_order
 from blockstat.sequence.insertion import insertion_direction
-from tests.blockstat.test_sequence import arch, slab, tee
+from building_sites import arch, slab, tee
 
 
 def drawer():
@@ -76,7 +76,7 @@ def test_a_crane_that_reaches_no_block_behind_another_builds_the_far_one_first()
 KILLED = """
 import os, signal
 from blockstat import find_order
-from tests.blockstat.test_sequence import arch
+from building_sites import arch
 calls = []
 
 def reach(block, present):

@@ -294,5 +294,5 @@ class _Site:
         return Run(
             self._assembly, np.array(film.times), np.array(film.displacement), np.array(film.rotation), 0.0, 0.0,
             np.zeros(frames), np.full(n, np.inf), Contacts(*self._world.contact_forces()), self._settings.time_step,
-            float(self._world.time / self._stretch), self._placed,
+            float(self._world.time / self._stretch), placed=self._placed,
         )  # fmt: skip

@@ -83,11 +83,8 @@ class Run:
     contacts: Contacts  #: forces between blocks at the end
     time_step: float  #: [s] at simulation scale
     pace: float  #: seconds of `Settings` a second of the scene: they are for blocks of 0.3 m and 2 m of height
-<<<<<<< HEAD
-    placed: Floats | None = None  #: time at which each block was put in, shape (n_blocks,) [s]; None: at the start
-=======
     engine: str = "bullet"  #: what simulated it
->>>>>>> main
+    placed: Floats | None = None  #: time at which each block was put in, shape (n_blocks,) [s]; None: at the start
 
     @property
     def since_release(self) -> Floats:

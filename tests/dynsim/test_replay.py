@@ -8,9 +8,9 @@ from typer.testing import CliRunner
 
 from blockstat import Plan, Step, assess_plan, find_order, write, write_plan
 from blockstat.errors import InputError
+from building_sites import arch, tee
 from dynsim import read_run, sequence, write_run
 from dynsim.cli.commands import app
-from tests.blockstat.test_sequence import arch, tee
 
 
 @pytest.fixture(scope="module")
