@@ -317,7 +317,8 @@ def remove_each(
     whole = Whole(assembly, friction=friction, gap=gap, interfaces=interfaces)
     chosen = assembly.free if blocks is None else assembly.blocks_named(blocks, "remove_each")
     everything = np.ones(assembly.n_blocks, dtype=bool)
-    whole.assess(everything, assembly.support, flow=flow, score=False)  # its forces are the first guess for all others
+    whole.assess(everything, assembly.support, flow=flow, score=False)
+    whole.evidence.pin()
     found = {}
     for block in chosen.tolist():
         present = everything.copy()

@@ -334,6 +334,11 @@ class Evidence(Memory):
         self._motions: list[Floats] = []
         self._points, self._score = np.empty(0, dtype=np.int64), True
         self._problem: Problem | None = None
+        self._pinned = False
+
+    def pin(self) -> None:
+        """Keep the last forces as those to begin with: the next states are neighbours of this one, not of each other."""
+        self._pinned = bool(self._forces)
 
     def state(self, problem: Problem, points: Ints, *, score: bool) -> None:
         """Say which state is judged next.
@@ -433,7 +438,7 @@ class Evidence(Memory):
         if outcome is Outcome.STABLE:
             force = np.zeros((self._n_points, 3))
             force[self._points] = answer.force * program.force_unit
-            self._forces = [force, *self._forces][:FIELDS]
+            self._forces = [*self._forces[:1], force] if self._pinned else [force, *self._forces][:FIELDS]
         elif self._problem is not None:
             self._motions = [self._problem.to_blocks(answer.twist), *self._motions][:MECHANISMS]
 
