@@ -337,7 +337,7 @@ class Evidence(Memory):
         self._pinned = False
 
     def pin(self) -> None:
-        """Keep the last forces as those to begin with: the next states are neighbours of this one, not of each other."""
+        """Keep the last forces to begin with: the next states are neighbours of this one, not of each other."""
         self._pinned = bool(self._forces)
 
     def state(self, problem: Problem, points: Ints, *, score: bool) -> None:
