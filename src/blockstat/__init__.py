@@ -83,6 +83,8 @@ if TYPE_CHECKING:
     from blockstat.view.animation import write_mechanism, write_motion
     from blockstat.view.assessment import Assessment, assess_fully, assessment_html
     from blockstat.view.attributes import write_verdict
+    from blockstat.view.building.removal import plot_removal
+    from blockstat.view.building.steps import plot_plan
     from blockstat.view.plot import (
         mechanism_pose,
         plot,
@@ -115,12 +117,12 @@ __all__ = [
     "latin_hypercube", "least_centring", "limit_load", "limit_load_by_direction", "limit_load_by_point",
     "limit_load_gradient", "line_load", "linear_check", "load_case", "load_cases", "load_domain", "load_scene",
     "mechanism_pose", "moving_load", "overlaps", "parameters", "patch_load", "plot", "plot_directions",
-    "plot_forces", "plot_mechanism", "plot_settlement", "plot_stone_sensitivity", "plot_thrust", "plot_utilisation",
-    "plot_verdict", "point_load", "read", "read_plan", "remove_each", "repair", "scene_from", "scene_text",
-    "score_by_point", "score_gradient", "search", "settle", "settlement", "shared_points", "show", "space_of",
-    "stone_sensitivity", "surface_load", "sweep", "tendon_load", "thrust_range", "tie_gain", "tie_range",
-    "tilt_limit", "utilisation", "with_values", "write", "write_mechanism", "write_motion", "write_plan",
-    "write_verdict",
+    "plot_forces", "plot_mechanism", "plot_plan", "plot_removal", "plot_settlement", "plot_stone_sensitivity",
+    "plot_thrust", "plot_utilisation", "plot_verdict", "point_load", "read", "read_plan", "remove_each", "repair",
+    "scene_from", "scene_text", "score_by_point", "score_gradient", "search", "settle", "settlement",
+    "shared_points", "show", "space_of", "stone_sensitivity", "surface_load", "sweep", "tendon_load",
+    "thrust_range", "tie_gain", "tie_range", "tilt_limit", "utilisation", "with_values", "write", "write_mechanism",
+    "write_motion", "write_plan", "write_verdict",
 ]
 # fmt: on
 
@@ -175,6 +177,8 @@ _HOMES = {
         "view.animation": "write_mechanism write_motion",
         "view.assessment": "Assessment assess_fully assessment_html",
         "view.attributes": "write_verdict",
+        "view.building.removal": "plot_removal",
+        "view.building.steps": "plot_plan",
         "view.plot": "mechanism_pose plot plot_forces plot_mechanism plot_stone_sensitivity plot_verdict",
         "view.polar": "plot_directions",
         "view.settling": "plot_settlement",

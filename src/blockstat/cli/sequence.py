@@ -4,12 +4,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from blockstat.cli.options import AsJson, FileArgument, Friction, Gap, Supports, Units, gap_of, load, print_json
 from blockstat.errors import InputError
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: Blocks that a line names.
+FEW = 5
 
 
 def sequence(
@@ -18,7 +24,12 @@ def sequence(
     held_at_most: Annotated[
         int | None, typer.Option(min=1, help="Search a plan in which never more than so many blocks are held.")
     ] = None,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Where to write the plan found.")] = None,
+    remove: Annotated[
+        bool, typer.Option("--remove-each", help="Take out each block in turn: which may go, and what falls with it.")
+    ] = False,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="The plan found (.json), or a picture (.png, .svg, .pdf).")
+    ] = None,
     friction: Friction = None,
     supports: Supports = None,
     units: Units = None,
@@ -40,14 +51,21 @@ def sequence(
     from blockstat.contact.interfaces import GAP
     from blockstat.sequence.order import find_order
     from blockstat.sequence.plan import assess_plan, read_plan, write_plan
+    from blockstat.view.building.steps import plot_plan
 
-    if (plan is None) == (held_at_most is None):
-        raise InputError("give --plan PLAN.json to judge a plan, or --held-at-most K to search one")
+    if (plan is not None) + (held_at_most is not None) + remove != 1:
+        raise InputError("give one of --plan PLAN.json, --held-at-most K and --remove-each")
     assembly = load(file, friction=friction, gravity=None, tilt=None, supports=supports, units=units)
     options: dict[str, Any] = {"gap": GAP if gap is None else gap_of(gap), "flow": flow}
+    head: dict[str, Any] = {"file": str(file)}
+    if remove:
+        _remove_each(assembly, head, output, as_json, options)
+        return
     if plan is not None:
         result = assess_plan(assembly, read_plan(plan, assembly), reserve=reserve, **options)
-        head = {"file": str(file), "verdict": result.outcome.word}
+        head["verdict"] = result.outcome.word
+        if output is not None:
+            plot_plan(assembly, result, output)
     else:
         assert held_at_most is not None
         result = find_order(
@@ -56,8 +74,29 @@ def sequence(
         if output is not None and result.plan is not None:
             named = file.name if file.parent.resolve() == output.parent.resolve() else str(file.resolve())
             write_plan(replace(result.plan, assembly=named), output)
-        head = {"file": str(file)}
     if as_json:
         print_json({**head, **result.summary()})
         return
     typer.echo(result.explain())
+
+
+def _remove_each(
+    assembly: Assembly, head: dict[str, Any], output: Path | None, as_json: bool, options: dict[str, Any]
+) -> None:
+    """Which blocks may be taken out now, as a list and as a map."""
+    from blockstat.sequence.props import remove_each
+    from blockstat.view.building.removal import plot_removal
+
+    found = remove_each(assembly, **options)
+    if output is not None:
+        plot_removal(assembly, found, output)
+    words = {name: verdict.outcome.word for name, verdict in found.items()}
+    moving = {name: [assembly.names[k] for k in found[name].moving] for name in found if words[name] != "stable"}
+    if as_json:
+        print_json({**head, "removed": words, "moving": moving})
+        return
+    may_go = [name for name, word in words.items() if word == "stable"]
+    typer.echo(f"{len(may_go)} of {len(words)} blocks may be taken out now.")
+    for name, others in moving.items():
+        more = " ..." if len(others) > FEW else ""
+        typer.echo(f"{name}: {words[name]}; first to move: {', '.join(others[:FEW])}{more}")
