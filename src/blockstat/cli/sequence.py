@@ -13,6 +13,7 @@ from blockstat.errors import InputError
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
+    from blockstat.result import Result
 
 #: Blocks that a line names.
 FEW = 5
@@ -26,6 +27,9 @@ def sequence(
     ] = None,
     remove: Annotated[
         bool, typer.Option("--remove-each", help="Take out each block in turn: which may go, and what falls with it.")
+    ] = False,
+    stages: Annotated[
+        bool, typer.Option("--stages", help="Judge the stages of the scene file, with the forces of its centrings.")
     ] = False,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="The plan found (.json), or a picture (.png, .svg, .pdf).")
@@ -51,29 +55,33 @@ def sequence(
     from blockstat.contact.interfaces import GAP
     from blockstat.sequence.order import find_order
     from blockstat.sequence.plan import assess_plan, read_plan, write_plan
+    from blockstat.sequence.stages import assess_stages
     from blockstat.view.building.steps import plot_plan
 
-    if (plan is not None) + (held_at_most is not None) + remove != 1:
-        raise InputError("give one of --plan PLAN.json, --held-at-most K and --remove-each")
+    if (plan is not None) + (held_at_most is not None) + remove + stages != 1:
+        raise InputError("give one of --plan PLAN.json, --held-at-most K, --remove-each and --stages")
     assembly = load(file, friction=friction, gravity=None, tilt=None, supports=supports, units=units)
     options: dict[str, Any] = {"gap": GAP if gap is None else gap_of(gap), "flow": flow}
     head: dict[str, Any] = {"file": str(file)}
     if remove:
         _remove_each(assembly, head, output, as_json, options)
         return
-    if plan is not None:
-        result = assess_plan(assembly, read_plan(plan, assembly), reserve=reserve, **options)
-        head["verdict"] = result.outcome.word
+    result: Result
+    if stages:
+        result = assess_stages(assembly, **options)
+    elif plan is not None:
+        result = judged = assess_plan(assembly, read_plan(plan, assembly), reserve=reserve, **options)
+        head["verdict"] = judged.outcome.word
         if output is not None:
-            plot_plan(assembly, result, output)
+            plot_plan(assembly, judged, output)
     else:
         assert held_at_most is not None
-        result = find_order(
+        result = found = find_order(
             assembly, held_at_most=held_at_most, seconds=seconds, insertion=insertion, journal=journal, **options
         )
-        if output is not None and result.plan is not None:
+        if output is not None and found.plan is not None:
             named = file.name if file.parent.resolve() == output.parent.resolve() else str(file.resolve())
-            write_plan(replace(result.plan, assembly=named), output)
+            write_plan(replace(found.plan, assembly=named), output)
     if as_json:
         print_json({**head, **result.summary()})
         return
