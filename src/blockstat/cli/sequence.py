@@ -14,6 +14,7 @@ from blockstat.errors import InputError
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
     from blockstat.result import Result
+    from blockstat.sequence.order import OrderResult
 
 #: Blocks that a line names.
 FEW = 5
@@ -54,7 +55,7 @@ def sequence(
     """Judge the steps in which an assembly is built, or search an order with few held blocks."""
     from blockstat.contact.interfaces import GAP
     from blockstat.sequence.order import find_order
-    from blockstat.sequence.plan import assess_plan, read_plan, write_plan
+    from blockstat.sequence.plan import assess_plan, read_plan
     from blockstat.sequence.stages import assess_stages
     from blockstat.view.building.steps import plot_plan
 
@@ -62,10 +63,9 @@ def sequence(
         raise InputError("give one of --plan PLAN.json, --held-at-most K, --remove-each and --stages")
     assembly = load(file, friction=friction, gravity=None, tilt=None, supports=supports, units=units)
     options: dict[str, Any] = {"gap": GAP if gap is None else gap_of(gap), "flow": flow}
-    head: dict[str, Any] = {"file": str(file)}
+    head = {"file": str(file)}
     if remove:
-        _remove_each(assembly, head, output, as_json, options)
-        return
+        return _remove_each(assembly, head, output, as_json, options)
     result: Result
     if stages:
         result = assess_stages(assembly, **options)
@@ -75,17 +75,22 @@ def sequence(
         if output is not None:
             plot_plan(assembly, judged, output)
     else:
-        assert held_at_most is not None
-        result = found = find_order(
-            assembly, held_at_most=held_at_most, seconds=seconds, insertion=insertion, journal=journal, **options
-        )
-        if output is not None and found.plan is not None:
-            named = file.name if file.parent.resolve() == output.parent.resolve() else str(file.resolve())
-            write_plan(replace(found.plan, assembly=named), output)
+        options |= {"held_at_most": held_at_most, "seconds": seconds, "insertion": insertion, "journal": journal}
+        result = found = find_order(assembly, **options)
+        _write(found, file, output)
     if as_json:
         print_json({**head, **result.summary()})
-        return
-    typer.echo(result.explain())
+    else:
+        typer.echo(result.explain())
+
+
+def _write(found: OrderResult, file: Path, output: Path | None) -> None:
+    """Write the plan that was found; it names the assembly beside it, or where that is."""
+    from blockstat.sequence.plan import write_plan
+
+    if output is not None and found.plan is not None:
+        named = file.name if file.parent.resolve() == output.parent.resolve() else str(file.resolve())
+        write_plan(replace(found.plan, assembly=named), output)
 
 
 def _remove_each(

@@ -191,14 +191,13 @@ def assess_stages(
 
     Examples
     --------
-    >>> from blockstat import Assembly, assess_stages, box
-    >>> blocks = [box((-1, 0, -1), (0, 1, 0), name="ground"), box((-0.6, 0, 0), (0.4, 1, 1), name="low", group="low"),
-    ...           box((-0.2, 0, 1), (0.8, 1, 2), name="high", group="high")]
-    >>> stages = [{"name": "base", "place": ["low"]}, {"name": "top", "place": ["high"], "centring": ["high"]},
-    ...           {"name": "decentring"}]
-    >>> assembly = Assembly.from_blocks(blocks, supports=["ground"], metadata={"stages": stages})
-    >>> [stage.outcome.word for stage in assess_stages(assembly).stages]
-    ['stable', 'stable', 'unstable']
+    >>> from blockstat import assess_stages
+    >>> from blockstat.model import arch, assemble
+    >>> ring = assemble(arch(span=2.0, thickness=0.3, depth=0.5, voussoirs=5, springers=0.3))
+    >>> stages = [{"name": "ring", "place": ["arch"], "centring": ["arch"], "courses": True}, {"name": "decentring"}]
+    >>> found = assess_stages(ring.with_(metadata={"stages": stages}))
+    >>> [stage.falsework.total > 1.0 for stage in found.stages[:3]], found.stages[-1].outcome.word
+    ([False, True, False], 'stable')
     """
     stages = stages_of(assembly)
     if not stages:
