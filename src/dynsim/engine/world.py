@@ -95,6 +95,8 @@ class World:
     ((2, 3), (2, 3, 3), True)
     """
 
+    settles = True  #: blocks sink and shake a little when they are put in place
+
     def __init__(
         self,
         assembly: Assembly,
