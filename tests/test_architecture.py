@@ -22,8 +22,8 @@ ORDER = """
     blockstat.model.walling
     blockstat.model.vaults blockstat.model.buttresses blockstat.model blockstat.spec
     blockstat.geometry_repair blockstat.linear_algebra blockstat.program blockstat.certificate blockstat.solve
-    blockstat.analysis blockstat.studies blockstat.reinforcement blockstat.traffic blockstat.code_check
-    blockstat.sequence blockstat.sensitivity blockstat.design_search blockstat.view
+    blockstat.analysis blockstat.large_displacement blockstat.studies blockstat.reinforcement blockstat.traffic
+    blockstat.code_check blockstat.sequence blockstat.sensitivity blockstat.design_search blockstat.view
     blockstat.view.building blockstat.view.three_d blockstat.view.report blockstat blockstat.app blockstat.cli
     dynsim.settings dynsim.checks dynsim.engine dynsim.loads dynsim.bonds dynsim.judge dynsim.parallel
     dynsim.comparison dynsim.design_search dynsim.view dynsim.panel dynsim.cli dynsim

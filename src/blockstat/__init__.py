@@ -40,6 +40,8 @@ if TYPE_CHECKING:
     from blockstat.io.files import write
     from blockstat.io.scene_text import scene_text
     from blockstat.joint import JointLaw, Tie
+    from blockstat.large_displacement.capacity_curve import CapacityCurve, CapacityOutcome, CapacityPoint, capacity
+    from blockstat.large_displacement.path import PathEvent
     from blockstat.loading.cases import LoadCase, load_case, load_cases
     from blockstat.loading.ground import dispersed_load, fill_load, fluid_pressure
     from blockstat.loading.on_faces import body_load, line_load, patch_load, surface_load
@@ -95,7 +97,7 @@ if TYPE_CHECKING:
         plot_verdict,
     )
     from blockstat.view.polar import plot_directions
-    from blockstat.view.settling import plot_settlement
+    from blockstat.view.settling import plot_capacity, plot_settlement
     from blockstat.view.three_d.page import interactive_html, show
     from blockstat.view.thrust_lines import plot_thrust
     from blockstat.view.utilisation import plot_utilisation, utilisation
@@ -104,24 +106,25 @@ __version__ = "0.1.0"
 # fmt: off
 __all__ = [
     "Assembly", "Assessment", "Block", "Bonds", "Bracket", "BracketOutcome", "Building", "Candidate",
-    "CentringOrder", "Certificate", "Change", "CheckOutcome", "Composition", "CoulombState", "Crack", "Decentring",
-    "DirectionOutcome", "DirectionalLimits", "DomainOutcome", "Dropped", "Falsework", "FalseworkOutcome", "Floor",
-    "Foundation", "InputError", "InputWarning", "Interfaces", "JointLaw", "LimitLoad", "LinearCheck", "LoadCase",
-    "LoadDomain", "LoadOutcome", "Margin", "Memory", "MovingLoad", "MovingOutcome", "OrderCount", "OrderOutcome",
-    "OrderResult", "Outcome", "Plan", "PlanVerdict", "PointGradient", "Prop", "Range", "RepairOutcome",
-    "RepairReport", "Result", "Scene", "SearchOutcome", "SearchResult", "Sentence", "Settlement",
-    "SettlementOutcome", "Site", "Space", "Step", "SweepOutcome", "SweepResult", "ThrustOutcome", "ThrustRange",
-    "Tie", "TieOutcome", "TieRange", "Verdict", "acceleration", "anchor_plate", "assess", "assess_fully",
-    "assess_plan", "assess_stages", "assess_states", "assessment_html", "body_load", "box", "build", "centring",
-    "check_plan", "count_orders", "decentring", "dispersed_load", "falsework", "fewest_props", "fill_load",
-    "find_interfaces", "find_order", "fluid_pressure", "friction_limit", "glued", "grid", "hoists",
-    "interactive_html", "latin_hypercube", "least_centring", "limit_load", "limit_load_by_direction",
-    "limit_load_by_point", "limit_load_gradient", "line_load", "linear_check", "load_case", "load_cases",
-    "load_domain", "load_scene", "mechanism_pose", "moving_load", "overlaps", "parameters", "patch_load", "plot",
-    "plot_directions", "plot_forces", "plot_mechanism", "plot_plan", "plot_removal", "plot_settlement",
-    "plot_stone_sensitivity", "plot_thrust", "plot_utilisation", "plot_verdict", "point_load", "read", "read_plan",
-    "remove_each", "repair", "scene_from", "scene_text", "score_by_point", "score_gradient", "search", "settle",
-    "settlement", "shared_points", "show", "space_of", "stone_sensitivity", "surface_load", "sweep", "tendon_load",
+    "CapacityCurve", "CapacityOutcome", "CapacityPoint", "CentringOrder", "Certificate", "Change", "CheckOutcome",
+    "Composition", "CoulombState", "Crack", "Decentring", "DirectionOutcome", "DirectionalLimits", "DomainOutcome",
+    "Dropped", "Falsework", "FalseworkOutcome", "Floor", "Foundation", "InputError", "InputWarning", "Interfaces",
+    "JointLaw", "LimitLoad", "LinearCheck", "LoadCase", "LoadDomain", "LoadOutcome", "Margin", "Memory",
+    "MovingLoad", "MovingOutcome", "OrderCount", "OrderOutcome", "OrderResult", "Outcome", "PathEvent", "Plan",
+    "PlanVerdict", "PointGradient", "Prop", "Range", "RepairOutcome", "RepairReport", "Result", "Scene",
+    "SearchOutcome", "SearchResult", "Sentence", "Settlement", "SettlementOutcome", "Site", "Space", "Step",
+    "SweepOutcome", "SweepResult", "ThrustOutcome", "ThrustRange", "Tie", "TieOutcome", "TieRange", "Verdict",
+    "acceleration", "anchor_plate", "assess", "assess_fully", "assess_plan", "assess_stages", "assess_states",
+    "assessment_html", "body_load", "box", "build", "capacity", "centring", "check_plan", "count_orders",
+    "decentring", "dispersed_load", "falsework", "fewest_props", "fill_load", "find_interfaces", "find_order",
+    "fluid_pressure", "friction_limit", "glued", "grid", "hoists", "interactive_html", "latin_hypercube",
+    "least_centring", "limit_load", "limit_load_by_direction", "limit_load_by_point", "limit_load_gradient",
+    "line_load", "linear_check", "load_case", "load_cases", "load_domain", "load_scene", "mechanism_pose",
+    "moving_load", "overlaps", "parameters", "patch_load", "plot", "plot_capacity", "plot_directions",
+    "plot_forces", "plot_mechanism", "plot_plan", "plot_removal", "plot_settlement", "plot_stone_sensitivity",
+    "plot_thrust", "plot_utilisation", "plot_verdict", "point_load", "read", "read_plan", "remove_each", "repair",
+    "scene_from", "scene_text", "score_by_point", "score_gradient", "search", "settle", "settlement",
+    "shared_points", "show", "space_of", "stone_sensitivity", "surface_load", "sweep", "tendon_load",
     "thrust_range", "tie_gain", "tie_range", "tilt_limit", "utilisation", "with_values", "write", "write_mechanism",
     "write_motion", "write_plan", "write_verdict",
 ]
@@ -154,6 +157,8 @@ _HOMES = {
         "joint": "JointLaw Tie",
         "loading.on_faces": "body_load line_load patch_load surface_load",
         "loading.ground": "dispersed_load fill_load fluid_pressure",
+        "large_displacement.capacity_curve": "CapacityCurve CapacityOutcome CapacityPoint capacity",
+        "large_displacement.path": "PathEvent",
         "loading.cases": "LoadCase load_case load_cases",
         "reinforcement.ties": "TieOutcome TieRange anchor_plate tendon_load tie_gain tie_range",
         "traffic.envelope": "MovingLoad MovingOutcome moving_load",
@@ -183,7 +188,7 @@ _HOMES = {
         "view.building.steps": "plot_plan",
         "view.plot": "mechanism_pose plot plot_forces plot_mechanism plot_stone_sensitivity plot_verdict",
         "view.polar": "plot_directions",
-        "view.settling": "plot_settlement",
+        "view.settling": "plot_capacity plot_settlement",
         "view.three_d.page": "interactive_html show",
         "view.thrust_lines": "plot_thrust",
         "view.utilisation": "plot_utilisation utilisation",

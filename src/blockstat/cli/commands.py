@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from blockstat.cli.cases import Case, LoadsFile, cases_command, chosen_case, load_and_loads
+from blockstat.cli.displacement import capacity_command
 from blockstat.cli.options import (
     PORT,
     AsJson,
@@ -39,6 +40,7 @@ Flow = Annotated[str, typer.Option(help="associated, or coulomb: no dilatancy an
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 app.command("cases")(cases_command)
+app.command("capacity")(capacity_command)
 app.command("settle")(settle_command)
 app.command("report")(report_command)
 
