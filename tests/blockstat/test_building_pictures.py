@@ -32,6 +32,30 @@ def test_a_strip_of_a_plan_has_the_first_step_that_falls(tmp_path):
         plot_plan(arch(), found, tmp_path / "plan.png", frames=0)
 
 
+def test_a_slider_shows_the_blocks_of_a_step_and_says_what_falls():
+    pytest.importorskip("viser")
+    from blockstat.view.building.slider import StepSlider
+    from blockstat.view.three_d.page import start_viser, stop_viser
+
+    assembly = arch()
+    plan = Plan((Step(("s0",), ("s0",)), Step(("s1",)), *(Step((f"s{k}",)) for k in range(2, 7))))
+    server = start_viser(port=0)
+    try:
+        page = StepSlider(server, assembly, assess_plan(assembly, plan))
+        assert "step 0: stable" in page.words.content
+        assert "held: s0" in page.words.content
+        page.to(1)
+        assert "step 1: unstable" in page.words.content
+        assert "first to move: s1" in page.words.content
+        drawn = np.split(page._canvas.vertices, assembly.vertex_start[1:-1])
+        shown = {name for name, points in zip(assembly.names, drawn, strict=True) if np.ptp(points, axis=0).max() > 0}
+        assert shown == {"s0", "s1", "west", "east"}
+        page.slider.value = 6
+        assert page.slider.max == 6
+    finally:
+        stop_viser(server)
+
+
 def test_the_command_says_which_blocks_may_go(tmp_path):
     write(tee(), tmp_path / "tee.json")
     arguments = ["sequence", str(tmp_path / "tee.json"), "--remove-each", "-o", str(tmp_path / "map.png")]

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from blockstat.assembly import Assembly
     from blockstat.result import Result
     from blockstat.sequence.order import OrderResult
+    from blockstat.sequence.plan import PlanVerdict
 
 #: Blocks that a line names.
 FEW = 5
@@ -35,6 +36,7 @@ def sequence(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="The plan found (.json), or a picture (.png, .svg, .pdf).")
     ] = None,
+    page: Annotated[bool, typer.Option("--page", help="Open the steps of a plan on a page, with a slider.")] = False,
     friction: Friction = None,
     supports: Supports = None,
     units: Units = None,
@@ -57,7 +59,6 @@ def sequence(
     from blockstat.sequence.order import find_order
     from blockstat.sequence.plan import assess_plan, read_plan
     from blockstat.sequence.stages import assess_stages
-    from blockstat.view.building.steps import plot_plan
 
     if (plan is not None) + (held_at_most is not None) + remove + stages != 1:
         raise InputError("give one of --plan PLAN.json, --held-at-most K, --remove-each and --stages")
@@ -72,8 +73,7 @@ def sequence(
     elif plan is not None:
         result = judged = assess_plan(assembly, read_plan(plan, assembly), reserve=reserve, **options)
         head["verdict"] = judged.outcome.word
-        if output is not None:
-            plot_plan(assembly, judged, output)
+        _show(assembly, judged, output, page)
     else:
         options |= {"held_at_most": held_at_most, "seconds": seconds, "insertion": insertion, "journal": journal}
         result = found = find_order(assembly, **options)
@@ -91,6 +91,27 @@ def _write(found: OrderResult, file: Path, output: Path | None) -> None:
     if output is not None and found.plan is not None:
         named = file.name if file.parent.resolve() == output.parent.resolve() else str(file.resolve())
         write_plan(replace(found.plan, assembly=named), output)
+
+
+def _show(assembly: Assembly, judged: PlanVerdict, output: Path | None, page: bool) -> None:
+    """Draw the steps of a plan, and serve them until the page is stopped, where these are asked for."""
+    from threading import Event
+
+    from blockstat.view.building.slider import StepSlider
+    from blockstat.view.building.steps import plot_plan
+    from blockstat.view.three_d.page import start_viser, stop_viser
+
+    if output is not None:
+        plot_plan(assembly, judged, output)
+    if not page:
+        return
+    server = start_viser()
+    StepSlider(server, assembly, judged)
+    typer.echo(f"http://127.0.0.1:{server.get_port()} (Ctrl-C stops it)", err=True)
+    try:
+        Event().wait()
+    except KeyboardInterrupt:
+        stop_viser(server)
 
 
 def _remove_each(
