@@ -24,7 +24,7 @@ ORDER = """
     blockstat.geometry_repair blockstat.linear_algebra blockstat.program blockstat.certificate blockstat.solve
     blockstat.analysis blockstat.large_displacement blockstat.studies blockstat.reinforcement blockstat.traffic
     blockstat.code_check blockstat.sequence blockstat.sensitivity blockstat.design_search blockstat.view
-    blockstat.view.three_d blockstat.view.report blockstat blockstat.app blockstat.cli
+    blockstat.view.building blockstat.view.three_d blockstat.view.report blockstat blockstat.app blockstat.cli
     dynsim.settings dynsim.checks dynsim.engine dynsim.loads dynsim.bonds dynsim.judge dynsim.parallel
     dynsim.comparison dynsim.design_search dynsim.view dynsim.panel dynsim.cli dynsim
 """.split()

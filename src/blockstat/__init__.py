@@ -66,6 +66,7 @@ if TYPE_CHECKING:
         hoists,
         remove_each,
     )
+    from blockstat.sequence.stages import assess_stages
     from blockstat.sequence.states import assess_states
     from blockstat.spec import (
         Building,
@@ -85,6 +86,8 @@ if TYPE_CHECKING:
     from blockstat.view.animation import write_mechanism, write_motion
     from blockstat.view.assessment import Assessment, assess_fully, assessment_html
     from blockstat.view.attributes import write_verdict
+    from blockstat.view.building.removal import plot_removal
+    from blockstat.view.building.steps import plot_plan
     from blockstat.view.plot import (
         mechanism_pose,
         plot,
@@ -111,19 +114,19 @@ __all__ = [
     "PlanVerdict", "PointGradient", "Prop", "Range", "RepairOutcome", "RepairReport", "Result", "Scene",
     "SearchOutcome", "SearchResult", "Sentence", "Settlement", "SettlementOutcome", "Site", "Space", "Step",
     "SweepOutcome", "SweepResult", "ThrustOutcome", "ThrustRange", "Tie", "TieOutcome", "TieRange", "Verdict",
-    "acceleration", "anchor_plate", "assess", "assess_fully", "assess_plan", "assess_states", "assessment_html",
-    "body_load", "box", "build", "capacity", "centring", "check_plan", "count_orders", "decentring",
-    "dispersed_load", "falsework", "fewest_props", "fill_load", "find_interfaces", "find_order", "fluid_pressure",
-    "friction_limit", "glued", "grid", "hoists", "interactive_html", "latin_hypercube", "least_centring",
-    "limit_load", "limit_load_by_direction", "limit_load_by_point", "limit_load_gradient", "line_load",
-    "linear_check", "load_case", "load_cases", "load_domain", "load_scene", "mechanism_pose", "moving_load",
-    "overlaps", "parameters", "patch_load", "plot", "plot_capacity", "plot_directions", "plot_forces",
-    "plot_mechanism", "plot_settlement", "plot_stone_sensitivity", "plot_thrust", "plot_utilisation",
-    "plot_verdict", "point_load", "read", "read_plan", "remove_each", "repair", "scene_from", "scene_text",
-    "score_by_point", "score_gradient", "search", "settle", "settlement", "shared_points", "show", "space_of",
-    "stone_sensitivity", "surface_load", "sweep", "tendon_load", "thrust_range", "tie_gain", "tie_range",
-    "tilt_limit", "utilisation", "with_values", "write", "write_mechanism", "write_motion", "write_plan",
-    "write_verdict",
+    "acceleration", "anchor_plate", "assess", "assess_fully", "assess_plan", "assess_stages", "assess_states",
+    "assessment_html", "body_load", "box", "build", "capacity", "centring", "check_plan", "count_orders",
+    "decentring", "dispersed_load", "falsework", "fewest_props", "fill_load", "find_interfaces", "find_order",
+    "fluid_pressure", "friction_limit", "glued", "grid", "hoists", "interactive_html", "latin_hypercube",
+    "least_centring", "limit_load", "limit_load_by_direction", "limit_load_by_point", "limit_load_gradient",
+    "line_load", "linear_check", "load_case", "load_cases", "load_domain", "load_scene", "mechanism_pose",
+    "moving_load", "overlaps", "parameters", "patch_load", "plot", "plot_capacity", "plot_directions",
+    "plot_forces", "plot_mechanism", "plot_plan", "plot_removal", "plot_settlement", "plot_stone_sensitivity",
+    "plot_thrust", "plot_utilisation", "plot_verdict", "point_load", "read", "read_plan", "remove_each", "repair",
+    "scene_from", "scene_text", "score_by_point", "score_gradient", "search", "settle", "settlement",
+    "shared_points", "show", "space_of", "stone_sensitivity", "surface_load", "sweep", "tendon_load",
+    "thrust_range", "tie_gain", "tie_range", "tilt_limit", "utilisation", "with_values", "write", "write_mechanism",
+    "write_motion", "write_plan", "write_verdict",
 ]
 # fmt: on
 
@@ -173,6 +176,7 @@ _HOMES = {
         "sequence.prop_sets": "CentringOrder fewest_props least_centring",
         "sequence.order": "OrderOutcome OrderResult find_order",
         "sequence.plan": "Plan PlanVerdict Step assess_plan check_plan read_plan write_plan",
+        "sequence.stages": "assess_stages",
         "sequence.states": "assess_states",
         "spec": "Building Composition Range Scene build load_scene parameters read scene_from with_values",
         "studies.directions": "DirectionOutcome DirectionalLimits limit_load_by_direction",
@@ -180,6 +184,8 @@ _HOMES = {
         "view.animation": "write_mechanism write_motion",
         "view.assessment": "Assessment assess_fully assessment_html",
         "view.attributes": "write_verdict",
+        "view.building.removal": "plot_removal",
+        "view.building.steps": "plot_plan",
         "view.plot": "mechanism_pose plot plot_forces plot_mechanism plot_stone_sensitivity plot_verdict",
         "view.polar": "plot_directions",
         "view.settling": "plot_capacity plot_settlement",
