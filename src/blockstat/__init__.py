@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from blockstat.assembly import Assembly, Block, glued
     from blockstat.certificate.check import Certificate
     from blockstat.code_check.linear import CheckOutcome, LinearCheck, linear_check
-    from blockstat.code_check.spectrum import Floor, Site
+    from blockstat.code_check.nonlinear import LimitState, NonlinearCheck, RockingBlock, nonlinear_check
+    from blockstat.code_check.spectrum import Floor, Site, SpectrumTable
     from blockstat.contact.interfaces import Dropped, Interfaces, find_interfaces
     from blockstat.contact.penetration import overlaps
     from blockstat.design_search.candidate import Candidate, SearchOutcome, SearchResult
@@ -105,23 +106,24 @@ __all__ = [
     "CapacityCurve", "CapacityOutcome", "CapacityPoint", "Certificate", "Change", "CheckOutcome", "Composition",
     "CoulombState", "Crack", "DirectionOutcome", "DirectionalLimits", "DomainOutcome", "Dropped", "Falsework",
     "FalseworkOutcome", "Floor", "Foundation", "InputError", "InputWarning", "Interfaces", "JointLaw", "LimitLoad",
-    "LinearCheck", "LoadCase", "LoadDomain", "LoadOutcome", "Margin", "Memory", "MovingLoad", "MovingOutcome",
-    "OrderCount", "OrderOutcome", "OrderResult", "Outcome", "PathEvent", "PathOutcome", "Plan", "PlanVerdict",
-    "PointGradient", "Prop", "Range", "RepairOutcome", "RepairReport", "Result", "Scene", "SearchOutcome",
-    "SearchResult", "Sentence", "Settlement", "SettlementOutcome", "SettlementPath", "Site", "Space", "Step",
-    "SweepOutcome", "SweepResult", "ThrustOutcome", "ThrustRange", "Tie", "TieOutcome", "TieRange", "Verdict",
-    "acceleration", "anchor_plate", "assess", "assess_fully", "assess_plan", "assess_states", "assessment_html",
-    "body_load", "box", "build", "capacity", "centring", "check_plan", "count_orders", "dispersed_load",
-    "falsework", "fill_load", "find_interfaces", "find_order", "fluid_pressure", "friction_limit", "glued", "grid",
-    "hoists", "interactive_html", "latin_hypercube", "limit_load", "limit_load_by_direction", "limit_load_by_point",
+    "LimitState", "LinearCheck", "LoadCase", "LoadDomain", "LoadOutcome", "Margin", "Memory", "MovingLoad",
+    "MovingOutcome", "NonlinearCheck", "OrderCount", "OrderOutcome", "OrderResult", "Outcome", "PathEvent",
+    "PathOutcome", "Plan", "PlanVerdict", "PointGradient", "Prop", "Range", "RepairOutcome", "RepairReport",
+    "Result", "RockingBlock", "Scene", "SearchOutcome", "SearchResult", "Sentence", "Settlement",
+    "SettlementOutcome", "SettlementPath", "Site", "Space", "SpectrumTable", "Step", "SweepOutcome", "SweepResult",
+    "ThrustOutcome", "ThrustRange", "Tie", "TieOutcome", "TieRange", "Verdict", "acceleration", "anchor_plate",
+    "assess", "assess_fully", "assess_plan", "assess_states", "assessment_html", "body_load", "box", "build",
+    "capacity", "centring", "check_plan", "count_orders", "dispersed_load", "falsework", "fill_load",
+    "find_interfaces", "find_order", "fluid_pressure", "friction_limit", "glued", "grid", "hoists",
+    "interactive_html", "latin_hypercube", "limit_load", "limit_load_by_direction", "limit_load_by_point",
     "limit_load_gradient", "line_load", "linear_check", "load_case", "load_cases", "load_domain", "load_scene",
-    "mechanism_pose", "moving_load", "overlaps", "parameters", "patch_load", "plot", "plot_capacity",
-    "plot_directions", "plot_forces", "plot_mechanism", "plot_settlement", "plot_stone_sensitivity", "plot_thrust",
-    "plot_utilisation", "plot_verdict", "point_load", "read", "read_plan", "remove_each", "repair", "scene_from",
-    "scene_text", "score_by_point", "score_gradient", "search", "settle", "settle_to_collapse", "settlement",
-    "shared_points", "show", "space_of", "stone_sensitivity", "surface_load", "sweep", "tendon_load",
-    "thrust_range", "tie_gain", "tie_range", "tilt_limit", "utilisation", "with_values", "write", "write_mechanism",
-    "write_motion", "write_plan", "write_verdict",
+    "mechanism_pose", "moving_load", "nonlinear_check", "overlaps", "parameters", "patch_load", "plot",
+    "plot_capacity", "plot_directions", "plot_forces", "plot_mechanism", "plot_settlement",
+    "plot_stone_sensitivity", "plot_thrust", "plot_utilisation", "plot_verdict", "point_load", "read", "read_plan",
+    "remove_each", "repair", "scene_from", "scene_text", "score_by_point", "score_gradient", "search", "settle",
+    "settle_to_collapse", "settlement", "shared_points", "show", "space_of", "stone_sensitivity", "surface_load",
+    "sweep", "tendon_load", "thrust_range", "tie_gain", "tie_range", "tilt_limit", "utilisation", "with_values",
+    "write", "write_mechanism", "write_motion", "write_plan", "write_verdict",
 ]
 # fmt: on
 
@@ -158,7 +160,8 @@ _HOMES = {
         "reinforcement.ties": "TieOutcome TieRange anchor_plate tendon_load tie_gain tie_range",
         "studies.settling_path": "PathOutcome SettlementPath settle_to_collapse",
         "traffic.envelope": "MovingLoad MovingOutcome moving_load",
-        "code_check.spectrum": "Floor Site",
+        "code_check.nonlinear": "LimitState NonlinearCheck RockingBlock nonlinear_check",
+        "code_check.spectrum": "Floor Site SpectrumTable",
         "code_check.linear": "CheckOutcome LinearCheck linear_check",
         "loads": "acceleration point_load",
         "model.solids": "box",
