@@ -54,8 +54,10 @@ if TYPE_CHECKING:
     from blockstat.sensitivity.parameters import limit_load_gradient, score_gradient, stone_sensitivity
     from blockstat.sensitivity.vertices import PointGradient, limit_load_by_point, score_by_point, shared_points
     from blockstat.sequence.exhaust import OrderCount, count_orders
+    from blockstat.sequence.lowering import Decentring, decentring
     from blockstat.sequence.order import OrderOutcome, OrderResult, find_order
     from blockstat.sequence.plan import Plan, PlanVerdict, Step, assess_plan, check_plan, read_plan, write_plan
+    from blockstat.sequence.prop_sets import CentringOrder, fewest_props, least_centring
     from blockstat.sequence.props import (
         Falsework,
         FalseworkOutcome,
@@ -103,27 +105,28 @@ __version__ = "0.1.0"
 # fmt: off
 __all__ = [
     "Assembly", "Assessment", "Block", "Bonds", "Bracket", "BracketOutcome", "Building", "Candidate",
-    "CapacityCurve", "CapacityOutcome", "CapacityPoint", "Certificate", "Change", "CheckOutcome", "Composition",
-    "CoulombState", "Crack", "DirectionOutcome", "DirectionalLimits", "DomainOutcome", "Dropped", "Falsework",
-    "FalseworkOutcome", "Floor", "Foundation", "InputError", "InputWarning", "Interfaces", "JointLaw", "LimitLoad",
-    "LimitState", "LinearCheck", "LoadCase", "LoadDomain", "LoadOutcome", "Margin", "Memory", "MovingLoad",
-    "MovingOutcome", "NonlinearCheck", "OrderCount", "OrderOutcome", "OrderResult", "Outcome", "PathEvent",
-    "PathOutcome", "Plan", "PlanVerdict", "PointGradient", "Prop", "Range", "RepairOutcome", "RepairReport",
-    "Result", "RockingBlock", "Scene", "SearchOutcome", "SearchResult", "Sentence", "Settlement",
+    "CapacityCurve", "CapacityOutcome", "CapacityPoint", "CentringOrder", "Certificate", "Change", "CheckOutcome",
+    "Composition", "CoulombState", "Crack", "Decentring", "DirectionOutcome", "DirectionalLimits", "DomainOutcome",
+    "Dropped", "Falsework", "FalseworkOutcome", "Floor", "Foundation", "InputError", "InputWarning", "Interfaces",
+    "JointLaw", "LimitLoad", "LimitState", "LinearCheck", "LoadCase", "LoadDomain", "LoadOutcome", "Margin",
+    "Memory", "MovingLoad", "MovingOutcome", "NonlinearCheck", "OrderCount", "OrderOutcome", "OrderResult",
+    "Outcome", "PathEvent", "PathOutcome", "Plan", "PlanVerdict", "PointGradient", "Prop", "Range", "RepairOutcome",
+    "RepairReport", "Result", "RockingBlock", "Scene", "SearchOutcome", "SearchResult", "Sentence", "Settlement",
     "SettlementOutcome", "SettlementPath", "Site", "Space", "SpectrumTable", "Step", "SweepOutcome", "SweepResult",
     "ThrustOutcome", "ThrustRange", "Tie", "TieOutcome", "TieRange", "Verdict", "acceleration", "anchor_plate",
     "assess", "assess_fully", "assess_plan", "assess_states", "assessment_html", "body_load", "box", "build",
-    "capacity", "centring", "check_plan", "count_orders", "dispersed_load", "falsework", "fill_load",
-    "find_interfaces", "find_order", "fluid_pressure", "friction_limit", "glued", "grid", "hoists",
-    "interactive_html", "latin_hypercube", "limit_load", "limit_load_by_direction", "limit_load_by_point",
-    "limit_load_gradient", "line_load", "linear_check", "load_case", "load_cases", "load_domain", "load_scene",
-    "mechanism_pose", "moving_load", "nonlinear_check", "overlaps", "parameters", "patch_load", "plot",
-    "plot_capacity", "plot_directions", "plot_forces", "plot_mechanism", "plot_settlement",
-    "plot_stone_sensitivity", "plot_thrust", "plot_utilisation", "plot_verdict", "point_load", "read", "read_plan",
-    "remove_each", "repair", "scene_from", "scene_text", "score_by_point", "score_gradient", "search", "settle",
-    "settle_to_collapse", "settlement", "shared_points", "show", "space_of", "stone_sensitivity", "surface_load",
-    "sweep", "tendon_load", "thrust_range", "tie_gain", "tie_range", "tilt_limit", "utilisation", "with_values",
-    "write", "write_mechanism", "write_motion", "write_plan", "write_verdict",
+    "capacity", "centring", "check_plan", "count_orders", "decentring", "dispersed_load", "falsework",
+    "fewest_props", "fill_load", "find_interfaces", "find_order", "fluid_pressure", "friction_limit", "glued",
+    "grid", "hoists", "interactive_html", "latin_hypercube", "least_centring", "limit_load",
+    "limit_load_by_direction", "limit_load_by_point", "limit_load_gradient", "line_load", "linear_check",
+    "load_case", "load_cases", "load_domain", "load_scene", "mechanism_pose", "moving_load", "nonlinear_check",
+    "overlaps", "parameters", "patch_load", "plot", "plot_capacity", "plot_directions", "plot_forces",
+    "plot_mechanism", "plot_settlement", "plot_stone_sensitivity", "plot_thrust", "plot_utilisation",
+    "plot_verdict", "point_load", "read", "read_plan", "remove_each", "repair", "scene_from", "scene_text",
+    "score_by_point", "score_gradient", "search", "settle", "settle_to_collapse", "settlement", "shared_points",
+    "show", "space_of", "stone_sensitivity", "surface_load", "sweep", "tendon_load", "thrust_range", "tie_gain",
+    "tie_range", "tilt_limit", "utilisation", "with_values", "write", "write_mechanism", "write_motion",
+    "write_plan", "write_verdict",
 ]
 # fmt: on
 
@@ -171,6 +174,8 @@ _HOMES = {
         "sensitivity.vertices": "PointGradient limit_load_by_point score_by_point shared_points",
         "sequence.exhaust": "OrderCount count_orders",
         "sequence.props": "Falsework FalseworkOutcome Prop centring falsework hoists remove_each",
+        "sequence.lowering": "Decentring decentring",
+        "sequence.prop_sets": "CentringOrder fewest_props least_centring",
         "sequence.order": "OrderOutcome OrderResult find_order",
         "sequence.plan": "Plan PlanVerdict Step assess_plan check_plan read_plan write_plan",
         "sequence.states": "assess_states",

@@ -144,6 +144,18 @@ def test_what_it_does_not_simulate_is_refused():
 
 
 @installed
+def test_a_corner_of_too_many_triangles_is_refused():
+    """A pyramid over a polygon of 40 corners: LMGC90 would end the process."""
+    angle = 2 * np.pi * np.arange(40) / 40
+    foot = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(40)])
+    sides = [[k, (k + 1) % 40, 40] for k in range(40)]
+    pyramid = Block(np.vstack([foot, [0, 0, 1]]), [list(range(39, -1, -1)), *sides], name="pyramid")
+    ground = box((-4, -4, -1), (5, 5, 0), name="ground")
+    with pytest.raises(InputError, match=r'block "pyramid" has a corner where 4\d triangles .* 30 at most'):
+        verify(Assembly.from_blocks([ground, pyramid], supports=["ground"], friction=0.5), engine="lmgc90")
+
+
+@installed
 def test_the_command_line_takes_the_engine(tmp_path):
     path = tmp_path / "slab.json"
     write(slab(30), path)

@@ -127,8 +127,25 @@ def test_self_stress_names_the_blocks_that_it_holds(cases):
     free = {verdict.assembly.names[b] for b in verdict.assembly.free}
     assert free <= {name for pair in verdict.summary()["held"] for name in pair}
     assert "Held so: 1 of 1 blocks" in verdict.explain()
+
+
+def test_self_stress_without_a_proof_shows_slips_that_grow_for_joints_of_all_kinds(cases):
+    # The board of the shelf rests on a ledge and turns about it: it does not fall freely.
+    verdict = assess(read(cases / "cra_shelf.json").with_(friction=0.9), flow="coulomb")
+    assert verdict.outcome is Outcome.STABLE_ONLY_BY_SELF_STRESS
+    assert not len(verdict.falling)
     assert all(len(changes) >= 6 for changes in verdict.coulomb.changes)
     assert len(verdict.coulomb.changes) == len(FAMILY)
+
+
+@pytest.mark.parametrize("case", ["cra_A", "cra_H"])
+def test_a_block_that_falls_freely_between_its_neighbours_is_a_proof_at_any_friction(cases, case):
+    for mu in (0.84, 1.5, 5.0):
+        verdict = assess(read(cases / f"{case}.json").with_(friction=mu), flow="coulomb")
+        assert verdict.outcome is Outcome.STABLE_ONLY_BY_SELF_STRESS
+        assert verdict.summary()["falling"] == ["2"]
+        assert verdict.coulomb.solves == 0
+        assert "Proof: none of their joints closes when they fall freely" in verdict.explain()
 
 
 def test_the_plain_verdict_says_which_question_it_answers():

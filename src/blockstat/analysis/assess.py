@@ -12,7 +12,7 @@ from blockstat.analysis.coulomb import CoulombState, coulomb_state
 from blockstat.analysis.decision import decide, outcome_of
 from blockstat.analysis.problem import Problem, crushes, free_fall, gap_warnings, pose, timed
 from blockstat.analysis.reserve import loaded_slivers, neutral_blocks, neutral_warning, sliver_warning, without
-from blockstat.analysis.rims import overlap_warnings, rim_warnings, with_rims
+from blockstat.analysis.rims import falling_freely, overlap_warnings, rim_warnings, with_rims
 from blockstat.analysis.verdict import Outcome, Verdict, unit_motion
 from blockstat.certificate.check import Certificate, check
 from blockstat.contact.interfaces import GAP, Interfaces
@@ -22,12 +22,13 @@ from blockstat.solve.answer import Answer
 from blockstat.solve.cvxpy import solve_on_paper
 from blockstat.solve.dispatch import CHOICES
 from blockstat.solve.penalty import solve_penalty
-from blockstat.typing import Floats
+from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
 FLOWS = ("associated", "coulomb")
+NONE = np.empty(0, dtype=np.int64)
 #: Where all blocks are supports.
 NOTHING_TO_CHECK = Certificate(0.0, 0.0, 0.0, 0.0, 0.0)
 
@@ -149,11 +150,16 @@ def judged(
     """
     timings = dict(problem.timings)
     answer = checked = state = None
+    falling = NONE
     if problem.program is not None:
         answer, checked = _solved(problem, problem.program, solver, memory, timings, score, guess)
         if flow == "coulomb" and problem.slips and outcome_of(checked.certificate) is Outcome.STABLE:
             with timed(timings, "coulomb"):
-                state = coulomb_state(problem.program, tightnesses=tightnesses, solver=_second(solver))
+                falling = falling_freely(problem) if loads is None else NONE
+                if len(falling):
+                    state = _of_falling(problem, problem.program, checked.force, falling)
+                else:
+                    state = coulomb_state(problem.program, tightnesses=tightnesses, solver=_second(solver))
     timings["total"] = sum(timings.values())
     verdict = _verdict(problem, answer, checked, timings)
     if reserve and verdict.outcome is Outcome.STABLE and checked is not None:
@@ -165,7 +171,15 @@ def judged(
         verdict = _beyond_doubt(verdict, held, warnings)
     if flow == "associated":
         return verdict
-    return _with_state(problem, verdict, state)
+    return replace(_with_state(problem, verdict, state), falling=falling)
+
+
+def _of_falling(problem: Problem, program: PenaltyProgram, force: Floats, falling: Ints) -> CoulombState:
+    """What is known where blocks fall freely: only self-stress loads their points."""
+    joint = np.isin(problem.interfaces.pair, falling).any(axis=1)
+    points = np.zeros(len(force), dtype=bool)
+    points[: program.n_points] = joint[problem.interfaces.point_interface[problem.eq.points]]
+    return CoulombState.of_falling(program, force, points)
 
 
 def _with_state(problem: Problem, verdict: Verdict, state: CoulombState | None) -> Verdict:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -27,6 +28,12 @@ def sequence(
         bool, typer.Option("--reserve", help="Also the least friction at which every step stands.")
     ] = False,
     seconds: Annotated[float | None, typer.Option(help="Stop searching after so long; Ctrl-C does so, too.")] = None,
+    insertion: Annotated[
+        bool, typer.Option("--insertion", help="Blocks must come in by a straight motion that collides with nothing.")
+    ] = False,
+    journal: Annotated[
+        Path | None, typer.Option(help="Keep each judged state in this file; a search that was ended goes on from it.")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Judge the steps in which an assembly is built, or search an order with few held blocks."""
@@ -43,9 +50,12 @@ def sequence(
         head = {"file": str(file), "verdict": result.outcome.word}
     else:
         assert held_at_most is not None
-        result = find_order(assembly, held_at_most=held_at_most, seconds=seconds, **options)
+        result = find_order(
+            assembly, held_at_most=held_at_most, seconds=seconds, insertion=insertion, journal=journal, **options
+        )
         if output is not None and result.plan is not None:
-            write_plan(result.plan, output)
+            named = file.name if file.parent.resolve() == output.parent.resolve() else str(file.resolve())
+            write_plan(replace(result.plan, assembly=named), output)
         head = {"file": str(file)}
     if as_json:
         print_json({**head, **result.summary()})

@@ -43,6 +43,8 @@ THETA = 0.5
 #: LMGC90 names a material by four digits.
 MOST_BLOCKS = 9999
 ALL_FREEDOMS = range(1, 7)
+#: LMGC90 ends the process where more triangles than this meet at a corner.
+MOST_MEETING = 30
 
 
 def import_lmgc90() -> Any:
@@ -122,6 +124,7 @@ class Lmgc90World:
     def _set_up(self) -> None:
         assembly, solver = self.assembly, self._solver
         blocks = [self._pieces(shape, block) for block, shape in enumerate(shapes(assembly))]
+        _check_corners(assembly, blocks)
         volume = np.array([sum(outward_hull(piece)[1] for piece in pieces) for pieces in blocks])
         solver.add_one_tact_behav("iqsc0", "IQS_CLB", [min(assembly.friction, STICKY)])
         solver.set_materials(assembly.mass * self._mass / volume)
@@ -289,6 +292,16 @@ def _check_scene(assembly: Assembly, actions: Sequence[Action]) -> None:
         raise InputError(f'"{assembly.name}": {only}; joints with their own friction need the engine "bullet"')
     if assembly.n_blocks > MOST_BLOCKS:
         raise InputError(f'"{assembly.name}" has {assembly.n_blocks} blocks; LMGC90 takes {MOST_BLOCKS} at most')
+
+
+def _check_corners(assembly: Assembly, blocks: Sequence[Sequence[Floats]]) -> None:
+    for name, pieces in zip(assembly.names, blocks, strict=True):
+        meeting = max(int(np.bincount(outward_hull(piece)[0].reshape(-1)).max()) for piece in pieces)
+        if meeting > MOST_MEETING:
+            raise InputError(
+                f'block "{name}" has a corner where {meeting} triangles of its hull meet; LMGC90 takes '
+                f'{MOST_MEETING} at most; use the engine "bullet"'
+            )
 
 
 @contextmanager
