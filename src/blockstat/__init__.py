@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from blockstat.assembly import Assembly, Block, glued
     from blockstat.certificate.check import Certificate
     from blockstat.code_check.linear import CheckOutcome, LinearCheck, linear_check
-    from blockstat.code_check.spectrum import Floor, Site
+    from blockstat.code_check.nonlinear import LimitState, NonlinearCheck, RockingBlock, nonlinear_check
+    from blockstat.code_check.spectrum import Floor, Site, SpectrumTable
     from blockstat.contact.interfaces import Dropped, Interfaces, find_interfaces
     from blockstat.contact.penetration import overlaps
     from blockstat.design_search.candidate import Candidate, SearchOutcome, SearchResult
@@ -82,6 +83,7 @@ if TYPE_CHECKING:
     )
     from blockstat.studies.directions import DirectionalLimits, DirectionOutcome, limit_load_by_direction
     from blockstat.studies.foundations import Crack, Foundation, Settlement, SettlementOutcome, settle, settlement
+    from blockstat.studies.settling_path import PathOutcome, SettlementPath, settle_to_collapse
     from blockstat.traffic.envelope import MovingLoad, MovingOutcome, moving_load
     from blockstat.view.animation import write_mechanism, write_motion
     from blockstat.view.assessment import Assessment, assess_fully, assessment_html
@@ -109,21 +111,22 @@ __all__ = [
     "CapacityCurve", "CapacityOutcome", "CapacityPoint", "CentringOrder", "Certificate", "Change", "CheckOutcome",
     "Composition", "CoulombState", "Crack", "Decentring", "DirectionOutcome", "DirectionalLimits", "DomainOutcome",
     "Dropped", "Falsework", "FalseworkOutcome", "Floor", "Foundation", "InputError", "InputWarning", "Interfaces",
-    "JointLaw", "LimitLoad", "LinearCheck", "LoadCase", "LoadDomain", "LoadOutcome", "Margin", "Memory",
-    "MovingLoad", "MovingOutcome", "OrderCount", "OrderOutcome", "OrderResult", "Outcome", "PathEvent", "Plan",
-    "PlanVerdict", "PointGradient", "Prop", "Range", "RepairOutcome", "RepairReport", "Result", "Scene",
-    "SearchOutcome", "SearchResult", "Sentence", "Settlement", "SettlementOutcome", "Site", "Space", "Step",
-    "SweepOutcome", "SweepResult", "ThrustOutcome", "ThrustRange", "Tie", "TieOutcome", "TieRange", "Verdict",
-    "acceleration", "anchor_plate", "assess", "assess_fully", "assess_plan", "assess_stages", "assess_states",
-    "assessment_html", "body_load", "box", "build", "capacity", "centring", "check_plan", "count_orders",
-    "decentring", "dispersed_load", "falsework", "fewest_props", "fill_load", "find_interfaces", "find_order",
-    "fluid_pressure", "friction_limit", "glued", "grid", "hoists", "interactive_html", "latin_hypercube",
-    "least_centring", "limit_load", "limit_load_by_direction", "limit_load_by_point", "limit_load_gradient",
-    "line_load", "linear_check", "load_case", "load_cases", "load_domain", "load_scene", "mechanism_pose",
-    "moving_load", "overlaps", "parameters", "patch_load", "plot", "plot_capacity", "plot_directions",
-    "plot_forces", "plot_mechanism", "plot_plan", "plot_removal", "plot_settlement", "plot_stone_sensitivity",
-    "plot_thrust", "plot_utilisation", "plot_verdict", "point_load", "read", "read_plan", "remove_each", "repair",
-    "scene_from", "scene_text", "score_by_point", "score_gradient", "search", "settle", "settlement",
+    "JointLaw", "LimitLoad", "LimitState", "LinearCheck", "LoadCase", "LoadDomain", "LoadOutcome", "Margin",
+    "Memory", "MovingLoad", "MovingOutcome", "NonlinearCheck", "OrderCount", "OrderOutcome", "OrderResult",
+    "Outcome", "PathEvent", "PathOutcome", "Plan", "PlanVerdict", "PointGradient", "Prop", "Range", "RepairOutcome",
+    "RepairReport", "Result", "RockingBlock", "Scene", "SearchOutcome", "SearchResult", "Sentence", "Settlement",
+    "SettlementOutcome", "SettlementPath", "Site", "Space", "SpectrumTable", "Step", "SweepOutcome", "SweepResult",
+    "ThrustOutcome", "ThrustRange", "Tie", "TieOutcome", "TieRange", "Verdict", "acceleration", "anchor_plate",
+    "assess", "assess_fully", "assess_plan", "assess_stages", "assess_states", "assessment_html", "body_load",
+    "box", "build", "capacity", "centring", "check_plan", "count_orders", "decentring", "dispersed_load",
+    "falsework", "fewest_props", "fill_load", "find_interfaces", "find_order", "fluid_pressure", "friction_limit",
+    "glued", "grid", "hoists", "interactive_html", "latin_hypercube", "least_centring", "limit_load",
+    "limit_load_by_direction", "limit_load_by_point", "limit_load_gradient", "line_load", "linear_check",
+    "load_case", "load_cases", "load_domain", "load_scene", "mechanism_pose", "moving_load", "nonlinear_check",
+    "overlaps", "parameters", "patch_load", "plot", "plot_capacity", "plot_directions", "plot_forces",
+    "plot_mechanism", "plot_plan", "plot_removal", "plot_settlement", "plot_stone_sensitivity", "plot_thrust",
+    "plot_utilisation", "plot_verdict", "point_load", "read", "read_plan", "remove_each", "repair", "scene_from",
+    "scene_text", "score_by_point", "score_gradient", "search", "settle", "settle_to_collapse", "settlement",
     "shared_points", "show", "space_of", "stone_sensitivity", "surface_load", "sweep", "tendon_load",
     "thrust_range", "tie_gain", "tie_range", "tilt_limit", "utilisation", "with_values", "write", "write_mechanism",
     "write_motion", "write_plan", "write_verdict",
@@ -161,8 +164,10 @@ _HOMES = {
         "large_displacement.path": "PathEvent",
         "loading.cases": "LoadCase load_case load_cases",
         "reinforcement.ties": "TieOutcome TieRange anchor_plate tendon_load tie_gain tie_range",
+        "studies.settling_path": "PathOutcome SettlementPath settle_to_collapse",
         "traffic.envelope": "MovingLoad MovingOutcome moving_load",
-        "code_check.spectrum": "Floor Site",
+        "code_check.nonlinear": "LimitState NonlinearCheck RockingBlock nonlinear_check",
+        "code_check.spectrum": "Floor Site SpectrumTable",
         "code_check.linear": "CheckOutcome LinearCheck linear_check",
         "loads": "acceleration point_load",
         "model.solids": "box",

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from blockstat import Assembly, Block, InputError, JointLaw, Tie, box, capacity
+from blockstat import Assembly, Block, InputError, JointLaw, Tie, box, capacity, settle_to_collapse
 
 WITHIN = 1e-3
 
@@ -284,3 +284,39 @@ def test_bad_input_is_a_sentence(options, words):
     load = options.pop("load", (1, 0, 0))
     with pytest.raises(InputError, match=words):
         capacity(block(0.5, 2.0), load, **options)
+
+
+SPREADING = {
+    (10, 0.15): (0.177164289, 0.233755834, 0.109251346),
+    (20, 0.15): (0.175634884, 0.231624772, 0.108201857),
+    (20, 0.20): (0.154244839, 0.305047575, 0.305356573),
+    (40, 0.20): (0.153990276, 0.284567911, 0.254409607),
+}
+
+
+@pytest.mark.parametrize("shape", SPREADING, ids=str)
+def test_arches_on_spreading_supports_fall_where_three_hinges_carry_no_more(shape):
+    """Three hinges are determinate: H y = W_up (x_hinge - x_centroid). The haunch hinges stay where they are."""
+    ring = arch(*shape)
+    start, end, opening = SPREADING[shape]
+    found = settle_to_collapse(ring, {"right": (1, 0, 0)})
+    thrust = found.reaction / ring.free_weight
+    assert found.outcome.word == "collapse"
+    assert found.collapse == pytest.approx(opening, rel=WITHIN)
+    assert (thrust[0], thrust[-1]) == pytest.approx((start, end), rel=WITHIN)
+    assert len(found.cracks()) == 3
+    if shape == (20, 0.20):
+        expected = [0.169032515, 0.186082191, 0.230337493, 0.300041261]
+        assert np.interp([0.05, 0.1, 0.2, 0.3], found.displacement, thrust) == pytest.approx(expected, rel=WITHIN)
+
+
+def test_both_supports_by_half_are_one_support_by_all():
+    found = settle_to_collapse(arch(10, 0.15), {"right": (0.5, 0, 0), "left": (-0.5, 0, 0)})
+    assert 2 * found.collapse == pytest.approx(0.109251346, rel=WITHIN)
+
+
+def test_supports_that_all_move_alike_meet_no_resistance():
+    found = settle_to_collapse(arch(10, 0.15), {"right": (0, 0, -1), "left": (0, 0, -1)})
+    assert found.outcome.word == "follows"
+    assert found.collapse is None
+    assert "nothing resists" in found.explain()

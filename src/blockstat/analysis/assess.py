@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from blockstat.analysis.certificate_cache import Memory
-from blockstat.analysis.coulomb import CoulombState, coulomb_state
+from blockstat.analysis.coulomb import FAMILY, CoulombState, coulomb_state
 from blockstat.analysis.decision import decide, outcome_of
 from blockstat.analysis.problem import Problem, crushes, free_fall, gap_warnings, pose, timed
 from blockstat.analysis.reserve import loaded_slivers, neutral_blocks, neutral_warning, sliver_warning, without
@@ -129,6 +130,7 @@ def judged(
     score: bool = True,
     reserve: bool = True,
     guess: Floats | None = None,
+    kinds: Sequence[tuple[float, float]] = FAMILY,
 ) -> Verdict:
     """Give the verdict on a posed problem.
 
@@ -142,6 +144,8 @@ def judged(
         False does not ask whether a stable assembly is balanced without reserve, nor whether it rests on slivers.
     guess
         Forces from which to look for forces in balance first, in the units of the program, shape (m, 3).
+    kinds
+        With flow="coulomb", the kinds of joints in which a state is looked for.
 
     Returns
     -------
@@ -159,7 +163,7 @@ def judged(
                 if len(falling):
                     state = _of_falling(problem, problem.program, checked.force, falling)
                 else:
-                    state = coulomb_state(problem.program, tightnesses=tightnesses, solver=_second(solver))
+                    state = coulomb_state(problem.program, kinds=kinds, tightnesses=tightnesses, solver=_second(solver))
     timings["total"] = sum(timings.values())
     verdict = _verdict(problem, answer, checked, timings)
     if reserve and verdict.outcome is Outcome.STABLE and checked is not None:

@@ -144,8 +144,10 @@ class CoulombState:
                 words += f" Slips change by {changes} with each program: they {grow} in joints of these kinds."
         if not np.isnan(self.tightness):
             words += f" At {100 * self.tightness:.0f} % of random tightnesses of the joints there is such a state."
-        if 0 < self.tightness < 1 or (self.settles and self.opposed):
-            words += " Whether the blocks stand hangs on how tight the joints are."
+        differs = self.tightness < 1 if self.settles else self.tightness > 0
+        if differs or (self.settles and self.opposed):
+            words += " Whether the blocks stand hangs on how tight the joints are"
+            words += "." if differs else ": in joints of one kind slips grow (tightnesses=12 tells the share)."
         return words
 
 

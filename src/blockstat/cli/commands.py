@@ -120,6 +120,9 @@ def check(
     gap: Gap = None,
     solver: Annotated[str, typer.Option(help="auto, interior-point, clarabel or cvxpy (the primal).")] = "auto",
     flow: Flow = "associated",
+    tightnesses: Annotated[
+        int, typer.Option(metavar="N", help="With --flow coulomb: at how many random tightnesses of the joints too.")
+    ] = 0,
     case: Case = None,
     loads: LoadsFile = None,
     output: Annotated[
@@ -137,7 +140,9 @@ def check(
     acting = chosen_case(assembly, file, case, loads)
     permanent = None if acting is None else acting.loads
     near = GAP if gap is None else gap_of(gap)
-    verdict = assess(assembly, gap=near, solver=solver, flow=flow, loads=permanent)
+    if tightnesses < 0 or (tightnesses and flow != "coulomb"):
+        raise InputError(f"--tightnesses is {tightnesses}; it must be 0 or more and goes with --flow coulomb")
+    verdict = assess(assembly, gap=near, solver=solver, flow=flow, loads=permanent, tightnesses=tightnesses)
     if output is not None:
         write_verdict(verdict, output)
     if as_json:
@@ -208,6 +213,7 @@ def tilt_command(
     gravity: Gravity = None,
     supports: Supports = None,
     units: Units = None,
+    flow: Flow = "associated",
     as_json: AsJson = False,
 ) -> None:
     """Find the angle by which the ground may tilt about an axis before the assembly falls."""
@@ -217,11 +223,14 @@ def tilt_command(
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=None, supports=supports, units=units)
     about = axis if "," not in axis else numbers(axis, 3, "--axis", "x, y, z or AX,AY,AZ")
-    found = tilt_limit(assembly, about)
+    found = tilt_limit(assembly, about, flow=flow)
     stands, falls = (None if isnan(value) else value for value in (found.stands, found.falls))
     if as_json:
         angles = {"axis": axis, "angle_deg": stands or 0.0, "stands_deg": stands, "falls_deg": falls}
-        print_json({"file": str(file), **angles, **inputs(assembly, units=units)})
+        kinds = {"kinds_deg": found.summary()["kinds"]} if found.kinds else {}
+        print_json({"file": str(file), **angles, **kinds, **inputs(assembly, units=units)})
+    elif flow == "coulomb":
+        typer.echo(f"{assembly.name}: {found.explain()}")
     elif stands is None:
         typer.echo(f"{assembly.name}: does not stand as it is")
     elif falls is None:

@@ -115,6 +115,24 @@ class Structure:
         dead = float((self.dead_load(pose) * motion).sum()) + self.tie_work(pose, motion)
         return -dead / work if work else np.nan
 
+    def driven(self, contacts: Contacts, closed: np.ndarray, pose: Pose, parameter: float) -> Floats:
+        """Return the rates at the contact points by the movement of supports, in the frames of the joints at a pose.
+
+        Parameters
+        ----------
+        contacts, closed, pose, parameter
+            As in `posed`.
+
+        Returns
+        -------
+        Floats
+            Of b against a for a unit rate, shape (n_points, 3).
+        """
+        faces, point = displaced_interfaces(self.assembly, self.interfaces, contacts, closed, pose, parameter)
+        drive = (contacts.drive[:, 1] - contacts.drive[:, 0])[point]
+        rates: Floats = np.einsum("nij,nj->ni", faces.frame[faces.point_interface], drive)
+        return rates
+
     def posed(self, contacts: Contacts, closed: np.ndarray, pose: Pose, parameter: float, multiplier: float) -> Problem:
         """Return the equilibrium problem at a pose.
 
@@ -219,7 +237,7 @@ def rubbing(
     forces : Forces
         With the largest least slack, those of sliding contacts on their friction cones, against the slip.
     multiplier : float
-        Of the live load.
+        Of the live load; without one, the force on the moving supports along their movement [N].
 
     Notes
     -----
@@ -231,12 +249,14 @@ def rubbing(
     assembly = structure.assembly
     closed = linkage.pinned | linkage.sliding
     problem = structure.posed(linkage.contacts, closed, pose, parameter, 0.0)
-    assert structure.live is not None
     program, faces = problem.program, problem.interfaces
     nothing = np.zeros((assembly.n_blocks, 6))
     if program is None or len(problem.floating):
         return Forces(np.inf, False, 0.0, nothing, tuple(problem.floating.tolist()), problem, nothing[:0, :3]), np.nan
+    driven = structure.driven(linkage.contacts, closed, pose, parameter)[problem.eq.points]
     rate = relative_motion(problem.assembly, faces, motion)[problem.eq.points]
+    if structure.live is None:
+        rate = rate + driven
     slip = np.hypot(rate[:, 1], rate[:, 2])
     slides = slip > STILL * np.abs(motion).max(initial=0.0)
     point = np.flatnonzero(slides & (program.friction[: program.n_points] > 0))
@@ -246,12 +266,16 @@ def rubbing(
     local[point, 0] -= mu * (along[:, :1] * local[point, 1] + along[:, 1:] * local[point, 2])
     friction[point] = 0.0
     program = replace(program, local=local.reshape(-1, 12), friction=friction, plane=None)
-    load = problem.scaled(structure.live_load(pose))
     total = np.asarray(program.normal_columns.sum(axis=1)).reshape(-1)
-    conic = conic_program(program, -program.load - total, at_most_one=total, pinned=load)
-    bound = conic.bound.copy()
-    bound[-1] = 0.0  # l'u = 0: the multiplier is free
-    answer = clarabel.solve(replace(conic, bound=bound))
+    if structure.live is None:
+        load = np.zeros_like(total)
+        answer = clarabel.solve(conic_program(program, -program.load - total, at_most_one=total))
+    else:
+        load = problem.scaled(structure.live_load(pose))
+        conic = conic_program(program, -program.load - total, at_most_one=total, pinned=load)
+        bound = conic.bound.copy()
+        bound[-1] = 0.0  # l'u = 0: the multiplier is free
+        answer = clarabel.solve(replace(conic, bound=bound))
     multiplier = answer.multiplier
     loaded = replace(program, load=program.load + multiplier * load)
     # The multipliers are f + tau n.
@@ -262,6 +286,11 @@ def rubbing(
     lacking = np.inf if answer.status.is_infeasible else tau
     force = certificate.balance(loaded, force)
     found = certificate.check(loaded, force, np.zeros_like(program.load))
+    if structure.live is None:  # the force on the moving supports, by what the contacts do to them
+        # The normal of a contact that slides has friction in it.
+        tilted = driven.copy()
+        tilted[point, 0] -= mu[:, 0] * (along * driven[point, 1:]).sum(axis=1)
+        multiplier = float((force[: program.n_points] * tilted).sum()) * program.force_unit
     return Forces(
         lacking=lacking,
         proven=found.proves_stable,
@@ -300,3 +329,32 @@ def limiting(
     if answer.status.is_infeasible or answer.status.is_stalled:
         return None
     return answer.multiplier / unit, problem.to_blocks(answer.twist)
+
+
+def settling(
+    structure: Structure, contacts: Contacts, closed: np.ndarray, pose: Pose, parameter: float
+) -> Floats | None:
+    """Return the motion of least potential energy for a unit rate of the supports' movement.
+
+    Parameters
+    ----------
+    structure
+        The assembly and its loads.
+    contacts, closed, pose, parameter
+        As in `Structure.posed`.
+
+    Returns
+    -------
+    Floats or None
+        Shape (n_blocks, 6); None where the assembly falls or jams.
+    """
+    problem = structure.posed(contacts, closed, pose, parameter, 0.0)
+    program = problem.program
+    if program is None or len(problem.floating):
+        return None
+    rate = np.zeros((len(program.friction), 3))
+    rate[: program.n_points] = structure.driven(contacts, closed, pose, parameter)[problem.eq.points]
+    answer = clarabel.solve(conic_program(program, -program.load, offset=rate.reshape(-1)))
+    if answer.status.is_infeasible or answer.status.is_stalled:
+        return None
+    return problem.to_blocks(answer.twist)
