@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from blockstat.loads import acceleration, point_load
     from blockstat.model.solids import box
     from blockstat.program.bonds import Bonds
+    from blockstat.proof.proof_file import ProofFile, ProofOutcome, prove, prove_limit, prove_verdict
     from blockstat.reinforcement.ties import TieOutcome, TieRange, anchor_plate, tendon_load, tie_gain, tie_range
     from blockstat.result import Result, Sentence
     from blockstat.sensitivity.parameters import limit_load_gradient, score_gradient, stone_sensitivity
@@ -103,7 +104,8 @@ __all__ = [
     "DomainOutcome", "Dropped", "Falsework", "FalseworkOutcome", "Floor", "Foundation", "InputError",
     "InputWarning", "Interfaces", "JointLaw", "LimitLoad", "LinearCheck", "LoadCase", "LoadDomain", "LoadOutcome",
     "Margin", "Memory", "MovingLoad", "MovingOutcome", "OrderCount", "OrderOutcome", "OrderResult", "Outcome",
-    "Plan", "PlanVerdict", "PointGradient", "Prop", "Range", "RepairOutcome", "RepairReport", "Result", "Scene",
+    "Plan", "PlanVerdict", "PointGradient",
+    "ProofFile", "ProofOutcome", "Prop", "Range", "RepairOutcome", "RepairReport", "Result", "Scene",
     "SearchOutcome", "SearchResult", "Sentence", "Settlement", "SettlementOutcome", "Site", "Space", "Step",
     "SweepOutcome", "SweepResult", "ThrustOutcome", "ThrustRange", "Tie", "TieOutcome", "TieRange", "Verdict",
     "acceleration", "anchor_plate", "assess", "assess_fully", "assess_plan", "assess_states", "assessment_html",
@@ -113,7 +115,8 @@ __all__ = [
     "limit_load_gradient", "line_load", "linear_check", "load_case", "load_cases", "load_domain", "load_scene",
     "mechanism_pose", "moving_load", "overlaps", "parameters", "patch_load", "plot", "plot_directions",
     "plot_forces", "plot_mechanism", "plot_settlement", "plot_stone_sensitivity", "plot_thrust", "plot_utilisation",
-    "plot_verdict", "point_load", "read", "read_plan", "remove_each", "repair", "scene_from", "scene_text",
+    "plot_verdict", "point_load",
+    "prove", "prove_limit", "prove_verdict", "read", "read_plan", "remove_each", "repair", "scene_from", "scene_text",
     "score_by_point", "score_gradient", "search", "settle", "settlement", "shared_points", "show", "space_of",
     "stone_sensitivity", "surface_load", "sweep", "tendon_load", "thrust_range", "tie_gain", "tie_range",
     "tilt_limit", "utilisation", "with_values", "write", "write_mechanism", "write_motion", "write_plan",
@@ -149,6 +152,7 @@ _HOMES = {
         "loading.on_faces": "body_load line_load patch_load surface_load",
         "loading.ground": "dispersed_load fill_load fluid_pressure",
         "loading.cases": "LoadCase load_case load_cases",
+        "proof.proof_file": "ProofFile ProofOutcome prove prove_limit prove_verdict",
         "reinforcement.ties": "TieOutcome TieRange anchor_plate tendon_load tie_gain tie_range",
         "traffic.envelope": "MovingLoad MovingOutcome moving_load",
         "code_check.spectrum": "Floor Site",

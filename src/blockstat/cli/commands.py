@@ -29,7 +29,7 @@ from blockstat.cli.options import (
 )
 from blockstat.cli.options import load as load_assembly
 from blockstat.cli.sequence import sequence
-from blockstat.cli.studies import over_the_horizon, report_command, settle_command
+from blockstat.cli.studies import over_the_horizon, prove_command, report_command, settle_command
 from blockstat.errors import InputError
 
 if TYPE_CHECKING:
@@ -41,6 +41,7 @@ app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_
 app.command("cases")(cases_command)
 app.command("settle")(settle_command)
 app.command("report")(report_command)
+app.command("prove")(prove_command)
 
 
 @app.callback()
