@@ -16,7 +16,7 @@ SOURCE = Path(__file__).parents[1] / "src"
 #: root is a room of its own; a package without a module name is its `__init__`, which hands names to users.
 ORDER = """
     blockstat.typing blockstat.errors blockstat.result blockstat.geometry blockstat.joint blockstat.assembly
-    blockstat.loads blockstat.surface blockstat.contact blockstat.loading blockstat.io
+    blockstat.loads blockstat.surface blockstat.contact blockstat.imperfection blockstat.loading blockstat.io
     blockstat.model.quantities
     blockstat.model.expression blockstat.model.solids blockstat.model.placing blockstat.model.arches
     blockstat.model.walling

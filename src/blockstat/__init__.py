@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from blockstat.design_search.sweep import SweepOutcome, SweepResult, grid, latin_hypercube, sweep
     from blockstat.errors import InputError, InputWarning
     from blockstat.geometry_repair.repair import Change, RepairOutcome, RepairReport, repair
+    from blockstat.imperfection.imperfections import Imperfections
     from blockstat.io.files import write
     from blockstat.io.scene_text import scene_text
     from blockstat.joint import JointLaw, Tie
@@ -101,7 +102,7 @@ __version__ = "0.1.0"
 __all__ = [
     "Assembly", "Assessment", "Block", "Bonds", "Bracket", "BracketOutcome", "Building", "Candidate", "Certificate",
     "Change", "CheckOutcome", "Composition", "CoulombState", "Crack", "DirectionOutcome", "DirectionalLimits",
-    "DomainOutcome", "Dropped", "Falsework", "FalseworkOutcome", "Floor", "Foundation", "InputError",
+    "DomainOutcome", "Dropped", "Falsework", "FalseworkOutcome", "Floor", "Foundation", "Imperfections", "InputError",
     "InputWarning", "Interfaces", "JointLaw", "LimitLoad", "LinearCheck", "LoadCase", "LoadDomain", "LoadOutcome",
     "Margin", "Memory", "MovingLoad", "MovingOutcome", "OrderCount", "OrderOutcome", "OrderResult", "Outcome",
     "Plan", "PlanVerdict", "PointGradient",
@@ -146,6 +147,7 @@ _HOMES = {
         "design_search.sweep": "SweepOutcome SweepResult grid latin_hypercube sweep",
         "errors": "InputError InputWarning",
         "geometry_repair.repair": "Change RepairOutcome RepairReport repair",
+        "imperfection.imperfections": "Imperfections",
         "io.files": "write",
         "io.scene_text": "scene_text",
         "joint": "JointLaw Tie",

@@ -68,6 +68,7 @@ class Verdict(Result):
     held: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))  #: interfaces held only by self-stress
     bonds: Bonds | None = None  #: what the bonds at the centres of joints carry with `forces`
     ties: Floats | None = None  #: tension of each tie, or compression of each strut, with `forces`, (n_ties,) [N]
+    worst: str = ""  #: the case of the imperfections that this verdict is of, the worst one, in words
 
     @property
     def motion(self) -> Floats:
@@ -125,6 +126,8 @@ class Verdict(Result):
             One fact a line.
         """
         lines = [self.outcome.value]
+        if self.worst:
+            lines.append(f"Worst case of the imperfections: {self.worst}.")
         proof = self.certificate
         if self.outcome in (Outcome.STABLE, Outcome.STABLE_ONLY_BY_SELF_STRESS):
             lines.append(
@@ -199,6 +202,7 @@ class Verdict(Result):
             "held": [[self.assembly.names[i] for i in pair] for pair in self.interfaces.pair[self.held]],
             "held_share": None if self.coulomb is None else self.coulomb.share,
             "tightness": None if self.coulomb is None else finite(self.coulomb.tightness),
+            "imperfections": self.worst or None,
             "warnings": list(self.warnings),
             "timings": self.timings,
         }

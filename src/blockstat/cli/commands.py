@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from blockstat.cli.cases import Case, LoadsFile, cases_command, chosen_case, load_and_loads
+from blockstat.cli.imperfect import Imperfect, imperfections_of
 from blockstat.cli.options import (
     PORT,
     AsJson,
@@ -121,6 +122,7 @@ def check(
     flow: Flow = "associated",
     case: Case = None,
     loads: LoadsFile = None,
+    imperfection: Imperfect = None,
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", help="Also write the blocks with displacement and demand (.glb, .obj)."),
@@ -136,7 +138,8 @@ def check(
     acting = chosen_case(assembly, file, case, loads)
     permanent = None if acting is None else acting.loads
     near = GAP if gap is None else gap_of(gap)
-    verdict = assess(assembly, gap=near, solver=solver, flow=flow, loads=permanent)
+    allowed = imperfections_of(imperfection)
+    verdict = assess(assembly, gap=near, solver=solver, flow=flow, loads=permanent, imperfections=allowed)
     if output is not None:
         write_verdict(verdict, output)
     if as_json:
@@ -172,6 +175,7 @@ def limit(
         Path | None, typer.Option("-o", "--output", help="Polar plot of the directions (.png, .svg, .pdf).")
     ] = None,
     tolerance: Annotated[float, typer.Option(metavar="T", help="Width asked of the bracket, relative to it.")] = 1e-4,
+    imperfection: Imperfect = None,
     as_json: AsJson = False,
 ) -> None:
     """Bracket an acceleration, in one direction or in all, or the live loads of a case. Both bounds are proven."""
@@ -187,10 +191,13 @@ def limit(
     if directions is not None:
         if case is not None or loads is not None:
             raise InputError("--case and --directions are different questions; ask for one of them")
+        if imperfection:
+            raise InputError("--imperfection goes with --load or --case")
         over_the_horizon(file, assembly, directions, flow, output, units, as_json)
         return
     growing, permanent = load_and_loads(load, chosen_case(assembly, file, case, loads))
-    result = limit_load(assembly, growing, loads=permanent, flow=flow, tolerance=tolerance)
+    allowed = imperfections_of(imperfection)
+    result = limit_load(assembly, growing, loads=permanent, flow=flow, tolerance=tolerance, imperfections=allowed)
     if as_json:
         echo = inputs(assembly, units=units) | ({"case": case} if case else {})
         print_json({"file": str(file), **echo, **result.summary()})
@@ -207,6 +214,7 @@ def tilt_command(
     gravity: Gravity = None,
     supports: Supports = None,
     units: Units = None,
+    imperfection: Imperfect = None,
     as_json: AsJson = False,
 ) -> None:
     """Find the angle by which the ground may tilt about an axis before the assembly falls."""
@@ -216,11 +224,12 @@ def tilt_command(
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=None, supports=supports, units=units)
     about = axis if "," not in axis else numbers(axis, 3, "--axis", "x, y, z or AX,AY,AZ")
-    found = tilt_limit(assembly, about)
+    found = tilt_limit(assembly, about, imperfections=imperfections_of(imperfection))
     stands, falls = (None if isnan(value) else value for value in (found.stands, found.falls))
     if as_json:
         angles = {"axis": axis, "angle_deg": stands or 0.0, "stands_deg": stands, "falls_deg": falls}
-        print_json({"file": str(file), **angles, **inputs(assembly, units=units)})
+        worst = {"imperfections": found.worst} if found.worst else {}
+        print_json({"file": str(file), **angles, **inputs(assembly, units=units), **worst})
     elif stands is None:
         typer.echo(f"{assembly.name}: does not stand as it is")
     elif falls is None:
