@@ -22,7 +22,7 @@ ORDER = """
     blockstat.model.walling
     blockstat.model.vaults blockstat.model.buttresses blockstat.model blockstat.spec
     blockstat.geometry_repair blockstat.linear_algebra blockstat.program blockstat.certificate blockstat.solve
-    blockstat.analysis blockstat.proof blockstat.studies blockstat.reinforcement blockstat.traffic blockstat.code_check
+    blockstat.analysis blockstat.proof blockstat.chance blockstat.studies blockstat.reinforcement blockstat.traffic blockstat.code_check
     blockstat.sequence blockstat.sensitivity blockstat.design_search blockstat.view
     blockstat.view.three_d blockstat.view.report blockstat blockstat.app blockstat.cli
     dynsim.settings dynsim.checks dynsim.engine dynsim.loads dynsim.bonds dynsim.judge dynsim.parallel

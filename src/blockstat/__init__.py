@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from blockstat.analysis.verdict import Outcome, Verdict
     from blockstat.assembly import Assembly, Block, glued
     from blockstat.certificate.check import Certificate
+    from blockstat.chance.first_order import FirstOrder, FirstOrderOutcome, first_order
+    from blockstat.chance.monte_carlo import Reliability, ReliabilityOutcome, fragility, reliability
+    from blockstat.chance.variables import Random
     from blockstat.code_check.linear import CheckOutcome, LinearCheck, linear_check
     from blockstat.code_check.spectrum import Floor, Site
     from blockstat.contact.interfaces import Dropped, Interfaces, find_interfaces
@@ -102,22 +105,26 @@ __version__ = "0.1.0"
 __all__ = [
     "Assembly", "Assessment", "Block", "Bonds", "Bracket", "BracketOutcome", "Building", "Candidate", "Certificate",
     "Change", "CheckOutcome", "Composition", "CoulombState", "Crack", "DirectionOutcome", "DirectionalLimits",
-    "DomainOutcome", "Dropped", "Falsework", "FalseworkOutcome", "Floor", "Foundation", "Imperfections", "InputError",
+    "DomainOutcome", "Dropped", "Falsework", "FalseworkOutcome",
+    "FirstOrder", "FirstOrderOutcome", "Floor", "Foundation", "Imperfections", "InputError",
     "InputWarning", "Interfaces", "JointLaw", "LimitLoad", "LinearCheck", "LoadCase", "LoadDomain", "LoadOutcome",
     "Margin", "Memory", "MovingLoad", "MovingOutcome", "OrderCount", "OrderOutcome", "OrderResult", "Outcome",
     "Plan", "PlanVerdict", "PointGradient",
-    "ProofFile", "ProofOutcome", "Prop", "Range", "RepairOutcome", "RepairReport", "Result", "Scene",
+    "ProofFile", "ProofOutcome", "Prop", "Random", "Range",
+    "Reliability", "ReliabilityOutcome", "RepairOutcome", "RepairReport", "Result", "Scene",
     "SearchOutcome", "SearchResult", "Sentence", "Settlement", "SettlementOutcome", "Site", "Space", "Step",
     "SweepOutcome", "SweepResult", "ThrustOutcome", "ThrustRange", "Tie", "TieOutcome", "TieRange", "Verdict",
     "acceleration", "anchor_plate", "assess", "assess_fully", "assess_plan", "assess_states", "assessment_html",
     "body_load", "box", "build", "centring", "check_plan", "count_orders", "dispersed_load", "falsework",
-    "fill_load", "find_interfaces", "find_order", "fluid_pressure", "friction_limit", "glued", "grid", "hoists",
+    "fill_load", "find_interfaces", "find_order", "first_order", "fluid_pressure",
+    "fragility", "friction_limit", "glued", "grid", "hoists",
     "interactive_html", "latin_hypercube", "limit_load", "limit_load_by_direction", "limit_load_by_point",
     "limit_load_gradient", "line_load", "linear_check", "load_case", "load_cases", "load_domain", "load_scene",
     "mechanism_pose", "moving_load", "overlaps", "parameters", "patch_load", "plot", "plot_directions",
     "plot_forces", "plot_mechanism", "plot_settlement", "plot_stone_sensitivity", "plot_thrust", "plot_utilisation",
     "plot_verdict", "point_load",
-    "prove", "prove_limit", "prove_verdict", "read", "read_plan", "remove_each", "repair", "scene_from", "scene_text",
+    "prove", "prove_limit", "prove_verdict", "read", "read_plan",
+    "reliability", "remove_each", "repair", "scene_from", "scene_text",
     "score_by_point", "score_gradient", "search", "settle", "settlement", "shared_points", "show", "space_of",
     "stone_sensitivity", "surface_load", "sweep", "tendon_load", "thrust_range", "tie_gain", "tie_range",
     "tilt_limit", "utilisation", "with_values", "write", "write_mechanism", "write_motion", "write_plan",
@@ -138,6 +145,9 @@ _HOMES = {
         "analysis.verdict": "Outcome Verdict",
         "assembly": "Assembly Block glued",
         "certificate.check": "Certificate",
+        "chance.first_order": "FirstOrder FirstOrderOutcome first_order",
+        "chance.monte_carlo": "Reliability ReliabilityOutcome fragility reliability",
+        "chance.variables": "Random",
         "contact.interfaces": "Dropped Interfaces find_interfaces",
         "contact.penetration": "overlaps",
         "design_search.candidate": "Candidate SearchOutcome SearchResult",

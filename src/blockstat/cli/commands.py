@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from blockstat.cli.cases import Case, LoadsFile, cases_command, chosen_case, load_and_loads
+from blockstat.cli.chance import reliability_command
 from blockstat.cli.imperfect import Imperfect, imperfections_of
 from blockstat.cli.options import (
     PORT,
@@ -43,6 +44,7 @@ app.command("cases")(cases_command)
 app.command("settle")(settle_command)
 app.command("report")(report_command)
 app.command("prove")(prove_command)
+app.command("reliability")(reliability_command)
 
 
 @app.callback()
