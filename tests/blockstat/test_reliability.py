@@ -88,6 +88,8 @@ def test_evidence_of_earlier_draws_changes_no_verdict():
     assert (one.failures, one.interval) == (two.failures, two.interval)
     assert 0 < one.failures < 60
     assert one.reused > 0
+    side_by_side = reliability(scene, uncertain, load=load, draws=60, seed=3, jobs=2)
+    assert (side_by_side.failures, side_by_side.interval) == (one.failures, one.interval)
     assert two.reused == 0
 
 

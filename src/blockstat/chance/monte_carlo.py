@@ -105,6 +105,7 @@ def reliability(
     interfaces: Interfaces | None = None,
     about: FirstOrder | None = None,
     reuse: bool = True,
+    jobs: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> Reliability:
     """Estimate the probability that an assembly does not stand when some of its data are random.
@@ -134,8 +135,10 @@ def reliability(
         Draw about this design point and weigh the draws (importance sampling): small probabilities need fewer.
     reuse
         Whether evidence of earlier draws is tried before a solve; the verdicts are the same.
+    jobs
+        Processes side by side; the draws are the same, and each process has evidence of its own.
     progress
-        Called with the draws done and those asked for.
+        Called with the draws done and those asked for, with one process.
 
     Returns
     -------
@@ -169,26 +172,38 @@ def reliability(
     True
     """
     checked(assembly, uncertain, loads)
-    if draws < 1 or not 0 < confidence < 1:
-        raise InputError(f"draws is {draws} and confidence {confidence}; one draw is needed, and 0 < confidence < 1")
+    if draws < 1 or jobs < 1 or not 0 < confidence < 1:
+        given = f"draws is {draws}, jobs {jobs} and confidence {confidence}"
+        raise InputError(f"{given}; one draw and one job are needed, and 0 < confidence < 1")
     if "push" in uncertain and load is None:
         raise InputError('uncertain "push" is a factor on load=, which is not given')
     faces = find_interfaces(assembly, gap=gap) if interfaces is None else interfaces
-    rng, memory = np.random.default_rng(seed), Memory() if reuse else None
     centre = np.zeros(len(uncertain)) if about is None else about.point
-    failed, undecided, weight = np.zeros(draws, bool), np.zeros(draws, bool), np.ones(draws)
-    for k in range(draws):
-        normal = centre + rng.standard_normal(len(uncertain))
-        weight[k] = np.exp(0.5 * centre @ centre - centre @ normal)
-        outcome = _outcome(assembly, faces, load, loads, uncertain, normal, memory)
-        failed[k], undecided[k] = outcome is Outcome.UNSTABLE, outcome is Outcome.UNDECIDED
-        if progress is not None:
-            progress(k + 1, draws)
+    normal = centre + np.random.default_rng(seed).standard_normal((draws, len(uncertain)))
+    weight = np.exp(0.5 * centre @ centre - normal @ centre)
+
+    def judge(rows: Floats, told: Callable[[int, int], None] | None) -> tuple[list[Outcome], int]:
+        memory, outcomes = Memory() if reuse else None, []
+        for row in rows:
+            outcomes.append(_outcome(assembly, faces, load, loads, uncertain, row, memory))
+            if told is not None:
+                told(len(outcomes), len(rows))
+        statistics = {} if memory is None else memory.statistics
+        return outcomes, statistics.get("forces", 0) + statistics.get("mechanism", 0)
+
+    if jobs == 1:
+        parts = [judge(normal, progress)]
+    else:
+        from joblib import Parallel, delayed
+
+        parts = Parallel(n_jobs=jobs)(delayed(judge)(rows, None) for rows in np.array_split(normal, jobs))
+    outcomes = [outcome for own, _ in parts for outcome in own]
+    failed = np.array([outcome is Outcome.UNSTABLE for outcome in outcomes])
+    undecided = np.array([outcome is Outcome.UNDECIDED for outcome in outcomes])
     if about is None:
         probability, interval = _binomial(int(failed.sum()), int(undecided.sum()), draws, confidence)
     else:
         probability, interval = _weighted(weight * failed, weight * (failed | undecided), confidence)
-    statistics = memory.statistics if memory is not None else {"forces": 0, "mechanism": 0}
     return Reliability(
         probability=probability,
         interval=interval,
@@ -196,7 +211,7 @@ def reliability(
         draws=draws,
         failures=int(failed.sum()),
         undecided=int(undecided.sum()),
-        reused=statistics["forces"] + statistics["mechanism"],
+        reused=sum(reused for _, reused in parts),
         sampled_about="the mean" if about is None else "the design point",
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from typing import TYPE_CHECKING, Annotated
 
@@ -42,6 +43,7 @@ def reliability_command(
         typer.Option(metavar="KEY=KIND,A,B", help="What is random, several times: friction=lognormal,0.6,0.1."),
     ],
     draws: Annotated[int, typer.Option(min=1, help="Number of draws.")] = 1000,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes side by side.")] = 1,
     seed: Annotated[int, typer.Option(help="Of the random numbers.")] = 0,
     load: Annotated[
         str | None,
@@ -72,21 +74,22 @@ def reliability_command(
     permanent = None if chosen is None else chosen.loads
     near = GAP if gap is None else gap_of(gap)
     faces = find_interfaces(assembly, gap=near)
-    acting = None
+    acting = point = None
     if load is not None:
         direction = numbers(load, 3, "--load", "AX,AY,AZ")
-        acting = float(sum(x * x for x in direction)) ** 0.5 * acceleration(assembly, direction)
-    point = None
+        acting = math.hypot(*direction) * acceleration(assembly, direction)
     if first_order:
         if acting is None:
             raise InputError("--first-order asks when a load is not carried; give it by --load AX,AY,AZ")
         point = design_point(assembly, random, acting, loads=permanent, interfaces=faces)
-
-    def progress(done: int, all_: int) -> None:
-        if done % 100 == 0 or done == all_:
-            print(f"{done} of {all_} draws", file=sys.stderr)
-
-    options = {"load": acting, "loads": permanent, "interfaces": faces, "about": point, "progress": progress}
+    options = {
+        "load": acting,
+        "loads": permanent,
+        "interfaces": faces,
+        "about": point,
+        "progress": _progress,
+        "jobs": jobs,
+    }
     found = reliability(assembly, random, draws=draws, seed=seed, **options)
     if as_json:
         first = {} if point is None else {"first_order": point.summary()}
@@ -96,6 +99,12 @@ def reliability_command(
     if point is not None:
         typer.echo(point.explain())
     typer.echo(found.explain())
+
+
+def _progress(done: int, draws: int) -> None:
+    """Tell how far the draws are, now and then."""
+    if done % 100 == 0 or done == draws:
+        print(f"{done} of {draws} draws", file=sys.stderr)
 
 
 def _random(given: list[str]) -> dict[str, Random]:
