@@ -22,9 +22,10 @@ ORDER = """
     blockstat.model.walling
     blockstat.model.vaults blockstat.model.buttresses blockstat.model blockstat.spec
     blockstat.geometry_repair blockstat.linear_algebra blockstat.program blockstat.certificate blockstat.solve
-    blockstat.analysis blockstat.proof blockstat.chance blockstat.studies blockstat.reinforcement blockstat.traffic blockstat.code_check
-    blockstat.sequence blockstat.sensitivity blockstat.design_search blockstat.view
-    blockstat.view.three_d blockstat.view.report blockstat blockstat.app blockstat.cli
+    blockstat.analysis blockstat.proof blockstat.chance blockstat.large_displacement blockstat.studies
+    blockstat.reinforcement blockstat.traffic
+    blockstat.code_check blockstat.sequence blockstat.sensitivity blockstat.design_search blockstat.view
+    blockstat.view.building blockstat.view.three_d blockstat.view.report blockstat blockstat.app blockstat.cli
     dynsim.settings dynsim.checks dynsim.engine dynsim.loads dynsim.bonds dynsim.judge dynsim.parallel
     dynsim.comparison dynsim.design_search dynsim.view dynsim.panel dynsim.cli dynsim
 """.split()
@@ -80,16 +81,19 @@ def test_no_modules_import_each_other_in_a_circle():
     assert not left
 
 
-def test_only_the_engine_imports_pybullet():
-    for module, path in MODULES.items():
-        if "pybullet" in {name.split(".")[0] for name in _imported_anywhere(path)}:
-            assert room_of(module) == "dynsim.engine"
+@pytest.mark.parametrize("library", ["pybullet", "compas_lmgc90"])
+def test_only_the_engine_imports_an_engine(library):
+    importing = [name for name, path in MODULES.items() if library in _imported_anywhere(path)]
+    assert importing
+    assert all(room_of(module) == "dynsim.engine" for module in importing)
 
 
 def _imported_anywhere(path: Path) -> set[str]:
     tree = ast.parse(path.read_text())
-    strings = {node.value for node in ast.walk(tree) if isinstance(node, ast.Constant) and node.value == "pybullet"}
-    return strings | {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
+    names = {node.value for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str)}
+    names |= {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
+    names |= {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module}
+    return {name.split(".")[0] for name in names}
 
 
 @pytest.mark.parametrize("folder", sorted({path.parent for path in FILES}), ids=lambda p: str(p.relative_to(SOURCE)))

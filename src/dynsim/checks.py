@@ -1,4 +1,4 @@
-"""Checks of vectors and times that loads are made with."""
+"""Checks of the names of engines, and of vectors and times that loads are made with."""
 
 from __future__ import annotations
 
@@ -8,6 +8,25 @@ import numpy as np
 
 from blockstat.errors import InputError
 from blockstat.typing import Floats
+
+ENGINES = ("bullet", "lmgc90")
+
+
+def check_engine(name: str) -> None:
+    """Check that there is an engine of a name.
+
+    Parameters
+    ----------
+    name : str
+        "bullet" or "lmgc90".
+
+    Raises
+    ------
+    InputError
+        For another name.
+    """
+    if name not in ENGINES:
+        raise InputError(f"no engine {name!r}; engines are: {', '.join(ENGINES)}")
 
 
 def vector_of(value: Any, what: str, *, zero: bool = False) -> Floats:

@@ -26,7 +26,7 @@ class Settings:
     """
 
     time_step: float = 1e-3  #: [s] of a simulation, accepted where blocks stand or clearly fall
-    quick_step: float = 2e-3  #: [s] of the run that checks another fall, and of settling in a verdict
+    quick_step: float = 2e-3  #: [s] of the run that checks another fall, of settling in a verdict, and of LMGC90
     fine_step: float = 5e-4  #: [s] of the run that has the last word; if it is no finer, there is one run only
     iterations: int = 50  #: of the contact solver, a step
     fine_iterations: int = 100  #: in the run that has the last word

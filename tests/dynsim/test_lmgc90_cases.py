@@ -3,6 +3,8 @@
 LMGC90's answer is the largest displacement after about two seconds, from the table beside the files.
 """
 
+import importlib.util
+
 import pytest
 
 from blockstat import read
@@ -28,6 +30,15 @@ def convex_cases() -> list[tuple[str, float]]:
 @pytest.mark.parametrize(("name", "moved"), convex_cases())
 def test_the_verdict_is_that_of_lmgc90(cases, name, moved):
     outcome = verify(read(cases / f"{name}.json")).outcome.word
+    if name in LIMIT_STATES:
+        return
+    assert outcome == ("falls" if moved > MOVED else "stands")
+
+
+@pytest.mark.skipif(importlib.util.find_spec("compas_lmgc90") is None, reason="compas_lmgc90 is not installed")
+@pytest.mark.parametrize(("name", "moved"), convex_cases())
+def test_the_engine_lmgc90_says_the_same_as_lmgc90_by_itself(cases, name, moved):
+    outcome = verify(read(cases / f"{name}.json"), engine="lmgc90").outcome.word
     if name in LIMIT_STATES:
         return
     assert outcome == ("falls" if moved > MOVED else "stands")

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from blockstat.analysis.certificate_cache import Memory
-from blockstat.analysis.coulomb import CoulombState, coulomb_state
+from blockstat.analysis.coulomb import FAMILY, CoulombState, coulomb_state
 from blockstat.analysis.decision import decide, outcome_of
 from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, gap_warnings, pose, timed
 from blockstat.analysis.reserve import loaded_slivers, neutral_blocks, neutral_warning, sliver_warning, without
-from blockstat.analysis.rims import overlap_warnings, rim_warnings, with_rims
+from blockstat.analysis.rims import falling_freely, overlap_warnings, rim_warnings, with_rims
 from blockstat.analysis.verdict import Outcome, Verdict, unit_motion
 from blockstat.certificate.check import Certificate, check
 from blockstat.contact.interfaces import GAP, Interfaces
@@ -23,12 +24,13 @@ from blockstat.solve.answer import Answer
 from blockstat.solve.cvxpy import solve_on_paper
 from blockstat.solve.dispatch import CHOICES
 from blockstat.solve.penalty import solve_penalty
-from blockstat.typing import Floats
+from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
 FLOWS = ("associated", "coulomb")
+NONE = np.empty(0, dtype=np.int64)
 #: Where all blocks are supports.
 NOTHING_TO_CHECK = Certificate(0.0, 0.0, 0.0, 0.0, 0.0)
 
@@ -149,6 +151,7 @@ def judged(
     score: bool = True,
     reserve: bool = True,
     guess: Floats | None = None,
+    kinds: Sequence[tuple[float, float]] = FAMILY,
 ) -> Verdict:
     """Give the verdict on a posed problem.
 
@@ -162,6 +165,8 @@ def judged(
         False does not ask whether a stable assembly is balanced without reserve, nor whether it rests on slivers.
     guess
         Forces from which to look for forces in balance first, in the units of the program, shape (m, 3).
+    kinds
+        With flow="coulomb", the kinds of joints in which a state is looked for.
 
     Returns
     -------
@@ -170,11 +175,16 @@ def judged(
     """
     timings = dict(problem.timings)
     answer = checked = state = None
+    falling = NONE
     if problem.program is not None:
         answer, checked = _solved(problem, problem.program, solver, memory, timings, score, guess)
         if flow == "coulomb" and problem.slips and outcome_of(checked.certificate) is Outcome.STABLE:
             with timed(timings, "coulomb"):
-                state = coulomb_state(problem.program, tightnesses=tightnesses, solver=_second(solver))
+                falling = falling_freely(problem) if loads is None else NONE
+                if len(falling):
+                    state = _of_falling(problem, problem.program, checked.force, falling)
+                else:
+                    state = coulomb_state(problem.program, kinds=kinds, tightnesses=tightnesses, solver=_second(solver))
     timings["total"] = sum(timings.values())
     verdict = _verdict(problem, answer, checked, timings)
     if reserve and verdict.outcome is Outcome.STABLE and checked is not None:
@@ -186,7 +196,15 @@ def judged(
         verdict = _beyond_doubt(verdict, held, warnings)
     if flow == "associated":
         return verdict
-    return _with_state(problem, verdict, state)
+    return replace(_with_state(problem, verdict, state), falling=falling)
+
+
+def _of_falling(problem: Problem, program: PenaltyProgram, force: Floats, falling: Ints) -> CoulombState:
+    """What is known where blocks fall freely: only self-stress loads their points."""
+    joint = np.isin(problem.interfaces.pair, falling).any(axis=1)
+    points = np.zeros(len(force), dtype=bool)
+    points[: program.n_points] = joint[problem.interfaces.point_interface[problem.eq.points]]
+    return CoulombState.of_falling(program, force, points)
 
 
 def _with_state(problem: Problem, verdict: Verdict, state: CoulombState | None) -> Verdict:

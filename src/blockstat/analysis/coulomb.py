@@ -11,8 +11,9 @@ joints are those of a mechanism that the loads have closed. Forces between elast
 distinct-element code. Each kind has its own state, if it has one, because friction depends on history; any state is
 a proof.
 
-That none is found proves nothing. The answer is "stable only by self-stress" when slips grow without bound for every
-kind of joints, and undecided otherwise. A block that only a thrust holds slips on by the same amount or more with each
+That none is found proves nothing. The answer is "stable only by self-stress" when blocks fall freely from joints that
+nothing has pressed, which is a proof (`blockstat.certificate.falling`), or when slips grow without bound for every kind
+of joints, and undecided otherwise. A block that only a thrust holds slips on by the same amount or more with each
 program.
 """
 
@@ -23,7 +24,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from blockstat.certificate.coulomb_state import RATE_ACCURACY, CoulombCertificate, loaded_points
+from blockstat.certificate.coulomb_state import RATE_ACCURACY, CoulombCertificate, check_coulomb_state, loaded_points
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.solve.coulomb import Iterate, solve_state
 from blockstat.typing import Floats, Ints
@@ -91,9 +92,36 @@ class CoulombState:
     changes: tuple[tuple[float, ...], ...]  #: force-weighted change of the slips at each program of each kind of joints
     held: Ints  #: points that carry a force and do not close, whatever the joints; empty where a state was found
     share: float  #: what they carry of all normal forces
-    opposed: bool  #: whether slips grow in joints of one kind at least
+    opposed: bool  #: whether slips grow in joints of one kind at least, or blocks fall freely
     #: share of random tightnesses of the joints at which a state is found (see `settling_share`); nan if not asked for
     tightness: float = float("nan")
+
+    @classmethod
+    def of_falling(cls, program: PenaltyProgram, force: Floats, points: np.ndarray) -> CoulombState:
+        """Return what is known where blocks fall freely from joints that nothing has pressed.
+
+        Parameters
+        ----------
+        program
+            The penalty program.
+        force
+            Forces that balance it, shape (m, 3).
+        points
+            Those of the blocks that fall, shape (m,).
+
+        Returns
+        -------
+        CoulombState
+            With the points of these blocks that carry a force, all of which need self-stress.
+        """
+        still = np.zeros(len(program.load))
+        held = loaded_points(program, force) & points
+        normal = np.maximum(force[:, 0], 0.0) * (np.arange(len(force)) < program.n_points)
+        return cls(
+            settles=False, force=force, displacement=still, certificate=check_coulomb_state(program, force, still),
+            solves=0, changes=(), held=np.flatnonzero(held), opposed=True,
+            share=float(normal[held].sum() / max(normal.sum(), 1e-300)),
+        )  # fmt: skip
 
     def explain(self) -> str:
         """Return what was found in words.
@@ -116,8 +144,10 @@ class CoulombState:
                 words += f" Slips change by {changes} with each program: they {grow} in joints of these kinds."
         if not np.isnan(self.tightness):
             words += f" At {100 * self.tightness:.0f} % of random tightnesses of the joints there is such a state."
-        if 0 < self.tightness < 1 or (self.settles and self.opposed):
-            words += " Whether the blocks stand hangs on how tight the joints are."
+        differs = self.tightness < 1 if self.settles else self.tightness > 0
+        if differs or (self.settles and self.opposed):
+            words += " Whether the blocks stand hangs on how tight the joints are"
+            words += "." if differs else ": in joints of one kind slips grow (tightnesses=12 tells the share)."
         return words
 
 

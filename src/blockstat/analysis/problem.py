@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -33,6 +33,7 @@ from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
+    from blockstat.contact.unresolved import Unresolved
 
 #: A joint open by more than this fraction of the block size is mentioned when the verdict rests on it.
 LOOSE = 1e-3
@@ -57,6 +58,8 @@ class Problem:
     crushed: Interfaces | None = None  #: contacts without area that a joint law lets carry nothing
     #: pairs of blocks that overlap too far to have a joint, shape (n, 2); None: to be looked for when it matters
     overlapping: Ints | None = None
+    #: gives the contacts without a unique normal, if they are known already; None: to be looked for when it matters
+    unresolved: Callable[[], Unresolved] | None = None
     #: ties of the assembly whose forces are unknowns; their columns follow those of the bonds
     ties: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from blockstat.analysis.problem import Problem
+from blockstat.analysis.problem import Problem, crushes
+from blockstat.certificate.falling import falling_blocks
 from blockstat.contact.interfaces import Interfaces
 from blockstat.contact.penetration import overlaps
+from blockstat.contact.point_law import point_law
 from blockstat.contact.unresolved import unresolved_contacts
 from blockstat.geometry.polyhedron import point_velocity
 from blockstat.typing import Floats, Ints
@@ -75,7 +77,10 @@ def rim_warnings(problem: Problem, mechanism: Floats) -> list[str]:
     )
     turn = (mechanism[b, 3:] - mechanism[a, 3:]) * assembly.size[b, None]
     moving = rims[np.hypot(np.linalg.norm(apart, axis=1), np.linalg.norm(turn, axis=1)) > SLOW]
-    found = unresolved_contacts(assembly, problem.interfaces, gap=problem.gap, pairs=moving)
+    if problem.unresolved is None:
+        found = unresolved_contacts(assembly, problem.interfaces, gap=problem.gap, pairs=moving)
+    else:
+        found = problem.unresolved().among(moving, assembly.n_blocks)
     if not len(found.pair):
         return []
     corners = found.as_corners()
@@ -95,6 +100,34 @@ def rim_warnings(problem: Problem, mechanism: Floats) -> list[str]:
         f'"{first}" and "{second}" touch only {reason}, where forces have no definite direction ({len(pairs)} such '
         "pairs would be driven into each other), so instability is not proven"
     ]
+
+
+def falling_freely(problem: Problem) -> Ints:
+    """Return the blocks that fall freely from joints that nothing has pressed, if only the weight acts.
+
+    Parameters
+    ----------
+    problem
+        The posed problem, without other loads.
+
+    Returns
+    -------
+    Ints
+        Their numbers, ascending. Empty where a tie may hold them, or what has no joint may be in their way: an overlap,
+        edges and corners without a unique normal, crushed contacts, and joints with a gap beyond the tolerance.
+    """
+    assembly, interfaces = problem.assembly, problem.interfaces
+    law = point_law(assembly, interfaces)
+    tied = np.union1d(interfaces.point_interface[(law.floor > 0) | (law.shift > 0)], problem.bonds)
+    down = assembly.gravity / np.linalg.norm(assembly.gravity)
+    blocks = falling_blocks(assembly.support, interfaces, down, tied)
+    if not len(blocks) or assembly.ties:
+        return blocks[:0]
+    motion = np.zeros((assembly.n_blocks, 6))
+    motion[blocks, :3] = down
+    near = np.array([(other.a, other.b) for other in interfaces.dropped], dtype=np.int64).reshape(-1, 2)
+    in_the_way = overlap_warnings(problem, motion) or rim_warnings(problem, motion) or crushes(problem, motion)
+    return blocks[:0] if in_the_way or np.isin(near, blocks).any() else blocks
 
 
 def _slivers(problem: Problem, pairs: Ints) -> np.ndarray:

@@ -66,6 +66,8 @@ class Verdict(Result):
     #: displacements that cause `forces` in a Coulomb state, scaled like `mechanism`, shape (n_blocks, 6); None without
     displacement: Floats | None = None
     held: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))  #: interfaces held only by self-stress
+    #: blocks that fall freely from joints that nothing has pressed: a proof that only self-stress holds them
+    falling: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     bonds: Bonds | None = None  #: what the bonds at the centres of joints carry with `forces`
     ties: Floats | None = None  #: tension of each tie, or compression of each strut, with `forces`, (n_ties,) [N]
     worst: str = ""  #: the case of the imperfections that this verdict is of, the worst one, in words
@@ -125,9 +127,7 @@ class Verdict(Result):
         str
             One fact a line.
         """
-        lines = [self.outcome.value]
-        if self.worst:
-            lines.append(f"Worst case of the imperfections: {self.worst}.")
+        lines = [self.outcome.value, *([f"Worst case of the imperfections: {self.worst}."] if self.worst else [])]
         proof = self.certificate
         if self.outcome in (Outcome.STABLE, Outcome.STABLE_ONLY_BY_SELF_STRESS):
             lines.append(
@@ -159,6 +159,10 @@ class Verdict(Result):
             joints = ", ".join(f"{self.assembly.names[a]}-{self.assembly.names[b]}" for a, b in pairs[:limit])
             more = f" and {len(pairs) - limit} more" if len(pairs) > limit else ""
             lines.append(f"Held so: {blocks} of {len(self.assembly.free)} blocks, at the joints {joints}{more}.")
+        if len(self.falling):
+            names = ", ".join(self.assembly.names[i] for i in self.falling[:limit])
+            more = f" and {len(self.falling) - limit} more" if len(self.falling) > limit else ""
+            lines.append(f"Proof: none of their joints closes when they fall freely, so none resists: {names}{more}.")
         if len(self.floating):
             names = ", ".join(self.assembly.names[i] for i in self.floating[:limit])
             lines.append(f"Nothing holds: {names}{' ...' if len(self.floating) > limit else ''}.")
@@ -200,6 +204,7 @@ class Verdict(Result):
             "solver": self.solver,
             "flow": self.flow,
             "held": [[self.assembly.names[i] for i in pair] for pair in self.interfaces.pair[self.held]],
+            "falling": [self.assembly.names[i] for i in self.falling],
             "held_share": None if self.coulomb is None else self.coulomb.share,
             "tightness": None if self.coulomb is None else finite(self.coulomb.tightness),
             "imperfections": self.worst or None,

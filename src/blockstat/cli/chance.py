@@ -30,6 +30,7 @@ from blockstat.errors import InputError
 if TYPE_CHECKING:
     from blockstat.chance.variables import Random
 
+FirstOrder = Annotated[bool, typer.Option("--first-order", help="Find the design point of --load, and draw about it.")]
 FORM = (
     "KEY=normal,MEAN,DEVIATION, KEY=lognormal,MEAN,DEVIATION or KEY=uniform,LEAST,GREATEST, KEY one of friction, edge, "
     "push, density.GROUP, loads.GROUP"
@@ -49,9 +50,7 @@ def reliability_command(
         str | None,
         typer.Option(metavar="AX,AY,AZ", help="Acceleration in units of gravity that acts too; push is a factor."),
     ] = None,
-    first_order: Annotated[
-        bool, typer.Option("--first-order", help="Find the design point of --load, and draw about it.")
-    ] = False,
+    first_order: FirstOrder = False,
     case: Case = None,
     loads: LoadsFile = None,
     friction: Friction = None,
@@ -71,10 +70,9 @@ def reliability_command(
     random = _random(uncertain)
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
     chosen = chosen_case(assembly, file, case, loads)
-    permanent = None if chosen is None else chosen.loads
     near = GAP if gap is None else gap_of(gap)
     faces = find_interfaces(assembly, gap=near)
-    acting = point = None
+    permanent, acting, point = None if chosen is None else chosen.loads, None, None
     if load is not None:
         direction = numbers(load, 3, "--load", "AX,AY,AZ")
         acting = math.hypot(*direction) * acceleration(assembly, direction)

@@ -9,6 +9,7 @@ import typer
 
 from blockstat.cli.cases import Case, LoadsFile, cases_command, chosen_case, load_and_loads
 from blockstat.cli.chance import reliability_command
+from blockstat.cli.displacement import capacity_command
 from blockstat.cli.imperfect import Imperfect, imperfections_of
 from blockstat.cli.options import (
     PORT,
@@ -41,6 +42,7 @@ Flow = Annotated[str, typer.Option(help="associated, or coulomb: no dilatancy an
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 app.command("cases")(cases_command)
+app.command("capacity")(capacity_command)
 app.command("settle")(settle_command)
 app.command("report")(report_command)
 app.command("prove")(prove_command)
@@ -122,6 +124,9 @@ def check(
     gap: Gap = None,
     solver: Annotated[str, typer.Option(help="auto, interior-point, clarabel or cvxpy (the primal).")] = "auto",
     flow: Flow = "associated",
+    tightnesses: Annotated[
+        int, typer.Option(metavar="N", help="With --flow coulomb: at how many random tightnesses of the joints too.")
+    ] = 0,
     case: Case = None,
     loads: LoadsFile = None,
     imperfection: Imperfect = None,
@@ -140,8 +145,10 @@ def check(
     acting = chosen_case(assembly, file, case, loads)
     permanent = None if acting is None else acting.loads
     near = GAP if gap is None else gap_of(gap)
-    allowed = imperfections_of(imperfection)
-    verdict = assess(assembly, gap=near, solver=solver, flow=flow, loads=permanent, imperfections=allowed)
+    if tightnesses < 0 or (tightnesses and flow != "coulomb"):
+        raise InputError(f"--tightnesses is {tightnesses}; it must be 0 or more and goes with --flow coulomb")
+    options: dict[str, Any] = {"tightnesses": tightnesses, "imperfections": imperfections_of(imperfection)}
+    verdict = assess(assembly, gap=near, solver=solver, flow=flow, loads=permanent, **options)
     if output is not None:
         write_verdict(verdict, output)
     if as_json:
@@ -217,6 +224,7 @@ def tilt_command(
     supports: Supports = None,
     units: Units = None,
     imperfection: Imperfect = None,
+    flow: Flow = "associated",
     as_json: AsJson = False,
 ) -> None:
     """Find the angle by which the ground may tilt about an axis before the assembly falls."""
@@ -226,12 +234,15 @@ def tilt_command(
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=None, supports=supports, units=units)
     about = axis if "," not in axis else numbers(axis, 3, "--axis", "x, y, z or AX,AY,AZ")
-    found = tilt_limit(assembly, about, imperfections=imperfections_of(imperfection))
+    found = tilt_limit(assembly, about, flow=flow, imperfections=imperfections_of(imperfection))
     stands, falls = (None if isnan(value) else value for value in (found.stands, found.falls))
     if as_json:
         angles = {"axis": axis, "angle_deg": stands or 0.0, "stands_deg": stands, "falls_deg": falls}
+        kinds = {"kinds_deg": found.summary()["kinds"]} if found.kinds else {}
         worst = {"imperfections": found.worst} if found.worst else {}
-        print_json({"file": str(file), **angles, **inputs(assembly, units=units), **worst})
+        print_json({"file": str(file), **angles, **kinds, **inputs(assembly, units=units), **worst})
+    elif flow == "coulomb":
+        typer.echo(f"{assembly.name}: {found.explain()}")
     elif stands is None:
         typer.echo(f"{assembly.name}: does not stand as it is")
     elif falls is None:

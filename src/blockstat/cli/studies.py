@@ -85,8 +85,9 @@ def settle_command(
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Also draw it (.png, .svg, .pdf).")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Let parts of the supports move: what follows, which joints open, and the force on the supports."""
+    """Let parts of the supports move: what follows, which joints open, the force on them, and when it falls."""
     from blockstat.studies.foundations import settle
+    from blockstat.studies.settling_path import settle_to_collapse
     from blockstat.view.settling import plot_settlement
 
     moves = dict(_move(text) for text in move)
@@ -94,13 +95,16 @@ def settle_command(
         raise InputError("--move names a part twice; give its whole displacement once")
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
     found = settle(assembly, moves)
+    path = settle_to_collapse(assembly, moves, interfaces=found.interfaces)
     if output is not None:
         plot_settlement(found, output)
     if as_json:
         drawn = {} if output is None else {"output": str(output)}
-        print_json({"file": str(file), **inputs(assembly, units=units), **found.summary(), **drawn})
+        further = {"collapse": path.collapse, "path": path.summary()}
+        print_json({"file": str(file), **inputs(assembly, units=units), **found.summary(), **further, **drawn})
         return
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{said(assembly, units=units)}\n{found.explain()}")
+    typer.echo(f"Further on. {path.explain()}")
 
 
 def report_command(

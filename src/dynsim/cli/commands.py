@@ -26,7 +26,7 @@ from blockstat.cli.options import (
 )
 from blockstat.errors import InputError
 from dynsim.cli.bonds import AngularStiffness, Glue, ScaleInertia, stiffness_of, with_glue
-from dynsim.cli.criteria import Group, Preset, Threshold
+from dynsim.cli.criteria import Engine, Group, Preset, Threshold
 from dynsim.cli.loads import (
     Direction,
     Jobs,
@@ -47,6 +47,7 @@ from dynsim.cli.optimise import optimise
 from dynsim.cli.page import open_page
 from dynsim.cli.report import report
 from dynsim.cli.rows import end_of, print_comparisons, side_by_side, told_apart, verify_summary
+from dynsim.cli.sequence import sequence
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -60,7 +61,7 @@ app.command("app")(open_page)
 
 @app.callback()
 def about(version: Version = False) -> None:
-    """Dynamics of masonry in Bullet: verdicts, limits, comparisons, design search."""
+    """Dynamics of masonry in Bullet or LMGC90: verdicts, limits, comparisons, design search."""
 
 
 @app.command()
@@ -82,6 +83,7 @@ def verify(
     glue: Glue = None,
     inertia_scale: ScaleInertia = None,
     angular_stiffness: AngularStiffness = None,
+    engine: Engine = "bullet",
     preset: Preset = "default",
     output: Output = None,
     jobs: Jobs = None,
@@ -105,7 +107,8 @@ def verify(
             raise InputError("--case goes with one file")
         acting = chosen_case(read(files[0]), files[0], case, loads_file)
         loads += [] if acting is None else [Constant(acting.loads)]
-    evaluate = partial(run, settings=settings, loads=loads, actions=stiffness_of(inertia_scale, angular_stiffness))
+    actions = stiffness_of(inertia_scale, angular_stiffness)
+    evaluate = partial(run, settings=settings, loads=loads, actions=actions, engine=engine)
     if len(files) == 1 and timeout is None:
         _verify_one(files[0], read(files[0]), evaluate, output, as_json)
         return
@@ -226,16 +229,18 @@ def compare(
     tilt: Tilt = None,
     supports: Supports = None,
     units: Units = None,
+    engines: Annotated[str, typer.Option(help='"bullet" or "bullet,lmgc90".')] = "bullet",
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Also write the rows as CSV.")] = None,
     jobs: Jobs = None,
     timeout: Timeout = None,
     as_json: AsJson = False,
 ) -> None:
     """Compare static and dynamic verdicts, one row a file, several files at a time."""
-    from dynsim.comparison.compare import compare_one
+    from dynsim.comparison.compare import check_engines, compare_one
     from dynsim.comparison.table import Comparison, Comparisons
 
     read = partial(load, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    evaluate = partial(compare_one, engines=check_engines(engines.split(",")))
 
     def kept(rows: list[Row[Comparison]]) -> Comparisons:
         found = [r.result or Comparison(name=f.stem, note=r.error) for f, r in zip(files, rows, strict=True)]
@@ -245,7 +250,7 @@ def compare(
         if output is not None:
             kept(rows).write_csv(output)
 
-    found = side_by_side(files, read, compare_one, jobs, timeout, save=save)
+    found = side_by_side(files, read, evaluate, jobs, timeout, save=save)
     rows = kept(found)
     if as_json:
         print_json({"rows": [{"file": str(f), **asdict(row)} for f, row in zip(files, rows, strict=True)]})
@@ -256,6 +261,7 @@ def compare(
 
 app.command()(optimise)
 app.command()(report)
+app.command()(sequence)
 
 
 def main() -> None:

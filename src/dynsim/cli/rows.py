@@ -175,6 +175,7 @@ def print_comparisons(rows: Comparisons) -> None:
         "score",
         "s",
         "dynamic",
+        *["LMGC90"] * rows.has_lmgc90,
         "Eq. 1 mm",
         "Eq. 2 mm",
         "moved mm",
@@ -190,7 +191,7 @@ def print_comparisons(rows: Comparisons) -> None:
         agree = {True: "yes", False: "NO", None: "-"}[row.agree]
         table.add_row(
             row.name, str(row.blocks), str(row.interfaces), row.static, score, f"{row.static_seconds:.2f}",
-            row.dynamic, *drops, f"{row.dynamic_seconds:.1f}", agree,
+            row.dynamic, *[row.lmgc90 or "-"] * rows.has_lmgc90, *drops, f"{row.dynamic_seconds:.1f}", agree,
         )  # fmt: skip
     console = Console()
     if not console.is_terminal:

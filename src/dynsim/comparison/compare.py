@@ -9,11 +9,13 @@ from blockstat.analysis.assess import assess
 from blockstat.analysis.verdict import Outcome
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces
-from blockstat.errors import known_options
+from blockstat.errors import InputError, known_options
+from dynsim.checks import check_engine
 from dynsim.comparison.causes import agrees, find_cause, joints_as_found, likely_reason, with_coulomb
 from dynsim.comparison.first_motion import first_motion_cosine
 from dynsim.comparison.table import Comparison, Comparisons
-from dynsim.judge.verdict import DynamicOutcome
+from dynsim.engine.lmgc90 import import_lmgc90
+from dynsim.judge.verdict import DynamicOutcome, DynamicVerdict
 from dynsim.judge.verify import verify
 from dynsim.parallel.pool import Row, paired, run_many, with_options
 from dynsim.settings import Settings
@@ -25,6 +27,7 @@ def compare(
     *,
     settings: Settings | None = None,
     closely: bool = False,
+    engines: Sequence[str] = ("bullet",),
     interfaces: Interfaces | Sequence[Interfaces] | None = None,
     jobs: int | None = None,
     timeout: float | None = None,
@@ -40,6 +43,8 @@ def compare(
         Of the dynamic verdicts, as in `verify`.
     closely : bool
         Look for the cause of a difference with further, finer and longer runs.
+    engines : sequence of str
+        ("bullet",), or ("bullet", "lmgc90") for a second opinion in a column of its own; see `verify`.
     interfaces : Interfaces or sequence of Interfaces, optional
         Joints, of each assembly its own; searched for when None.
     jobs : int, optional
@@ -57,8 +62,8 @@ def compare(
     Raises
     ------
     InputError
-        For a bad number of processes, or interfaces of another number of assemblies. Also for an option that does not
-        exist.
+        For a bad number of processes, interfaces of another number of assemblies, or engines that do not exist or are
+        not installed. Also for an option that does not exist.
 
     Examples
     --------
@@ -71,9 +76,38 @@ def compare(
     designs = [assemblies] if isinstance(assemblies, Assembly) else list(assemblies)
     names = [design.name for design in designs]
     one = [interfaces] if isinstance(interfaces, Interfaces) else interfaces
-    function = partial(with_options, partial(compare_one, settings=settings, closely=closely))
+    function = partial(
+        with_options, partial(compare_one, settings=settings, closely=closely, engines=check_engines(engines))
+    )
     rows = run_many(function, paired(designs, one), names=names, jobs=jobs, timeout=timeout, progress=progress)
     return Comparisons(tuple(row.result or Comparison(name=row.name, note=row.error) for row in rows))
+
+
+def check_engines(engines: Sequence[str]) -> tuple[str, ...]:
+    """Return the engines of a comparison.
+
+    Parameters
+    ----------
+    engines : sequence of str
+        "bullet", and "lmgc90" after it.
+
+    Returns
+    -------
+    tuple of str
+        The same.
+
+    Raises
+    ------
+    InputError
+        For others, and where LMGC90 is asked for and not installed.
+    """
+    for name in engines:
+        check_engine(name)
+    if tuple(engines) not in (("bullet",), ("bullet", "lmgc90")):
+        raise InputError(f"engines are {','.join(engines)!r}; they must be bullet, or bullet,lmgc90")
+    if "lmgc90" in engines:
+        import_lmgc90()
+    return tuple(engines)
 
 
 def compare_one(
@@ -81,6 +115,7 @@ def compare_one(
     *,
     settings: Settings | None = None,
     closely: bool = False,
+    engines: Sequence[str] = ("bullet",),
     interfaces: Interfaces | None = None,
 ) -> Comparison:
     """Return the row of one assembly, in this process.
@@ -89,7 +124,7 @@ def compare_one(
     ----------
     assembly : Assembly
         What is compared.
-    settings, closely : optional
+    settings, closely, engines : optional
         As in `compare`.
     interfaces : Interfaces, optional
         Joints of the assembly; searched for when None.
@@ -108,8 +143,12 @@ def compare_one(
     coulomb = with_coulomb(static)
     dynamic = verify(assembly, settings=settings, interfaces=interfaces or joints_as_found(static))
     cause = find_cause(static, coulomb, dynamic, settings=settings, closely=closely)
+    second, why = (
+        _second(assembly, settings, interfaces or joints_as_found(static)) if "lmgc90" in engines else (None, "")
+    )
     both_fall = static.outcome is Outcome.UNSTABLE and dynamic.outcome is DynamicOutcome.FALLS
     note = likely_reason(static, dynamic) if dynamic.outcome is DynamicOutcome.CREEPS else cause.value if cause else ""
+    note = "; ".join(filter(None, (note, why)))
     return Comparison(
         name=assembly.name,
         blocks=assembly.n_blocks,
@@ -130,4 +169,15 @@ def compare_one(
         cosine=first_motion_cosine(static, dynamic) if both_fall else None,
         cause=cause.word if cause is not None else "",
         note=note,
+        lmgc90=None if second is None else second.outcome.word,
+        lmgc90_displacement=None if second is None else second.max_displacement,
+        lmgc90_seconds=None if second is None else second.process_seconds,
     )
+
+
+def _second(assembly: Assembly, settings: Settings | None, interfaces: Interfaces) -> tuple[DynamicVerdict | None, str]:
+    """The verdict of LMGC90, or why there is none."""
+    try:
+        return verify(assembly, settings=settings, interfaces=interfaces, engine="lmgc90"), ""
+    except (InputError, RuntimeError) as error:
+        return None, f"LMGC90 gave no verdict: {error}"

@@ -54,6 +54,14 @@ class Comparison(Result):
         ""  #: word of `dynsim.comparison.causes.Cause` where a static verdict differs from Bullet or one says neither
     )
     note: str = ""
+    lmgc90: str | None = None  #: "stands", "falls", "creeps"; None where LMGC90 was not asked or gave no verdict
+    lmgc90_displacement: float | None = None
+    lmgc90_seconds: float | None = None
+
+    @property
+    def engines_agree(self) -> bool | None:
+        """Whether Bullet and LMGC90 say the same; None where one of them says nothing."""
+        return None if self.lmgc90 is None or self.dynamic is None else self.lmgc90 == self.dynamic
 
     @property
     def outcome(self) -> Agreement:
@@ -75,7 +83,8 @@ class Comparison(Result):
         lines = [f"{self.name}: {self.outcome.value}"]
         if self.static is not None:
             coulomb = (self.coulomb or "no verdict").replace("_", " ")
-            lines.append(f"Force field: {self.static}. Coulomb friction: {coulomb}. Bullet: {self.dynamic}.")
+            second = f" LMGC90: {self.lmgc90}." if self.lmgc90 is not None else ""
+            lines.append(f"Force field: {self.static}. Coulomb friction: {coulomb}. Bullet: {self.dynamic}.{second}")
         if self.cosine is not None:
             lines.append(f"Cosine of the static mechanism with Bullet's first motion: {self.cosine:.2f}.")
         if self.note:
@@ -142,6 +151,11 @@ class Comparisons(Result):
             f"{sum(row.agree is True for row in self)}, with Coulomb friction on "
             f"{sum(row.agree_coulomb is True for row in self)}."
         )
+
+    @property
+    def has_lmgc90(self) -> bool:
+        """Whether LMGC90 gave a verdict on some row."""
+        return any(row.lmgc90 is not None for row in self)
 
     @property
     def disagreements(self) -> Comparisons:
@@ -211,20 +225,32 @@ class Comparisons(Result):
         lines = [
             f"<p>{self._counts()}</p>",
             "<table><thead><tr>",
-            *(f"<th>{title}</th>" for title in TITLES),
+            *(f"<th>{title}</th>" for title in TITLES if title != "LMGC90" or self.has_lmgc90),
             "</tr></thead><tbody>",
-            *(_line(row) for row in self),
+            *(_line(row, self.has_lmgc90) for row in self),
             "</tbody></table>",
         ]
         return "\n".join(lines)
 
 
-TITLES = ("name", "blocks", "force field", "Coulomb", "score", "Bullet", "moved [mm]", "cosine", "agree", "why not")
+TITLES = (
+    "name",
+    "blocks",
+    "force field",
+    "Coulomb",
+    "score",
+    "Bullet",
+    "LMGC90",
+    "moved [mm]",
+    "cosine",
+    "agree",
+    "why not",
+)
 #: Background of the cell that says whether they agree; the word in it says the same.
 COLOUR = {True: "#d9ead3", False: "#f4cccc", None: "#eeeeee"}
 
 
-def _line(row: Comparison) -> str:
+def _line(row: Comparison, has_lmgc90: bool) -> str:
     """Return a row of the HTML table."""
 
     def number(value: float | None, form: str) -> str:
@@ -234,8 +260,10 @@ def _line(row: Comparison) -> str:
     moved = None if row.max_displacement is None else 1e3 * row.max_displacement
     score = "inf" if row.static is not None and row.score is None else number(row.score, ".2e")
     said = [row.static, (row.coulomb or "").replace("_", " "), row.dynamic]
-    cells = [row.name, number(row.blocks, "d"), said[0], said[1], score, said[2], number(moved, ".3g")]
-    text = "".join(f"<td>{escape(str(cell or ''))}</td>" for cell in [*cells, number(row.cosine, ".2f")])
+    cells = [row.name, number(row.blocks, "d"), said[0], said[1], score, said[2], *[row.lmgc90] * has_lmgc90]
+    text = "".join(
+        f"<td>{escape(str(cell or ''))}</td>" for cell in [*cells, number(moved, ".3g"), number(row.cosine, ".2f")]
+    )
     word = {True: "yes", False: "no", None: ""}[agree]
     return (
         f'<tr>{text}<td style="background:{COLOUR[agree]};color:#222">{word}</td>'

@@ -1,4 +1,5 @@
-"""The engine: one Bullet client with the blocks of an assembly in it, and the protocol of what acts on them.
+"""The engines: the blocks of an assembly in a Bullet client or in LMGC90, and the protocol of what acts on them.
 
-This room imports the root, and of `blockstat` the root, `geometry` and `contact`. No other room imports Bullet.
+This room imports the root, and of `blockstat` the root, `geometry` and `contact`. No other room imports Bullet or
+LMGC90.
 """

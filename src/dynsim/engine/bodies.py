@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from blockstat.assembly import Assembly
-from blockstat.typing import Floats
+from blockstat.typing import Floats, Ints
 from dynsim.engine.decompose import convex_pieces
 
 #: A block whose hull is larger by no more than this fraction is convex.
@@ -145,6 +145,29 @@ def on_grid(points: Floats) -> Floats:
     return (lower + upper) / 2 + kept * step
 
 
+def outward_hull(points: Floats) -> tuple[Ints, float]:
+    """Return the triangles of a convex hull.
+
+    Parameters
+    ----------
+    points : array of float, shape (k, 3)
+        Its corners [m].
+
+    Returns
+    -------
+    triangles : array of int, shape (m, 3)
+        Corners of each triangle, counter-clockwise seen from outside.
+    volume : float
+        Volume [m3].
+    """
+    hull = _hull(points)
+    corners = hull.simplices.astype(np.int64)
+    a, b, c = points[corners].swapaxes(0, 1)
+    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
+    corners[inward] = corners[inward][:, [0, 2, 1]]
+    return corners, float(hull.volume)
+
+
 def hull_obj(pieces: Sequence[Floats]) -> str:
     """Return convex pieces as the text of an OBJ file.
 
@@ -160,13 +183,8 @@ def hull_obj(pieces: Sequence[Floats]) -> str:
     """
     lines, offset = [], 1
     for number, points in enumerate(map(on_grid, pieces)):
-        hull = _hull(points)
         lines.append(f"o piece{number}")
         lines += ["v " + " ".join(map(repr, point)) for point in points.tolist()]
-        corners = hull.simplices.copy()
-        a, b, c = points[corners].swapaxes(0, 1)
-        inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
-        corners[inward] = corners[inward][:, [0, 2, 1]]
-        lines += ["f " + " ".join(map(str, face)) for face in (corners + offset).tolist()]
+        lines += ["f " + " ".join(map(str, face)) for face in (outward_hull(points)[0] + offset).tolist()]
         offset += len(points)
     return "\n".join(lines) + "\n"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil
 from time import process_time
 
@@ -14,7 +14,9 @@ from blockstat.contact.interfaces import Interfaces, find_interfaces
 from blockstat.errors import known_options
 from blockstat.typing import Floats, Ints
 from dynsim.bonds.glue import bonds_of
+from dynsim.checks import check_engine
 from dynsim.engine.guards import check_assembly
+from dynsim.engine.lmgc90 import Lmgc90World
 from dynsim.engine.world import Action, World
 from dynsim.judge.closing import closed_scene
 from dynsim.loads.load import Loads, as_loads
@@ -81,6 +83,8 @@ class Run:
     contacts: Contacts  #: forces between blocks at the end
     time_step: float  #: [s] at simulation scale
     pace: float  #: seconds of `Settings` a second of the scene: they are for blocks of 0.3 m and 2 m of height
+    engine: str = "bullet"  #: what simulated it
+    placed: Floats | None = None  #: time at which each block was put in, shape (n_blocks,) [s]; None: at the start
 
     @property
     def since_release(self) -> Floats:
@@ -104,6 +108,7 @@ def simulate(
     actions: Sequence[Action] = (),
     hold: float = 0.0,
     interfaces: Interfaces | None = None,
+    engine: str = "bullet",
 ) -> Run:
     """Settle an assembly under full damping, release it, and return its motion.
 
@@ -124,6 +129,8 @@ def simulate(
         The free run is longer by this time [s].
     interfaces : Interfaces, optional
         Joints of the assembly; searched for when None. Those that statics count as closed are closed here, too.
+    engine : str
+        "bullet", or "lmgc90" for weight alone; see `verify`.
 
     Returns
     -------
@@ -147,6 +154,7 @@ def simulate(
     ((2, 3), True)
     """
     settings = settings or Settings()
+    check_engine(engine)
     check_assembly(assembly)
     start = process_time()
     times, displacement, rotation, kinetic = [], [], [], []
@@ -154,19 +162,22 @@ def simulate(
     scene = closed_scene(assembly, find_interfaces(assembly) if interfaces is None else interfaces)
     assembly, interfaces = scene.assembly, scene.interfaces
     acting = (*bonds_of(assembly, interfaces=interfaces), *as_loads(assembly, loads), *actions)
-    with World(assembly, settings, acting, interfaces=interfaces) as world:
+    with _world(engine, assembly, settings, acting, interfaces) as world:
+        settings = world.settings
         overlap = world.deepest_overlap()
-        stretch = np.sqrt(max(_height(assembly) * world.length / TALL, 1.0))
+        stretch = np.sqrt(max(height_of(assembly) * world.length / TALL, 1.0))
         look = settings.substeps * settings.time_step
-        world.damp(1.0)
-        settling = round(settings.settle * stretch / look)
+        settling = round(settings.settle * stretch / look) if world.settles else 0
         coarse = round(settling * (1 - OWN_STEP)) if settings.settle_step else 0
-        world.set_time_step(settings.settle_step or settings.time_step)
+        if settling:
+            world.damp(1.0)
+            world.set_time_step(settings.settle_step or settings.time_step)
         for frame in range(settling):
             if frame == coarse:
                 world.set_time_step(settings.time_step)
             world.advance((frame - settling) * look / world.time)
-        world.damp(0.0)
+        if settling:
+            world.damp(0.0)
         looks = round(settings.end * stretch / look)
         held = ceil(hold * world.time / look - 1e-9)
         for frame in range(held + looks + 1):
@@ -185,7 +196,17 @@ def simulate(
     return Run(
         assembly, np.array(times), np.array(displacement), np.array(rotation), overlap, process_time() - start,
         np.array(kinetic), removed, contacts, settings.time_step, float(world.time / stretch),
+        engine,
     )  # fmt: skip
+
+
+def _world(
+    engine: str, assembly: Assembly, settings: Settings, acting: Sequence[Action], interfaces: Interfaces
+) -> World | Lmgc90World:
+    """The engine with the blocks in it."""
+    if engine == "bullet":
+        return World(assembly, settings, acting, interfaces=interfaces)
+    return Lmgc90World(assembly, replace(settings, time_step=settings.quick_step), acting)
 
 
 def _kinetic(assembly: Assembly, velocity: Floats, spin: Floats, rotation: Floats) -> float:
@@ -196,7 +217,7 @@ def _kinetic(assembly: Assembly, velocity: Floats, spin: Floats, rotation: Float
     return float((assembly.mass[free] @ (velocity[free] ** 2).sum(axis=1) + turning) / 2)
 
 
-def _height(assembly: Assembly) -> float:
+def height_of(assembly: Assembly) -> float:
     """Extent of the free blocks along gravity [m]."""
     free = np.repeat(~assembly.support, np.diff(assembly.vertex_start))
     along = assembly.vertices[free] @ (assembly.gravity / np.linalg.norm(assembly.gravity))

@@ -76,7 +76,7 @@ class DynamicVerdict(Result):
             Lines of plain text.
         """
         lines = [
-            self.outcome.value,
+            self.outcome.value + (" (LMGC90)" if self.run.engine == "lmgc90" else ""),
             f"Eq. 1: {self.group or 'whole assembly'} dropped {1e3 * self.group_drop:.2g} mm "
             f"(threshold {1e3 * self.roof_threshold:.3g} mm). "
             f"Eq. 2: largest drop of a block {1e3 * self.max_drop:.2g} mm "
@@ -105,6 +105,7 @@ class DynamicVerdict(Result):
         return {
             "verdict": self.outcome.word,
             "sentence": self.outcome.value,
+            "engine": self.run.engine,
             "group": self.group,
             "group_drop": self.group_drop,
             "max_drop": self.max_drop,

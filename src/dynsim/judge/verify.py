@@ -14,6 +14,7 @@ from blockstat.errors import known_options
 from blockstat.typing import Floats, Ints
 from dynsim.bonds.glue import weakened
 from dynsim.bonds.stiffness import caveats
+from dynsim.checks import check_engine
 from dynsim.engine.guards import check_assembly
 from dynsim.engine.world import Action
 from dynsim.judge.closing import closed_scene
@@ -35,8 +36,9 @@ def verify(
     loads: Loads = (),
     actions: Sequence[Action] = (),
     interfaces: Interfaces | None = None,
+    engine: str = "bullet",
 ) -> DynamicVerdict:
-    """Simulate an assembly in Bullet and judge it by displacement.
+    """Simulate an assembly in Bullet or LMGC90 and judge it by displacement.
 
     It falls when a block goes beyond its threshold: by Eq. 1, by Eq. 2, by the length of its displacement or by its
     rotation. It stands when none does and, at the end, all blocks move by less than `Settings.rest` thresholds in
@@ -56,6 +58,10 @@ def verify(
         What else acts on the blocks, such as `AngularSprings` or `InertiaScale`.
     interfaces : Interfaces, optional
         Joints of the assembly as `blockstat.find_interfaces` finds them; searched for once when None.
+    engine : str
+        "bullet", or "lmgc90": non-smooth contact dynamics, a second opinion on what stands under its weight, with the
+        same criteria. It needs the package compas_lmgc90 and takes neither loads, actions and bonds nor joints with
+        their own friction. There is one run, with steps of `Settings.quick_step`.
 
     Returns
     -------
@@ -67,8 +73,8 @@ def verify(
     InputError
         When nothing is supported or nothing is free, when the group of Eq. 1 or a block of a load does not exist, when
         a joint law cannot be simulated (see `dynsim.bonds.glue`), when blocks do not meet at joints that statics count
-        as closed and cannot be made to, or for a scene that Bullet cannot simulate. Also for an option that does not
-        exist.
+        as closed and cannot be made to, or for a scene that the engine cannot simulate, and where it is not installed.
+        Also for an engine or an option that does not exist.
 
     Notes
     -----
@@ -88,6 +94,7 @@ def verify(
     'falls'
     """
     settings = settings or Settings()
+    check_engine(engine)
     check_assembly(assembly)
     acting = as_loads(assembly, loads)
     if np.isfinite(last_change(acting)):
@@ -95,7 +102,10 @@ def verify(
     if any(law.strong for law in assembly.joints):
         settings = replace(settings, settle=settings.settle + GLUE_SETTLES)
     scene = closed_scene(assembly, find_interfaces(assembly) if interfaces is None else interfaces)
-    verdict = _verify(scene.assembly, settings, acting, actions, scene.interfaces)
+    if engine == "bullet":
+        verdict = _verify(scene.assembly, settings, acting, actions, scene.interfaces)
+    else:
+        verdict = _Evaluator(scene.assembly, settings, acting, actions, scene.interfaces, engine)(settings)
     if scene.warnings:
         verdict = replace(verdict, corners_moved=scene.moved, misfit=scene.misfit)
     return replace(verdict, warnings=(*scene.warnings, *verdict.warnings))
@@ -157,8 +167,9 @@ class _Evaluator:
         loads: Sequence[Load],
         actions: Sequence[Action],
         interfaces: Interfaces,
+        engine: str = "bullet",
     ) -> None:
-        self._assembly, self._interfaces = assembly, interfaces
+        self._assembly, self._interfaces, self._engine = assembly, interfaces, engine
         self._group, blocks = _roof(assembly, settings.group)
         self._judged = stays(assembly, loads)
         self._blocks = np.intersect1d(blocks, self._judged)
@@ -180,7 +191,7 @@ class _Evaluator:
 
         run = simulate(
             self._assembly, settings=settings, stop=decided, loads=self._loads, actions=self._actions, hold=self._hold,
-            interfaces=self._interfaces,
+            interfaces=self._interfaces, engine=self._engine,
         )  # fmt: skip
         run = replace(run, process_seconds=run.process_seconds + spent)
         return self._verdict(run, settings.rest_after / run.pace, rest.reached)
