@@ -15,7 +15,7 @@ import numpy as np
 from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.coulomb import FAMILY, coulomb_state
 from blockstat.analysis.decision import Bound, decide, lower_bound, outcome_of, upper_bound
-from blockstat.analysis.problem import Problem, crushes, free_fall, pose, timed
+from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, pose, timed
 from blockstat.analysis.rims import overlap_warnings, rim_warnings, with_rims
 from blockstat.analysis.verdict import Outcome, unit_motion
 from blockstat.certificate import check as certificate
@@ -23,6 +23,7 @@ from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.contact.point_law import joint_friction
 from blockstat.errors import InputError, check_choice, known_options
 from blockstat.geometry.polyhedron import point_velocity
+from blockstat.imperfection.imperfections import Imperfections
 from blockstat.loads import as_load
 from blockstat.program.bonds import Bonds
 from blockstat.program.conic import conic_program
@@ -77,6 +78,7 @@ class LimitLoad(Result):
     bonds: Bonds | None = None  #: what the bonds at the centres of joints carry with `forces`
     ties: Floats | None = None  #: tension of each tie, or compression of each strut, with `forces`, (n_ties,) [N]
     iterations: int = 0  #: factorisations of the programs of the dead load and of the multiplier
+    worst: str = ""  #: the case of the imperfections that this bracket is of, the worst one, in words
 
     @property
     def coulomb(self) -> tuple[float, float] | None:
@@ -139,6 +141,8 @@ class LimitLoad(Result):
             One fact a line.
         """
         lines = [self.outcome.value]
+        if self.worst:
+            lines.append(f"Worst case of the imperfections: {self.worst}.")
         if self.outcome is LoadOutcome.LIMIT:
             lines.append(f"{self.lower:.9g} <= multiplier <= {self.upper:.9g}")
             if self.coulomb is not None:
@@ -175,6 +179,7 @@ class LimitLoad(Result):
             "blocks": self.assembly.n_blocks,
             "interfaces": self.interfaces.n_interfaces,
             "contacts": self.interfaces.contacts,
+            "imperfections": self.worst or None,
             "warnings": list(self.warnings),
             "timings": self.timings,
         }
@@ -219,6 +224,7 @@ def limit_load(
     solver: str = "auto",
     flow: str = "associated",
     tolerance: float = TOLERANCE,
+    imperfections: Imperfections | None = None,
 ) -> LimitLoad:
     """Find the largest multiplier of a load that an assembly carries on top of its weight.
 
@@ -250,6 +256,9 @@ def limit_load(
     tolerance
         Largest width of the bracket, relative to its upper end, with the outcome "limit". Where one solver leaves it
         wider, the other is asked. The bracket is mostly much narrower.
+    imperfections
+        Bracket the worst case of these (see `blockstat.Imperfections`), exactly. Its assembly and joints are those of
+        the result.
 
     Returns
     -------
@@ -283,6 +292,13 @@ def limit_load(
     if not (isinstance(tolerance, (int, float)) and 0 < tolerance <= 0.1):
         raise InputError(f"tolerance is {tolerance!r}; it must be above 0 and at most 0.1 of the limit")
     problem = pose(assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
+    if imperfections is not None:
+        options: dict[str, Any] = {"gap": gap, "solver": solver, "flow": flow, "tolerance": tolerance}
+        brackets = []
+        for case in cases_of(problem, loads, imperfections):
+            own = limit_load(case.assembly, load, loads=case.loads, interfaces=case.interfaces, **options)
+            brackets.append(replace(own, worst=case.words, warnings=(*problem.warnings, *own.warnings)))
+        return min(brackets, key=lambda own: own.lower)
     if not len(problem.assembly.free):
         raise InputError(f'"{assembly.name}": all blocks are supports; there is nothing to load')
     direction = as_load(problem.assembly, load)
