@@ -116,6 +116,22 @@ def test_a_block_slides_to_an_edge_and_turns_over_it():
     assert curve.displacement[-1] == pytest.approx(1.1, rel=1e-4)
 
 
+@pytest.mark.parametrize("slope", [0.1, -0.1])
+def test_a_block_slides_down_or_up_a_slope_to_its_edge(slope):
+    gravity = (9.81 * np.sin(slope), 0, -9.81 * np.cos(slope))
+    ground = box((-5, -5, -1), (1.1, 5, 0), name="ground")
+    blocks = [ground, box((-0.5, 0, 0), (0.5, 1, 0.5), name="block")]
+    curve = capacity(
+        assembled(blocks, friction=0.4, gravity=gravity), (np.cos(slope), 0, np.sin(slope)), control="block"
+    )
+    lean = np.arctan(0.4) - slope
+    turn = np.array([np.arcsin(-point.pose.rotation[1][2, 0]) for point in curve.points])
+    assert np.abs(curve.lower - np.tan(lean - turn)).max() <= WITHIN * curve.lower[0]
+    assert [event.kind for event in curve.events] == ["change"]
+    assert curve.events[0].parameter == pytest.approx(np.cos(slope), rel=1e-4)
+    assert turn[-1] == pytest.approx(lean, rel=WITHIN)
+
+
 def test_associated_friction_lifts_a_block_that_slides():
     blocks = assembled([GROUND, box((0, 0, 0), (1, 1, 0.5), name="block")], friction=0.4)
     lifted, flat = (

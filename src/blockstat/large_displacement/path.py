@@ -330,14 +330,26 @@ class Follower:
         yield PathEnd.COLLAPSE
 
     def _changed(self, state: State, beyond: State) -> State | None:
-        """The state of another mechanism where a joint slides no more; None where there is none."""
-        motion = beyond.motion
-        begun = self.begin(beyond.linkage, motion.pose, motion.parameter)
-        following = begun and self._motion(begun[0], motion.pose, motion.parameter, begun[1])
-        if begun is None or following is None:
-            return None
-        found = self._state(begun[0], following)
-        return found if found.forces.lacking <= LACKING else None
+        """The state of another mechanism where a joint slides no more; None where there is none.
+
+        Just beyond its limit two mechanisms have the same multiplier to rounding, so it is looked for further on too,
+        up to the tolerance.
+        """
+        start = state.motion.parameter
+        width = beyond.motion.parameter - start
+        for factor in (1.0, 10.0, 100.0):
+            motion = beyond.motion if factor == 1.0 else self.ahead(state, start + factor * width)
+            if motion is None:
+                break
+            linkage = motion.linkage or beyond.linkage
+            begun = self.begin(linkage, motion.pose, motion.parameter)
+            following = begun and self._motion(begun[0], motion.pose, motion.parameter, begun[1])
+            if begun is None or following is None:
+                continue
+            found = self._state(begun[0], following)
+            if found.forces.lacking <= LACKING:
+                return found
+        return None
 
     def _closed(self, state: State) -> Iterator[State | PathEvent | PathEnd]:
         """What follows where a contact has closed."""
