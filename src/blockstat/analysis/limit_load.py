@@ -44,9 +44,9 @@ UNBOUNDED = 1e6
 #: A bracket wider than this, relative to its upper end, is asked of the other solver too: up to so many unknowns, and
 #: beyond, where that costs more than all the rest.
 SHARP, CHEAP, LOOSE = 1e-7, 2_000, 1e-3
-#: From this tolerance on the bracket is proven on the way. Narrower ones need the optimum and what corrects its forces
-#: and its mechanism.
-ON_THE_WAY = 1e-6
+#: From this tolerance on the bracket is proven on the way. Narrower ones need the optimum, and what corrects its forces
+#: and its mechanism: near it the normal equations no longer keep the forces of the iterates in balance.
+ON_THE_WAY = 1e-5
 #: Width of a bracket, relative to its upper end, that tells a limit well enough for an engineer.
 TOLERANCE = 1e-4
 
@@ -223,6 +223,7 @@ def limit_load(
     solver: str = "auto",
     flow: str = "associated",
     tolerance: float = TOLERANCE,
+    optimum: bool = False,
     progress: Progress | None = None,
 ) -> LimitLoad:
     """Find the largest multiplier of a load that an assembly carries on top of its weight.
@@ -255,8 +256,10 @@ def limit_load(
     tolerance
         Largest width of the bracket, relative to its upper end, with the outcome "limit"; widths below 1e-9 of a load
         as strong as the weight count as none. Above 500 unknowns the solve ends as soon as the bracket is so narrow.
-        Where one solver leaves it wider, the other is asked. A tolerance below 1e-6 asks for the optimum, which has
-        about ten digits.
+        Where one solver leaves it wider, the other is asked. A tolerance below 1e-5 asks for the optimum.
+    optimum
+        Go on to the optimum, which has about ten digits, where a wider bracket would do: for derivatives and
+        differences.
     progress
         Told the iteration, the multiplier reached (not yet proven) and the proven upper bound, above 500 unknowns.
         A KeyboardInterrupt ends the solve, and the outcome is "stopped" with the bracket that is proven until then.
@@ -298,7 +301,7 @@ def limit_load(
     direction = as_load(problem.assembly, load)
     timings = dict(problem.timings)
     with timed(timings, "solve"):
-        solved = _bracket(problem, direction, solver, tolerance, progress)
+        solved = _bracket(problem, direction, solver, tolerance, optimum=optimum, progress=progress)
     outcome, lower, upper, force, twist, iterations = solved
     kinds: tuple[tuple[float, float], ...] = ()
     if flow == "coulomb" and outcome is LoadOutcome.LIMIT and lower > 0:
@@ -320,7 +323,7 @@ def limit_load(
         iterations=iterations,
     )
     with timed(timings, "contacts without a normal"):
-        options = {"loads": loads, "gap": gap, "solver": solver, "tolerance": tolerance}
+        options = {"loads": loads, "gap": gap, "solver": solver, "tolerance": tolerance, "optimum": optimum}
         found = _beyond_doubt(problem, found, direction, options)
     timings["total"] = sum(timings.values())
     return found
@@ -381,7 +384,7 @@ def _bounds(
     return low, upper_bound(program, load, answer.twist, answer.force, solver=solver, motions=problem.motions)
 
 
-def _bracket(problem: Problem, direction: Floats, solver: str, tolerance: float, progress: Progress | None) -> Found:
+def _bracket(problem: Problem, direction: Floats, solver: str, tolerance: float, **how: Any) -> Found:
     """What is found, with the iterations of the dead load."""
     program, eq = problem.program, problem.eq
     if program is None or len(problem.floating):
@@ -394,7 +397,7 @@ def _bracket(problem: Problem, direction: Floats, solver: str, tolerance: float,
         word = LoadOutcome.DEAD_LOAD_UNSTABLE if outcome is Outcome.UNSTABLE else LoadOutcome.UNDECIDED
         upper = -np.inf if outcome is Outcome.UNSTABLE else np.inf
         return word, -np.inf, upper, dead.force, dead.twist, dead.iterations
-    found = bracket(problem, dead.force, direction, solver, tolerance, progress)
+    found = bracket(problem, dead.force, direction, solver, tolerance, **how)
     return *found[:-1], found[-1] + dead.iterations
 
 
@@ -404,6 +407,8 @@ def bracket(
     direction: Floats,
     solver: str,
     tolerance: float = TOLERANCE,
+    *,
+    optimum: bool = False,
     progress: Progress | None = None,
 ) -> Found:
     """Bracket the multiplier of a load on an assembly that is known to stand.
@@ -418,7 +423,7 @@ def bracket(
         The load, shape (n_blocks, 6) [N, N m].
     solver
         One of `blockstat.solve.dispatch.CHOICES`.
-    tolerance, progress
+    tolerance, optimum, progress
         As in `limit_load`.
 
     Returns
@@ -433,7 +438,8 @@ def bracket(
     load = load / unit  # as strong as the weight, so that multipliers are near one
     conic = conic_program(program, -program.load, pinned=load)
     on_the_way = Bracket(program, load, dead, tolerance, problem.motions, _in_units(progress, unit))
-    answer, stopped = _solved(conic, on_the_way, dead, solver, tolerance)
+    early = tolerance >= ON_THE_WAY and not optimum
+    answer, stopped = _solved(conic, on_the_way if early else None, dead, solver)
     iterations = answer.iterations
     if on_the_way.closed or stopped:
         outcome = LoadOutcome.LIMIT if on_the_way.closed else LoadOutcome.STOPPED
@@ -447,6 +453,9 @@ def bracket(
         word = LoadOutcome.UNBOUNDED if carried else LoadOutcome.UNDECIDED
         return word, np.inf if carried else 0.0, np.inf, dead, np.zeros_like(load), iterations
     low, high = _bounds(problem, load, answer, dead, solver)
+    low = max(filter(None, (low, Bound(on_the_way.lower, on_the_way.force))), key=lambda bound: bound.value)
+    if np.isfinite(on_the_way.upper):
+        high = min(filter(None, (high, Bound(on_the_way.upper, on_the_way.twist))), key=lambda bound: bound.value)
     sharp = min(SHARP if len(program.load) <= CHEAP else LOOSE, tolerance)
     if solver == "auto" and not (low and high and high.value - low.value <= sharp * abs(high.value)):
         other = "interior-point" if answer.solver == "clarabel" else "clarabel"
@@ -471,12 +480,10 @@ def _in_units(progress: Progress | None, unit: float) -> Progress | None:
     return progress and (lambda k, lower, upper: progress(k, lower / unit, upper / unit))
 
 
-def _solved(
-    conic: ConicProgram, on_the_way: Bracket, dead: Floats, solver: str, tolerance: float
-) -> tuple[Answer, bool]:
+def _solved(conic: ConicProgram, on_the_way: Bracket | None, dead: Floats, solver: str) -> tuple[Answer, bool]:
     """The answer that closes the bracket on the way, or that of the optimum; and whether the user has stopped it."""
     spent = 0
-    if tolerance >= ON_THE_WAY and conic.has_structure and pays(conic, solver):
+    if on_the_way is not None and conic.has_structure and pays(conic, solver):
         try:
             answer = interior_point.solve(conic, EarlyEnd(pair=on_the_way.narrow, inside=dead))
         except KeyboardInterrupt:

@@ -69,9 +69,30 @@ class Bracket:
         self._open: tuple[Floats, ...] = ()
         self._last: tuple[Floats, float] | None = None
         self._asked = np.inf
-        self.lower, self.upper = 0.0, np.inf
-        self.force, self.twist = inside, np.zeros_like(load)
+        # A value and its evidence change together, whenever the user interrupts.
+        self._low: tuple[float, Floats] = (0.0, inside)
+        self._high: tuple[float, Floats] = (np.inf, np.zeros_like(load))
         self.iterates = 0
+
+    @property
+    def lower(self) -> float:
+        """The multiplier that `force` carries."""
+        return self._low[0]
+
+    @property
+    def force(self) -> Floats:
+        """The field of the lower bound, shape (m, 3)."""
+        return self._low[1]
+
+    @property
+    def upper(self) -> float:
+        """The multiplier at which `twist` moves."""
+        return self._high[0]
+
+    @property
+    def twist(self) -> Floats:
+        """The mechanism of the upper bound, on which the load does unit work, shape (6 n,)."""
+        return self._high[1]
 
     @property
     def closed(self) -> bool:
@@ -124,7 +145,7 @@ class Bracket:
         work = float(self._load @ twist)
         done, closing = power(self._program, twist)
         if work > 0 and closing == 0.0 and -done / work < self.upper:
-            self.upper, self.twist = -done / work, twist / work
+            self._high = -done / work, twist / work
 
     def _below(self, force: Floats, multiplier: float) -> None:
         """The lower bound of forces near equilibrium."""
@@ -136,4 +157,4 @@ class Bracket:
         field = (1.0 - share) * self._inside + share * field
         carried = replace(program, load=load + share * multiplier * self._load)
         if share * multiplier > self.lower and check(carried, field, np.zeros_like(load)).proves_stable:
-            self.lower, self.force = share * multiplier, field
+            self._low = share * multiplier, field

@@ -31,8 +31,8 @@ STEP = 0.99
 INSIDE = 0.1  #: depth of a start at multipliers, in mean weights, and its complementarity
 LARGE = 1e3  #: multipliers beyond this change the proximal term of their own no more
 #: Correctors of centrality (Gondzio: Multiple centrality corrections in a primal-dual method for linear programming,
-#: 1996): each asks for a step so much longer, and for products s o z within a factor of NEAR of their target. FEW of the
-#: cones may hinder the predictor without a say in the target.
+#: 1996): each asks for a step so much longer, and for products s o z within a factor of NEAR of their target.
+#: FEW of the cones may hinder the predictor without a say in the target.
 CORRECTORS, FURTHER, NEAR, FEW = 2, 0.3, 0.1, 3e-3
 #: A start inside: the gap between the bounds, in weights that move as fast as the load, and the first multiplier.
 FIRST_GAP, FIRST_MULTIPLIER, DEEP = 1.0, 0.1, 1e-3
@@ -262,7 +262,7 @@ Direction = tuple[Floats, Floats, Floats, float, float]
 class _Newton:
     """The directions at one iterate."""
 
-    def __init__(self, program: ConicProgram, kkt: KktSolver, v: _State, rest: _Residuals, error: float) -> None:
+    def __init__(self, program: ConicProgram, kkt: KktSolver, v: _State, rest: _Residuals, refined: float) -> None:
         self._kkt, self._v, self._rest = kkt, v, rest
         self.cones, curved = kkt.cones, rest.curved
         self.scaling = self.cones.scaling(v.s, v.z)
@@ -272,7 +272,7 @@ class _Newton:
             self.scaling,
             pull=PROXIMAL / length,
             shift=DUAL_PROXIMAL / min(force, LARGE) ** 2,
-            refined=max(REFINED, min(FIRM * error, ROUGH)),
+            refined=refined,
         )
         self.mean = self.scaling.apply(v.z)
         self.square = self.cones.product(self.mean, self.mean)
@@ -324,7 +324,8 @@ def _step(
     program: ConicProgram, kkt: KktSolver, v: _State, rest: _Residuals, error: float, correctors: int = 0
 ) -> _State:
     """One predictor and corrector from an iterate of some error, and correctors of centrality."""
-    newton = _Newton(program, kkt, v, rest, error)
+    # What a solve leaves of equilibrium is balanced where a bracket is proven on the way.
+    newton = _Newton(program, kkt, v, rest, ROUGH if correctors else max(REFINED, min(FIRM * error, ROUGH)))
     unit, mu = newton.cones.unit, _complementarity(kkt, v)
     # A few cones that the predictor would leave say little of the rest, and correctors see to them.
     sigma = (1.0 - newton.longest(newton.predictor, FEW if correctors else 0.0)) ** 3
