@@ -18,7 +18,6 @@ from blockstat.analysis.decision import Bound, decide, lower_bound, outcome_of, 
 from blockstat.analysis.problem import Problem, crushes, free_fall, pose, timed
 from blockstat.analysis.rims import overlap_warnings, rim_warnings, with_rims
 from blockstat.analysis.verdict import Outcome, unit_motion
-from blockstat.certificate import check as certificate
 from blockstat.certificate.bracket import ROUNDING, Bracket, Progress, is_closed
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.contact.point_law import joint_friction
@@ -254,7 +253,7 @@ def limit_load(
     flow
         "associated" or "coulomb".
     tolerance
-        Largest width of the bracket, relative to its upper end, with the outcome "limit"; widths below 1e-9 of a load
+        Largest width of the bracket, relative to its upper end, with the outcome "limit"; widths below 2e-9 of a load
         as strong as the weight count as none. Above 500 unknowns the solve ends as soon as the bracket is so narrow.
         Where one solver leaves it wider, the other is asked. A tolerance below 1e-5 asks for the optimum.
     optimum
@@ -445,13 +444,10 @@ def bracket(
         outcome = LoadOutcome.LIMIT if on_the_way.closed else LoadOutcome.STOPPED
         lower = min(on_the_way.lower, on_the_way.upper)
         return outcome, lower / unit, on_the_way.upper / unit, on_the_way.force, on_the_way.twist, iterations
-    if answer.status is Status.PRIMAL_INFEASIBLE:
-        ray = answer.force / answer.multiplier if answer.multiplier > 0 else answer.force
-        at = replace(program, load=program.load + UNBOUNDED * unit * load)
-        field = certificate.balance(at, dead + UNBOUNDED * unit * ray)
-        carried = certificate.check(at, field, np.zeros_like(load)).proves_stable
-        word = LoadOutcome.UNBOUNDED if carried else LoadOutcome.UNDECIDED
-        return word, np.inf if carried else 0.0, np.inf, dead, np.zeros_like(load), iterations
+    if answer.status is Status.PRIMAL_INFEASIBLE or answer.multiplier > UNBOUNDED * unit:
+        word, lower, upper = _beyond_bounds(on_the_way, answer, dead, unit)
+        force = dead if word is LoadOutcome.UNBOUNDED else on_the_way.force
+        return word, lower, upper, force, np.zeros_like(load), iterations
     low, high = _bounds(problem, load, answer, dead, solver)
     low = max(filter(None, (low, Bound(on_the_way.lower, on_the_way.force))), key=lambda bound: bound.value)
     if np.isfinite(on_the_way.upper):
@@ -474,6 +470,15 @@ def bracket(
     lower = min(lower, upper)  # both are proven to a tolerance, within which they may cross
     outcome = LoadOutcome.LIMIT if is_closed(lower, upper, tolerance) else LoadOutcome.UNDECIDED
     return outcome, lower / unit, upper / unit, field, twist, iterations
+
+
+def _beyond_bounds(on_the_way: Bracket, answer: Answer, dead: Floats, unit: float) -> tuple[LoadOutcome, float, float]:
+    """What is carried where a solver finds no limit, or one beyond what forces of a bounded size can prove."""
+    ray = answer.force / answer.multiplier if answer.multiplier > 0 else answer.force
+    on_the_way.carry(dead + UNBOUNDED * unit * ray, UNBOUNDED * unit)
+    if on_the_way.lower >= (1.0 - ROUNDING) * UNBOUNDED * unit:
+        return LoadOutcome.UNBOUNDED, np.inf, np.inf
+    return LoadOutcome.UNDECIDED, on_the_way.lower / unit, np.inf
 
 
 def _in_units(progress: Progress | None, unit: float) -> Progress | None:

@@ -18,15 +18,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from blockstat.certificate.check import balance, check, opening_slack, point_slack, power
+from blockstat.certificate.check import FORCE_TOLERANCE, balance, check, opening_slack, point_slack, power
 from blockstat.certificate.interior_motions import Motions, with_interior_motion
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.typing import Floats
 
 #: Told the iterate, the multiplier that its forces would carry if they were balanced, and the proven upper bound.
 Progress = Callable[[int, float, float], None]
-#: Widths of brackets below this, for a load as strong as the weight, are rounding.
-ROUNDING = 1e-9
+#: Widths of brackets below this, for a load as strong as the weight, are rounding: each end is proven to
+#: `FORCE_TOLERANCE` of the loads.
+ROUNDING = 2.0 * FORCE_TOLERANCE
 
 
 def is_closed(lower: float, upper: float, tolerance: float) -> bool:
@@ -127,13 +128,13 @@ class Bracket:
         # An attempt costs half an iteration, so that the next is made when there is hope for more.
         if guess > 0 and is_closed(guess, self.upper, self._tolerance) and width < 0.9 * self._asked:
             self._asked = max(width, 0.0)
-            self._below(force, guess)
+            self.carry(force, guess)
         return self.closed
 
     def close(self) -> None:
         """Prove what the last iterate carries."""
         if self._last is not None and 0 < self._last[1]:
-            self._below(*self._last)
+            self.carry(*self._last)
 
     def _above(self, twist: Floats) -> None:
         """The upper bound of a twist with as much of a motion that opens every joint as it needs."""
@@ -147,8 +148,16 @@ class Bracket:
         if work > 0 and closing == 0.0 and -done / work < self.upper:
             self._high = -done / work, twist / work
 
-    def _below(self, force: Floats, multiplier: float) -> None:
-        """The lower bound of forces near equilibrium."""
+    def carry(self, force: Floats, multiplier: float) -> None:
+        """Prove what forces near equilibrium carry.
+
+        Parameters
+        ----------
+        force
+            Shape (m, 3).
+        multiplier
+            The one with which they nearly balance.
+        """
         program, load = self._program, self._program.load
         field = balance(replace(program, load=load + multiplier * self._load), force)
         slack = point_slack(program, field)
