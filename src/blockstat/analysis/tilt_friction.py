@@ -220,7 +220,7 @@ def tilt_limit(
         return _tilts(180.0, math.nan) if stable else _tilts(math.nan, 0.0)
     follows = loads is None and not any(law.strong for law in asm.joints)  # all forces grow with the weight
     if flow == "associated" and abs(unit @ asm.gravity) < 1e-9 * size and follows:
-        limit = limit_load(asm, acceleration(asm, sideways.tolist()), interfaces=shared, solver=solver)
+        limit = limit_load(asm, acceleration(asm, sideways.tolist()), interfaces=shared, solver=solver, optimum=True)
         if limit.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE:
             return _tilts(math.nan, 0.0)
         if limit.outcome is LoadOutcome.LIMIT:

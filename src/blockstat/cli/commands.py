@@ -31,6 +31,7 @@ from blockstat.cli.options import (
     said,
 )
 from blockstat.cli.options import load as load_assembly
+from blockstat.cli.progress import shown_progress
 from blockstat.cli.sequence import sequence
 from blockstat.cli.studies import over_the_horizon, prove_command, report_command, settle_command
 from blockstat.errors import InputError
@@ -206,7 +207,10 @@ def limit(
         return
     growing, permanent = load_and_loads(load, chosen_case(assembly, file, case, loads))
     allowed = imperfections_of(imperfection)
-    result = limit_load(assembly, growing, loads=permanent, flow=flow, tolerance=tolerance, imperfections=allowed)
+    with shown_progress() as progress:
+        result = limit_load(
+            assembly, growing, loads=permanent, flow=flow, tolerance=tolerance, imperfections=allowed, progress=progress
+        )
     if as_json:
         echo = inputs(assembly, units=units) | ({"case": case} if case else {})
         print_json({"file": str(file), **echo, **result.summary()})
@@ -304,7 +308,8 @@ def plot_command(
     if plain:
         plot(assembly, output, title=assembly.name, **look)
     elif stone and direction is not None:
-        plot_stone_sensitivity(limit_load(assembly, direction), direction, output, **look)
+        limit = limit_load(assembly, direction, optimum=True)
+        plot_stone_sensitivity(limit, direction, output, **look)
     elif mechanism:
         _plot_mechanism(assembly, direction, output, look)
     else:
