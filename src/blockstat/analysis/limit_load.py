@@ -305,7 +305,13 @@ def limit_load(
         raise InputError(f"tolerance is {tolerance!r}; it must be above 0 and at most 0.1 of the limit")
     problem = pose(assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
     if imperfections is not None:
-        options: dict[str, Any] = {"gap": gap, "solver": solver, "flow": flow, "tolerance": tolerance}
+        options: dict[str, Any] = {
+            "gap": gap,
+            "solver": solver,
+            "flow": flow,
+            "tolerance": tolerance,
+            "optimum": optimum,
+        }
         brackets = []
         for case in cases_of(problem, loads, imperfections):
             own = limit_load(case.assembly, load, loads=case.loads, interfaces=case.interfaces, **options)
