@@ -37,7 +37,6 @@ from blockstat.typing import Floats
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-#: Bisection of the zero-dilatancy multiplier stops at this fraction of the associated one.
 #: A load carried this many times over is called unbounded.
 UNBOUNDED = 1e6
 #: A bracket wider than this, relative to its upper end, is asked of the other solver too: up to so many unknowns, and
