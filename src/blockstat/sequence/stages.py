@@ -177,7 +177,8 @@ def assess_stages(
     assembly : Assembly
         Built from a scene with stages, with dry joints.
     friction, flow, gap
-        As of `assess_states`.
+        As of `assess_states`. A stage on a centring is judged by limit analysis whatever the flow: it stands if some
+        forces of the centring hold it.
 
     Returns
     -------
