@@ -35,8 +35,8 @@ lint: $(STAMP)  ## check the style and the types
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
 
-benchmark: $(STAMP)  ## time a verdict and a building
-	$(BIN)/python -m evidence.benchmarks.assess
+benchmark: $(STAMP)  ## time contacts, verdicts and a building
+	$(BIN)/python -m evidence.benchmarks.contacts
 	$(BIN)/python -m evidence.benchmarks.building
 
 # Every table and picture of the README and the docs, within an hour on two cores.

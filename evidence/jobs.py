@@ -70,8 +70,10 @@ JOBS: Sequence[Job] = (
     result("search", 24, "benchmarks.search --sample 16 --lighter --reasons"),
     result("soundness", 3, "comparisons.soundness"),
     result("rubble", 0.1, "comparisons.rubble"),
+    result("contacts", 0.5, "benchmarks.contacts"),
     result("sweep", 0.3, "benchmarks.sweep"),
     result("live_page", 1.5, "benchmarks.live_page"),
+    result("proofs", 6, "checks.proofs"),
     result("solvers", 11, "benchmarks.solvers"),
     result("solvers_large", 10, "benchmarks.solvers --large --limit 300"),
 )  # fmt: skip

@@ -60,11 +60,23 @@ def judge(scene: Scene) -> Judgement:
         tried.append(decide(Points.of(scene, chosen)))
         if tried[-1][0] is Truth.UNSTABLE:
             return Judgement(*tried[-1][:2], found, tried[-1][2], any(not t.unique for t in found))
+    if hangs_on_a_tolerance(scene, found):
+        return Judgement(Truth.TOLERANCE, sure[1], found, sure[2])
     loose = any(not t.unique for t in found)
     for truth, lack, points in tried:
         if truth in (Truth.UNSURE, Truth.LIMIT):
             return Judgement(truth, lack, found, points)
     return Judgement(Truth.NORMAL if loose else Truth.TOLERANCE, sure[1], found, sure[2])
+
+
+def hangs_on_a_tolerance(scene: Scene, found: list[Touch]) -> bool:
+    """Whether a scene stands or falls as soon as the contacts near a tolerance are, or are not, there."""
+    if all(t.certain for t in found if t.unique):
+        return False
+    if decide(Points.of(scene, [t for t in found if t.unique]))[0] is Truth.STABLE:
+        return True
+    without = [t for t in found if t.certain or not t.unique]
+    return any(decide(Points.of(scene, chosen))[0] is Truth.UNSTABLE for chosen in choices(without))
 
 
 def choices(found: list[Touch]) -> Iterator[list[Touch]]:

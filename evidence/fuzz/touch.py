@@ -6,8 +6,8 @@ seen along it, have points in common. If another direction separates them as wel
 the contact has no unique normal. All directions that separate are kept then, and marked.
 
 Tolerances are those that the statics state: a joint may be open by `GAP` of the smaller block's size and a quarter of
-its mean thickness, and nothing narrower than `WIDTH` of it is a patch. A contact within half the tolerance is certain;
-one within twice the tolerance is possible.
+its mean thickness, faces may be `ANGLE` from opposed, and nothing narrower than `WIDTH` of it is a patch. A contact
+within half the tolerance is certain; one within twice the tolerance is possible.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from evidence.fuzz.scene import Scene
 from evidence.fuzz.solids import SAME, Array, Piece, separating
 
 GAP, THIN, WIDTH = 1e-2, 0.25, 1e-6
+ANGLE = np.deg2rad(15.0)
 SURE = 2.0  #: what is this much closer or wider than the tolerance is certain, this much further impossible
 GRID = 1e-4  #: of the least width of a contact: grid of the corners of common patches
 
@@ -83,26 +84,43 @@ def _between(a: int, b: int, one: Piece, two: Piece, allowed: float, width: floa
     (first, *others) = ties
     kind, points, transversal = _meeting(one, two, axes[first], rim)
     if transversal and not others:
-        # What is open is certain only where it is wider than it is open.
-        wide = abs(best) <= rim or _meeting(one, two, axes[first], abs(best))[2]
+        # What is open is certain only where it is much wider than it is open.
+        wide = abs(best) <= rim or _meeting(one, two, axes[first], SURE * abs(best))[2]
         exact = Touch(a, b, axes[first], points, best, kind, True, wide and abs(best) <= allowed / SURE)
         return [exact, *_nearly(exact, one, two, rim, SURE * allowed)]
     loose = []
     for axis in _clusters(axes, gap, min(best, 0.0) - rim):
         kind, points, _ = _meeting(one, two, axes[axis], rim)
         if len(points):
-            loose.append(Touch(a, b, axes[axis], points, float(gap[axis]), kind, False, False))
+            touch = Touch(a, b, axes[axis], points, float(gap[axis]), kind, False, False)
+            loose += [touch, *_nearly(touch, one, two, rim, SURE * allowed)]
     return loose
 
 
 def _nearly(exact: Touch, one: Piece, two: Piece, rim: float, reach: float) -> list[Touch]:
-    """The contact that would be if corners that are open by less than the tolerance touched as well."""
-    depth = [corners @ exact.normal for corners in (one.corners, two.corners)]
-    depth = [depth[0].max() - depth[0], depth[1] - depth[1].min()]
-    if not any(((open_ > rim) & (open_ <= reach)).any() for open_ in depth):
+    """The contact that would be if what is open by less than the tolerance, and rises gently, touched as well."""
+    near = [_gentle(piece.corners, sign * exact.normal, rim, reach) for piece, sign in ((one, -1.0), (two, 1.0))]
+    if all(corners is None for corners in near):
         return []
+    one, two = (
+        piece if corners is None else replace(piece, corners=corners)
+        for piece, corners in zip((one, two), near, strict=True)
+    )
     kind, points, transversal = _meeting(one, two, exact.normal, rim, reach)
-    return [replace(exact, kind=kind, points=points, certain=False)] if transversal else []
+    return [replace(exact, kind=kind, points=points, unique=True, certain=False)] if transversal else []
+
+
+def _gentle(corners: Array, up: Array, rim: float, reach: float) -> Array | None:
+    """The lowest corners of a piece and what rises gently from them to within reach; None where nothing does."""
+    height = corners @ up - (corners @ up).min()
+    lowest, higher = corners[height <= rim], corners[height > rim]
+    climb = np.minimum(height[height > rim], reach)
+    share = (climb / height[height > rim])[None, :, None]
+    near = (lowest[:, None] + share * (higher[None] - lowest[:, None])).reshape(-1, 3)
+    flat = np.linalg.svd(up[None])[2][1:].T
+    aside = shapely.distance(shapely.MultiPoint(lowest @ flat).convex_hull, shapely.points(near @ flat))
+    gentle = aside * np.tan(SURE * ANGLE) >= np.tile(climb, len(lowest))
+    return np.concatenate([lowest, near[gentle]]) if gentle.any() else None
 
 
 def _clusters(axes: Array, gap: Array, least: float) -> list[int]:
@@ -184,19 +202,21 @@ def _within(points: Array, other: Touch) -> bool:
 
 
 def _filled(scene: Scene, pieces: list[list[Piece]], touch: Touch, rim: float) -> bool:
-    """Whether a third block lies in an open joint."""
+    """Whether a third block lies in an open joint; one that stands beside it does not."""
     if touch.gap <= rim:
         return False
     frame = np.linalg.svd(touch.normal[None])[2][1:]
     origin = touch.points.mean(axis=0)
     patch = shapely.MultiPoint((touch.points - origin) @ frame.T).convex_hull
+    inner = patch.buffer(-rim)
+    patch = patch.buffer(rim) if inner.is_empty else inner
     sections = (
         _section(piece.corners - origin, touch.normal, frame)
         for c, group in enumerate(pieces)
         if c not in (touch.a, touch.b)
         for piece in group
     )
-    return any(section is not None and patch.buffer(rim).intersects(section) for section in sections)
+    return any(section is not None and patch.intersects(section) for section in sections)
 
 
 def _section(corners: Array, normal: Array, frame: Array) -> shapely.Geometry | None:

@@ -7,8 +7,11 @@ no building.
 from __future__ import annotations
 
 import numpy as np
+import shapely
 
-from blockstat import Assembly, build, scene_from
+from blockstat import Assembly, Block, box, build, scene_from
+from evidence.fuzz import shapes
+from evidence.fuzz.solids import extruded
 
 Random = np.random.Generator
 
@@ -43,9 +46,39 @@ def wall(rng: Random) -> Assembly:
         "name": "walls", "length": rng.uniform(1.5, 2.5), "span": rng.uniform(0.8, 1.5), "vault": None,
         "brick": {"length": 0.6, "height": 0.3}, "wall": {"thickness": thickness, "height": rng.uniform(0.6, 1.5)},
     }  # fmt: skip
+    return tilted(build(scene_from(scene)), rng)
+
+
+def rubble(rng: Random) -> Assembly:
+    """A wall of irregular stones, the cells of random points in its plane, on ground that is tilted a good deal."""
+    columns, rows, depth = int(rng.integers(2, 6)), int(rng.integers(2, 6)), rng.uniform(0.15, 0.6)
+    grid = np.stack(np.meshgrid(np.arange(columns) + 0.5, np.arange(rows) + 0.5), axis=-1).reshape(-1, 2)
+    points = (grid + rng.uniform(-0.35, 0.35, grid.shape)) * [0.4, 0.3]
+    outline = shapely.box(0, 0, 0.4 * columns, 0.3 * rows)
+    cells = shapely.voronoi_polygons(shapely.MultiPoint(points), extend_to=outline.buffer(1))
+    flat = [shapely.get_coordinates(cell.intersection(outline).normalize())[:-1][::-1] for cell in cells.geoms]
+    stones = [extruded([polygon], 0.0, depth) for polygon in flat]
+    blocks = [Block(stone.vertices, stone.faces) for stone in stones]
+    ground = box((-1, -1, -0.5), (0.4 * columns + 1, depth + 1, 0), name="ground")
+    return tilted(
+        Assembly.from_blocks([ground, *blocks], supports=["ground"], friction=float(rng.uniform(0.4, 0.8))), rng
+    )
+
+
+def heap(rng: Random) -> Assembly:
+    """Convex blocks of four to eight corners that were let down one on the other, on edges and corners too."""
+    parts, support = shapes.heap(rng)
+    blocks = [Block(part.vertices, part.faces) for part in parts]
+    return Assembly.from_blocks(
+        blocks, supports=np.flatnonzero(support).tolist(), friction=float(rng.uniform(0.3, 0.9))
+    )
+
+
+def tilted(assembly: Assembly, rng: Random) -> Assembly:
+    """The assembly on ground tilted by 8 to 40 degrees to any side."""
     angle, side = np.radians(rng.uniform(8.0, 40.0)), rng.uniform(0.0, 2 * np.pi)
     pull = 9.81 * np.array([np.sin(angle) * np.cos(side), np.sin(angle) * np.sin(side), -np.cos(angle)])
-    return build(scene_from(scene)).with_(gravity=tuple(pull))
+    return assembly.with_(gravity=tuple(pull))
 
 
 def hut(

@@ -15,6 +15,7 @@ from dynsim.engine.world import Action, World
 from dynsim.judge.cracks import CrackOutcome, Cracks, find_cracks
 from dynsim.judge.criteria import drops, group_box_centre
 from dynsim.judge.limit import DynamicLimit, LimitOutcome, Trial, limit
+from dynsim.judge.replay import DynamicSequence, StepRun, sequence
 from dynsim.judge.run import Contacts, Run, simulate
 from dynsim.judge.verdict import DynamicOutcome, DynamicVerdict
 from dynsim.judge.verify import verify
@@ -45,6 +46,7 @@ __all__ = [
     "Cracks",
     "DynamicLimit",
     "DynamicOutcome",
+    "DynamicSequence",
     "DynamicVerdict",
     "InertiaScale",
     "LimitOutcome",
@@ -60,6 +62,7 @@ __all__ = [
     "Settings",
     "Settlement",
     "SpeculativeRuns",
+    "StepRun",
     "Tilt",
     "Trial",
     "World",
@@ -78,6 +81,7 @@ __all__ = [
     "read_record",
     "read_run",
     "run_many",
+    "sequence",
     "simulate",
     "verify",
     "verify_many",

@@ -223,3 +223,31 @@ def test_a_sliver_that_is_not_needed_is_not_named():
     verdict = assess(asm)
     assert verdict.outcome is Outcome.STABLE
     assert verdict.warnings == ()
+
+
+@pytest.mark.parametrize("rotation", [Rotation.identity(), TILTED], ids=["level", "tilted"])
+@pytest.mark.parametrize(("lean", "outcome"), [(1e-3, Outcome.STABLE), (1e-9, Outcome.UNSTABLE)])
+def test_shear_without_bound_proves_no_more_than_normal_forces_do(lean, outcome, rotation):
+    """A block overhangs two of its three feet by .5, half of how far the third lies behind them.
+
+    The third must pull with half the weight. Its plane leans by a small angle, so with infinite friction a shear force
+    of .5 / angle of the weight pulls that much; the other feet push back as much.
+    """
+    block = box((0, 0, 0), (3, 1, 1), name="block")
+    feet = [(0, 1, UP, [(1, 0, 0)], 0), (0, 1, UP, [(1, 1, 0)], 0)]
+    normal = rotation.apply([np.sin(lean), 0, np.cos(lean)])
+    feet = [(a, b, rotation.apply(n), rotation.apply(p), area) for a, b, n, p, area in feet]
+    feet.append((0, 1, normal, rotation.apply([(0, 0.5, 0)]), 0))
+    asm = turned(Assembly.from_blocks([GROUND, block], supports=["ground"], friction=np.inf), rotation)
+    verdict = assess(asm, interfaces=by_hand(*feet))
+    least = 2 * 0.5 / lean
+    assert verdict.outcome is outcome
+    if outcome is Outcome.STABLE:
+        assert verdict.certificate.total_force >= least
+    else:
+        assert FORCE_LIMIT <= verdict.certificate.required_force <= 1.01 * (least + 2)
+    program = pose(asm, friction=None, gravity=None, loads=None, gap=GAP, interfaces=by_hand(*feet)).program
+    answer = solve_least_force(program)
+    # Each component may close by the same, so a point by 1 + sqrt(2) times that; a solver's ray is no optimum.
+    found = check(program, answer.force, answer.twist)
+    assert least / 4 <= found.required_force <= 1.01 * (least + 2)

@@ -114,6 +114,7 @@ def test_the_command_settles_draws_and_explains(tmp_path):
     assert told["displacement"] == pytest.approx(0.01)
     assert told["reaction"] == pytest.approx(WEIGHTS[1] + 0.4 * WEIGHTS[2], rel=1e-6)
     assert told["cracks"][0]["opening"] == pytest.approx(0.002, rel=1e-4)
+    assert {"collapse", "path"} <= set(told)
     assert (told["friction"], told["density"], told["units"]) == (0.7, 1000.0, "m")
     assert picture.read_bytes().startswith(b"\x89PNG")
     plain = run(file, "--move", "2,-1,-1,4,2,1:0,0,-0.01")

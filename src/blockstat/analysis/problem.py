@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -21,6 +21,7 @@ from blockstat.contact.tolerance import gap_words
 from blockstat.errors import InputError
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import point_velocity
+from blockstat.imperfection.imperfections import Imperfections, Realisation, realisations
 from blockstat.program.bonds import KINDS, Bonds, bond_columns, bond_forces, bonded
 from blockstat.program.equilibrium import Equilibrium, equilibrium, split_floating, weight
 from blockstat.program.penalty import PenaltyProgram, penalty_program
@@ -32,6 +33,7 @@ from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
+    from blockstat.contact.unresolved import Unresolved
 
 #: A joint open by more than this fraction of the block size is mentioned when the verdict rests on it.
 LOOSE = 1e-3
@@ -56,6 +58,8 @@ class Problem:
     crushed: Interfaces | None = None  #: contacts without area that a joint law lets carry nothing
     #: pairs of blocks that overlap too far to have a joint, shape (n, 2); None: to be looked for when it matters
     overlapping: Ints | None = None
+    #: gives the contacts without a unique normal, if they are known already; None: to be looked for when it matters
+    unresolved: Callable[[], Unresolved] | None = None
     #: ties of the assembly whose forces are unknowns; their columns follow those of the bonds
     ties: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
@@ -257,6 +261,29 @@ def pose(
     return Problem(
         assembly, interfaces, load, eq, program, floating, gap, tuple(warnings), timings, bonds, crushed, ties=ties
     )
+
+
+def cases_of(problem: Problem, loads: Floats | None, imperfections: Imperfections) -> Iterator[Realisation]:
+    """Give the cases among which the worst one of some imperfections is.
+
+    Parameters
+    ----------
+    problem
+        The problem as drawn.
+    loads
+        The permanent loads that it was posed with.
+    imperfections
+        What is allowed for.
+
+    Yields
+    ------
+    Realisation
+        One for each combination of the ends of the ranges.
+    """
+    faces = problem.interfaces
+    if faces.share is not None:  # posed with cells, which take the place of the edges that are lost
+        faces = find_interfaces(problem.assembly, gap=problem.gap)
+    yield from realisations(problem.assembly, faces, loads, imperfections)
 
 
 def _divided(assembly: Assembly, interfaces: Interfaces) -> Interfaces:

@@ -77,7 +77,10 @@ def rim_warnings(problem: Problem, mechanism: Floats) -> list[str]:
     )
     turn = (mechanism[b, 3:] - mechanism[a, 3:]) * assembly.size[b, None]
     moving = rims[np.hypot(np.linalg.norm(apart, axis=1), np.linalg.norm(turn, axis=1)) > SLOW]
-    found = unresolved_contacts(assembly, problem.interfaces, gap=problem.gap, pairs=moving)
+    if problem.unresolved is None:
+        found = unresolved_contacts(assembly, problem.interfaces, gap=problem.gap, pairs=moving)
+    else:
+        found = problem.unresolved().among(moving, assembly.n_blocks)
     if not len(found.pair):
         return []
     corners = found.as_corners()

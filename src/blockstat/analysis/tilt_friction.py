@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from blockstat.analysis.verdict import Outcome
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.contact.point_law import LEAST_FRICTION
 from blockstat.errors import InputError, check_choice, known_options
+from blockstat.imperfection.imperfections import Imperfections, realisations
 from blockstat.loads import acceleration
 from blockstat.result import Result, Sentence, finite
 from blockstat.solve.dispatch import CHOICES
@@ -55,6 +56,7 @@ class Bracket(Result):
     #: with flow="coulomb", both values for each kind of joints (`blockstat.analysis.coulomb.FAMILY`): stiff ones,
     #: elastic ones, and both; the outer values are those of the joints that bear most
     kinds: tuple[tuple[float, float], ...] = ()
+    worst: str = ""  #: the case of the imperfections that this bracket is of, the worst one, in words
 
     @property
     def value(self) -> float:
@@ -77,6 +79,8 @@ class Bracket(Result):
             One fact a line.
         """
         lines, unit = [self.outcome.value], f" {self.unit}" if self.unit else ""
+        if self.worst:
+            lines.append(f"Worst case of the imperfections: {self.worst}.")
         if not math.isnan(self.stands):
             lines.append(f"Stable at a {self.parameter} of {self.stands:.9g}{unit}.")
         if not math.isnan(self.falls):
@@ -107,6 +111,7 @@ class Bracket(Result):
             "unit": self.unit,
             "stands": finite(self.stands),
             "falls": finite(self.falls),
+            "imperfections": self.worst or None,
             "kinds": [[finite(stands), finite(falls)] for stands, falls in self.kinds],
         }
 
@@ -134,6 +139,7 @@ def tilt_limit(
     interfaces: Interfaces | None = None,
     solver: str = "auto",
     flow: str = "associated",
+    imperfections: Imperfections | None = None,
 ) -> Bracket:
     """Find the angle by which gravity may be rotated about an axis before the assembly falls, from 0 to 180 degrees.
 
@@ -145,6 +151,8 @@ def tilt_limit(
         "x", "y", "z" or three numbers. The rotation is right-handed, so -axis tilts the other way.
     friction, gravity, loads, gap, interfaces, solver, flow
         As in `blockstat.assess`. `loads` stay as they are while gravity rotates.
+    imperfections : Imperfections, optional
+        Find the angle of the worst case of these.
 
     Returns
     -------
@@ -192,6 +200,13 @@ def tilt_limit(
     changes = {name: value for name, value in (("friction", friction), ("gravity", gravity)) if value is not None}
     asm = assembly.with_(**changes) if changes else assembly
     shared = find_interfaces(asm, gap=gap) if interfaces is None else interfaces
+    if imperfections is not None:
+        options: dict[str, Any] = {"solver": solver, "flow": flow}
+        brackets = []
+        for case in realisations(asm, shared, loads, imperfections):
+            own = tilt_limit(case.assembly, axis, loads=case.loads, interfaces=case.interfaces, **options)
+            brackets.append(replace(own, worst=case.words))
+        return min(brackets, key=lambda own: -1.0 if math.isnan(own.stands) else own.stands)
     sideways = np.cross(unit, asm.gravity)
     size = float(np.linalg.norm(asm.gravity))
 
@@ -205,7 +220,7 @@ def tilt_limit(
         return _tilts(180.0, math.nan) if stable else _tilts(math.nan, 0.0)
     follows = loads is None and not any(law.strong for law in asm.joints)  # all forces grow with the weight
     if flow == "associated" and abs(unit @ asm.gravity) < 1e-9 * size and follows:
-        limit = limit_load(asm, acceleration(asm, sideways.tolist()), interfaces=shared, solver=solver)
+        limit = limit_load(asm, acceleration(asm, sideways.tolist()), interfaces=shared, solver=solver, optimum=True)
         if limit.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE:
             return _tilts(math.nan, 0.0)
         if limit.outcome is LoadOutcome.LIMIT:

@@ -11,14 +11,14 @@ give 3/4, and an a0* that is a third too high.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from blockstat.analysis.limit_load import LimitLoad, LoadOutcome
-from blockstat.code_check.spectrum import Floor, Site
+from blockstat.code_check.spectrum import Floor, Site, Spectrum
 from blockstat.errors import InputError, known_options
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import point_velocity
@@ -114,7 +114,7 @@ def linear_check(
     limit: LimitLoad,
     direction: Sequence[float],
     *,
-    site: Site | None = None,
+    site: Spectrum | None = None,
     confidence: float = 1.35,
     behaviour: float = 2.0,
     masses: Sequence[tuple[int | str, Sequence[float], float]] = (),
@@ -129,7 +129,7 @@ def linear_check(
         Of a horizontal acceleration, of all that has mass. Its lower bound is alpha0.
     direction : sequence of float, shape (3,)
         Direction of the acceleration.
-    site : Site, optional
+    site : Site or SpectrumTable, optional
         Ground and spectrum; rock with F0 = 2.5 by default.
     confidence : float, optional
         FC; 1.35 where the crushing of stone is left out.
@@ -178,7 +178,7 @@ def linear_check(
     for name, value in (("confidence", confidence), ("behaviour", behaviour)):
         if not (np.isfinite(value) and value >= 1):
             raise InputError(f"{name} is {value!r}; it must be at least 1")
-    ground = Site() if site is None else site
+    ground: Spectrum = Site() if site is None else site
     bodies = moving_bodies(limit)
     share, weight = _participation(limit, direction, bodies, masses)
     acceleration = limit.lower * G / (share * confidence)
@@ -240,34 +240,87 @@ def _participation(
     masses: Sequence[tuple[int | str, Sequence[float], float]],
 ) -> tuple[float, float]:
     """e* and the sum of the weights that take part [N]."""
-    assembly = limit.assembly
+    total, first, second = work_sums(limit.assembly, limit.mechanism, direction, bodies, masses)
+    return first**2 / (total * second), total
+
+
+def work_sums(
+    assembly: Assembly,
+    mechanism: Floats,
+    direction: Sequence[float],
+    bodies: Sequence[Ints],
+    masses: Sequence[tuple[int | str, Sequence[float], float]],
+) -> tuple[float, float, float]:
+    """Return the sums over bodies of P, P d and P d^2, d the displacement of the weights of a body.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    mechanism : array, shape (n_blocks, 6)
+        Virtual displacements [m, rad].
+    direction : sequence of float, shape (3,)
+        Of d.
+    bodies : sequence of array of int
+        Blocks that move as one.
+    masses : sequence of (block, point, weight)
+        As in `linear_check`.
+
+    Returns
+    -------
+    total, first, second : float
+        [N], [N m], [N m2].
+
+    Raises
+    ------
+    InputError
+        For a bad direction, or one that the mechanism does not move along, and for bad masses.
+    """
     unit = np.asarray(direction, dtype=float)
     if unit.shape != (3,) or not np.isfinite(unit).all() or not unit.any():
         raise InputError(f"direction is {direction!r}; it must be three numbers, not all zero")
     unit = unit / np.linalg.norm(unit)
     load = assembly.mass * G
-    work = load * (limit.mechanism[:, :3] @ unit)
+    work = load * (mechanism[:, :3] @ unit)
     for name, point, weight in masses:
         block = assembly.blocks_named(name, "masses")
         if not (np.isfinite(weight) and weight > 0):
             raise InputError(f"masses: the weight on {name!r} is {weight!r}; it must be above 0")
         place = np.asarray(point, dtype=float).reshape(1, 3)
         load[block] += weight
-        work[block] += weight * (point_velocity(assembly, limit.mechanism, block, place) @ unit)
+        work[block] += weight * (point_velocity(assembly, mechanism, block, place) @ unit)
     sums = np.array([(load[body].sum(), work[body].sum()) for body in bodies]).reshape(-1, 2)
     total, first = sums.sum(axis=0)
     second = float((sums[:, 1] ** 2 / sums[:, 0]).sum())
     if not first > 0:
         raise InputError(f"the mechanism does not move along {list(direction)}; give the direction of its load")
-    return float(first**2 / (total * second)), float(total)
+    return float(total), float(first), second
 
 
-def _ground(acceleration: float, site: Site, floor: Floor | None) -> float:
-    """The ag whose demand is an acceleration; both in units of g."""
+def _ground(acceleration: float, site: Spectrum, floor: Floor | None) -> float:
+    """The ag whose demand at rest is an acceleration; both in units of g."""
+    return bearable(
+        lambda ag: site.spectrum(ag, 0.0) if floor is None else floor.factor() * site.spectrum(ag, floor.period),
+        acceleration,
+    )
+
+
+def bearable(demand: Callable[[float], float], acceleration: float) -> float:
+    """Return the peak ground acceleration at which a demand is what is borne.
+
+    Parameters
+    ----------
+    demand : callable
+        Acceleration for a peak ground acceleration, both in units of g.
+    acceleration : float
+        What is borne, in units of g.
+
+    Returns
+    -------
+    float
+        In units of g, at most `GREATEST`.
+    """
     from scipy.optimize import brentq
-
-    def demand(ag: float) -> float:
-        return site.spectrum(ag, 0.0) if floor is None else floor.factor() * site.spectrum(ag, floor.period)
 
     if demand(GREATEST) <= acceleration:
         return GREATEST

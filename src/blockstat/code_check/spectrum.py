@@ -86,6 +86,58 @@ class Site:
 
 
 @dataclass(frozen=True)
+class SpectrumTable:
+    """An elastic spectrum given by values, in place of that of a site.
+
+    Its peak ground acceleration is its value at the period 0.
+
+    Examples
+    --------
+    >>> from blockstat import SpectrumTable
+    >>> table = SpectrumTable(periods=(0.0, 0.1, 0.5, 2.0), values=(0.15, 0.4, 0.4, 0.1))
+    >>> round(table.spectrum(0.30, 0.2), 6)
+    0.8
+    """
+
+    periods: tuple[float, ...]  #: ascending from 0 [s]
+    values: tuple[float, ...]  #: S_e at 5 % damping, in units of g
+
+    def __post_init__(self) -> None:
+        periods, values = np.asarray(self.periods, dtype=float), np.asarray(self.values, dtype=float)
+        if periods.ndim != 1 or periods.shape != values.shape or len(periods) < 2:
+            raise InputError("spectrum: periods and values must be as many numbers, two at least")
+        if not (np.isfinite(periods).all() and (np.diff(periods) > 0).all() and periods[0] == 0):
+            raise InputError("spectrum: periods must ascend from 0")
+        if not (np.isfinite(values).all() and (values >= 0).all() and values[0] > 0):
+            raise InputError("spectrum: values must be at least 0, and above 0 at the period 0")
+
+    def spectrum(self, ag: float, period: float, *, damping: float = 5.0) -> float:
+        """Return the spectral acceleration S_e(T) in units of g, with all values scaled to a peak ground acceleration.
+
+        Parameters
+        ----------
+        ag : float
+            Value at T = 0, in units of g.
+        period : float
+            T [s]; beyond the last period the displacement is that of the last.
+        damping : float, optional
+            xi [per cent].
+
+        Returns
+        -------
+        float
+            S_e / g.
+        """
+        last = self.periods[-1]
+        value = float(np.interp(period, self.periods, self.values)) * (1.0 if period <= last else (last / period) ** 2)
+        return ag / self.values[0] * value * (damping_factor(damping) if period else 1.0)
+
+
+#: What gives `spectrum(ag, period, damping=)`.
+Spectrum = Site | SpectrumTable
+
+
+@dataclass(frozen=True)
 class Floor:
     """Where in a building a mechanism stands, for the floor spectrum of Circolare 7/2019.
 

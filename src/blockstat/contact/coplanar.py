@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
@@ -136,43 +135,41 @@ def merge_coplanar(patches: Patches, allowed: Floats) -> Patches:
     return both.take(np.lexsort((both.pair[:, 1], both.pair[:, 0])))
 
 
-def _merged(patches: Iterable[Patch], allowed: Floats) -> list[Patch]:
+def _merged(patches: Patches, allowed: Floats) -> list[Patch]:
     """Patches of pairs that have several, sorted by pair."""
+    own, normal = list(patches), patches.frame[:, 0]
+    new_pair = np.flatnonzero((patches.pair[1:] != patches.pair[:-1]).any(axis=1)) + 1
     merged = []
-    for pair, group in groupby(patches, key=lambda patch: tuple(patch.pair)):
-        rest = list(group)
-        tolerance = float(allowed[list(pair)].min())
-        while rest:
+    for rest in np.split(np.arange(len(own)), new_pair):
+        tolerance = float(allowed[patches.pair[rest[0]]].min())
+        while len(rest):
             seed = rest[0]
-            same = [p for p in rest if in_one_plane(seed, p, tolerance)]
-            rest = [p for p in rest if not any(p is q for q in same)]
-            merged.append(seed if len(same) == 1 else joined(seed, same))
+            same = in_one_plane(normal[seed], patches.origin[seed], normal[rest], patches.origin[rest], tolerance)
+            same[0] = True
+            merged.append(joined(own[seed], [own[i] for i in rest[same]]) if same.sum() > 1 else own[seed])
+            rest = rest[~same]
     return merged
 
 
-def in_one_plane(a: Patch, b: Patch, tolerance: float) -> bool:
-    """Whether two patches lie in one plane and face the same way.
+def in_one_plane(normal: Floats, origin: Floats, normals: Floats, origins: Floats, tolerance: float) -> np.ndarray:
+    """Whether patches lie in the plane of a first one and face the same way.
 
     Parameters
     ----------
-    a, b : Patch
-        The patches.
+    normal, origin : array, shape (3,)
+        Of the first patch.
+    normals, origins : array, shape (n, 3)
+        Of the patches.
     tolerance : float
-        Largest distance of the second from the plane of the first [m].
+        Largest distance of their origins from the plane of the first [m].
 
     Returns
     -------
-    bool
-        True for patches of one plane.
+    array of bool, shape (n,)
+        True for patches in the plane.
     """
-    if a is b:
-        return True
-    normal, other = a.frame[0], b.frame[0]
-    return bool(
-        np.linalg.norm(np.cross(normal, other)) < SAME_NORMAL
-        and normal @ other > 0
-        and abs(normal @ (b.origin - a.origin)) <= tolerance
-    )
+    aside = np.linalg.norm(np.cross(normal, normals), axis=1)
+    return (aside < SAME_NORMAL) & (normals @ normal > 0) & (np.abs((origins - origin) @ normal) <= tolerance)
 
 
 def joined(seed: Patch, patches: Sequence[Patch]) -> Patch:

@@ -140,7 +140,8 @@ def _candidates(assembly: Assembly, patches: Patches, near: Ints, tolerances: To
     if len(bare):
         first, second = separations(assembly, near[bare], supporting)
         apart[bare[first > reach[bare]]] = True
-        no_normal[bare[second >= -rounding[bare]]] = True
+        # Two directions that separate leave no normal; what is open is looked at more closely.
+        no_normal[bare[(second >= -rounding[bare]) & (first <= rounding[bare])]] = True
     if len(rows := np.flatnonzero(both[place] & ~apart[place])):
         pair = place[rows]
         apart[pair[_divides(assembly, patches.take(rows), reach[pair])]] = True
@@ -293,9 +294,14 @@ def _merged(search: Search, known: Contacts) -> list[tuple[int, Patch]]:
 
 def _absorbed(own: list[tuple[int, Patch]], kind: int, new: Patch, reach: float, rounding: float) -> bool:
     """Whether a contact has become part of one before it, which then is in its place."""
-    for k, (other, patch) in enumerate(own):
-        if not in_one_plane(patch, new, reach):
-            continue
+    if not own:
+        return False
+    normals, origins = np.array([p.frame[0] for _, p in own]), np.array([p.origin for _, p in own])
+    # Whether the new one lies in the plane of each.
+    level = in_one_plane(new.frame[0], new.origin, normals, origins, np.inf)
+    level &= np.abs(((new.origin - origins) * normals).sum(axis=1)) <= reach
+    for k in np.flatnonzero(level).tolist():
+        other, patch = own[k]
         if other == ContactKind.FACE:
             own[k] = other, joined(patch, [patch, new])
             return True

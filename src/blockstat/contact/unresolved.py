@@ -40,6 +40,29 @@ class Unresolved:
     normal: Floats  #: extreme normals of all contacts, from a to b, shape (n_normals, 3)
     contact: Ints  #: the contact of each normal, ascending, shape (n_normals,)
 
+    def among(self, pairs: Ints, n_blocks: int) -> Unresolved:
+        """Return the contacts of some pairs of blocks.
+
+        Parameters
+        ----------
+        pairs : array of int, shape (n, 2)
+            Blocks a < b.
+        n_blocks : int
+            Of the assembly.
+
+        Returns
+        -------
+        Unresolved
+            The contacts of these pairs alone.
+        """
+        chosen = np.isin(self.pair @ [n_blocks, 1], pairs @ [n_blocks, 1])
+        normals = chosen[self.contact]
+        reason = tuple(word for word, is_chosen in zip(self.reason, chosen, strict=True) if is_chosen)
+        place = np.cumsum(chosen) - 1
+        return Unresolved(
+            self.pair[chosen], self.point[chosen], reason, self.normal[normals], place[self.contact[normals]]
+        )
+
     def as_corners(self) -> Interfaces:
         """Return the contacts as corners on faces, one for each extreme normal.
 

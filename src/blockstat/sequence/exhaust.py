@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
-from blockstat.sequence.order import Search
+from blockstat.sequence.search import Search
 from blockstat.sequence.states import Whole
 
 if TYPE_CHECKING:

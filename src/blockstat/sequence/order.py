@@ -8,37 +8,21 @@ these are tried, and a search that ends without an order has proven that there i
 
 from __future__ import annotations
 
-import heapq
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import count
+from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from blockstat.analysis.verdict import Outcome
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
-from blockstat.result import Result, Sentence
-from blockstat.sequence.plan import Plan, Step
+from blockstat.result import Result
+from blockstat.sequence.plan import Plan
+from blockstat.sequence.search import Constraints, Journal, OrderOutcome, Search
 from blockstat.sequence.states import Whole
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
-
-#: Blocks present and held, as bits of two numbers.
-Node = tuple[int, int]
-#: Blocks that move slower than this share of the fastest may not be what a mechanism rests on; they are tried, too.
-AT_REST = 1e-9
-
-
-class OrderOutcome(Sentence):
-    """What a search for an order found."""
-
-    FOUND = "Found: an order in which every state is proven stable."
-    NONE = "None: no order with so few held blocks exists; every way has been tried."
-    UNDECIDED = "Undecided: no order found, and some states could be proven neither stable nor unstable."
-    STOPPED = "Stopped: the search was interrupted before it found an order."
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +82,10 @@ def find_order(
     flow: str = "associated",
     gap: float | str = GAP,
     interfaces: Interfaces | None = None,
+    groups: Sequence[Sequence[str]] = (),
+    reach: Callable[[str, frozenset[str]], bool] | None = None,
+    insertion: bool = False,
+    journal: str | Path | None = None,
     seconds: float | None = None,
 ) -> OrderResult:
     """Search an order of building in which never more than so many blocks are held at once.
@@ -110,6 +98,16 @@ def find_order(
         Hands, at least 1: a new block arrives in one.
     friction, flow, gap, interfaces
         As of `assess_states`.
+    groups : sequence of sequences of str, optional
+        Blocks that are put in together, as one in one hand.
+    reach : callable, optional
+        Called with the name of a block and the names of all that are there before it; False where a crane or an arm
+        cannot put it in.
+    insertion : bool, optional
+        Whether each block must come in by a straight motion that collides with nothing (see
+        `blockstat.sequence.insertion`); the directions are in `plan.metadata["insertion"]`.
+    journal : str or Path, optional
+        A file in which each judged state is kept. A search that has ended in any way goes on from it.
     seconds : float, optional
         Time after which the search stops; an interrupt from the keyboard stops it, too.
 
@@ -121,7 +119,7 @@ def find_order(
     Raises
     ------
     InputError
-        For fewer than one hand.
+        For fewer than one hand, a group of blocks that are not free or in two groups, or a journal of something else.
 
     Examples
     --------
@@ -136,115 +134,14 @@ def find_order(
     """
     if held_at_most < 1:
         raise InputError(f"held_at_most is {held_at_most}; a new block arrives in a hand, so at least 1 is needed")
-    search = Search(Whole(assembly, friction=friction, gap=gap, interfaces=interfaces), held_at_most, flow)
+    whole = Whole(assembly, friction=friction, gap=gap, interfaces=interfaces)
+    kept = None if journal is None else Journal(journal, whole, flow)
+    search = Search(whole, held_at_most, flow, Constraints(groups, reach, insertion), kept)
     began = monotonic()
     try:
         outcome, path = search.run(None if seconds is None else began + seconds)
     except KeyboardInterrupt:
         outcome, path = OrderOutcome.STOPPED, None
     plan = None if path is None else search.plan(path)
-    statistics = search.whole.evidence.statistics
+    statistics = whole.evidence.statistics
     return OrderResult(outcome, plan, held_at_most, search.judged, statistics["solved"], monotonic() - began)
-
-
-class Search:
-    """Best first: fewest blocks left, then fewest hands, then the highest block first. A state is judged when taken."""
-
-    def __init__(self, whole: Whole, hands: int, flow: str) -> None:
-        self.whole, self.hands, self._flow = whole, hands, flow
-        assembly = whole.assembly
-        self.free = assembly.free
-        self._full = sum(1 << int(k) for k in self.free)
-        height = -assembly.centroid @ assembly.gravity
-        self._rank = {int(b): k for k, b in enumerate(sorted(self.free.tolist(), key=lambda b: -height[b]))}
-        self.judged, self.undecided = 0, 0
-        self._before: dict[Node, Node | None] = {}
-        self._known: dict[Node, list[int] | None] = {}
-        self._queue: list[Any] = []
-        self._tick = count()
-
-    def run(self, until: float | None) -> tuple[OrderOutcome, list[Node] | None]:
-        """The outcome, and the states from nothing to the finished assembly."""
-        self._push((self._full, 0), (self._full, 0), 0)
-        while self._queue:
-            if until is not None and monotonic() > until:
-                return OrderOutcome.STOPPED, None
-            *_, state, parent, room = heapq.heappop(self._queue)
-            if state in self._before:
-                continue
-            moving = self.falls(state)
-            if moving is not None:
-                self._hold_one_of(moving, parent, room)
-                continue
-            self._before[state] = parent if state != parent else None
-            if not state[0]:
-                return OrderOutcome.FOUND, self._path(state)
-            self._expand(state)
-        return (OrderOutcome.UNDECIDED if self.undecided else OrderOutcome.NONE), None
-
-    def falls(self, state: Node) -> list[int] | None:
-        """The blocks that move where a state is not proven stable, None where it is."""
-        if state not in self._known:
-            present, fixed = (_mask(bits, self.whole.assembly.support) for bits in state)
-            verdict = self.whole.assess(present, fixed, flow=self._flow, score=False)
-            self.judged += 1
-            moving = None
-            if verdict.outcome is not Outcome.STABLE:
-                moving = np.flatnonzero(verdict.motion > AT_REST).tolist()
-                if verdict.outcome is not Outcome.UNSTABLE:
-                    self.undecided += 1
-                    moving = np.flatnonzero(present & ~fixed).tolist()
-            self._known[state] = moving
-        return self._known[state]
-
-    def _hold_one_of(self, moving: list[int], parent: Node, room: int) -> None:
-        """Before a move whose state falls: take hold of a block that moves."""
-        present, held = parent
-        for block in moving if held.bit_count() + room < self.hands else ():
-            if not held >> block & 1:
-                self._push((present, held | 1 << block), parent, 0)
-
-    def _expand(self, state: Node) -> None:
-        present, held = state
-        for block in _bits(held):
-            self._push((present, held & ~(1 << block)), state, 0)
-        for block in _bits(present):
-            # The block is in a hand while it is taken out, which leaves one hand less for others.
-            taken = held >> block & 1
-            if taken or held.bit_count() < self.hands:
-                rest = present & ~(1 << block), held & ~(1 << block)
-                self._push(rest, state, 0 if taken else 1, self._rank[block])
-
-    def _push(self, state: Node, parent: Node, room: int, rank: int = 0) -> None:
-        if state not in self._before:
-            key = state[0].bit_count(), state[1].bit_count(), rank, next(self._tick)
-            heapq.heappush(self._queue, (*key, state, parent, room))
-
-    def _path(self, state: Node) -> list[Node]:
-        path: list[Node] = [state]
-        while (before := self._before[path[-1]]) is not None:
-            path.append(before)
-        return path
-
-    def plan(self, path: list[Node]) -> Plan:
-        """The steps of a plan: a block arrives in a hand, or hands change."""
-        names = self.whole.assembly.names
-        steps = []
-        for (before, _), (present, held) in zip(path, path[1:], strict=False):
-            new = present & ~before
-            hold = [names[b] for b in _bits(held | new)]
-            steps.append(Step(tuple(names[b] for b in _bits(new)), tuple(hold)))
-            if new & ~held:
-                steps.append(Step((), tuple(names[b] for b in _bits(held))))
-        boundary = tuple(name for name, fixed in zip(names, self.whole.assembly.support, strict=True) if fixed)
-        return Plan(tuple(steps), boundary, name=f"{self.whole.assembly.name}, built")
-
-
-def _bits(number: int) -> list[int]:
-    return [k for k in range(number.bit_length()) if number >> k & 1]
-
-
-def _mask(bits: int, support: np.ndarray) -> np.ndarray:
-    mask = support.copy()
-    mask[_bits(bits)] = True
-    return mask

@@ -205,6 +205,41 @@ def falsework(
     >>> round(falsework(assembly, (["block"], []), hoists(assembly, ["block"])).total)
     10000
     """
+    return held_by_props(assembly, state, props, least=least, friction=friction, gap=gap, interfaces=interfaces)[1]
+
+
+def held_by_props(
+    assembly: Assembly,
+    state: State,
+    props: Sequence[Prop],
+    *,
+    least: str,
+    friction: float | None = None,
+    gap: float | str = GAP,
+    interfaces: Interfaces | None = None,
+) -> tuple[Problem, Falsework, Floats]:
+    """Find the least forces in props that hold a state, with the multipliers of equilibrium.
+
+    Parameters
+    ----------
+    assembly, state, props, least, friction, gap, interfaces
+        As of `falsework`.
+
+    Returns
+    -------
+    problem : Problem
+        The state without its props.
+    found : Falsework
+        The forces.
+    twist : array of float, shape (6 n,)
+        How the blocks follow when all props give way by one unit of length; a mechanism of the state with its props
+        where these cannot hold it. In the units of the program.
+
+    Raises
+    ------
+    InputError
+        As `falsework` does.
+    """
     check_choice("least", least, ("total", "peak"))
     whole = Whole(assembly, friction=friction, gap=gap, interfaces=interfaces)
     if assembly.joints:
@@ -216,16 +251,19 @@ def falsework(
         if not free[block]:
             raise InputError(f'falsework: block "{prop.block}" is held or not present; props stand under free blocks')
     problem = whole.propped(free, present)
-    return _least(problem, tuple(props), least)
+    return problem, *_least(problem, tuple(props), least)
 
 
-def _least(problem: Problem, props: tuple[Prop, ...], least: str) -> Falsework:
-    """Solve for the least total or peak and read off the forces of the props with their errors."""
+def _least(problem: Problem, props: tuple[Prop, ...], least: str) -> tuple[Falsework, Floats]:
+    """Solve for the least total or peak: the forces of the props with their errors, and the multipliers."""
     program = problem.program
     if program is None:
-        return Falsework(FalseworkOutcome.HELD, props, np.zeros(len(props)), least, 0.0, 0.0, 0.0)
-    pushes = sparse.csc_array(_pushes(problem, props))
+        return Falsework(FalseworkOutcome.HELD, props, np.zeros(len(props)), least, 0.0, 0.0, 0.0), np.empty(0)
+    pushes = sparse.csc_array(pushes_of(problem, props))
     m, n = len(program.friction), len(props)
+    if not m + n:  # nothing touches anything
+        fell = np.full(n, np.nan)
+        return Falsework(FalseworkOutcome.NOT_HELD, props, fell, least, np.inf, 1.0, 0.0), program.load
     answer = _solved(program, pushes, n, least == "peak")
     x = np.array(answer.x)
     force, push = x[: 3 * m], np.maximum(x[3 * m : 3 * m + n], 0.0)
@@ -237,7 +275,8 @@ def _least(problem: Problem, props: tuple[Prop, ...], least: str) -> Falsework:
     unit, bound, outcome = program.force_unit, float(answer.obj_val_dual), FalseworkOutcome.HELD
     if str(answer.status) not in ("Solved", "AlmostSolved") or not max(residual, violation) <= BALANCED:
         outcome, push, bound = FalseworkOutcome.NOT_HELD, np.full(n, np.nan), np.inf
-    return Falsework(outcome, props, push * unit, least, bound * unit, residual, violation)
+    twist = np.array(answer.z)[: len(program.load)]
+    return Falsework(outcome, props, push * unit, least, bound * unit, residual, violation), twist
 
 
 def _solved(program: PenaltyProgram, pushes: sparse.csc_array, n: int, peak: bool) -> Any:
@@ -264,8 +303,21 @@ def _solved(program: PenaltyProgram, pushes: sparse.csc_array, n: int, peak: boo
     return run(sparse.csc_array((len(cost), len(cost))), cost, matrix, bound, cones)
 
 
-def _pushes(problem: Problem, props: tuple[Prop, ...]) -> Floats:
-    """B, the wrenches of unit forces in the props, in the units of the program, shape (6 n, n_props)."""
+def pushes_of(problem: Problem, props: Sequence[Prop]) -> Floats:
+    """Return B, the wrenches of unit forces in the props.
+
+    Parameters
+    ----------
+    problem : Problem
+        The state, with a program.
+    props : sequence of Prop
+        The props.
+
+    Returns
+    -------
+    array of float, shape (6 n, n_props)
+        In the units of the program.
+    """
     assert problem.program is not None
     wrench = np.zeros((problem.assembly.n_blocks, 6, len(props)))
     for k, prop in enumerate(props):
@@ -275,7 +327,7 @@ def _pushes(problem: Problem, props: tuple[Prop, ...]) -> Floats:
         wrench[block, :3, k], wrench[block, 3:, k] = direction, np.cross(arm, direction)
     own = wrench[problem.eq.blocks]
     own[:, 3:] /= problem.program.length_unit
-    return own.reshape(-1, len(props))
+    return own.reshape(6 * len(own), len(props))
 
 
 @known_options
@@ -317,7 +369,8 @@ def remove_each(
     whole = Whole(assembly, friction=friction, gap=gap, interfaces=interfaces)
     chosen = assembly.free if blocks is None else assembly.blocks_named(blocks, "remove_each")
     everything = np.ones(assembly.n_blocks, dtype=bool)
-    whole.assess(everything, assembly.support, flow=flow, score=False)  # its forces are the first guess for all others
+    whole.assess(everything, assembly.support, flow=flow, score=False)
+    whole.evidence.pin()
     found = {}
     for block in chosen.tolist():
         present = everything.copy()

@@ -10,6 +10,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,10 +24,12 @@ from blockstat.certificate import check as certificate
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces, near_blocks
 from blockstat.contact.penetration import check_copies, check_overlaps, overlaps
 from blockstat.contact.point_law import joint_friction
+from blockstat.contact.unresolved import Unresolved, unresolved_contacts
 from blockstat.errors import InputError, check_choice, known_options, no_such
 from blockstat.program.equilibrium import Columns, Equilibrium, equilibrium, split_floating, weight
 from blockstat.program.penalty import PenaltyProgram, penalty_program
 from blockstat.program.planar import find_plane
+from blockstat.sequence.nearby import nearby_evidence
 from blockstat.solve.answer import Answer, Status
 from blockstat.typing import Floats, Ints
 
@@ -37,6 +40,8 @@ if TYPE_CHECKING:
 State = tuple[Sequence[str], Sequence[str]]
 #: Force fields and mechanisms of earlier states that are tried on the next one.
 FIELDS, MECHANISMS = 2, 4
+#: Blocks from which it pays to look around a change first: for forces and mechanisms, and for forces alone.
+FEW, MANY = 12, 120
 
 
 @known_options
@@ -144,6 +149,18 @@ class Whole:
         self._number = {name: k for k, name in enumerate(assembly.names)}
         self.evidence = Evidence(assembly.n_blocks, interfaces.n_points)
 
+    @cached_property
+    def touching(self) -> Ints:
+        """Pairs of blocks that joints, rims or overlaps connect, shape (n, 2)."""
+        rims = self.interfaces.rims
+        kinds = [self.interfaces.pair, self._overlapping] + ([] if rims is None else [rims])
+        return np.unique(np.concatenate(kinds).reshape(-1, 2), axis=0)
+
+    @cached_property
+    def unresolved(self) -> Unresolved:
+        """The contacts of the whole without a unique normal."""
+        return unresolved_contacts(self.assembly, self.interfaces, gap=self.gap)
+
     def at_friction(self, friction: float) -> Whole:
         """Return the same assembly with another friction of all joints.
 
@@ -247,7 +264,7 @@ class Whole:
         overlapping = self._overlapping[_of_state(self._overlapping, free, present)]
         if assembly.joints:
             posed = pose(assembly, friction=None, gravity=None, loads=None, gap=self.gap, interfaces=shown)
-            return replace(posed, overlapping=overlapping), points
+            return replace(posed, overlapping=overlapping, unresolved=lambda: self.unresolved), points
         held, floating = split_floating(assembly, shown.pair)
         floating = floating[present[floating]]
         row = np.full(n, -1)
@@ -256,12 +273,11 @@ class Whole:
         none = points[:0]
         alone = np.setdiff1d(floating, shown.pair)
         warnings = tuple(f'block "{assembly.names[i]}" touches nothing' for i in alone[:5])
-        return (
-            Problem(
-                assembly, shown, self.load, eq, program, floating, self.gap, warnings, {}, none, overlapping=overlapping
-            ),
-            points,
-        )
+        problem = Problem(
+            assembly, shown, self.load, eq, program, floating, self.gap, warnings, {}, none,
+            overlapping=overlapping, unresolved=lambda: self.unresolved,
+        )  # fmt: skip
+        return problem, points
 
     def propped(self, free: np.ndarray, present: np.ndarray) -> Problem:
         """Pose the problem of a state in which props may hold blocks that touch nothing.
@@ -312,11 +328,17 @@ class Evidence(Memory):
 
     def __init__(self, n_blocks: int, n_points: int) -> None:
         super().__init__()
+        self.statistics["nearby"] = 0
         self._n_blocks, self._n_points = n_blocks, n_points
         self._forces: list[Floats] = []
         self._motions: list[Floats] = []
         self._points, self._score = np.empty(0, dtype=np.int64), True
         self._problem: Problem | None = None
+        self._pinned = False
+
+    def pin(self) -> None:
+        """Keep the last forces to begin with: the next states are neighbours of this one, not of each other."""
+        self._pinned = bool(self._forces)
 
     def state(self, problem: Problem, points: Ints, *, score: bool) -> None:
         """Say which state is judged next.
@@ -372,9 +394,27 @@ class Evidence(Memory):
             if not motion[problem.eq.blocks].any():
                 continue
             twist = (motion[problem.eq.blocks] * np.repeat([1.0, program.length_unit], 3)).reshape(-1)
+            work, closing = certificate.power(program, twist)
+            if work <= closing * program.total_load:
+                continue
             found = _recalled(program, np.zeros((len(program.friction), 3)), twist, "mechanism")
             if outcome_of(found.certificate) is Outcome.UNSTABLE:
                 self.statistics["mechanism"] += 1
+                return found
+        return self._recall_nearby(program)
+
+    def _recall_nearby(self, program: PenaltyProgram) -> Answer | None:
+        """The evidence around what has changed since the last forces."""
+        if not self._forces or len(program.load) < 6 * (MANY if self._score else FEW):
+            return None
+        own = self._forces[0][self._points] / program.force_unit
+        for force, twist in nearby_evidence(program, own, mechanisms=not self._score):
+            kind = "mechanism" if twist.any() else "forces"
+            found = _recalled(program, force, twist, kind)
+            outcome = outcome_of(found.certificate)
+            if outcome is not Outcome.UNDECIDED:
+                self.statistics["nearby"] += 1
+                self._remember(program, found, outcome)
                 return found
         return None
 
@@ -392,12 +432,15 @@ class Evidence(Memory):
         program, outcome = problem.program, outcome_of(answer.certificate)
         if program is None or outcome is Outcome.UNDECIDED or len(program.friction) != len(self._points):
             return
+        self._remember(program, answer, outcome)
+
+    def _remember(self, program: PenaltyProgram, answer: Answer, outcome: Outcome) -> None:
         if outcome is Outcome.STABLE:
             force = np.zeros((self._n_points, 3))
             force[self._points] = answer.force * program.force_unit
-            self._forces = [force, *self._forces][:FIELDS]
-            return
-        self._motions = [problem.to_blocks(answer.twist), *self._motions][:MECHANISMS]
+            self._forces = [*self._forces[:1], force] if self._pinned else [force, *self._forces][:FIELDS]
+        elif self._problem is not None:
+            self._motions = [self._problem.to_blocks(answer.twist), *self._motions][:MECHANISMS]
 
 
 def _recalled(program: PenaltyProgram, force: Floats, twist: Floats, kind: str) -> Answer:

@@ -15,7 +15,7 @@ from blockstat.solve.answer import Answer, EarlyEnd, Status
 from blockstat.solve.components import solve_by_components
 from blockstat.solve.dispatch import solve
 from blockstat.solve.phase_one import load_path_guess
-from blockstat.typing import Floats
+from blockstat.typing import Floats, Ints
 
 #: Joints open by more than this many violations need no watching when a mechanism is corrected.
 WIDE_OPEN = 1e3
@@ -229,13 +229,50 @@ def solve_least_force(program: PenaltyProgram, *, solver: str = "auto") -> Answe
     -----
     Primal: min sum f_n subject to A f + w = 0, f_i in K. Dual: max w'u subject to A'u + n in K*, in units in which a
     mechanism of unit work closes by one part in `FORCE_LIMIT`. This is the last word: forces and mechanism are judged
-    by that sum, and at the optimum both sides agree on it. Where friction is infinite its normal part is minimised.
+    by that sum, and at the optimum both sides agree on it. Where friction is infinite, shear is paid for as well (see
+    `_with_dear_shear`).
     """
-    offset = np.zeros((len(program.friction), 3))
+    priced, shear = _with_dear_shear(program)
+    offset = np.zeros((len(priced.friction), 3))
     offset[:, 0] = 1.0 / FORCE_LIMIT
-    offset[program.upper_bounded] = 0.0  # these may close, at a price
-    answer = solve(conic_program(program, -program.load, offset=offset.reshape(-1)), solver=solver)
-    return replace(answer, adhesion=np.zeros(program.n_points))
+    offset[priced.upper_bounded] = 0.0  # these may close, at a price
+    answer = solve(conic_program(priced, -program.load, offset=offset.reshape(-1)), solver=solver)
+    m, force = len(program.friction), answer.force[: len(program.friction)].copy()
+    if len(shear):
+        plus, minus = answer.force[m:, 0].reshape(2, -1, 2)
+        force[shear, 1:] = plus - minus
+    return replace(answer, force=force, adhesion=np.zeros(program.n_points))
+
+
+def _with_dear_shear(program: PenaltyProgram) -> tuple[PenaltyProgram, Ints]:
+    """The program with the shear of infinite friction as forces along the tangents that each have a price.
+
+    Without one, joints whose planes differ by rounding balance anything by shear forces without bound. Behind the
+    columns of the program stand those of +t1, +t2 at each point, then those of -t1, -t2, each without friction.
+    """
+    shear = np.flatnonzero(np.isinf(program.friction))
+    if not len(shear):
+        return program, shear
+    rows = program.local.reshape(-1, 3, 12)
+    along = np.zeros((2, len(shear), 2, 3, 12))
+    along[0, :, :, 0], along[1, :, :, 0] = rows[shear, 1:], -rows[shear, 1:]
+    more = 4 * len(shear)
+
+    def longer(values: Floats, value: float) -> Floats:
+        return np.concatenate([values, np.full(more, value)])
+
+    sides = np.tile(np.repeat(program.point_blocks[shear], 2, axis=0), (2, 1))
+    wider = replace(
+        program,
+        local=np.concatenate([program.local, along.reshape(-1, 12)]),
+        friction=longer(np.where(np.isinf(program.friction), 0.0, program.friction), 0.0),
+        shift=longer(program.shift, 0.0),
+        lower=longer(program.lower, 0.0),
+        upper=longer(program.upper, np.inf),
+        point_blocks=np.concatenate([program.point_blocks, sides]),
+        plane=None,
+    )
+    return wider, shear
 
 
 def open_joints(program: PenaltyProgram, twist: Floats, *, solver: str = "auto") -> Floats:

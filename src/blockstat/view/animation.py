@@ -102,6 +102,7 @@ def write_motion(
     quaternion: Floats,
     values: Floats,
     gone: Floats | None = None,
+    come: Floats | None = None,
     name: str = "motion",
 ) -> Path:
     """Write a motion of the blocks as an animated GLB, with one node a block, y-up.
@@ -122,6 +123,8 @@ def write_motion(
         One number a block to colour by, from 0.
     gone : array of float, shape (n_blocks,), optional
         Time from which a block is not shown [s], inf for none.
+    come : array of float, shape (n_blocks,), optional
+        Time from which a block is shown [s]; 0 from the beginning.
     name : str, optional
         Name of the animation in the file.
 
@@ -164,7 +167,7 @@ def write_motion(
         "meshes": meshes,
         "materials": [{"name": "stone", "pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.9}}],
     }
-    animation = _animation(assembly, times, displacement, quaternion, gone, buffer)
+    animation = _animation(assembly, times, displacement, quaternion, _shown(assembly, come, gone), buffer)
     if animation["channels"]:
         content["animations"] = [{"name": name, **animation}]
     path.write_bytes(_glb(content | buffer.described(), buffer.data))
@@ -268,10 +271,30 @@ def _blocks(assembly: Assembly, colours: Floats, buffer: _Buffer) -> tuple[list[
     return meshes, nodes
 
 
+def _shown(assembly: Assembly, come: Floats | None, gone: Floats | None) -> dict[int, tuple[list[float], list[float]]]:
+    """When each block that is not always shown appears and goes: times, and its size from then on."""
+    n = assembly.n_blocks
+    come, gone = (np.zeros(n) if come is None else come), (np.full(n, np.inf) if gone is None else gone)
+    found = {}
+    for i in np.flatnonzero((come > 0) | np.isfinite(gone)):
+        sizes = {0.0: 0.0 if come[i] > 0 else 1.0}
+        if 0 < come[i] < np.inf:
+            sizes[float(come[i])] = 1.0
+        if np.isfinite(gone[i]):
+            sizes[float(gone[i])] = 0.0
+        found[int(i)] = list(sizes), list(sizes.values())
+    return found
+
+
 def _animation(
-    assembly: Assembly, times: Floats, displacement: Floats, quaternion: Floats, gone: Floats | None, buffer: _Buffer
+    assembly: Assembly,
+    times: Floats,
+    displacement: Floats,
+    quaternion: Floats,
+    shown: dict[int, tuple[list[float], list[float]]],
+    buffer: _Buffer,
 ) -> dict[str, Any]:
-    """Translation and rotation of every block that moves; a block that goes shrinks to nothing at once."""
+    """Translation and rotation of every block that moves; a block that comes or goes changes its size at once."""
     samplers, channels = [], []
 
     def add(block: int, kind: str, keys: int, values: Floats, interpolation: str = "LINEAR") -> None:
@@ -284,10 +307,8 @@ def _animation(
     for i in np.flatnonzero(moves):
         add(int(i), "translation", keys, assembly.centroid[i] + displacement[:, i])
         add(int(i), "rotation", keys, quaternion[:, i])
-    for i in np.flatnonzero(np.isfinite(gone)) if gone is not None else ():
-        assert gone is not None
-        at = buffer.add("times", [0.0, gone[i]] if gone[i] > 0 else [0.0], bounds=True)
-        add(int(i), "scale", at, np.array([[1.0] * 3, [0.0] * 3])[-2 if gone[i] > 0 else -1 :], "STEP")
+    for i, (when, size) in shown.items():
+        add(i, "scale", buffer.add("times", when, bounds=True), np.outer(size, np.ones(3)), "STEP")
     return {"samplers": samplers, "channels": channels}
 
 

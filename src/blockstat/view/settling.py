@@ -1,21 +1,24 @@
-"""A settlement in a picture: where the blocks go, and how far the joints open."""
+"""Large and small displacements in pictures: how far joints open as supports settle, and capacity curves."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from blockstat.large_displacement.capacity_curve import CapacityCurve
 from blockstat.studies.foundations import Settlement
 from blockstat.typing import Floats
 from blockstat.view.painter import view_of
-from blockstat.view.plot import Place, draw_joints, extent, plot
+from blockstat.view.plot import Place, draw_joints, extent, fresh_figure, plot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 #: The furthest corner is drawn so far from its place, relative to the assembly's extent.
 DRAWN = 1 / 25
+CURVE, CHANGE = "#0072B2", "#D55E00"  #: blue and orange, which colour-blind readers tell apart
 SINKING = (0.84, 0.37, 0.0, 0.8)  #: orange, joints below which the supports move
 
 
@@ -91,3 +94,54 @@ def openings(found: Settlement) -> Floats:
     for side in found.interfaces.pair[found.interfaces.point_interface].T:
         np.maximum.at(widest, side, opening)
     return widest
+
+
+def plot_capacity(found: CapacityCurve, place: Place) -> Place:
+    """Draw the bracket of the multiplier against the displacement, and mark where the mechanism changes.
+
+    Parameters
+    ----------
+    found : CapacityCurve
+        What `blockstat.capacity` returned.
+    place : str, Path or matplotlib Axes
+        A file, in PNG, SVG or any format that matplotlib writes, or axes to draw in.
+
+    Returns
+    -------
+    str, Path or matplotlib Axes
+        The place.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be written.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box, capacity, plot_capacity
+    >>> blocks = [box((-2, -2, -1), (3, 3, 0), name="ground"), box((0, 0, 0), (0.5, 1, 2), name="block")]
+    >>> wall = Assembly.from_blocks(blocks, supports=["ground"])
+    >>> plot_capacity(capacity(wall, (1, 0, 0), steps=10), "capacity.svg")
+    'capacity.svg'
+    """
+    if isinstance(place, (str, Path)):
+        figure = fresh_figure(Path(place))
+        _draw(found, figure.add_subplot())
+        figure.savefig(str(place))
+    else:
+        _draw(found, place)
+    return place
+
+
+def _draw(found: CapacityCurve, axes: Any) -> None:
+    there = 1e3 * found.displacement
+    axes.fill_between(there, found.lower, found.upper, color=CURVE, alpha=0.25, linewidth=0)
+    axes.plot(there, found.lower, "-o", color=CURVE, markersize=2.5, linewidth=1.4)
+    for event in found.events:
+        axes.axvline(1e3 * event.parameter, color=CHANGE, linewidth=0.8, linestyle="--")
+        axes.annotate(event.kind, (1e3 * event.parameter, event.before), color=CHANGE, fontsize=8)
+    axes.set_xlabel(f"displacement [mm]: {found.control}", fontsize=9)
+    axes.set_ylabel("load multiplier")
+    axes.set_xlim(left=0)
+    axes.set_ylim(bottom=0)
+    axes.set_title(found.assembly.name, fontsize=11)

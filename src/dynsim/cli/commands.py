@@ -47,6 +47,7 @@ from dynsim.cli.optimise import optimise
 from dynsim.cli.page import open_page
 from dynsim.cli.report import report
 from dynsim.cli.rows import end_of, print_comparisons, side_by_side, told_apart, verify_summary
+from dynsim.cli.sequence import sequence
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -260,6 +261,7 @@ def compare(
 
 app.command()(optimise)
 app.command()(report)
+app.command()(sequence)
 
 
 def main() -> None:

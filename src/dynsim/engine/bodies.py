@@ -161,7 +161,7 @@ def outward_hull(points: Floats) -> tuple[Ints, float]:
         Volume [m3].
     """
     hull = _hull(points)
-    corners = hull.simplices.copy()
+    corners = hull.simplices.astype(np.int64)
     a, b, c = points[corners].swapaxes(0, 1)
     inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
     corners[inward] = corners[inward][:, [0, 2, 1]]

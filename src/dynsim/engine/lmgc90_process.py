@@ -139,7 +139,7 @@ def main() -> None:
     log = os.open(sys.argv[1], os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
     for stream in (1, 2):
         os.dup2(log, stream)
-    from compas_lmgc90 import _lmgc90
+    from compas_lmgc90 import _lmgc90  # pyright: ignore[reportMissingImports]
 
     solver = started(_lmgc90, pickle.load(sys.stdin.buffer))
     last = bodies(solver.get_initial_state())

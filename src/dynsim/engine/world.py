@@ -39,6 +39,7 @@ BLOCK_SIZE = 0.3  #: [m] median block size in the simulation
 BLOCK_MASS = 100.0  #: [kg] median block mass in the simulation
 CARRIER_MASS = 1e10  #: [kg] of a support that is moved: nothing in the scene can push it
 GRAVITY = 9.81  #: [m/s2] in the simulation
+MOVABLE = (1, -1)  #: Bullet's collision group of what moves, and the mask of all that it touches
 ANCHOR = 1  #: a contact point that does not slide is held where it was
 
 
@@ -506,6 +507,53 @@ class World:
         b.setCollisionFilterGroupMask(body, -1, 0, 0, physicsClientId=self._client)
         b.resetBaseVelocity(body, [0.0] * 3, [0.0] * 3, physicsClientId=self._client)
         self.removed.add(block)
+
+    def place(self, block: int, displacement: Floats, rotation: Floats) -> None:
+        """Put a block somewhere and hold it there, also one that was taken out.
+
+        Parameters
+        ----------
+        block : int
+            Number of the block.
+        displacement : array of float, shape (3,)
+            From where it was built [m].
+        rotation : array of float, shape (3, 3)
+            Rotation since built.
+        """
+        b, body = self._bullet, self._bodies[block]
+        where = (self.assembly.centroid[block] + displacement) * self.length
+        turned = quaternion(rotation @ self._shapes[block].rotation)
+        b.resetBasePositionAndOrientation(body, where.tolist(), turned.tolist(), physicsClientId=self._client)
+        b.setCollisionFilterGroupMask(body, -1, *MOVABLE, physicsClientId=self._client)
+        self.removed.discard(block)
+        self.hold(block)
+
+    def hold(self, block: int) -> None:
+        """Hold a block where it is: nothing can push it.
+
+        Parameters
+        ----------
+        block : int
+            Number of the block.
+        """
+        b, body = self._bullet, self._bodies[block]
+        b.changeDynamics(body, -1, mass=0.0, physicsClientId=self._client)
+        b.resetBaseVelocity(body, [0.0] * 3, [0.0] * 3, physicsClientId=self._client)
+
+    def let_go(self, block: int) -> None:
+        """Let go of a block that is held.
+
+        Parameters
+        ----------
+        block : int
+            Number of the block.
+        """
+        moments = self._shapes[block].inertia * self._mass * self.length**2
+        self._bullet.changeDynamics(
+            self._bodies[block], -1, mass=self.assembly.mass[block] * self._mass,
+            localInertiaDiagonal=moments.tolist(), physicsClientId=self._client,
+        )  # fmt: skip
+        self.set_gravity(self._gravity)
 
     def contact_forces(self) -> tuple[Ints, Floats, Floats]:
         """Return the forces of the last time step at every contact point.

@@ -84,6 +84,7 @@ class Run:
     time_step: float  #: [s] at simulation scale
     pace: float  #: seconds of `Settings` a second of the scene: they are for blocks of 0.3 m and 2 m of height
     engine: str = "bullet"  #: what simulated it
+    placed: Floats | None = None  #: time at which each block was put in, shape (n_blocks,) [s]; None: at the start
 
     @property
     def since_release(self) -> Floats:
@@ -164,7 +165,7 @@ def simulate(
     with _world(engine, assembly, settings, acting, interfaces) as world:
         settings = world.settings
         overlap = world.deepest_overlap()
-        stretch = np.sqrt(max(_height(assembly) * world.length / TALL, 1.0))
+        stretch = np.sqrt(max(height_of(assembly) * world.length / TALL, 1.0))
         look = settings.substeps * settings.time_step
         settling = round(settings.settle * stretch / look) if world.settles else 0
         coarse = round(settling * (1 - OWN_STEP)) if settings.settle_step else 0
@@ -217,7 +218,7 @@ def _kinetic(assembly: Assembly, velocity: Floats, spin: Floats, rotation: Float
     return float((assembly.mass[free] @ (velocity[free] ** 2).sum(axis=1) + turning) / 2)
 
 
-def _height(assembly: Assembly) -> float:
+def height_of(assembly: Assembly) -> float:
     """Extent of the free blocks along gravity [m]."""
     free = np.repeat(~assembly.support, np.diff(assembly.vertex_start))
     along = assembly.vertices[free] @ (assembly.gravity / np.linalg.norm(assembly.gravity))

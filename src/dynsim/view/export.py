@@ -100,7 +100,7 @@ def write_glb(run: Run, path: str | Path) -> Path:
     length[run.assembly.support] = 0.0
     return write_motion(
         run.assembly, path, times=run.times[keys], displacement=run.displacement[keys],
-        quaternion=_quaternions(run.rotation[keys]), values=length, gone=run.removed, name="run",
+        quaternion=_quaternions(run.rotation[keys]), values=length, gone=run.removed, come=run.placed, name="run",
     )  # fmt: skip
 
 
@@ -130,7 +130,7 @@ def write_npz(run: Run, path: str | Path) -> Path:
             displacement=run.displacement.astype(np.float32),
             quaternion=_quaternions(run.rotation).astype(np.float32),
             **{f"contact_{field.name}": getattr(run.contacts, field.name) for field in fields(Contacts)},
-            **{name: getattr(run, name) for name in _others()},
+            **{name: getattr(run, name) for name in _others() if getattr(run, name) is not None},
         )
     return path
 
@@ -178,7 +178,7 @@ def read_run(path: str | Path) -> Run:
     quaternion = kept["quaternion"].astype(float)
     rotation = Rotation.from_quat(quaternion.reshape(-1, 4)).as_matrix().reshape(*quaternion.shape[:2], 3, 3)
     contacts = Contacts(**{field.name: kept[f"contact_{field.name}"] for field in fields(Contacts)})
-    others = {name: kept[name] if kept[name].ndim else kept[name].item() for name in _others()}
+    others = {name: kept[name] if kept[name].ndim else kept[name].item() for name in _others() if name in kept}
     return Run(
         assembly=_unpacked(kept["assembly"]), displacement=kept["displacement"].astype(float), rotation=rotation,
         contacts=contacts, **others,

@@ -88,6 +88,8 @@ def film_strip(
         colour[assembly.support, :3] = SUPPORT
         # Blocks that are gone stay in the list without paint.
         colour[run.removed < run.times[frame] + 1e-12, 3] = 0.0
+        if run.placed is not None:
+            colour[run.placed > run.times[frame] + 1e-12, 3] = 0.0
         vertices = posed(assembly, run.displacement[frame], run.rotation[frame])
         polygons, paint, outline = visible(assembly, vertices, view, colour)
         axes.add_collection(PolyCollection(polygons, facecolors=paint, edgecolors=outline, linewidths=0.3))

@@ -1,0 +1,338 @@
+"""The nonlinear verification of a collapse mechanism from its capacity curve, Circolare 7/2019, C8.7.1.2.1.
+
+    e* = (sum P d)^2 / (sum P sum P d^2)         C8.7.1.5
+    a  = alpha g / (e* FC)                       C8.7.1.3
+    d  = d_C sum P d^2 / (d_C' sum P d)          C8.7.1.4, d_C' the virtual displacement of the control
+    SLD: a_Z = a0                                C8.7.1.8, or S_eZ(T0) = a0, C8.7.1.9
+    d_SLV = 0.4 d0,  T_SLV = 1.68 pi sqrt(d_SLV / a(d_SLV)),  damping 8 %
+    d_SLC = 0.6 d0,  T_SLC = 1.56 pi sqrt(d_SLC / a(d_SLC)),  damping 10 %
+
+The demand is the displacement `S_e(T) (T / 2 pi)^2`, of the ground, or of the floor that a part stands on. Blocks that
+move as one body count as one (see `blockstat.code_check.linear`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from blockstat.code_check.linear import CheckOutcome, G, bearable, moving_bodies, work_sums
+from blockstat.code_check.spectrum import Floor, Site, Spectrum
+from blockstat.errors import InputError, check_choice, known_options
+from blockstat.large_displacement.capacity_curve import CapacityCurve, CapacityOutcome
+from blockstat.result import Result
+from blockstat.typing import Floats, Ints
+
+#: Share of d0, factor of pi sqrt(d / a) and damping [per cent] of the limit states with a displacement.
+STATES = {"SLV": (0.4, 1.68, 8.0), "SLC": (0.6, 1.56, 10.0)}
+#: A change of the mechanism that leaves less than this part of the multiplier ends life safety.
+REMAINS = 0.5
+
+
+@dataclass(frozen=True)
+class LimitState:
+    """One limit state of the oscillator."""
+
+    name: str  #: SLD, SLV or SLC
+    displacement: float  #: d [m]; 0 for SLD
+    acceleration: float  #: a [m/s2]
+    period: float  #: T [s]; 0 for SLD on the ground
+    damping: float  #: [per cent]
+    ag: float  #: peak ground acceleration that is borne, in units of g
+    demand: float | None  #: what is asked for, in units of g
+
+    @property
+    def satisfied(self) -> bool | None:
+        """Whether the demand is borne; None without one."""
+        return None if self.demand is None else self.demand <= self.ag
+
+
+@dataclass(frozen=True)
+class RockingBlock:
+    """Housner's parameters of a mechanism that is one body turning about an axis."""
+
+    radius: float  #: R, of the centroid from the axis [m]
+    slenderness: float  #: angle of the diagonal, the arctangent of alpha0 [rad]
+    frequency: float  #: p = sqrt(M g R / I), I about the axis [1/s]
+
+
+@dataclass(frozen=True, eq=False)
+class NonlinearCheck(Result):
+    """The nonlinear verification of a mechanism and the figures that it rests on."""
+
+    alpha0: float  #: multiplier at rest [-]
+    participation: float  #: e* [-]
+    mass: float  #: M* [kg]
+    acceleration: float  #: a0 [m/s2]
+    ultimate: float  #: d0, displacement of the oscillator where its acceleration is zero [m]
+    confidence: float  #: FC [-]
+    shape: str  #: "curve" or "line"
+    states: tuple[LimitState, ...]  #: SLD, SLV, SLC
+    bodies: tuple[tuple[int, ...], ...]  #: blocks that move as one, for each body of the mechanism
+    rocking: RockingBlock | None  #: where there is one body
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def outcome(self) -> CheckOutcome:
+        """Whether all demands that are given are borne."""
+        asked = [state.satisfied for state in self.states if state.satisfied is not None]
+        if not asked:
+            return CheckOutcome.CAPACITY
+        return CheckOutcome.SATISFIED if all(asked) else CheckOutcome.NOT_SATISFIED
+
+    def state(self, name: str) -> LimitState:
+        """Return a limit state.
+
+        Parameters
+        ----------
+        name : str
+            SLD, SLV or SLC.
+
+        Returns
+        -------
+        LimitState
+            Its displacement, acceleration, period and ground acceleration.
+
+        Raises
+        ------
+        InputError
+            For another name.
+        """
+        check_choice("state", name, [state.name for state in self.states])
+        return next(state for state in self.states if state.name == name)
+
+    def explain(self) -> str:
+        """Return the verification in words, one fact a line.
+
+        Returns
+        -------
+        str
+            One fact a line.
+        """
+        told = {
+            CheckOutcome.CAPACITY: CheckOutcome.CAPACITY.value,
+            CheckOutcome.SATISFIED: "Satisfied: all demands are borne.",
+            CheckOutcome.NOT_SATISFIED: "Not satisfied: a demand is not borne.",
+        }
+        lines = [
+            told[self.outcome],
+            f"alpha0 = {self.alpha0:.6g}, {len(self.bodies)} bodies, e* = {self.participation:.6g}, "
+            f"M* = {self.mass:.6g} kg (C8.7.1.5).",
+            f"a0 = alpha0 g / (e* FC) = {self.acceleration:.6g} m/s2, FC = {self.confidence:g} (C8.7.1.3).",
+            f"d0 = {self.ultimate:.6g} m (C8.7.1.4); multipliers of the {self.shape}.",
+        ]
+        for state in self.states:
+            where = (
+                f"a = {state.acceleration:.6g} m/s2 (C8.7.1.8, C8.7.1.9)"
+                if not state.displacement
+                else f"d = {state.displacement:.6g} m, a = {state.acceleration:.6g} m/s2, T = {state.period:.6g} s, "
+                f"damping {state.damping:g} % (C8.7.1.10 to C8.7.1.12)"
+            )
+            asked = "" if state.demand is None else f", asked for {state.demand:.4g} g"
+            lines.append(f"{state.name}: {where}: ag = {state.ag:.6g} g{asked}.")
+        if self.rocking is not None:
+            lines.append(
+                f"One rocking block: R = {self.rocking.radius:.6g} m, slenderness {self.rocking.slenderness:.6g} rad, "
+                f"p = {self.rocking.frequency:.6g} 1/s."
+            )
+        return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
+
+    def summary(self) -> dict[str, Any]:
+        """Return plain values for JSON.
+
+        Returns
+        -------
+        dict
+            Values by name.
+        """
+        return {
+            "outcome": self.outcome.word,
+            "alpha0": self.alpha0,
+            "e_star": self.participation,
+            "m_star": self.mass,
+            "a0_star": self.acceleration,
+            "d0_star": self.ultimate,
+            "fc": self.confidence,
+            "shape": self.shape,
+            "states": {
+                state.name: {
+                    "d": state.displacement,
+                    "a": state.acceleration,
+                    "T": state.period,
+                    "damping": state.damping,
+                    "ag": state.ag,
+                    "demand": state.demand,
+                    "satisfied": state.satisfied,
+                }
+                for state in self.states
+            },
+            "bodies": len(self.bodies),
+            "housner": None
+            if self.rocking is None
+            else {"R": self.rocking.radius, "alpha": self.rocking.slenderness, "p": self.rocking.frequency},
+            "warnings": list(self.warnings),
+        }
+
+
+@known_options
+def nonlinear_check(
+    curve: CapacityCurve,
+    direction: Sequence[float],
+    *,
+    site: Spectrum | None = None,
+    confidence: float = 1.35,
+    masses: Sequence[tuple[int | str, Sequence[float], float]] = (),
+    floor: Floor | None = None,
+    shape: str = "curve",
+    demand: Mapping[str, float] | None = None,
+) -> NonlinearCheck:
+    """Verify a mechanism from its capacity curve: acceleration (SLD) and displacements (SLV, SLC).
+
+    Parameters
+    ----------
+    curve : CapacityCurve
+        Of a horizontal acceleration of all that has mass.
+    direction : sequence of float, shape (3,)
+        Direction of the acceleration.
+    site : Site or SpectrumTable, optional
+        Ground and spectrum; rock with F0 = 2.5 by default.
+    confidence : float, optional
+        FC; 1.35 where the crushing of stone is left out.
+    masses : sequence of (block, point, weight), optional
+        As in `blockstat.linear_check`.
+    floor : Floor, optional
+        For a part high up in a building. Its `own_period` T0 counts for SLD; for the others it is their T, with their
+        damping.
+    shape : str, optional
+        The code leaves the choice: "curve" takes multipliers off the curve; "line" takes alpha0 (1 - d / d0).
+    demand : mapping, optional
+        ag asked for by limit state, in units of g, as {"SLV": 0.15}.
+
+    Returns
+    -------
+    NonlinearCheck
+        The oscillator, the ground accelerations that it bears, and whether the demands are met.
+
+    Raises
+    ------
+    InputError
+        For a curve that was interrupted, or a bad value.
+
+    References
+    ----------
+    Circolare 21 gennaio 2019, n. 7 C.S.LL.PP., C8.7.1.2.1. NTC 2018 (D.M. 17 gennaio 2018), 3.2.3.2.1. Housner: The
+    behavior of inverted pendulum structures during earthquakes, 1963.
+
+    Notes
+    -----
+    d0 is where the curve is zero, or where it ends before that because no admissible state follows. A change of the
+    mechanism that leaves less than half of the multiplier bounds d_SLV. The method is calibrated for mechanisms whose
+    points move parallel to one plane.
+
+    Examples
+    --------
+    A wall 4 m high and 0.5 m thick.
+
+    >>> from blockstat import Assembly, Site, box, capacity, nonlinear_check
+    >>> blocks = [box((-1, -1, -1), (2, 4, 0), name="ground"), box((0, 0, 0), (0.5, 3, 4), name="wall")]
+    >>> curve = capacity(Assembly.from_blocks(blocks, supports=["ground"]), (1, 0, 0), control="wall")
+    >>> found = nonlinear_check(curve, (1, 0, 0), site=Site("B"), shape="line")
+    >>> [f"{state.ag:.6f}" for state in found.states]
+    ['0.077160', '0.162041', '0.237594']
+    """
+    check_choice("shape", shape, ("curve", "line"))
+    if not (np.isfinite(confidence) and confidence >= 1):
+        raise InputError(f"confidence is {confidence!r}; it must be at least 1")
+    if curve.outcome in (CapacityOutcome.INTERRUPTED, CapacityOutcome.LOST, CapacityOutcome.REACHED):
+        raise InputError(f"the capacity curve does not tell where the multiplier is zero. {curve.outcome.value}")
+    asked = dict(demand or {})
+    for name in asked:
+        check_choice("demand", name, ("SLD", *STATES))
+    ground: Spectrum = Site() if site is None else site
+    bodies = moving_bodies(curve.limit)
+    total, first, second = work_sums(curve.assembly, curve.points[0].mechanism, direction, bodies, masses)
+    share, per_control = first**2 / (total * second), second / first
+    displacement = per_control * curve.displacement
+    acceleration = curve.lower * G / (share * confidence)
+    ultimate, warnings = float(displacement[-1]), []
+    if curve.outcome is CapacityOutcome.COLLAPSE:
+        warnings.append("the curve ends before the multiplier is zero; d0 is its end")
+    sharp = [event for event in curve.events if event.after is not None and event.after < REMAINS * event.before]
+    least = per_control * min((event.parameter for event in sharp), default=np.inf)
+
+    def borne(there: float) -> float:
+        if shape == "line":
+            return float(acceleration[0]) * (1.0 - there / ultimate)
+        return float(curve.at(there / per_control)[0]) * G / (share * confidence)
+
+    states = [_damage(float(acceleration[0]), ground, floor, asked.get("SLD"))]
+    for name, (part, factor, damping) in STATES.items():
+        there = min(part * ultimate, least) if name == "SLV" else part * ultimate
+        period = factor * np.pi * float(np.sqrt(there / borne(there)))
+        states.append(_displaced(name, there, borne(there), period, damping, ground, floor, asked.get(name)))
+    return NonlinearCheck(
+        alpha0=float(curve.lower[0]),
+        participation=share,
+        mass=share * total / G,
+        acceleration=float(acceleration[0]),
+        ultimate=ultimate,
+        confidence=confidence,
+        shape=shape,
+        states=tuple(states),
+        bodies=tuple(tuple(int(block) for block in body) for body in bodies),
+        rocking=_rocking(curve, bodies),
+        warnings=tuple(warnings),
+    )
+
+
+def _damage(acceleration: float, site: Spectrum, floor: Floor | None, demand: float | None) -> LimitState:
+    """The mechanism begins."""
+
+    def at(ag: float) -> float:
+        return site.spectrum(ag, 0.0) if floor is None else floor.factor() * site.spectrum(ag, floor.period)
+
+    period = 0.0 if floor is None else floor.own_period
+    return LimitState("SLD", 0.0, acceleration, period, 5.0, bearable(at, acceleration / G), demand)
+
+
+def _displaced(
+    name: str,
+    displacement: float,
+    acceleration: float,
+    period: float,
+    damping: float,
+    site: Spectrum,
+    floor: Floor | None,
+    demand: float | None,
+) -> LimitState:
+    """The ag whose spectral displacement at the period is the displacement."""
+    above = None if floor is None else replace(floor, own_period=period, own_damping=damping)
+
+    def at(ag: float) -> float:
+        own = site.spectrum(ag, period, damping=damping)
+        return own if above is None else max(own, above.factor() * site.spectrum(ag, above.period))
+
+    spectral = displacement * (2.0 * np.pi / period) ** 2
+    return LimitState(name, displacement, acceleration, period, damping, bearable(at, spectral / G), demand)
+
+
+def _rocking(curve: CapacityCurve, bodies: Sequence[Ints]) -> RockingBlock | None:
+    """Housner's parameters, for one body that turns about a horizontal axis that all its points keep."""
+    if len(bodies) != 1:
+        return None
+    assembly, blocks = curve.assembly, bodies[0]
+    motion: Floats = curve.points[0].mechanism[blocks[0]]
+    spin = np.linalg.norm(motion[3:])
+    if not spin > 0 or abs(motion[:3] @ motion[3:]) > 1e-6 * spin * np.linalg.norm(motion[:3]):
+        return None
+    axis = motion[3:] / spin
+    pole = assembly.centroid[blocks[0]] + np.cross(axis, motion[:3]) / spin
+    mass = assembly.mass[blocks]
+    arm = assembly.centroid[blocks] - pole
+    arm = arm - (arm @ axis)[:, None] * axis
+    about = float((assembly.inertia[blocks] @ axis @ axis).sum() + mass @ (arm**2).sum(axis=1))
+    radius = float(np.linalg.norm(mass @ arm / mass.sum()))
+    return RockingBlock(radius, float(np.arctan(curve.lower[0])), float(np.sqrt(mass.sum() * G * radius / about)))

@@ -1,0 +1,156 @@
+"""Joints that slide: their contact points at a pose are the corners of what the two faces have in common there."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blockstat.contact.faces import outline_hull
+from blockstat.contact.interfaces import Interfaces
+from blockstat.geometry.clipping import clip, corners
+from blockstat.large_displacement.contacts import CORNER, Contacts, gaps
+from blockstat.large_displacement.jump import SHUT, statuses
+from blockstat.large_displacement.linkage import Linkage
+from blockstat.large_displacement.pose import Pose, origins, places
+from blockstat.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: Faces of a block lie in a joint when their normals are within this sine of the joint's.
+IN_JOINT = 0.05
+
+
+def renewed(linkage: Linkage, interfaces: Interfaces, pose: Pose, parameter: float, motion: Floats) -> Linkage:
+    """Return a linkage with new contact points in the joints that slide.
+
+    Parameters
+    ----------
+    linkage
+        The linkage.
+    interfaces
+        The joints at rest.
+    pose, parameter
+        Where it is.
+    motion
+        How it moves, shape (n_blocks, 6).
+
+    Returns
+    -------
+    Linkage
+        The same one where nothing slides, or only edges and corners do.
+    """
+    contacts = linkage.contacts
+    joints = np.unique(contacts.joint[linkage.sliding])
+    joints = joints[interfaces.area[joints] > 0]
+    if not len(joints):
+        return linkage
+    kept = ~np.isin(contacts.joint, joints)
+    parts = [_taken(contacts, np.flatnonzero(kept))]
+    parts += [_clipped(linkage.assembly, interfaces, contacts, int(k), pose, parameter) for k in joints]
+    names = ("joint", "pair", "anchor", "corner", "normal", "friction", "drive", "edge")
+    merged = Contacts(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
+    fresh = np.arange(merged.number) >= kept.sum()
+    room = 1e3 * SHUT * float(linkage.assembly.size.max())
+    gap = np.where(fresh, gaps(linkage.assembly, merged, pose, parameter), np.inf)
+    # A joint that dilates is open and carries where it is least so.
+    near = gap <= room + (max(float(gap.min(initial=np.inf)), 0.0) if linkage.dilates else 0.0)
+    whole = [np.concatenate([mask[kept], np.zeros(fresh.sum(), bool)]) for mask in (linkage.pinned, linkage.sliding)]
+    touching = replace(linkage, contacts=merged, pinned=whole[0] | near, sliding=whole[1])
+    pinned, sliding = statuses(touching, pose, parameter, motion)
+    return replace(linkage, contacts=merged, pinned=whole[0] | (pinned & fresh), sliding=whole[1] | (sliding & fresh))
+
+
+def _taken(contacts: Contacts, rows: Ints) -> Contacts:
+    names = ("joint", "pair", "anchor", "corner", "normal", "friction", "drive", "edge")
+    return Contacts(**{name: getattr(contacts, name)[rows] for name in names})
+
+
+def _clipped(
+    assembly: Assembly, interfaces: Interfaces, contacts: Contacts, joint: int, pose: Pose, parameter: float
+) -> Contacts:
+    """The corners of what the faces of one joint have in common, seen along the mean of their normals."""
+    pair = interfaces.pair[joint]
+    first = int(np.flatnonzero(contacts.joint == joint)[0])
+    drive = contacts.drive[first]
+    turned = pose.rotation[pair] @ interfaces.frame[joint].T
+    frame = np.linalg.svd(turned.sum(axis=0))
+    frame = (frame[0] @ frame[2]).T  # the rotation next to the mean
+    outlines, solid = [], []
+    for side in (0, 1):
+        corner = _footprint(assembly, interfaces, joint, side)
+        now = places(assembly, pose, np.full(len(corner), pair[side]), corner) + parameter * drive[side]
+        hull = outline_hull((now - now[0]) @ frame[1:].T) + now[0] @ frame[1:].T
+        outlines.append(hull)
+        solid.append(now)
+    polygon, count = clip(outlines[0][None], outlines[1][None])
+    room = CORNER * float(assembly.size[pair].min())
+    point = polygon[0][corners(polygon, count, np.array([room]))[0]]
+    n = len(point)
+    lifted = [_lifted(point, frame, solid[side], turned[side][:, 0]) for side in (0, 1)]
+    place = np.stack(lifted, axis=1)
+    corner = np.stack([_near(point, outline) <= room for outline in outlines], axis=1)
+    edge = np.zeros((n, 2, 3))
+    for row in np.flatnonzero(~corner.any(axis=1)):
+        for side in (0, 1):
+            flat = _edge_at(point[row], outlines[side])
+            line = flat @ frame[1:]
+            normal = turned[side][:, 0]
+            line = line - (line @ normal) / (frame[0] @ normal) * frame[0]
+            edge[row, side] = pose.rotation[pair[side]].T @ (line / np.linalg.norm(line))
+    anchor = np.stack(
+        [origins(assembly, pose, np.full(n, pair[k]), place[:, k] - parameter * drive[k]) for k in (0, 1)], axis=1
+    )
+    return Contacts(
+        joint=np.full(n, joint),
+        pair=np.tile(pair, (n, 1)),
+        anchor=anchor,
+        corner=corner,
+        normal=np.tile(interfaces.frame[joint, 0], (n, 1)),
+        friction=np.full(n, contacts.friction[first]),
+        drive=np.tile(drive, (n, 1, 1)),
+        edge=edge,
+    )
+
+
+def _footprint(assembly: Assembly, interfaces: Interfaces, joint: int, side: int) -> Floats:
+    """Corners at rest of the faces of a block that lie in a joint, shape (k, 3)."""
+    block, normal = int(interfaces.pair[joint, side]), interfaces.frame[joint, 0]
+    points = interfaces.point[interfaces.start[joint] : interfaces.start[joint + 1]]
+    faces = np.flatnonzero(assembly.face_block == block)
+    outward = 1.0 if side == 0 else -1.0
+    facing = outward * (assembly.planes.normal[faces] @ normal) > np.sqrt(1 - IN_JOINT**2)
+    height = np.abs((assembly.planes.centre[faces] - points.mean(axis=0)) @ normal)
+    room = float(interfaces.gap[joint]) + 1e-3 * float(assembly.size[block])
+    rows = faces[facing & (height <= room)]
+    if not len(rows):
+        return points
+    own = np.concatenate([assembly.face_vertices[assembly.face_start[f] : assembly.face_start[f + 1]] for f in rows])
+    found: Floats = assembly.vertices[np.unique(own)]
+    return found
+
+
+def _lifted(point: Floats, frame: Floats, solid: Floats, normal: Floats) -> Floats:
+    """Points seen along frame[0] on the plane through the solid's first corner, shape (n, 3)."""
+    flat = point @ frame[1:]
+    height = ((solid[0] - flat) @ normal) / (frame[0] @ normal)
+    lifted: Floats = flat + height[:, None] * frame[0]
+    return lifted
+
+
+def _near(point: Floats, outline: Floats) -> Floats:
+    """Distance of points to the nearest corner of an outline."""
+    distance: Floats = np.linalg.norm(point[:, None] - outline, axis=2).min(axis=1)
+    return distance
+
+
+def _edge_at(point: Floats, outline: Floats) -> Floats:
+    """Direction of the side of an outline that a point is nearest to."""
+    line = np.roll(outline, -1, axis=0) - outline
+    unit = line / np.linalg.norm(line, axis=1)[:, None]
+    off = point - outline
+    distance = np.abs(off[:, 0] * unit[:, 1] - off[:, 1] * unit[:, 0])
+    found: Floats = unit[np.argmin(distance)]
+    return found

@@ -1,0 +1,360 @@
+"""Forces and mechanisms at displaced geometry, each with the independent check that all verdicts have."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blockstat.analysis.limit_load import relative_motion
+from blockstat.analysis.problem import Problem
+from blockstat.analysis.problem import pose as posed
+from blockstat.certificate import check as certificate
+from blockstat.contact.interfaces import GAP, Interfaces
+from blockstat.large_displacement.contacts import Contacts, displaced_interfaces
+from blockstat.large_displacement.linkage import Linkage
+from blockstat.large_displacement.loading import Loading
+from blockstat.large_displacement.pose import Pose, displaced
+from blockstat.program.conic import conic_program
+from blockstat.program.equilibrium import weight
+from blockstat.program.ties import tie_wrenches
+from blockstat.solve import clarabel
+from blockstat.solve.penalty import solve_margin
+from blockstat.typing import Floats
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: Adhesion [mean weights] that equilibrium may lack by the rounding of a solve.
+LACKING = 1e-7
+#: Contacts that slip at less than this, relative to the motion, stick.
+STILL = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Structure:
+    """What stays the same while blocks are displaced."""
+
+    assembly: Assembly  #: at rest, with its friction and gravity
+    interfaces: Interfaces  #: at rest
+    dead: Loading  #: besides the weight
+    live: Loading | None  #: what the multiplier multiplies
+    solver: str
+
+    def dead_load(self, pose: Pose) -> Floats:
+        """Return the wrench of all that does not grow, weights included, shape (n_blocks, 6) [N, N m].
+
+        Parameters
+        ----------
+        pose
+            The pose.
+
+        Returns
+        -------
+        Floats
+            About the displaced centroids; ties whose force is not given are left out.
+        """
+        return weight(self.assembly) + self.dead.at(self.assembly, pose)
+
+    def tie_work(self, pose: Pose, motion: Floats) -> float:
+        """Return the power of the ties on a motion: those that lengthen yield, those that shorten keep their least.
+
+        Parameters
+        ----------
+        pose
+            The pose.
+        motion
+            Rates of all blocks about their displaced centroids, shape (n_blocks, 6).
+
+        Returns
+        -------
+        float
+            [W]; ties without a greatest force keep their length, which is left to the linkage.
+        """
+        if not self.assembly.ties:
+            return 0.0
+        there = displaced(self.assembly, pose)
+        ties = list(there.ties)
+        unit = [float((tie_wrenches(there, [tie], np.ones(1)) * motion).sum()) for tie in ties]
+        return sum(
+            rate * (tie.least if rate > 0 or np.isinf(tie.greatest) else tie.greatest)
+            for tie, rate in zip(ties, unit, strict=True)
+        )
+
+    def live_load(self, pose: Pose) -> Floats:
+        """Return the wrench that the multiplier multiplies, shape (n_blocks, 6) [N, N m].
+
+        Parameters
+        ----------
+        pose
+            The pose.
+
+        Returns
+        -------
+        Floats
+            About the displaced centroids.
+        """
+        assert self.live is not None
+        return self.live.at(self.assembly, pose)
+
+    def multiplier(self, pose: Pose, motion: Floats) -> float:
+        """Return the multiplier under which the loads do no work on a motion, -w'u / l'u.
+
+        Parameters
+        ----------
+        pose, motion
+            As in `tie_work`.
+
+        Returns
+        -------
+        float
+            Not a number where the live load does no work.
+        """
+        work = float((self.live_load(pose) * motion).sum())
+        dead = float((self.dead_load(pose) * motion).sum()) + self.tie_work(pose, motion)
+        return -dead / work if work else np.nan
+
+    def driven(self, contacts: Contacts, closed: np.ndarray, pose: Pose, parameter: float) -> Floats:
+        """Return the rates at the contact points by the movement of supports, in the frames of the joints at a pose.
+
+        Parameters
+        ----------
+        contacts, closed, pose, parameter
+            As in `posed`.
+
+        Returns
+        -------
+        Floats
+            Of b against a for a unit rate, shape (n_points, 3).
+        """
+        faces, point = displaced_interfaces(self.assembly, self.interfaces, contacts, closed, pose, parameter)
+        drive = (contacts.drive[:, 1] - contacts.drive[:, 0])[point]
+        rates: Floats = np.einsum("nij,nj->ni", faces.frame[faces.point_interface], drive)
+        return rates
+
+    def posed(self, contacts: Contacts, closed: np.ndarray, pose: Pose, parameter: float, multiplier: float) -> Problem:
+        """Return the equilibrium problem at a pose.
+
+        Parameters
+        ----------
+        contacts
+            The pairs of points.
+        closed
+            Which of them touch, shape (n,) bool.
+        pose, parameter
+            Where the blocks are, and the movement of the supports.
+        multiplier
+            Of the live load.
+
+        Returns
+        -------
+        Problem
+            As `blockstat.analysis.problem.pose` makes it.
+        """
+        faces, _ = displaced_interfaces(self.assembly, self.interfaces, contacts, closed, pose, parameter)
+        loads = self.dead.at(self.assembly, pose)
+        if self.live is not None and multiplier:
+            loads = loads + multiplier * self.live_load(pose)
+        there = displaced(self.assembly, pose)
+        return posed(there, friction=None, gravity=None, loads=loads, gap=GAP, interfaces=faces)
+
+
+@dataclass(frozen=True, eq=False)
+class Forces:
+    """Whether forces balance a displaced state."""
+
+    lacking: float  #: adhesion at each contact point without which none do, less than zero with slack [mean weights]
+    proven: bool  #: whether the independent check finds them admissible and in balance
+    total: float  #: sum of their magnitudes [N]
+    mode: Floats  #: the motion that lacks most, shape (n_blocks, 6)
+    floating: tuple[int, ...]  #: blocks that nothing holds
+    problem: Problem
+    forces: Floats  #: at the points of `problem.interfaces`, shape (n_points, 3) [N]
+
+
+def balance(
+    structure: Structure, contacts: Contacts, closed: np.ndarray, pose: Pose, parameter: float, multiplier: float
+) -> Forces:
+    """Find forces that balance a displaced state under a multiple of the live load, or the motion that none resists.
+
+    Parameters
+    ----------
+    structure
+        The assembly and its loads.
+    contacts, closed, pose, parameter, multiplier
+        As in `Structure.posed`.
+
+    Returns
+    -------
+    Forces
+        The forces with the largest least slack, and their certificate.
+    """
+    problem = structure.posed(contacts, closed, pose, parameter, multiplier)
+    program = problem.program
+    n = structure.assembly.n_blocks
+    if program is None or len(problem.floating):
+        return Forces(np.inf, False, 0.0, np.zeros((n, 6)), tuple(problem.floating.tolist()), problem, np.empty((0, 3)))
+    answer = solve_margin(program, solver=structure.solver)
+    slack = certificate.point_slack(program, answer.force)[: program.n_points]
+    lacking = -float(slack.min(initial=np.inf))
+    if answer.status.is_infeasible:
+        lacking = np.inf
+    force = certificate.balance(program, answer.force)
+    found = certificate.check(program, force, np.zeros_like(program.load))
+    if not found.proves_stable and lacking <= LACKING:
+        settled = certificate.settle(program, force)
+        second = certificate.check(program, settled, np.zeros_like(program.load))
+        if second.proves_stable:
+            force, found = settled, second
+    return Forces(
+        lacking=lacking,
+        proven=found.proves_stable,
+        total=float(np.linalg.norm(force, axis=1).sum()) * program.force_unit,
+        mode=problem.to_blocks(answer.twist),
+        floating=(),
+        problem=problem,
+        forces=problem.to_points(force),
+    )
+
+
+def rubbing(
+    structure: Structure, linkage: Linkage, pose: Pose, parameter: float, motion: Floats
+) -> tuple[Forces, float]:
+    """Find the multiplier of a state in which joints slide against friction, and the forces that balance it.
+
+    Parameters
+    ----------
+    structure
+        The assembly and its loads.
+    linkage, pose, parameter
+        The state.
+    motion
+        How it moves, shape (n_blocks, 6): friction acts against it.
+
+    Returns
+    -------
+    forces : Forces
+        With the largest least slack, those of sliding contacts on their friction cones, against the slip.
+    multiplier : float
+        Of the live load; without one, the force on the moving supports along their movement [N].
+
+    Notes
+    -----
+    The force of a contact that slides along t is a multiple of n - mu t. So it is a contact without friction, with that
+    for its normal. The multiplier is unknown:
+
+        max least slack   subject to   A f + w + alpha l = 0.
+    """
+    assembly = structure.assembly
+    closed = linkage.pinned | linkage.sliding
+    problem = structure.posed(linkage.contacts, closed, pose, parameter, 0.0)
+    program, faces = problem.program, problem.interfaces
+    nothing = np.zeros((assembly.n_blocks, 6))
+    if program is None or len(problem.floating):
+        return Forces(np.inf, False, 0.0, nothing, tuple(problem.floating.tolist()), problem, nothing[:0, :3]), np.nan
+    driven = structure.driven(linkage.contacts, closed, pose, parameter)[problem.eq.points]
+    rate = relative_motion(problem.assembly, faces, motion)[problem.eq.points]
+    if structure.live is None:
+        rate = rate + driven
+    slip = np.hypot(rate[:, 1], rate[:, 2])
+    slides = slip > STILL * np.abs(motion).max(initial=0.0)
+    point = np.flatnonzero(slides & (program.friction[: program.n_points] > 0))
+    local, friction = program.local.reshape(-1, 3, 12).copy(), program.friction.copy()
+    along = rate[point, 1:] / slip[point, None]
+    mu = friction[point, None]
+    local[point, 0] -= mu * (along[:, :1] * local[point, 1] + along[:, 1:] * local[point, 2])
+    friction[point] = 0.0
+    program = replace(program, local=local.reshape(-1, 12), friction=friction, plane=None)
+    total = np.asarray(program.normal_columns.sum(axis=1)).reshape(-1)
+    if structure.live is None:
+        load = np.zeros_like(total)
+        answer = clarabel.solve(conic_program(program, -program.load - total, at_most_one=total))
+    else:
+        load = problem.scaled(structure.live_load(pose))
+        conic = conic_program(program, -program.load - total, at_most_one=total, pinned=load)
+        bound = conic.bound.copy()
+        bound[-1] = 0.0  # l'u = 0: the multiplier is free
+        answer = clarabel.solve(replace(conic, bound=bound))
+    multiplier = answer.multiplier
+    loaded = replace(program, load=program.load + multiplier * load)
+    # The multipliers are f + tau n.
+    rest = program.matrix @ answer.force.reshape(-1) + loaded.load
+    tau = float(total @ rest) / float(total @ total)
+    force = answer.force.copy()
+    force[: program.n_points, 0] -= tau
+    lacking = np.inf if answer.status.is_infeasible else tau
+    force = certificate.balance(loaded, force)
+    found = certificate.check(loaded, force, np.zeros_like(program.load))
+    if structure.live is None:  # the force on the moving supports, by what the contacts do to them
+        # The normal of a contact that slides has friction in it.
+        tilted = driven.copy()
+        tilted[point, 0] -= mu[:, 0] * (along * driven[point, 1:]).sum(axis=1)
+        multiplier = float((force[: program.n_points] * tilted).sum()) * program.force_unit
+    return Forces(
+        lacking=lacking,
+        proven=found.proves_stable,
+        total=float(np.linalg.norm(force, axis=1).sum()) * program.force_unit,
+        mode=problem.to_blocks(answer.twist),
+        floating=(),
+        problem=problem,
+        forces=problem.to_points(force),
+    ), multiplier
+
+
+def limiting(
+    structure: Structure, contacts: Contacts, closed: np.ndarray, pose: Pose, parameter: float
+) -> tuple[float, Floats] | None:
+    """Return the limit multiplier of a displaced state with associated friction, and its mechanism.
+
+    Parameters
+    ----------
+    structure
+        The assembly and its loads.
+    contacts, closed, pose, parameter
+        As in `Structure.posed`.
+
+    Returns
+    -------
+    tuple of float and Floats, or None
+        None where no multiplier is carried.
+    """
+    problem = structure.posed(contacts, closed, pose, parameter, 0.0)
+    program = problem.program
+    if program is None or len(problem.floating):
+        return None
+    load = problem.scaled(structure.live_load(pose))
+    unit = float(np.abs(load).sum()) / program.total_load
+    answer = clarabel.solve(conic_program(program, -program.load, pinned=load / unit))
+    if answer.status.is_infeasible or answer.status.is_stalled:
+        return None
+    return answer.multiplier / unit, problem.to_blocks(answer.twist)
+
+
+def settling(
+    structure: Structure, contacts: Contacts, closed: np.ndarray, pose: Pose, parameter: float
+) -> Floats | None:
+    """Return the motion of least potential energy for a unit rate of the supports' movement.
+
+    Parameters
+    ----------
+    structure
+        The assembly and its loads.
+    contacts, closed, pose, parameter
+        As in `Structure.posed`.
+
+    Returns
+    -------
+    Floats or None
+        Shape (n_blocks, 6); None where the assembly falls or jams.
+    """
+    problem = structure.posed(contacts, closed, pose, parameter, 0.0)
+    program = problem.program
+    if program is None or len(problem.floating):
+        return None
+    rate = np.zeros((len(program.friction), 3))
+    rate[: program.n_points] = structure.driven(contacts, closed, pose, parameter)[problem.eq.points]
+    answer = clarabel.solve(conic_program(program, -program.load, offset=rate.reshape(-1)))
+    if answer.status.is_infeasible or answer.status.is_stalled:
+        return None
+    return problem.to_blocks(answer.twist)

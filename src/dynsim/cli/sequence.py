@@ -1,0 +1,74 @@
+"""The command `dynsim sequence`: a plan of building carried out in Bullet, beside what the statics say."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from blockstat.cli.options import AsJson, FileArgument, Friction, Supports, Units, load, print_json
+from blockstat.errors import InputError
+from dynsim.cli.criteria import Preset
+from dynsim.cli.loads import Output
+
+
+def sequence(
+    file: FileArgument,
+    plan: Annotated[
+        Path | None, typer.Option(help="The plan (.json). Without it FILE is the plan, and names its assembly.")
+    ] = None,
+    friction: Friction = None,
+    supports: Supports = None,
+    units: Units = None,
+    statics: Annotated[
+        bool, typer.Option(help="Also judge each step by statics, by Coulomb's where they differ.")
+    ] = True,
+    preset: Preset = "default",
+    output: Output = None,
+    as_json: AsJson = False,
+) -> None:
+    """Carry out a plan of building in Bullet and judge each step by displacement, beside the statics."""
+    from blockstat.sequence.plan import read_plan
+    from dynsim.judge.replay import STEP
+    from dynsim.judge.replay import sequence as run
+    from dynsim.settings import Settings
+    from dynsim.view.export import check_path, write_run
+
+    if output is not None:
+        check_path(output)
+    if plan is None:
+        file, plan = _assembly_of(file), file
+    assembly = load(file, friction=friction, gravity=None, tilt=None, supports=supports, units=units)
+    steps = read_plan(plan, assembly)
+    found = run(assembly, steps, settings=Settings.named(preset, **STEP))
+    summary: dict[str, Any] = {"file": str(file), **found.summary()}
+    lines = [found.explain()]
+    if statics:
+        from dynsim.comparison.steps import compare_steps
+
+        compared = compare_steps(assembly, found)
+        summary["statics"] = compared.summary()
+        lines.append(compared.explain())
+    if output is not None:
+        write_run(found.run, output)
+        summary["output"] = str(output)
+        lines.append(f"run: {output}")
+    if as_json:
+        print_json(summary)
+    else:
+        typer.echo("\n".join(lines))
+
+
+def _assembly_of(plan: Path) -> Path:
+    """The assembly that a plan names, beside it."""
+    try:
+        named = json.loads(plan.read_text()).get("assembly", "")
+    except OSError as error:
+        raise InputError(f"{plan}: cannot be read ({error.strerror})") from None
+    except (ValueError, AttributeError):
+        named = ""
+    if not named:
+        raise InputError(f"{plan}: names no assembly; write `dynsim sequence ASSEMBLY --plan PLAN.json`")
+    return plan.parent / str(named)

@@ -1,0 +1,298 @@
+"""A plan of building carried out in Bullet, with the criteria at each step.
+
+All blocks are in the client from the beginning, out of reach. A step puts blocks in, takes hold of some and lets others
+go; nothing pushes a held block. Then the blocks settle under full damping, are released and have to come to rest, as in
+`dynsim.verify`. A block is put in where it was built, moved as the blocks that it touches have moved on average. Where
+a step falls, its blocks are put back to where they were before, so that later steps are judged, too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from time import process_time
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from blockstat.contact.interfaces import Interfaces, find_interfaces
+from blockstat.errors import InputError, known_options
+from blockstat.result import Result
+from blockstat.sequence.plan import Plan, Step, check_plan
+from blockstat.typing import Floats, Ints
+from dynsim.engine.world import World
+from dynsim.judge.closing import closed_scene
+from dynsim.judge.criteria import ARM, angles, default_threshold
+from dynsim.judge.rest import RestDetection
+from dynsim.judge.run import TALL, Contacts, Run, height_of
+from dynsim.judge.stages import MIDDLE, chain
+from dynsim.judge.verdict import DynamicOutcome
+from dynsim.judge.verify import SMALL
+from dynsim.settings import Settings
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: The default settings of a step: most of its blocks stood before, and settle and rest sooner than a whole building.
+STEP = {"settle": 0.06, "rest_after": 0.2, "end": 2.0}
+
+
+@dataclass(frozen=True)
+class StepRun:
+    """What one step of a plan came to in Bullet."""
+
+    outcome: DynamicOutcome
+    max_displacement: float  #: of a block that is not held, since it was let go in this step [m]
+    first_block: str | None  #: the block that crossed the threshold first
+    end: float  #: time at the end of the step, from the beginning of the plan [s]
+
+
+@dataclass(frozen=True, eq=False)
+class DynamicSequence(Result):
+    """A plan carried out in Bullet."""
+
+    outcome: DynamicOutcome  #: stands when every step does, else that of the first step that does not
+    plan: Plan
+    steps: tuple[StepRun, ...]
+    threshold: float  #: displacement from which a block has fallen [m]
+    run: Run  #: one frame for the beginning and several a step; blocks that are not there yet lie where they were built
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def first_fall(self) -> int | None:
+        """The number of the first step that does not stand; None where all do."""
+        return next((k for k, step in enumerate(self.steps) if step.outcome is not DynamicOutcome.STANDS), None)
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return one row a step.
+
+        Returns
+        -------
+        list of dict
+            With `step`, `install`, `held`, `verdict`, `max_displacement` and `first_block`.
+        """
+        return [
+            {
+                "step": k,
+                "install": list(step.install),
+                "held": list(step.hold),
+                "verdict": ran.outcome.word,
+                "max_displacement": ran.max_displacement,
+                "first_block": ran.first_block,
+            }
+            for k, (step, ran) in enumerate(zip(self.plan.steps, self.steps, strict=True))
+        ]
+
+    def summary(self) -> dict[str, Any]:
+        """Return plain values for JSON.
+
+        Returns
+        -------
+        dict
+            With one row a step.
+        """
+        return {
+            "verdict": self.outcome.word,
+            "plan": self.plan.name,
+            "threshold": self.threshold,
+            "first_fall": self.first_fall,
+            "steps": self.rows(),
+            "process_seconds": self.run.process_seconds,
+            "warnings": list(self.warnings),
+        }
+
+    def explain(self) -> str:
+        """Return the steps that do not stand, in words.
+
+        Returns
+        -------
+        str
+            One fact a line.
+        """
+        rows = self.rows()
+        bad = [row for row in rows if row["verdict"] != DynamicOutcome.STANDS.word]
+        largest = 1e3 * max((row["max_displacement"] for row in rows), default=0.0)
+        lines = [f"{self.plan.name}: {len(rows)} steps, {self.run.process_seconds:.1f} s"]
+        if not bad:
+            lines.append(f"Every step stands; blocks moved by {largest:.2g} mm at most in one.")
+        else:
+            lines.append(f"{len(bad)} steps do not stand, the first is step {bad[0]['step']}.")
+        for row in bad:
+            what = "" if row["first_block"] is None else f', first "{row["first_block"]}"'
+            lines.append(f"step {row['step']}: {row['verdict']}, {1e3 * row['max_displacement']:.3g} mm{what}")
+        return "\n".join(lines + [f"Warning: {text}" for text in self.warnings])
+
+
+@known_options
+def sequence(
+    assembly: Assembly,
+    plan: Plan,
+    *,
+    friction: float | None = None,
+    settings: Settings | None = None,
+    interfaces: Interfaces | None = None,
+) -> DynamicSequence:
+    """Carry out a plan of building in Bullet and judge each step by displacement.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        All blocks, with dry joints.
+    plan : Plan
+        The plan; it is checked first.
+    friction : float, optional
+        Replaces the assembly's coefficient of friction.
+    settings : Settings, optional
+        Time step and durations, those of one step of the plan.
+    interfaces : Interfaces, optional
+        Joints of the assembly; searched for when None.
+
+    Returns
+    -------
+    DynamicSequence
+        The outcome of each step, and the motion as one run.
+
+    Raises
+    ------
+    InputError
+        For a plan that cannot be carried out, for joint laws and for a scene that Bullet cannot simulate.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, Plan, Step, box
+    >>> from dynsim import sequence
+    >>> blocks = [box((-1, 0, -1), (0, 1, 0), name="ground"), box((-0.8, 0, 0), (0.2, 1, 1), name="low"),
+    ...           box((-0.2, 0, 1), (0.8, 1, 2), name="high")]
+    >>> plan = Plan((Step(("low",)), Step(("high",), ("high",)), Step()))
+    >>> found = sequence(Assembly.from_blocks(blocks, supports=["ground"]), plan)
+    >>> [step.outcome.word for step in found.steps]
+    ['stands', 'stands', 'falls']
+    """
+    check_plan(plan, assembly)
+    assembly = assembly if friction is None else assembly.with_(friction=friction)
+    if assembly.joints:
+        raise InputError("sequences are carried out with dry joints; this assembly has joint laws")
+    start = process_time()
+    scene = closed_scene(assembly, find_interfaces(assembly) if interfaces is None else interfaces)
+    settings = settings or Settings(**STEP)
+    depth = chain(scene.assembly, scene.interfaces)
+    settings = replace(settings, iterations=max(settings.iterations, MIDDLE * depth))
+    with World(scene.assembly, settings, interfaces=scene.interfaces) as world:
+        site = _Site(world, plan, settings)
+        steps = tuple(site.carry_out(step) for step in plan.steps)
+        run = site.run()
+    worst = next((s.outcome for s in steps if s.outcome is not DynamicOutcome.STANDS), DynamicOutcome.STANDS)
+    run = replace(run, process_seconds=process_time() - start)
+    return DynamicSequence(worst, plan, steps, site.threshold, run, tuple(scene.warnings))
+
+
+@dataclass
+class _Film:
+    """The frames so far."""
+
+    times: list[float] = field(default_factory=list)
+    displacement: list[Floats] = field(default_factory=list)
+    rotation: list[Floats] = field(default_factory=list)
+
+
+class _Site:
+    """The blocks in Bullet while a plan is carried out."""
+
+    def __init__(self, world: World, plan: Plan, settings: Settings) -> None:
+        self._world, self._settings = world, settings
+        self._assembly = assembly = world.assembly
+        self._present = assembly.support.copy()
+        self._held = assembly.support.copy()
+        self.threshold = settings.brick_threshold or default_threshold(assembly)
+        self._number = {name: k for k, name in enumerate(assembly.names)}
+        self._placed = np.where(assembly.support, 0.0, np.inf)
+        self._boundary = [self._number[name] for name in plan.boundary]
+        self._time, self._film = 0.0, _Film()
+        self._look = settings.substeps * settings.time_step
+        self._stretch = float(np.sqrt(max(height_of(assembly) * world.length / TALL, 1.0)))
+        for block in assembly.free:
+            world.remove(int(block))
+        for block in self._boundary:
+            self._put_in(block)
+        self._keep()
+
+    def _numbers(self, names: tuple[str, ...]) -> list[int]:
+        return [self._number[name] for name in names]
+
+    def _put_in(self, block: int) -> None:
+        """Put a block in, moved as its neighbours have moved; it is held."""
+        pair = self._world.interfaces.pair
+        beside = np.unique(pair[(pair == block).any(axis=1)])
+        beside = beside[self._present[beside]]
+        moved = self._world.poses()[0][beside].mean(axis=0) if len(beside) else np.zeros(3)
+        self._world.place(block, moved, np.eye(3))
+        self._present[block] = self._held[block] = True
+        self._placed[block] = min(self._placed[block], self._time)
+
+    def carry_out(self, step: Step) -> StepRun:
+        """Carry out one step and judge it."""
+        for block in self._numbers(step.install):
+            if not self._present[block]:
+                self._put_in(block)
+        hands = self._assembly.support.copy()
+        hands[[*self._numbers(step.hold), *self._boundary]] = True
+        for block in np.flatnonzero(self._present & (hands != self._held)).tolist():
+            (self._world.hold if hands[block] else self._world.let_go)(block)
+        self._held = hands
+        free = np.flatnonzero(self._present & ~hands)
+        before = self._world.poses()
+        if not len(free):
+            self._keep()
+            return StepRun(DynamicOutcome.STANDS, 0.0, None, self._time)
+        outcome, furthest, first = self._watch(free)
+        if outcome is DynamicOutcome.FALLS:
+            for block in np.flatnonzero(self._present & ~self._assembly.support).tolist():
+                self._world.place(block, before[0][block], before[1][block])
+            self._held = self._present.copy()
+        return StepRun(outcome, furthest, first, self._time)
+
+    def _watch(self, free: Ints) -> tuple[DynamicOutcome, float, str | None]:
+        """Settle, release, and wait for a rest or a fall of the free blocks."""
+        world, s = self._world, self._settings
+        world.damp(1.0)
+        for _ in range(round(s.settle * self._stretch / self._look)):
+            self._advance()
+        world.damp(0.0)
+        start, turned_at_start = world.poses()
+        distance = default_threshold(self._assembly)
+        rest = RestDetection(s.rest * distance, s.rest_after, SMALL * distance)
+        rest.look(0.0, 0 * start[free])
+        size, looks, furthest = self._assembly.size[free], round(s.end * self._stretch / self._look), 0.0
+        for look in range(1, looks + 1):
+            self._advance()
+            moved, turned = world.poses()
+            length = np.linalg.norm((moved - start)[free], axis=1)
+            angle = angles(np.stack([turned_at_start, turned])[:, free])[1]
+            beyond = np.maximum(length, angle * ARM * size)
+            furthest = max(furthest, float(length.max()))
+            if beyond.max() >= self.threshold:
+                self._keep()
+                return DynamicOutcome.FALLS, furthest, self._assembly.names[free[beyond.argmax()]]
+            if rest.look(s.end * look / looks, (moved - start)[free]):
+                break
+        self._keep()
+        return (DynamicOutcome.STANDS if rest.reached else DynamicOutcome.CREEPS), furthest, None
+
+    def _advance(self) -> None:
+        self._world.advance()
+        self._time += self._look / self._world.time
+
+    def _keep(self) -> None:
+        moved, turned = self._world.poses()
+        self._film.times.append(self._time)
+        self._film.displacement.append(moved)
+        self._film.rotation.append(turned)
+
+    def run(self) -> Run:
+        """The frames as a run."""
+        film, n = self._film, self._assembly.n_blocks
+        frames = len(film.times)
+        return Run(
+            self._assembly, np.array(film.times), np.array(film.displacement), np.array(film.rotation), 0.0, 0.0,
+            np.zeros(frames), np.full(n, np.inf), Contacts(*self._world.contact_forces()), self._settings.time_step,
+            float(self._world.time / self._stretch), placed=self._placed,
+        )  # fmt: skip

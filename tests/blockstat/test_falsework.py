@@ -1,0 +1,99 @@
+"""Decentring, fewest props, least centring: duality, exact small cases, all orders of an arch."""
+
+import numpy as np
+import pytest
+
+from blockstat import (
+    Assembly,
+    InputError,
+    Prop,
+    assess_states,
+    box,
+    centring,
+    decentring,
+    falsework,
+    fewest_props,
+    hoists,
+    least_centring,
+)
+from blockstat.geometry.polyhedron import point_velocity
+from building_sites import arch
+
+OPEN = ["s0", "s1", "s2", "s4", "s5", "s6"]  # the keystone is missing
+
+
+def test_blocks_follow_the_centring_by_what_it_gives_way_and_the_work_is_that_of_its_forces():
+    assembly = arch()
+    props = centring(assembly, OPEN)
+    found = decentring(assembly, (OPEN, []), props, lowering=0.002)
+    weight = assembly.mass[:, None] * assembly.gravity
+    work = float((weight * found.displacement[:, :3]).sum())
+    assert work == pytest.approx(0.002 * found.falsework.total, rel=1e-6)
+    assert found.falsework.total == pytest.approx(1.541710959 * assembly.mass[0] * 9.81, rel=1e-6)
+    block = [assembly.names.index(prop.block) for prop in props]
+    velocity = point_velocity(assembly, found.displacement, np.array(block), np.array([p.point for p in props]))
+    along = np.einsum("nj,nj->n", velocity, np.array([p.direction for p in props]))
+    assert (along >= -0.002 * (1 + 1e-6)).all()  # no block sinks further than its prop
+    loaded = found.falsework.force > 1e-4 * found.falsework.total
+    assert loaded.any()
+    assert along[loaded] == pytest.approx(-0.002, rel=1e-4)  # and those that rest on it sink as far
+
+
+def test_both_halves_of_an_open_arch_hinge_and_a_closed_one_leaves_its_centring():
+    assembly = arch()
+    found = decentring(assembly, (OPEN, []), centring(assembly, OPEN))
+    assert len(found.hinges) >= 2
+    pairs = {frozenset(assembly.names[k] for k in found.interfaces.pair[j]) for j in found.hinges}
+    assert not any("s3" in pair for pair in pairs)
+    assert "hinge" in found.explain()
+    closed = [f"s{k}" for k in range(7)]
+    found = decentring(assembly, (closed, []), centring(assembly, closed))
+    assert not len(found.moving)
+    assert "comes free" in found.explain()
+
+
+def beam():
+    """A beam of 4 m on nothing, with five places for props."""
+    blocks = [box((-3, 0, -1), (-2, 1, 0), name="ground"), box((0, 0, 1), (4, 1, 2), name="beam")]
+    assembly = Assembly.from_blocks(blocks, supports=["ground"])
+    return assembly, [Prop("beam", (x, 0.5, 1.0), (0.0, 0.0, 1.0)) for x in (0.2, 1.0, 1.7, 2.5, 3.8)]
+
+
+def test_a_beam_needs_two_props_unless_one_stands_below_its_middle():
+    assembly, props = beam()
+    found = fewest_props(assembly, (["beam"], []), props)
+    assert len(found.props) == 2
+    assert min(p.point[0] for p in found.props) < 2 < max(p.point[0] for p in found.props)
+    middle = Prop("beam", (2.0, 0.5, 1.0), (0.0, 0.0, 1.0))
+    assert fewest_props(assembly, (["beam"], []), [*props, middle]).props == (middle,)
+    assert fewest_props(assembly, (["beam"], []), props[:3]) is None
+
+
+def test_the_fewest_props_of_an_open_arch_hold_it_and_no_fewer_do():
+    assembly = arch()
+    props = centring(assembly, OPEN)
+    found = fewest_props(assembly, (OPEN, []), props)
+    assert found.outcome.word == "held"
+    for k in range(len(found.props)):
+        fewer = [prop for prop in found.props if prop is not found.props[k]]
+        assert falsework(assembly, (OPEN, []), fewer).outcome.word == "not_held"
+
+
+@pytest.mark.parametrize(("props", "peak"), [(hoists, 4.0), (centring, 1.541710959)])
+def test_least_peaks_over_all_orders_of_an_arch(props, peak):
+    """Over all 7! orders, by an independent enumeration: 4 stone weights hoisted, 1.541710959 on the centring."""
+    assembly = arch()
+    found = least_centring(assembly, props)
+    assert found.peak / (assembly.mass[0] * 9.81) == pytest.approx(peak, abs=1e-6)
+    assert sorted(found.order) == [f"s{k}" for k in range(7)]
+    for k, force in enumerate(found.forces):
+        stands = assess_states(assembly, [(found.order[: k + 1], [])])[0].outcome.word == "stable"
+        assert stands == (force < 1e-6 * assembly.mass[0] * 9.81)
+
+
+def test_a_centring_that_cannot_be_lowered_is_refused():
+    assembly = arch()
+    with pytest.raises(InputError, match="lowering is 0"):
+        decentring(assembly, (OPEN, []), centring(assembly, OPEN), lowering=0)
+    with pytest.raises(InputError, match="nothing to lower"):
+        decentring(assembly, (OPEN, []), hoists(assembly, ["s0"]))

@@ -1,0 +1,148 @@
+"""What a search for an order asks for besides statics, and how it is taken up again."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from blockstat import Assembly, InputError, assess_plan, box, build, find_interfaces, find_order, load_scene
+from blockstat.sequence.insertion import insertion_direction
+from building_sites import arch, slab, tee
+
+
+def drawer():
+    """A drawer below a lid, between two cheeks."""
+    blocks = [slab(-1, 4, -0.5, 0, "ground"), slab(0, 1, 0, 1, "left"), slab(2, 3, 0, 1, "right")]
+    blocks += [slab(1, 2, 0, 1, "drawer"), slab(0, 3, 1, 1.5, "lid")]
+    return Assembly.from_blocks(blocks, supports=["ground"], friction=0.6)
+
+
+def placed(found):
+    return [block for step in found.plan.steps for block in step.install]
+
+
+def test_a_drawer_comes_in_from_the_front_and_not_from_above():
+    assembly = drawer()
+    faces, everything = find_interfaces(assembly), np.ones(5, dtype=bool)
+    direction = insertion_direction(assembly, faces, 3, everything)
+    assert np.abs(direction) == pytest.approx([0, 1, 0], abs=1e-6)
+    without = everything.copy()
+    without[4] = False
+    assert insertion_direction(assembly, faces, 3, without) == pytest.approx([0, 0, -1], abs=1e-6)
+
+
+def test_walls_before_and_behind_leave_only_the_way_from_above():
+    assembly = drawer()
+    fences = [box((-1, y, 0), (4, y + 0.5, 3), name=name) for y, name in ((-1, "front"), (1.5, "back"))]
+    ground = box((-1, -1, -0.5), (4, 2, 0), name="ground")
+    shapes = [(0, 1, 0, 1), (2, 3, 0, 1), (1, 2, 0, 1), (0, 3, 1, 1.5)]
+    blocks = [slab(*shape, name) for shape, name in zip(shapes, assembly.names[1:], strict=True)]
+    fenced = Assembly.from_blocks([ground, *fences, *blocks], supports=["ground", "front", "back"], friction=0.6)
+    assert insertion_direction(fenced, find_interfaces(fenced), 5, np.ones(7, dtype=bool)) is None
+    found = find_order(fenced, held_at_most=1, insertion=True)
+    assert placed(found)[-1] == "lid"
+    assert all(way == pytest.approx([0, 0, -1], abs=1e-6) for way in found.plan.metadata["insertion"].values())
+
+
+def test_a_group_is_put_in_as_one_in_one_hand():
+    assembly = tee()
+    assert find_order(assembly, held_at_most=1).outcome.word == "none"
+    found = find_order(assembly, held_at_most=1, groups=[["left", "right", "top"]])
+    assert found.outcome.word == "found"
+    assert {"left", "right", "top"} in [set(step.install) for step in found.plan.steps]
+    assert assess_plan(assembly, found.plan).outcome.word == "stable"
+    with pytest.raises(InputError, match='groups: block "ground" is a support'):
+        find_order(assembly, held_at_most=1, groups=[["ground", "base"]])
+    with pytest.raises(InputError, match='groups: block "top" is in two groups'):
+        find_order(assembly, held_at_most=1, groups=[["top"], ["top", "left"]])
+
+
+def test_a_crane_that_reaches_no_block_behind_another_builds_the_far_one_first():
+    assembly = drawer()
+
+    def reach(block, present):
+        return block != "left" or "right" not in present
+
+    order = placed(find_order(assembly, held_at_most=1, reach=reach))
+    assert order.index("left") < order.index("right")
+    assert find_order(assembly, held_at_most=1, reach=lambda block, present: block != "lid").outcome.word == "none"
+
+
+KILLED = """
+import os, signal
+from blockstat import find_order
+from building_sites import arch
+calls = []
+
+def reach(block, present):
+    calls.append(block)
+    if len(calls) == {calls}:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return True
+
+find_order(arch(), held_at_most=2, reach=reach, journal={path!r})
+"""
+
+
+def test_a_search_that_was_killed_goes_on_with_nothing_lost(tmp_path):
+    path = tmp_path / "journal.jsonl"
+    root = Path(__file__).parents[2]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(root), *sys.path])}
+    ended = subprocess.run(
+        [sys.executable, "-c", KILLED.format(calls=30, path=str(path))], env=environment, check=False
+    )
+    assert ended.returncode == -signal.SIGKILL
+    kept = path.read_text().splitlines()
+    assert len(kept) > 5
+    path.write_text("\n".join(kept) + '\n["0x1", "0x')  # and the last line was cut short
+    found = find_order(arch(), held_at_most=2, journal=path)
+    lines = path.read_text().splitlines()
+    assert lines[: len(kept)] == kept
+    assert found.outcome.word == "found"
+    assert len(lines) - 1 == found.states
+    assert placed(found) == placed(find_order(arch(), held_at_most=2, journal=tmp_path / "fresh.jsonl"))
+    assert find_order(arch(), held_at_most=2, journal=path).solved == 0
+
+
+def test_a_journal_of_something_else_is_refused(tmp_path):
+    path = tmp_path / "journal.jsonl"
+    find_order(tee(), held_at_most=2, journal=path)
+    with pytest.raises(InputError, match="journal of another assembly"):
+        find_order(arch(), held_at_most=2, journal=path)
+    path.write_text("nonsense\n")
+    with pytest.raises(InputError, match="not a journal"):
+        find_order(tee(), held_at_most=2, journal=path)
+
+
+LARGE = [pytest.param(name, marks=pytest.mark.slow) for name in ("mario", "dome", "dome72")]
+
+
+@pytest.mark.parametrize("name", ["arch", "tetris-1", "tetris-2", "tetris-4", *LARGE])
+def test_published_assemblies_are_built_with_two_hands(cases, name):
+    """Ziqi Wang, LearningToAssemble (2025): friction .55, two robots."""
+    from blockstat import read
+
+    folder = cases.parent / "sequences"
+    if not folder.is_dir():
+        pytest.skip("no directory of sequences")
+    assembly = read(next(folder.rglob(f"{name}.json")))
+    found = find_order(assembly, held_at_most=2, friction=0.55)
+    assert found.outcome.word == "found"
+    again = assess_plan(assembly, found.plan, friction=0.55)
+    assert again.outcome.word == "stable"
+    assert found.plan.most_held <= 2
+    assert json.dumps(again.summary())
+
+
+@pytest.mark.slow
+def test_the_chapel_is_built_with_two_hands():
+    chapel = build(load_scene(Path(__file__).parents[2] / "examples" / "chapel.toml"))
+    found = find_order(chapel, held_at_most=2)
+    assert found.outcome.word == "found"
+    assert sorted(placed(found)) == sorted(chapel.names[k] for k in chapel.free)
+    assert assess_plan(chapel, found.plan).outcome.word == "stable"

@@ -1,0 +1,72 @@
+"""A plan carried out in Bullet: the steps that fall are those that statics exclude."""
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from blockstat import Plan, Step, assess_plan, find_order, write, write_plan
+from blockstat.errors import InputError
+from building_sites import arch, tee
+from dynsim import read_run, sequence, write_run
+from dynsim.cli.commands import app
+
+
+@pytest.fixture(scope="module")
+def one_sided():
+    """An arch built from one side without a hand: all states but the first and the last fall."""
+    plan = Plan(tuple(Step((f"s{k}",)) for k in range(7)))
+    return plan, sequence(arch(), plan)
+
+
+def test_an_order_that_statics_prove_stands_at_every_step():
+    assembly = arch()
+    found = sequence(assembly, find_order(assembly, held_at_most=2).plan)
+    assert found.outcome.word == "stands"
+    assert found.first_fall is None
+    assert max(step.max_displacement for step in found.steps) < 0.1 * found.threshold
+
+
+def test_the_steps_that_fall_are_those_that_statics_exclude(one_sided):
+    plan, found = one_sided
+    static = [verdict.outcome.word for verdict in assess_plan(arch(), plan).verdicts]
+    assert static == ["stable"] + 5 * ["unstable"] + ["stable"]
+    assert [step.outcome.word for step in found.steps] == ["stands"] + 5 * ["falls"] + ["stands"]
+    assert found.steps[1].first_block == "s1"
+
+
+def test_a_block_that_is_let_go_in_the_air_falls_no_faster_than_gravity_lets_it():
+    assembly = tee()
+    plan = Plan((Step(("top",), ("top",)), Step()), never_installed=("base", "left", "right"))
+    found = sequence(assembly, plan)
+    assert [step.outcome.word for step in found.steps] == ["stands", "falls"]
+    top = assembly.names.index("top")
+    fallen = -(found.run.displacement[-1, top] - found.run.displacement[-2, top])[2]
+    assert found.threshold < fallen < 0.5 * 9.81 * (found.run.times[-1] - found.run.times[-2]) ** 2
+
+
+def test_a_run_of_a_plan_is_written_and_read_with_the_times_of_its_blocks(one_sided, tmp_path):
+    _, found = one_sided
+    again = read_run(write_run(found.run, tmp_path / "plan.npz"))
+    assert np.array_equal(again.placed, found.run.placed)
+    assert (np.diff(found.run.placed[:7]) > 0).all()
+    for suffix in (".glb", ".png"):
+        assert write_run(found.run, tmp_path / f"plan{suffix}").stat().st_size > 1000
+
+
+def test_the_command_compares_each_step_with_statics(tmp_path):
+    assembly = tee()
+    write(assembly, tmp_path / "tee.json")
+    plan = Plan((Step(("base",)), Step(("left",)), Step(("right",)), Step(("top",))), assembly="tee.json")
+    write_plan(plan, tmp_path / "plan.json")
+    answer = CliRunner().invoke(app, ["sequence", str(tmp_path / "plan.json"), "--json"])
+    found = json.loads(answer.stdout)
+    assert [row["verdict"] for row in found["steps"]] == ["stands", "falls", "falls", "stands"]
+    assert found["statics"]["verdicts"] == ["stable", "unstable", "unstable", "stable"]
+    assert found["statics"]["differ"] == []
+
+
+def test_a_plan_that_cannot_be_carried_out_is_refused_with_the_step():
+    with pytest.raises(InputError, match='step 1: block "base" is put in, but stands since step 0'):
+        sequence(tee(), Plan((Step(("base",)), Step(("base",)), Step(("left", "right", "top")))))
