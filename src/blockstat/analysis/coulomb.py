@@ -35,6 +35,8 @@ MOST_SOLVES = 40
 FAMILY = ((1.0, 1e-3), (0.1, 1.0), (1.0, 1.0))
 #: Joints of stones that are cut alike are open by amounts that differ by a factor of two to either side.
 UNEQUAL = float(np.log10(2.0))
+#: Width of the bracket of a limit load without dilatancy, relative to the limit load with it.
+MULTIPLIER_WIDTH = 5e-4
 #: A member's slips grow when they change by as much in the last third of so many programs as in the third before.
 EARLY = 6
 #: After so many programs they have no bound when the changes shrink no faster than those of a harmonic series, whose
@@ -297,3 +299,38 @@ def settling_share(program: PenaltyProgram, *, tries: int = 12, seed: int = 0, s
         for _ in range(tries)
     )
     return float(np.mean([state.settles is True for state in states]))
+
+
+def multiplier_brackets(
+    program: PenaltyProgram, load: Floats, associated: float, *, solver: str = "auto"
+) -> tuple[tuple[float, float], ...]:
+    """Find, for each kind of joints, the multipliers of a load with and without a Coulomb state.
+
+    Parameters
+    ----------
+    program
+        The penalty program of the dead load.
+    load
+        What the multiplier multiplies, in the units of the program, shape (6 n,).
+    associated
+        The multiplier of limit analysis, above which there is none.
+    solver
+        One of `blockstat.solve.dispatch.CHOICES`.
+
+    Returns
+    -------
+    tuple of (float, float)
+        By kind as in `FAMILY`, found by bisection.
+    """
+    width = MULTIPLIER_WIDTH * associated
+    brackets = []
+    for kind in FAMILY:
+        low, high = 0.0, associated
+        while high - low > width:
+            # Most structures lose little to zero dilatancy, so the first trial is near the top.
+            middle = high - width if low == 0.0 and high == associated else (low + high) / 2
+            loaded = replace(program, load=program.load + middle * load)
+            settles = coulomb_state(loaded, kinds=[kind], solver=solver).settles is True
+            low, high = (middle, high) if settles else (low, middle)
+        brackets.append((low, high))
+    return tuple(brackets)

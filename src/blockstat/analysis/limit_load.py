@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.assess import FLOWS
-from blockstat.analysis.coulomb import FAMILY, coulomb_state
+from blockstat.analysis.coulomb import multiplier_brackets
 from blockstat.analysis.decision import Bound, decide, lower_bound, outcome_of, upper_bound
 from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, pose, timed
 from blockstat.analysis.rims import overlap_warnings, rim_warnings, with_rims
@@ -37,8 +37,6 @@ from blockstat.typing import Floats
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-#: Bisection of the zero-dilatancy multiplier stops at this fraction of the associated one.
-COULOMB_WIDTH = 5e-4
 #: A load carried this many times over is called unbounded.
 UNBOUNDED = 1e6
 #: A bracket wider than this, relative to its upper end, is asked of the other solver too: up to so many unknowns, and
@@ -327,7 +325,9 @@ def limit_load(
     kinds: tuple[tuple[float, float], ...] = ()
     if flow == "coulomb" and outcome is LoadOutcome.LIMIT and lower > 0:
         with timed(timings, "coulomb"):
-            kinds = _coulomb_brackets(problem, direction, lower, solver)
+            kinds = ((lower, lower),)
+            if problem.program is not None and problem.slips:
+                kinds = multiplier_brackets(problem.program, problem.scaled(direction), lower, solver=solver)
     found = LimitLoad(
         outcome=outcome,
         lower=lower,
@@ -368,31 +368,6 @@ def _beyond_doubt(problem: Problem, found: LimitLoad, load: Floats, options: dic
         return replace(found, upper=upper, mechanism=mechanism)
     warnings = (*found.warnings, *warnings)
     return replace(found, outcome=LoadOutcome.UNDECIDED, upper=upper, mechanism=mechanism, warnings=warnings)
-
-
-def _coulomb_brackets(
-    problem: Problem, direction: Floats, associated: float, solver: str
-) -> tuple[tuple[float, float], ...]:
-    """Multipliers with and without a Coulomb state below the associated one, by bisection for each kind of joints."""
-    program = problem.program
-    assert program is not None
-    if not problem.slips:
-        return ((associated, associated),)
-    load = problem.scaled(direction)
-
-    def settles(multiplier: float, kind: tuple[float, float]) -> bool:
-        loaded = replace(program, load=program.load + multiplier * load)
-        return coulomb_state(loaded, kinds=[kind], solver=solver).settles is True
-
-    brackets = []
-    for kind in FAMILY:
-        low, high = 0.0, associated
-        while high - low > COULOMB_WIDTH * associated:
-            # Most structures lose little to zero dilatancy, so the first trial is near the top.
-            middle = high - COULOMB_WIDTH * associated if low == 0.0 and high == associated else (low + high) / 2
-            low, high = (middle, high) if settles(middle, kind) else (low, middle)
-        brackets.append((low, high))
-    return tuple(brackets)
 
 
 def _bounds(
