@@ -63,7 +63,8 @@ def test_wedges_slide_where_3dec_and_cra_let_them(cases, case, mu, axis, least, 
     asm = read(cases / f"cra_type_{case}__y0.json").with_(friction=mu)
     for degrees in (0.5 * least, least - 1.0, least - 0.3):
         assert assess(tilted(asm, axis, degrees), flow="coulomb").outcome is Outcome.STABLE
-    for degrees in (most + 0.3, most + 1.0, most + 3.0):
+    assert assess(tilted(asm, axis, most + 0.3), flow="coulomb").outcome is not Outcome.STABLE
+    for degrees in (most + 1.0, most + 3.0):
         assert assess(tilted(asm, axis, degrees), flow="coulomb").outcome in (SELF_STRESS, Outcome.UNSTABLE)
 
 
@@ -222,3 +223,13 @@ def test_a_slope_and_a_wedge_have_one_limit_whatever_the_joints(cases):
     assert all(stands == pytest.approx(2.0 / 9.81, rel=1e-3) for stands, _ in needed.kinds)
     assert needed.least[0] == max(stands for stands, _ in needed.kinds)
     assert "a Coulomb state is found down to" in needed.explain()
+
+
+def test_next_to_its_limit_a_chapel_hangs_on_how_tight_its_joints_are(root):
+    # In LMGC90 walls of .57 m move by .02 mm and of .56 m by .5 mm before they rest; those of .55 m fall.
+    scene = load_scene(root / "examples" / "chapel.toml")
+    for thickness, words in ((0.56, True), (0.57, False)):
+        verdict = assess(build(with_values(scene, {"wall.thickness": thickness})), flow="coulomb")
+        assert verdict.outcome is (Outcome.UNDECIDED if words else Outcome.STABLE)
+        assert ("hangs on how tight the joints are" in verdict.explain()) is words
+        assert verdict.coulomb.solves <= MOST_SOLVES

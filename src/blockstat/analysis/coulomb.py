@@ -13,8 +13,8 @@ a proof.
 
 That none is found proves nothing. The answer is "stable only by self-stress" when blocks fall freely from joints that
 nothing has pressed, which is a proof (`blockstat.certificate.falling`), or when slips grow without bound for every kind
-of joints, and undecided otherwise. A block that only a thrust holds slips on by the same amount or more with each
-program.
+of joints and stiff joints of unequal openings have no state either; it is undecided otherwise. A block that only a
+thrust holds slips on by the same amount or more with each program.
 """
 
 from __future__ import annotations
@@ -33,6 +33,8 @@ MOST_SOLVES = 40
 #: Openings and compliances of the family, in units of the mean block and weight. Only their ratio counts: forces of the
 #: mean weight close a joint by c; so the joints are stiff, elastic, or both.
 FAMILY = ((1.0, 1e-3), (0.1, 1.0), (1.0, 1.0))
+#: Joints of stones that are cut alike are open by amounts that differ by a factor of two to either side.
+UNEQUAL = float(np.log10(2.0))
 #: Width of the bracket of a limit load without dilatancy, relative to the limit load with it.
 MULTIPLIER_WIDTH = 5e-4
 #: A member's slips grow when they change by as much in the last third of so many programs as in the third before.
@@ -95,6 +97,7 @@ class CoulombState:
     held: Ints  #: points that carry a force and do not close, whatever the joints; empty where a state was found
     share: float  #: what they carry of all normal forces
     opposed: bool  #: whether slips grow in joints of one kind at least, or blocks fall freely
+    unequal: bool = False  #: whether slips grow in equal joints, and stiff ones of unequal openings have a state
     #: share of random tightnesses of the joints at which a state is found (see `settling_share`); nan if not asked for
     tightness: float = float("nan")
 
@@ -140,16 +143,18 @@ class CoulombState:
             )
         else:
             changes = ", ".join(f"{own[-1]:.2g} (first {own[0]:.2g})" for own in self.changes if own)
-            grow = "grow" if self.settles is False else "neither settle nor clearly grow"
+            grow = "grow" if self.settles is False or self.unequal else "neither settle nor clearly grow"
             words = f"Points that do not close carry {100 * self.share:.3g} % of the normal force."
             if changes:
                 words += f" Slips change by {changes} with each program: they {grow} in joints of these kinds."
         if not np.isnan(self.tightness):
             words += f" At {100 * self.tightness:.0f} % of random tightnesses of the joints there is such a state."
+        if self.unequal:
+            words += " In stiff joints that are open by unequal amounts there is a state (checked)."
         differs = self.tightness < 1 if self.settles else self.tightness > 0
-        if differs or (self.settles and self.opposed):
+        if differs or self.unequal or (self.settles and self.opposed):
             words += " Whether the blocks stand hangs on how tight the joints are"
-            words += "." if differs else ": in joints of one kind slips grow (tightnesses=12 tells the share)."
+            words += "." if differs else " (tightnesses=12 tells the share)."
         return words
 
 
@@ -186,17 +191,34 @@ def coulomb_state(
     """
     m = len(program.friction)
     state = _search(program, [_Member(np.full(m, t), c, np.zeros(m)) for t, c in kinds], solver)
+    if state.settles is False and len(kinds) > 1:
+        state = _in_unequal_joints(program, state, solver)
     if not tightnesses:
         return state
     return replace(state, tightness=settling_share(program, tries=tightnesses, solver=solver))
 
 
-def _search(program: PenaltyProgram, members: list[_Member], solver: str) -> CoulombState:
+def _in_unequal_joints(program: PenaltyProgram, state: CoulombState, solver: str) -> CoulombState:
+    """Whether stiff joints of which each is open by another amount have a state, with the programs that are left.
+
+    Next to its limit an assembly hangs on where the joints are tight, and the answer is undecided.
+    """
+    m, solves, seed = len(program.friction), state.solves, 0
+    while solves < MOST_SOLVES:
+        opening = 10.0 ** np.random.default_rng(seed).uniform(-UNEQUAL, UNEQUAL, m)
+        found = _search(program, [_Member(opening, FAMILY[0][1], np.zeros(m))], solver, MOST_SOLVES - solves)
+        solves, seed = solves + max(found.solves, 1), seed + 1
+        if found.settles:
+            return replace(state, settles=None, solves=solves, unequal=True)
+    return replace(state, solves=solves)
+
+
+def _search(program: PenaltyProgram, members: list[_Member], solver: str, most: int = MOST_SOLVES) -> CoulombState:
     """One program of each kind of joints by turns, until a state has passed or none is to be expected."""
     solves = 0
     while live := [member for member in members if not member.ends]:
         for member in live:
-            if solves == MOST_SOLVES:
+            if solves == most:
                 return _failed(program, members, solves)
             solves += 1
             if member.solve(program, solver):

@@ -15,10 +15,14 @@ F. Dubois, V. Acary and M. Jean, The contact dynamics method: a nonsmooth story,
 
 from __future__ import annotations
 
+import importlib
 import os
+import pickle
+import subprocess
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
 from types import TracebackType
 from typing import Any
 
@@ -27,10 +31,10 @@ import numpy as np
 from blockstat.assembly import Assembly
 from blockstat.errors import InputError
 from blockstat.typing import Floats, Ints
-from dynsim.engine.bodies import outward_hull, shapes
+from dynsim.engine.bodies import Shape, outward_hull, shapes
 from dynsim.engine.friction import STICKY, has_own_friction
 from dynsim.engine.guards import check_assembly
-from dynsim.engine.lmgc90_pieces import add_pieces
+from dynsim.engine.lmgc90_process import Scene, State
 from dynsim.engine.world import BLOCK_MASS, BLOCK_SIZE, GRAVITY, Action
 from dynsim.settings import Settings
 
@@ -42,7 +46,6 @@ ALERT = 0.01
 THETA = 0.5
 #: LMGC90 names a material by four digits.
 MOST_BLOCKS = 9999
-ALL_FREEDOMS = range(1, 7)
 #: LMGC90 ends the process where more triangles than this meet at a corner.
 MOST_MEETING = 30
 
@@ -61,16 +64,15 @@ def import_lmgc90() -> Any:
         Where the package is not installed; the message says how to install it.
     """
     try:
-        from compas_lmgc90 import _lmgc90  # pyright: ignore[reportMissingImports]
+        return importlib.import_module("compas_lmgc90._lmgc90")
     except ImportError as error:
         raise InputError(MISSING) from error
-    return _lmgc90
 
 
 class Lmgc90World:
     """Blocks of an assembly in LMGC90, with the methods of `World` that a run under weight needs.
 
-    There is one simulation of LMGC90 in a process. A second one replaces the first.
+    LMGC90 runs in a process of its own (`dynsim.engine.lmgc90_process`), which may end without harm to this one.
     """
 
     settles = False  #: there is nothing to damp away before a free run
@@ -92,7 +94,7 @@ class Lmgc90World:
         InputError
             For a scene that cannot be simulated, for bonds and loads, and where the package is missing.
         """
-        self._module = import_lmgc90()
+        import_lmgc90()
         check_assembly(assembly)
         _check_scene(assembly, actions)
         free = ~assembly.support
@@ -106,53 +108,63 @@ class Lmgc90World:
         self._turn = rotation_between(assembly.gravity / strength, np.array([0.0, 0.0, -1.0]))
 
     def __enter__(self) -> Lmgc90World:
-        with _silent():
-            self._solver = self._module.LMGC90Solver()
-            self._solver.initialize(self.settings.time_step, THETA, False)
-            self._set_up()
-            self._start = self._bodies(self._solver.get_initial_state())
-        self._now = self._before = self._start
-        self._last: Any = None
+        scene = self._scene()
+        self._scratch = tempfile.TemporaryDirectory(prefix="dynsim-")
+        self._log = Path(self._scratch.name) / "lmgc90.log"
+        path = os.pathsep.join([str(Path(__file__).parents[2]), *filter(None, sys.path)])
+        self._process = subprocess.Popen(
+            [sys.executable, "-c", "from dynsim.engine.lmgc90_process import main; main()", str(self._log)],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=os.environ | {"PYTHONPATH": path},
+        )  # fmt: skip
+        try:
+            self._now = self._start = self._asked(scene)
+        except BaseException:
+            self.__exit__(None, None, None)
+            raise
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        with _silent():
-            self._solver.finalize()
+        self._process.kill()
+        self._process.communicate()
+        self._scratch.cleanup()
 
-    def _set_up(self) -> None:
-        assembly, solver = self.assembly, self._solver
-        blocks = [self._pieces(shape, block) for block, shape in enumerate(shapes(assembly))]
-        _check_corners(assembly, blocks)
-        volume = np.array([sum(outward_hull(piece)[1] for piece in pieces) for pieces in blocks])
-        solver.add_one_tact_behav("iqsc0", "IQS_CLB", [min(assembly.friction, STICKY)])
-        solver.set_materials(assembly.mass * self._mass / volume)
-        solver.set_see_tables(ALERT * BLOCK_SIZE)
-        solver.set_nb_bodies(assembly.n_blocks)
-        for block, pieces in enumerate(blocks):
-            centre = (self._turn @ assembly.centroid[block]) * self.length
-            driven = len(ALL_FREEDOMS) if assembly.support[block] else 0
-            name = f"s{block + 1:04d}"
-            if len(pieces) == 1:
-                faces = (outward_hull(pieces[0])[0] + 1).ravel().tolist()
-                solver.set_one_polyr(name, centre.tolist(), faces, pieces[0].ravel().tolist(), driven, 0)
-            else:
-                add_pieces(self._module, name, centre, pieces, driven)
-            for freedom in ALL_FREEDOMS[:driven]:
-                solver.set_drvdof(block + 1, freedom, np.zeros(6), True, False)
-        solver.close_before_computing()
+    def _asked(self, question: Any) -> State:
+        """What the process of LMGC90 answers."""
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        try:
+            pickle.dump(question, self._process.stdin, protocol=pickle.HIGHEST_PROTOCOL)
+            self._process.stdin.flush()
+            return pickle.load(self._process.stdout)
+        except (EOFError, OSError, pickle.UnpicklingError):
+            said = self._log.read_text(errors="replace").splitlines() if self._log.exists() else []
+            told = next((line.strip() for line in reversed(said) if "error" in line.lower()), "without a word")
+            raise InputError(
+                f'"{self.assembly.name}": LMGC90 cannot simulate this scene and ended ({told}); use the engine "bullet"'
+            ) from None
 
-    def _pieces(self, shape: Any, block: int) -> list[Floats]:
+    def _scene(self) -> Scene:
+        assembly = self.assembly
+        pieces = tuple(self._pieces(shape) for shape in shapes(assembly))
+        _check_corners(assembly, pieces)
+        volume = np.array([sum(outward_hull(piece)[1] for piece in own) for own in pieces])
+        return Scene(
+            step=self.settings.time_step, theta=THETA, friction=min(assembly.friction, STICKY),
+            alert=ALERT * BLOCK_SIZE, density=assembly.mass * self._mass / volume,
+            centre=assembly.centroid @ self._turn.T * self.length, pieces=pieces, support=assembly.support,
+        )  # fmt: skip
+
+    def _pieces(self, shape: Shape) -> tuple[Floats, ...]:
         """Corners of the convex pieces of a block about its centroid, as simulated [m]."""
         turn = self._turn @ shape.rotation
-        return [piece @ turn.T * self.length for piece in shape.pieces]
+        return tuple(piece @ turn.T * self.length for piece in shape.pieces)
 
-    @staticmethod
-    def _bodies(state: Any) -> tuple[Floats, Floats]:
-        """Centres of mass and frames (columns are axes) of the bodies as simulated."""
-        frames = np.array([np.reshape(frame, (3, 3)).T for frame in state.body_frames])
-        return np.array([list(body) for body in state.bodies]), frames
+    @property
+    def process_seconds(self) -> float:
+        """Process time of LMGC90 [s]."""
+        return self._now.seconds
 
     def set_time_step(self, step: float) -> None:
         """Keep the time step: LMGC90 has one from the start.
@@ -191,10 +203,7 @@ class Lmgc90World:
         time : float
             Time since release at the start of the look [s]; not used.
         """
-        with _silent():
-            for _ in range(self.settings.substeps):
-                self._last = self._solver.compute_one_step()
-                self._before, self._now = self._now, self._bodies(self._last)
+        self._now = self._asked(self.settings.substeps)
 
     def poses(self) -> tuple[Floats, Floats]:
         """Return where the blocks are.
@@ -211,10 +220,10 @@ class Lmgc90World:
         RuntimeError
             When LMGC90 lost a block: its position is not a number.
         """
-        return self._poses(self._now)
+        return self._poses(self._now.place, self._now.frame)
 
-    def _poses(self, state: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
-        (place, frame), (start, first) = state, self._start
+    def _poses(self, place: Floats, frame: Floats) -> tuple[Floats, Floats]:
+        start, first = self._start.place, self._start.frame
         if not (np.isfinite(place).all() and np.isfinite(frame).all()):
             raise RuntimeError("LMGC90 lost a block (its position is not a number)")
         turned = frame @ first.swapaxes(1, 2)
@@ -235,7 +244,8 @@ class Lmgc90World:
         """
         from scipy.spatial.transform import Rotation
 
-        (old, from_), (new, to) = self._poses(self._before), self._poses(self._now)
+        now = self._now
+        (old, from_), (new, to) = self._poses(now.place_before, now.frame_before), self._poses(now.place, now.frame)
         step = self.settings.time_step / self.time
         return (new - old) / step, Rotation.from_matrix(to @ from_.swapaxes(1, 2)).as_rotvec() / step
 
@@ -251,12 +261,8 @@ class Lmgc90World:
         force : array of float, shape (k, 3)
             Force on the second block, normal and friction together [N].
         """
-        if self._last is None:
-            return np.zeros((0, 2), dtype=np.int64), np.zeros((0, 3)), np.zeros((0, 3))
-        pairs = np.array([list(pair) for pair in self._last.interaction_bodies], dtype=np.int64).reshape(-1, 2) - 1
-        point = np.array([list(p) for p in self._last.interaction_coords]).reshape(-1, 3)
-        on_first = np.array([list(f) for f in self._last.interaction_force_global]).reshape(-1, 3)
-        return pairs, point @ self._turn / self.length, -on_first @ self._turn / self._force
+        now = self._now
+        return now.pairs, now.point @ self._turn / self.length, now.force @ self._turn / self._force
 
 
 def rotation_between(a: Floats, b: Floats) -> Floats:
@@ -302,17 +308,3 @@ def _check_corners(assembly: Assembly, blocks: Sequence[Sequence[Floats]]) -> No
                 f'block "{name}" has a corner where {meeting} triangles of its hull meet; LMGC90 takes '
                 f'{MOST_MEETING} at most; use the engine "bullet"'
             )
-
-
-@contextmanager
-def _silent() -> Iterator[None]:
-    """Keep what Fortran prints from the terminal."""
-    sys.stdout.flush()
-    kept, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(nowhere, 1)
-        yield
-    finally:
-        os.dup2(kept, 1)
-        os.close(kept)
-        os.close(nowhere)

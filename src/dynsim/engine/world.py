@@ -97,6 +97,7 @@ class World:
     """
 
     settles = True  #: blocks sink and shake a little when they are put in place
+    process_seconds = 0.0  #: process time of other processes [s]
 
     def __init__(
         self,

@@ -193,8 +193,9 @@ def simulate(
             if stop is not None and stop(settings.end * (frame - held) / looks, moved - displacement[0]):
                 break
         contacts = Contacts(*world.contact_forces())
+        spent = process_time() - start + world.process_seconds
     return Run(
-        assembly, np.array(times), np.array(displacement), np.array(rotation), overlap, process_time() - start,
+        assembly, np.array(times), np.array(displacement), np.array(rotation), overlap, spent,
         np.array(kinetic), removed, contacts, settings.time_step, float(world.time / stretch),
         engine,
     )  # fmt: skip
