@@ -73,6 +73,7 @@ JOBS: Sequence[Job] = (
     result("contacts", 0.5, "benchmarks.contacts"),
     result("sweep", 0.3, "benchmarks.sweep"),
     result("live_page", 1.5, "benchmarks.live_page"),
+    result("proofs", 6, "checks.proofs"),
     result("solvers", 11, "benchmarks.solvers"),
     result("solvers_large", 10, "benchmarks.solvers --large --limit 300"),
 )  # fmt: skip

@@ -25,6 +25,7 @@ import math
 import os
 import sys
 from collections.abc import Callable, Iterator
+from inspect import signature
 from pathlib import Path
 from time import process_time
 from typing import TYPE_CHECKING, Any
@@ -100,6 +101,8 @@ def asked(scene: Scene, assembly: blockstat.Assembly) -> Iterator[tuple[str, Ask
     faces = b.find_interfaces(assembly)
     points, given = faces.n_points, {"interfaces": faces, **scene.options}
     flow = {**given, "flow": "coulomb"}
+    # An earlier source always goes on to the optimum.
+    optimum = {"optimum": True} if "optimum" in signature(b.limit_load).parameters else {}
     yield "scene", lambda: {
         "blocks": assembly.n_blocks, "interfaces": faces.n_interfaces, "points": points,
         "area": float(faces.area.sum()), "mass": float(assembly.mass.sum()),
@@ -113,9 +116,9 @@ def asked(scene: Scene, assembly: blockstat.Assembly) -> Iterator[tuple[str, Ask
         if points <= most:
             yield f"assess, {solver}", lambda s=solver: short_figures(b.assess(assembly, solver=s, **given))
     if points <= LIMIT:
-        yield "limit_load", lambda: limit_figures(b.limit_load(assembly, SIDE, **given))
+        yield "limit_load", lambda: limit_figures(b.limit_load(assembly, SIDE, **given, **optimum))
     if points <= COULOMB_LIMIT:
-        yield "limit_load, coulomb", lambda: limit_figures(b.limit_load(assembly, SIDE, **flow))
+        yield "limit_load, coulomb", lambda: limit_figures(b.limit_load(assembly, SIDE, **flow, **optimum))
     if points <= MARGINS:
         own = {key: value for key, value in scene.options.items() if key == "friction"}
         yield "tilt_limit x", lambda: bracket_figures(b.tilt_limit(assembly, "x", **own))

@@ -16,15 +16,16 @@ SOURCE = Path(__file__).parents[1] / "src"
 #: root is a room of its own; a package without a module name is its `__init__`, which hands names to users.
 ORDER = """
     blockstat.typing blockstat.errors blockstat.result blockstat.geometry blockstat.joint blockstat.assembly
-    blockstat.loads blockstat.surface blockstat.contact blockstat.loading blockstat.io
+    blockstat.loads blockstat.surface blockstat.contact blockstat.imperfection blockstat.loading blockstat.io
     blockstat.model.quantities
     blockstat.model.expression blockstat.model.solids blockstat.model.placing blockstat.model.arches
     blockstat.model.walling
     blockstat.model.vaults blockstat.model.buttresses blockstat.model blockstat.spec
     blockstat.geometry_repair blockstat.linear_algebra blockstat.program blockstat.certificate blockstat.solve
-    blockstat.analysis blockstat.large_displacement blockstat.studies blockstat.reinforcement blockstat.traffic
+    blockstat.analysis blockstat.proof blockstat.chance blockstat.large_displacement blockstat.studies
+    blockstat.reinforcement blockstat.traffic
     blockstat.code_check blockstat.sequence blockstat.sensitivity blockstat.design_search blockstat.view
-    blockstat.view.three_d blockstat.view.report blockstat blockstat.app blockstat.cli
+    blockstat.view.three_d blockstat.view.building blockstat.view.report blockstat blockstat.app blockstat.cli
     dynsim.settings dynsim.checks dynsim.engine dynsim.loads dynsim.bonds dynsim.judge dynsim.parallel
     dynsim.comparison dynsim.design_search dynsim.view dynsim.panel dynsim.cli dynsim
 """.split()

@@ -65,7 +65,7 @@ class Row:
 
 
 def limit(asm, load, **options) -> Value:
-    found = limit_load(asm, load, **options)
+    found = limit_load(asm, load, optimum=True, **options)
     return Value(found.lower, found.upper - found.lower)
 
 

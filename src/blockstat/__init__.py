@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from blockstat.analysis.verdict import Outcome, Verdict
     from blockstat.assembly import Assembly, Block, glued
     from blockstat.certificate.check import Certificate
+    from blockstat.chance.first_order import FirstOrder, FirstOrderOutcome, first_order
+    from blockstat.chance.monte_carlo import Reliability, ReliabilityOutcome, fragility, reliability
+    from blockstat.chance.variables import Random
     from blockstat.code_check.linear import CheckOutcome, LinearCheck, linear_check
     from blockstat.code_check.nonlinear import LimitState, NonlinearCheck, RockingBlock, nonlinear_check
     from blockstat.code_check.spectrum import Floor, Site, SpectrumTable
@@ -38,6 +41,7 @@ if TYPE_CHECKING:
     from blockstat.design_search.sweep import SweepOutcome, SweepResult, grid, latin_hypercube, sweep
     from blockstat.errors import InputError, InputWarning
     from blockstat.geometry_repair.repair import Change, RepairOutcome, RepairReport, repair
+    from blockstat.imperfection.imperfections import Imperfections
     from blockstat.io.files import write
     from blockstat.io.scene_text import scene_text
     from blockstat.joint import JointLaw, Tie
@@ -49,6 +53,7 @@ if TYPE_CHECKING:
     from blockstat.loads import acceleration, point_load
     from blockstat.model.solids import box
     from blockstat.program.bonds import Bonds
+    from blockstat.proof.proof_file import ProofFile, ProofOutcome, prove, prove_limit, prove_verdict
     from blockstat.reinforcement.ties import TieOutcome, TieRange, anchor_plate, tendon_load, tie_gain, tie_range
     from blockstat.result import Result, Sentence
     from blockstat.sensitivity.parameters import limit_load_gradient, score_gradient, stone_sensitivity
@@ -67,6 +72,7 @@ if TYPE_CHECKING:
         hoists,
         remove_each,
     )
+    from blockstat.sequence.stages import assess_stages
     from blockstat.sequence.states import assess_states
     from blockstat.spec import (
         Building,
@@ -87,6 +93,8 @@ if TYPE_CHECKING:
     from blockstat.view.animation import write_mechanism, write_motion
     from blockstat.view.assessment import Assessment, assess_fully, assessment_html
     from blockstat.view.attributes import write_verdict
+    from blockstat.view.building.removal import plot_removal
+    from blockstat.view.building.steps import plot_plan
     from blockstat.view.plot import (
         mechanism_pose,
         plot,
@@ -107,26 +115,28 @@ __all__ = [
     "Assembly", "Assessment", "Block", "Bonds", "Bracket", "BracketOutcome", "Building", "Candidate",
     "CapacityCurve", "CapacityOutcome", "CapacityPoint", "CentringOrder", "Certificate", "Change", "CheckOutcome",
     "Composition", "CoulombState", "Crack", "Decentring", "DirectionOutcome", "DirectionalLimits", "DomainOutcome",
-    "Dropped", "Falsework", "FalseworkOutcome", "Floor", "Foundation", "InputError", "InputWarning", "Interfaces",
-    "JointLaw", "LimitLoad", "LimitState", "LinearCheck", "LoadCase", "LoadDomain", "LoadOutcome", "Margin",
-    "Memory", "MovingLoad", "MovingOutcome", "NonlinearCheck", "OrderCount", "OrderOutcome", "OrderResult",
-    "Outcome", "PathEvent", "PathOutcome", "Plan", "PlanVerdict", "PointGradient", "Prop", "Range", "RepairOutcome",
-    "RepairReport", "Result", "RockingBlock", "Scene", "SearchOutcome", "SearchResult", "Sentence", "Settlement",
-    "SettlementOutcome", "SettlementPath", "Site", "Space", "SpectrumTable", "Step", "SweepOutcome", "SweepResult",
-    "ThrustOutcome", "ThrustRange", "Tie", "TieOutcome", "TieRange", "Verdict", "acceleration", "anchor_plate",
-    "assess", "assess_fully", "assess_plan", "assess_states", "assessment_html", "body_load", "box", "build",
-    "capacity", "centring", "check_plan", "count_orders", "decentring", "dispersed_load", "falsework",
-    "fewest_props", "fill_load", "find_interfaces", "find_order", "fluid_pressure", "friction_limit", "glued",
-    "grid", "hoists", "interactive_html", "latin_hypercube", "least_centring", "limit_load",
-    "limit_load_by_direction", "limit_load_by_point", "limit_load_gradient", "line_load", "linear_check",
-    "load_case", "load_cases", "load_domain", "load_scene", "mechanism_pose", "moving_load", "nonlinear_check",
-    "overlaps", "parameters", "patch_load", "plot", "plot_capacity", "plot_directions", "plot_forces",
-    "plot_mechanism", "plot_settlement", "plot_stone_sensitivity", "plot_thrust", "plot_utilisation",
-    "plot_verdict", "point_load", "read", "read_plan", "remove_each", "repair", "scene_from", "scene_text",
-    "score_by_point", "score_gradient", "search", "settle", "settle_to_collapse", "settlement", "shared_points",
-    "show", "space_of", "stone_sensitivity", "surface_load", "sweep", "tendon_load", "thrust_range", "tie_gain",
-    "tie_range", "tilt_limit", "utilisation", "with_values", "write", "write_mechanism", "write_motion",
-    "write_plan", "write_verdict",
+    "Dropped", "Falsework", "FalseworkOutcome", "FirstOrder", "FirstOrderOutcome", "Floor", "Foundation",
+    "Imperfections", "InputError", "InputWarning", "Interfaces", "JointLaw", "LimitLoad", "LimitState",
+    "LinearCheck", "LoadCase", "LoadDomain", "LoadOutcome", "Margin", "Memory", "MovingLoad", "MovingOutcome",
+    "NonlinearCheck", "OrderCount", "OrderOutcome", "OrderResult", "Outcome", "PathEvent", "PathOutcome", "Plan",
+    "PlanVerdict", "PointGradient", "ProofFile", "ProofOutcome", "Prop", "Random", "Range", "Reliability",
+    "ReliabilityOutcome", "RepairOutcome", "RepairReport", "Result", "RockingBlock", "Scene", "SearchOutcome",
+    "SearchResult", "Sentence", "Settlement", "SettlementOutcome", "SettlementPath", "Site", "Space",
+    "SpectrumTable", "Step", "SweepOutcome", "SweepResult", "ThrustOutcome", "ThrustRange", "Tie", "TieOutcome",
+    "TieRange", "Verdict", "acceleration", "anchor_plate", "assess", "assess_fully", "assess_plan", "assess_stages",
+    "assess_states", "assessment_html", "body_load", "box", "build", "capacity", "centring", "check_plan",
+    "count_orders", "decentring", "dispersed_load", "falsework", "fewest_props", "fill_load", "find_interfaces",
+    "find_order", "first_order", "fluid_pressure", "fragility", "friction_limit", "glued", "grid", "hoists",
+    "interactive_html", "latin_hypercube", "least_centring", "limit_load", "limit_load_by_direction",
+    "limit_load_by_point", "limit_load_gradient", "line_load", "linear_check", "load_case", "load_cases",
+    "load_domain", "load_scene", "mechanism_pose", "moving_load", "nonlinear_check", "overlaps", "parameters",
+    "patch_load", "plot", "plot_capacity", "plot_directions", "plot_forces", "plot_mechanism", "plot_plan",
+    "plot_removal", "plot_settlement", "plot_stone_sensitivity", "plot_thrust", "plot_utilisation", "plot_verdict",
+    "point_load", "prove", "prove_limit", "prove_verdict", "read", "read_plan", "reliability", "remove_each",
+    "repair", "scene_from", "scene_text", "score_by_point", "score_gradient", "search", "settle",
+    "settle_to_collapse", "settlement", "shared_points", "show", "space_of", "stone_sensitivity", "surface_load",
+    "sweep", "tendon_load", "thrust_range", "tie_gain", "tie_range", "tilt_limit", "utilisation", "with_values",
+    "write", "write_mechanism", "write_motion", "write_plan", "write_verdict",
 ]
 # fmt: on
 
@@ -143,6 +153,9 @@ _HOMES = {
         "analysis.verdict": "Outcome Verdict",
         "assembly": "Assembly Block glued",
         "certificate.check": "Certificate",
+        "chance.first_order": "FirstOrder FirstOrderOutcome first_order",
+        "chance.monte_carlo": "Reliability ReliabilityOutcome fragility reliability",
+        "chance.variables": "Random",
         "contact.interfaces": "Dropped Interfaces find_interfaces",
         "contact.penetration": "overlaps",
         "design_search.candidate": "Candidate SearchOutcome SearchResult",
@@ -152,6 +165,7 @@ _HOMES = {
         "design_search.sweep": "SweepOutcome SweepResult grid latin_hypercube sweep",
         "errors": "InputError InputWarning",
         "geometry_repair.repair": "Change RepairOutcome RepairReport repair",
+        "imperfection.imperfections": "Imperfections",
         "io.files": "write",
         "io.scene_text": "scene_text",
         "joint": "JointLaw Tie",
@@ -160,6 +174,7 @@ _HOMES = {
         "large_displacement.capacity_curve": "CapacityCurve CapacityOutcome CapacityPoint capacity",
         "large_displacement.path": "PathEvent",
         "loading.cases": "LoadCase load_case load_cases",
+        "proof.proof_file": "ProofFile ProofOutcome prove prove_limit prove_verdict",
         "reinforcement.ties": "TieOutcome TieRange anchor_plate tendon_load tie_gain tie_range",
         "studies.settling_path": "PathOutcome SettlementPath settle_to_collapse",
         "traffic.envelope": "MovingLoad MovingOutcome moving_load",
@@ -178,6 +193,7 @@ _HOMES = {
         "sequence.prop_sets": "CentringOrder fewest_props least_centring",
         "sequence.order": "OrderOutcome OrderResult find_order",
         "sequence.plan": "Plan PlanVerdict Step assess_plan check_plan read_plan write_plan",
+        "sequence.stages": "assess_stages",
         "sequence.states": "assess_states",
         "spec": "Building Composition Range Scene build load_scene parameters read scene_from with_values",
         "studies.directions": "DirectionOutcome DirectionalLimits limit_load_by_direction",
@@ -185,6 +201,8 @@ _HOMES = {
         "view.animation": "write_mechanism write_motion",
         "view.assessment": "Assessment assess_fully assessment_html",
         "view.attributes": "write_verdict",
+        "view.building.removal": "plot_removal",
+        "view.building.steps": "plot_plan",
         "view.plot": "mechanism_pose plot plot_forces plot_mechanism plot_stone_sensitivity plot_verdict",
         "view.polar": "plot_directions",
         "view.settling": "plot_capacity plot_settlement",

@@ -1,4 +1,5 @@
 import json
+import math
 import re
 import subprocess
 import sys
@@ -172,3 +173,19 @@ def test_check_writes_the_verdict_beside_the_blocks(tmp_path):
     wrong = run("check", path, "-o", tmp_path / "thin.stl")
     assert wrong.returncode == 2
     assert "values are written to .glb and .obj only" in wrong.stderr
+
+
+def test_coulomb_options_of_the_command_line(tmp_path):
+    path = tmp_path / "stack.json"
+    write(stack(2, friction=0.3), path)
+    answer = run("tilt", path, "--axis", "y", "--flow", "coulomb", "--json")
+    found = json.loads(answer.stdout)
+    assert len(found["kinds_deg"]) == 3
+    assert found["stands_deg"] == max(stands for stands, _ in found["kinds_deg"])
+    assert found["stands_deg"] == pytest.approx(math.degrees(math.atan(0.3)), abs=0.03)
+    words = run("check", path, "--flow", "coulomb", "--tightnesses", "3").stdout
+    assert "At 100 % of random tightnesses of the joints there is such a state." in words
+    for wrong in (("--tightnesses", "3"), ("--flow", "coulomb", "--tightnesses", "-1")):
+        answer = run("check", path, *wrong)
+        assert answer.returncode == 2
+        assert "--tightnesses is" in answer.stderr

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from blockstat import Assembly, InputError, assess_plan, box, find_interfaces, find_order
+from blockstat import Assembly, InputError, assess_plan, box, build, find_interfaces, find_order, load_scene
 from blockstat.sequence.insertion import insertion_direction
 from building_sites import arch, slab, tee
 
@@ -119,18 +119,30 @@ def test_a_journal_of_something_else_is_refused(tmp_path):
         find_order(tee(), held_at_most=2, journal=path)
 
 
-@pytest.mark.parametrize("name", ["arch", "tetris-1", "tetris-2", "tetris-4"])
+LARGE = [pytest.param(name, marks=pytest.mark.slow) for name in ("mario", "dome", "dome72")]
+
+
+@pytest.mark.parametrize("name", ["arch", "tetris-1", "tetris-2", "tetris-4", *LARGE])
 def test_published_assemblies_are_built_with_two_hands(cases, name):
     """Ziqi Wang, LearningToAssemble (2025): friction .55, two robots."""
     from blockstat import read
 
-    folder = cases.parent / "sequences" / "assemblies"
+    folder = cases.parent / "sequences"
     if not folder.is_dir():
         pytest.skip("no directory of sequences")
-    assembly = read(folder / f"{name}.json")
+    assembly = read(next(folder.rglob(f"{name}.json")))
     found = find_order(assembly, held_at_most=2, friction=0.55)
     assert found.outcome.word == "found"
     again = assess_plan(assembly, found.plan, friction=0.55)
     assert again.outcome.word == "stable"
     assert found.plan.most_held <= 2
     assert json.dumps(again.summary())
+
+
+@pytest.mark.slow
+def test_the_chapel_is_built_with_two_hands():
+    chapel = build(load_scene(Path(__file__).parents[2] / "examples" / "chapel.toml"))
+    found = find_order(chapel, held_at_most=2)
+    assert found.outcome.word == "found"
+    assert sorted(placed(found)) == sorted(chapel.names[k] for k in chapel.free)
+    assert assess_plan(chapel, found.plan).outcome.word == "stable"

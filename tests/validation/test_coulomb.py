@@ -9,7 +9,20 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blockstat import Assembly, Block, Outcome, assess, build, glued, limit_load, load_scene, read, with_values
+from blockstat import (
+    Assembly,
+    Block,
+    Outcome,
+    assess,
+    build,
+    friction_limit,
+    glued,
+    limit_load,
+    load_scene,
+    read,
+    tilt_limit,
+    with_values,
+)
 from blockstat.analysis.coulomb import FAMILY, MOST_SOLVES, settling_share
 from evidence.scenes.bonded import bonded_scene, program_of
 from evidence.scenes.small import arch, flat_arch, running_bond, stack
@@ -190,3 +203,22 @@ def test_friction_without_slip_law_needs_no_fixed_point():
 def test_hinging_has_no_dilatancy_to_lose():
     found = limit_load(arch(20, 0.2), (1, 0, 0), flow="coulomb")
     assert found.coulomb[0] == pytest.approx(found.lower, rel=6e-4)
+
+
+def test_a_slope_and_a_wedge_have_one_limit_whatever_the_joints(cases):
+    # A block slides at mu, whatever its joints. In a V-groove: tan(theta) = mu / sin(beta), beta = 30 deg.
+    block = stack(1, friction=0.3)
+    found = tilt_limit(block, "y", flow="coulomb")
+    limit = np.degrees(np.arctan(0.3))
+    assert len(found.kinds) == len(FAMILY)
+    assert all(stands == pytest.approx(limit, abs=0.03) and falls > stands for stands, falls in found.kinds)
+    assert found.stands == max(stands for stands, _ in found.kinds)
+    assert found.least[0] == min(stands for stands, _ in found.kinds)
+    wedge = read(cases / "cra_type_a__y0.json").with_(friction=0.2)
+    found = tilt_limit(wedge, "x", flow="coulomb")
+    assert found.stands == pytest.approx(np.degrees(np.arctan(0.2 / np.sin(np.pi / 6))), abs=0.03)
+    assert tilt_limit(wedge, "x").stands > found.stands + 1.0  # dilatancy wedges it
+    needed = friction_limit(block.with_(gravity=(2.0, 0.0, -9.81)), flow="coulomb")
+    assert all(stands == pytest.approx(2.0 / 9.81, rel=1e-3) for stands, _ in needed.kinds)
+    assert needed.least[0] == max(stands for stands, _ in needed.kinds)
+    assert "a Coulomb state is found down to" in needed.explain()

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from blockstat.analysis.certificate_cache import Memory
-from blockstat.analysis.coulomb import CoulombState, coulomb_state
+from blockstat.analysis.coulomb import FAMILY, CoulombState, coulomb_state
 from blockstat.analysis.decision import decide, outcome_of
-from blockstat.analysis.problem import Problem, crushes, free_fall, gap_warnings, pose, timed
+from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, gap_warnings, pose, timed
 from blockstat.analysis.reserve import loaded_slivers, neutral_blocks, neutral_warning, sliver_warning, without
 from blockstat.analysis.rims import falling_freely, overlap_warnings, rim_warnings, with_rims
 from blockstat.analysis.verdict import Outcome, Verdict, unit_motion
 from blockstat.certificate.check import Certificate, check
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import check_choice, known_options
+from blockstat.imperfection.imperfections import Imperfections
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.solve.answer import Answer
 from blockstat.solve.cvxpy import solve_on_paper
@@ -47,6 +49,7 @@ def assess(
     tightnesses: int = 0,
     memory: Memory | None = None,
     score: bool = True,
+    imperfections: Imperfections | None = None,
 ) -> Verdict:
     """Give a static verdict on an assembly of rigid blocks with Coulomb joints.
 
@@ -83,6 +86,9 @@ def assess(
     score
         False ends at the first mechanism found, several times sooner. An unstable assembly then has no score (nan), and
         its mechanism is one of many, not that of least adhesion.
+    imperfections
+        Judge the worst case of these (see `blockstat.Imperfections`). Its assembly and joints are those of the verdict.
+        Without dilatancy and self-stress that the worst case is among those judged is no theorem.
 
     Returns
     -------
@@ -115,7 +121,23 @@ def assess(
     check_choice("solver", solver, CHOICES)
     check_choice("flow", flow, FLOWS)
     problem = pose(assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
-    return judged(problem, loads=loads, solver=solver, flow=flow, tightnesses=tightnesses, memory=memory, score=score)
+    options: dict[str, Any] = {"solver": solver, "flow": flow, "tightnesses": tightnesses, "score": score}
+    if imperfections is not None:
+        return _worst(problem, loads, imperfections, {"gap": gap, **options})
+    return judged(problem, loads=loads, memory=memory, **options)
+
+
+def _worst(problem: Problem, loads: Floats | None, imperfections: Imperfections, options: dict[str, Any]) -> Verdict:
+    """The first case that does not stand, or else the one whose forces have the least slack."""
+    verdicts = []
+    for case in cases_of(problem, loads, imperfections):
+        own = assess(case.assembly, loads=case.loads, interfaces=case.interfaces, **options)
+        own = replace(own, worst=case.words, warnings=(*problem.warnings, *own.warnings))
+        if own.outcome is Outcome.UNSTABLE:
+            return own
+        verdicts.append(own)
+    ranks = (Outcome.UNDECIDED, Outcome.STABLE_ONLY_BY_SELF_STRESS, Outcome.STABLE)
+    return min(verdicts, key=lambda own: (ranks.index(own.outcome), own.certificate.slack))
 
 
 def judged(
@@ -129,6 +151,7 @@ def judged(
     score: bool = True,
     reserve: bool = True,
     guess: Floats | None = None,
+    kinds: Sequence[tuple[float, float]] = FAMILY,
 ) -> Verdict:
     """Give the verdict on a posed problem.
 
@@ -142,6 +165,8 @@ def judged(
         False does not ask whether a stable assembly is balanced without reserve, nor whether it rests on slivers.
     guess
         Forces from which to look for forces in balance first, in the units of the program, shape (m, 3).
+    kinds
+        With flow="coulomb", the kinds of joints in which a state is looked for.
 
     Returns
     -------
@@ -159,7 +184,7 @@ def judged(
                 if len(falling):
                     state = _of_falling(problem, problem.program, checked.force, falling)
                 else:
-                    state = coulomb_state(problem.program, tightnesses=tightnesses, solver=_second(solver))
+                    state = coulomb_state(problem.program, kinds=kinds, tightnesses=tightnesses, solver=_second(solver))
     timings["total"] = sum(timings.values())
     verdict = _verdict(problem, answer, checked, timings)
     if reserve and verdict.outcome is Outcome.STABLE and checked is not None:

@@ -33,6 +33,8 @@ MOST_SOLVES = 40
 #: Openings and compliances of the family, in units of the mean block and weight. Only their ratio counts: forces of the
 #: mean weight close a joint by c; so the joints are stiff, elastic, or both.
 FAMILY = ((1.0, 1e-3), (0.1, 1.0), (1.0, 1.0))
+#: Width of the bracket of a limit load without dilatancy, relative to the limit load with it.
+MULTIPLIER_WIDTH = 5e-4
 #: A member's slips grow when they change by as much in the last third of so many programs as in the third before.
 EARLY = 6
 #: After so many programs they have no bound when the changes shrink no faster than those of a harmonic series, whose
@@ -144,8 +146,10 @@ class CoulombState:
                 words += f" Slips change by {changes} with each program: they {grow} in joints of these kinds."
         if not np.isnan(self.tightness):
             words += f" At {100 * self.tightness:.0f} % of random tightnesses of the joints there is such a state."
-        if 0 < self.tightness < 1 or (self.settles and self.opposed):
-            words += " Whether the blocks stand hangs on how tight the joints are."
+        differs = self.tightness < 1 if self.settles else self.tightness > 0
+        if differs or (self.settles and self.opposed):
+            words += " Whether the blocks stand hangs on how tight the joints are"
+            words += "." if differs else ": in joints of one kind slips grow (tightnesses=12 tells the share)."
         return words
 
 
@@ -273,3 +277,38 @@ def settling_share(program: PenaltyProgram, *, tries: int = 12, seed: int = 0, s
         for _ in range(tries)
     )
     return float(np.mean([state.settles is True for state in states]))
+
+
+def multiplier_brackets(
+    program: PenaltyProgram, load: Floats, associated: float, *, solver: str = "auto"
+) -> tuple[tuple[float, float], ...]:
+    """Find, for each kind of joints, the multipliers of a load with and without a Coulomb state.
+
+    Parameters
+    ----------
+    program
+        The penalty program of the dead load.
+    load
+        What the multiplier multiplies, in the units of the program, shape (6 n,).
+    associated
+        The multiplier of limit analysis, above which there is none.
+    solver
+        One of `blockstat.solve.dispatch.CHOICES`.
+
+    Returns
+    -------
+    tuple of (float, float)
+        By kind as in `FAMILY`, found by bisection.
+    """
+    width = MULTIPLIER_WIDTH * associated
+    brackets = []
+    for kind in FAMILY:
+        low, high = 0.0, associated
+        while high - low > width:
+            # Most structures lose little to zero dilatancy, so the first trial is near the top.
+            middle = high - width if low == 0.0 and high == associated else (low + high) / 2
+            loaded = replace(program, load=program.load + middle * load)
+            settles = coulomb_state(loaded, kinds=[kind], solver=solver).settles is True
+            low, high = (middle, high) if settles else (low, middle)
+        brackets.append((low, high))
+    return tuple(brackets)

@@ -13,37 +13,38 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.assess import FLOWS
-from blockstat.analysis.coulomb import FAMILY, coulomb_state
+from blockstat.analysis.coulomb import multiplier_brackets
 from blockstat.analysis.decision import Bound, decide, lower_bound, outcome_of, upper_bound
-from blockstat.analysis.problem import Problem, crushes, free_fall, pose, timed
+from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, pose, timed
 from blockstat.analysis.rims import overlap_warnings, rim_warnings, with_rims
 from blockstat.analysis.verdict import Outcome, unit_motion
-from blockstat.certificate import check as certificate
+from blockstat.certificate.bracket import ROUNDING, Bracket, Progress, is_closed
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.contact.point_law import joint_friction
 from blockstat.errors import InputError, check_choice, known_options
 from blockstat.geometry.polyhedron import point_velocity
+from blockstat.imperfection.imperfections import Imperfections
 from blockstat.loads import as_load
 from blockstat.program.bonds import Bonds
-from blockstat.program.conic import conic_program
+from blockstat.program.conic import ConicProgram, conic_program
 from blockstat.result import Result, Sentence, finite
-from blockstat.solve.answer import Answer, Status
-from blockstat.solve.dispatch import CHOICES, solve
+from blockstat.solve import interior_point
+from blockstat.solve.answer import Answer, EarlyEnd, Status, no_answer
+from blockstat.solve.dispatch import CHOICES, pays, solve
 from blockstat.solve.penalty import solve_penalty
 from blockstat.typing import Floats
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-#: Bisection of the zero-dilatancy multiplier stops at this fraction of the associated one.
-COULOMB_WIDTH = 5e-4
 #: A load carried this many times over is called unbounded.
 UNBOUNDED = 1e6
-#: Brackets narrower than this, for a load as strong as the weight, are closed whatever the multiplier.
-ROUNDING = 1e-9
 #: A bracket wider than this, relative to its upper end, is asked of the other solver too: up to so many unknowns, and
 #: beyond, where that costs more than all the rest.
 SHARP, CHEAP, LOOSE = 1e-7, 2_000, 1e-3
+#: From this tolerance on the bracket is proven on the way. Narrower ones need the optimum, and what corrects its forces
+#: and its mechanism: near it the normal equations no longer keep the forces of the iterates in balance.
+ON_THE_WAY = 1e-5
 #: Width of a bracket, relative to its upper end, that tells a limit well enough for an engineer.
 TOLERANCE = 1e-4
 
@@ -55,6 +56,7 @@ class LoadOutcome(Sentence):
     UNBOUNDED = "Unbounded: the assembly carries any multiple of the load."
     DEAD_LOAD_UNSTABLE = "Infeasible under dead load: the assembly does not stand without the load."
     UNDECIDED = "Undecided: the bounds could not be proven."
+    STOPPED = "Stopped: the assembly carries the load up to the lower bound, and not beyond the upper one."
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +79,7 @@ class LimitLoad(Result):
     bonds: Bonds | None = None  #: what the bonds at the centres of joints carry with `forces`
     ties: Floats | None = None  #: tension of each tie, or compression of each strut, with `forces`, (n_ties,) [N]
     iterations: int = 0  #: factorisations of the programs of the dead load and of the multiplier
+    worst: str = ""  #: the case of the imperfections that this bracket is of, the worst one, in words
 
     @property
     def coulomb(self) -> tuple[float, float] | None:
@@ -139,7 +142,9 @@ class LimitLoad(Result):
             One fact a line.
         """
         lines = [self.outcome.value]
-        if self.outcome is LoadOutcome.LIMIT:
+        if self.worst:
+            lines.append(f"Worst case of the imperfections: {self.worst}.")
+        if self.outcome in (LoadOutcome.LIMIT, LoadOutcome.STOPPED):
             lines.append(f"{self.lower:.9g} <= multiplier <= {self.upper:.9g}")
             if self.coulomb is not None:
                 lines.append(f"Without dilatancy and self-stress: {self.coulomb[0]:.5g} to {self.coulomb[1]:.5g}")
@@ -175,6 +180,7 @@ class LimitLoad(Result):
             "blocks": self.assembly.n_blocks,
             "interfaces": self.interfaces.n_interfaces,
             "contacts": self.interfaces.contacts,
+            "imperfections": self.worst or None,
             "warnings": list(self.warnings),
             "timings": self.timings,
         }
@@ -219,6 +225,9 @@ def limit_load(
     solver: str = "auto",
     flow: str = "associated",
     tolerance: float = TOLERANCE,
+    imperfections: Imperfections | None = None,
+    optimum: bool = False,
+    progress: Progress | None = None,
 ) -> LimitLoad:
     """Find the largest multiplier of a load that an assembly carries on top of its weight.
 
@@ -248,8 +257,18 @@ def limit_load(
     flow
         "associated" or "coulomb".
     tolerance
-        Largest width of the bracket, relative to its upper end, with the outcome "limit". Where one solver leaves it
-        wider, the other is asked. The bracket is mostly much narrower.
+        Largest width of the bracket, relative to its upper end, with the outcome "limit"; widths below 2e-9 of a load
+        as strong as the weight count as none. Above 500 unknowns the solve ends as soon as the bracket is so narrow.
+        Where one solver leaves it wider, the other is asked. A tolerance below 1e-5 asks for the optimum.
+    imperfections
+        Bracket the worst case of these (see `blockstat.Imperfections`), exactly. Its assembly and joints are those of
+        the result.
+    optimum
+        Go on to the optimum, which has about ten digits, where a wider bracket would do: for derivatives and
+        differences.
+    progress
+        Told the iteration, the multiplier reached (not yet proven) and the proven upper bound, above 500 unknowns.
+        A KeyboardInterrupt ends the solve, and the outcome is "stopped" with the bracket that is proven until then.
 
     Returns
     -------
@@ -283,17 +302,32 @@ def limit_load(
     if not (isinstance(tolerance, (int, float)) and 0 < tolerance <= 0.1):
         raise InputError(f"tolerance is {tolerance!r}; it must be above 0 and at most 0.1 of the limit")
     problem = pose(assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
+    if imperfections is not None:
+        options: dict[str, Any] = {
+            "gap": gap,
+            "solver": solver,
+            "flow": flow,
+            "tolerance": tolerance,
+            "optimum": optimum,
+        }
+        brackets = []
+        for case in cases_of(problem, loads, imperfections):
+            own = limit_load(case.assembly, load, loads=case.loads, interfaces=case.interfaces, **options)
+            brackets.append(replace(own, worst=case.words, warnings=(*problem.warnings, *own.warnings)))
+        return min(brackets, key=lambda own: own.lower)
     if not len(problem.assembly.free):
         raise InputError(f'"{assembly.name}": all blocks are supports; there is nothing to load')
     direction = as_load(problem.assembly, load)
     timings = dict(problem.timings)
     with timed(timings, "solve"):
-        solved = _bracket(problem, direction, solver, tolerance)
+        solved = _bracket(problem, direction, solver, tolerance, optimum=optimum, progress=progress)
     outcome, lower, upper, force, twist, iterations = solved
     kinds: tuple[tuple[float, float], ...] = ()
     if flow == "coulomb" and outcome is LoadOutcome.LIMIT and lower > 0:
         with timed(timings, "coulomb"):
-            kinds = _coulomb_brackets(problem, direction, lower, solver)
+            kinds = ((lower, lower),)
+            if problem.program is not None and problem.slips:
+                kinds = multiplier_brackets(problem.program, problem.scaled(direction), lower, solver=solver)
     found = LimitLoad(
         outcome=outcome,
         lower=lower,
@@ -310,7 +344,7 @@ def limit_load(
         iterations=iterations,
     )
     with timed(timings, "contacts without a normal"):
-        options = {"loads": loads, "gap": gap, "solver": solver, "tolerance": tolerance}
+        options = {"loads": loads, "gap": gap, "solver": solver, "tolerance": tolerance, "optimum": optimum}
         found = _beyond_doubt(problem, found, direction, options)
     timings["total"] = sum(timings.values())
     return found
@@ -329,41 +363,11 @@ def _beyond_doubt(problem: Problem, found: LimitLoad, load: Floats, options: dic
             return found
         held = limit_load(problem.assembly, load, interfaces=with_rims(problem), **options)
         upper, mechanism = held.upper, held.mechanism
-    closed = _closed(found.lower, upper, options["tolerance"])
+    closed = is_closed(found.lower, upper, options["tolerance"])
     if closed if found.outcome is LoadOutcome.LIMIT else upper == found.upper == -np.inf:
         return replace(found, upper=upper, mechanism=mechanism)
     warnings = (*found.warnings, *warnings)
     return replace(found, outcome=LoadOutcome.UNDECIDED, upper=upper, mechanism=mechanism, warnings=warnings)
-
-
-def _closed(lower: float, upper: float, tolerance: float) -> bool:
-    """Whether a bracket in units of a load as strong as the weight tells the limit."""
-    return bool(np.isfinite(upper)) and upper - lower <= max(tolerance * abs(upper), ROUNDING)
-
-
-def _coulomb_brackets(
-    problem: Problem, direction: Floats, associated: float, solver: str
-) -> tuple[tuple[float, float], ...]:
-    """Multipliers with and without a Coulomb state below the associated one, by bisection for each kind of joints."""
-    program = problem.program
-    assert program is not None
-    if not problem.slips:
-        return ((associated, associated),)
-    load = problem.scaled(direction)
-
-    def settles(multiplier: float, kind: tuple[float, float]) -> bool:
-        loaded = replace(program, load=program.load + multiplier * load)
-        return coulomb_state(loaded, kinds=[kind], solver=solver).settles is True
-
-    brackets = []
-    for kind in FAMILY:
-        low, high = 0.0, associated
-        while high - low > COULOMB_WIDTH * associated:
-            # Most structures lose little to zero dilatancy, so the first trial is near the top.
-            middle = high - COULOMB_WIDTH * associated if low == 0.0 and high == associated else (low + high) / 2
-            low, high = (middle, high) if settles(middle, kind) else (low, middle)
-        brackets.append((low, high))
-    return tuple(brackets)
 
 
 def _bounds(
@@ -376,7 +380,7 @@ def _bounds(
     return low, upper_bound(program, load, answer.twist, answer.force, solver=solver, motions=problem.motions)
 
 
-def _bracket(problem: Problem, direction: Floats, solver: str, tolerance: float) -> Found:
+def _bracket(problem: Problem, direction: Floats, solver: str, tolerance: float, **how: Any) -> Found:
     """What is found, with the iterations of the dead load."""
     program, eq = problem.program, problem.eq
     if program is None or len(problem.floating):
@@ -389,11 +393,20 @@ def _bracket(problem: Problem, direction: Floats, solver: str, tolerance: float)
         word = LoadOutcome.DEAD_LOAD_UNSTABLE if outcome is Outcome.UNSTABLE else LoadOutcome.UNDECIDED
         upper = -np.inf if outcome is Outcome.UNSTABLE else np.inf
         return word, -np.inf, upper, dead.force, dead.twist, dead.iterations
-    found = bracket(problem, dead.force, direction, solver, tolerance)
+    found = bracket(problem, dead.force, direction, solver, tolerance, **how)
     return *found[:-1], found[-1] + dead.iterations
 
 
-def bracket(problem: Problem, dead: Floats, direction: Floats, solver: str, tolerance: float = TOLERANCE) -> Found:
+def bracket(
+    problem: Problem,
+    dead: Floats,
+    direction: Floats,
+    solver: str,
+    tolerance: float = TOLERANCE,
+    *,
+    optimum: bool = False,
+    progress: Progress | None = None,
+) -> Found:
     """Bracket the multiplier of a load on an assembly that is known to stand.
 
     Parameters
@@ -406,7 +419,7 @@ def bracket(problem: Problem, dead: Floats, direction: Floats, solver: str, tole
         The load, shape (n_blocks, 6) [N, N m].
     solver
         One of `blockstat.solve.dispatch.CHOICES`.
-    tolerance
+    tolerance, optimum, progress
         As in `limit_load`.
 
     Returns
@@ -420,16 +433,22 @@ def bracket(problem: Problem, dead: Floats, direction: Floats, solver: str, tole
     unit = float(np.linalg.norm(load.reshape(-1, 6)[:, :3], axis=1).sum() or np.abs(load).sum()) / program.total_load
     load = load / unit  # as strong as the weight, so that multipliers are near one
     conic = conic_program(program, -program.load, pinned=load)
-    answer = solve(conic, solver=solver)
-    if answer.status is Status.PRIMAL_INFEASIBLE:
-        ray = answer.force / answer.multiplier if answer.multiplier > 0 else answer.force
-        at = replace(program, load=program.load + UNBOUNDED * unit * load)
-        field = certificate.balance(at, dead + UNBOUNDED * unit * ray)
-        carried = certificate.check(at, field, np.zeros_like(load)).proves_stable
-        word = LoadOutcome.UNBOUNDED if carried else LoadOutcome.UNDECIDED
-        return word, np.inf if carried else 0.0, np.inf, dead, np.zeros_like(load), answer.iterations
-    low, high = _bounds(problem, load, answer, dead, solver)
+    on_the_way = Bracket(program, load, dead, tolerance, problem.motions, _in_units(progress, unit))
+    early = tolerance >= ON_THE_WAY and not optimum
+    answer, stopped = _solved(conic, on_the_way if early else None, dead, solver)
     iterations = answer.iterations
+    if on_the_way.closed or stopped:
+        outcome = LoadOutcome.LIMIT if on_the_way.closed else LoadOutcome.STOPPED
+        lower = min(on_the_way.lower, on_the_way.upper)
+        return outcome, lower / unit, on_the_way.upper / unit, on_the_way.force, on_the_way.twist, iterations
+    if answer.status is Status.PRIMAL_INFEASIBLE or answer.multiplier > UNBOUNDED * unit:
+        word, lower, upper = _beyond_bounds(on_the_way, answer, dead, unit)
+        force = dead if word is LoadOutcome.UNBOUNDED else on_the_way.force
+        return word, lower, upper, force, np.zeros_like(load), iterations
+    low, high = _bounds(problem, load, answer, dead, solver)
+    low = max(filter(None, (low, Bound(on_the_way.lower, on_the_way.force))), key=lambda bound: bound.value)
+    if np.isfinite(on_the_way.upper):
+        high = min(filter(None, (high, Bound(on_the_way.upper, on_the_way.twist))), key=lambda bound: bound.value)
     sharp = min(SHARP if len(program.load) <= CHEAP else LOOSE, tolerance)
     if solver == "auto" and not (low and high and high.value - low.value <= sharp * abs(high.value)):
         other = "interior-point" if answer.solver == "clarabel" else "clarabel"
@@ -446,5 +465,34 @@ def bracket(problem: Problem, dead: Floats, direction: Floats, solver: str, tole
     lower, field = (low.value, low.evidence) if low else (0.0, dead)
     upper, twist = (high.value, high.evidence) if high else (np.inf, answer.twist)
     lower = min(lower, upper)  # both are proven to a tolerance, within which they may cross
-    outcome = LoadOutcome.LIMIT if _closed(lower, upper, tolerance) else LoadOutcome.UNDECIDED
+    outcome = LoadOutcome.LIMIT if is_closed(lower, upper, tolerance) else LoadOutcome.UNDECIDED
     return outcome, lower / unit, upper / unit, field, twist, iterations
+
+
+def _beyond_bounds(on_the_way: Bracket, answer: Answer, dead: Floats, unit: float) -> tuple[LoadOutcome, float, float]:
+    """What is carried where a solver finds no limit, or one beyond what forces of a bounded size can prove."""
+    ray = answer.force / answer.multiplier if answer.multiplier > 0 else answer.force
+    on_the_way.carry(dead + UNBOUNDED * unit * ray, UNBOUNDED * unit)
+    if on_the_way.lower >= (1.0 - ROUNDING) * UNBOUNDED * unit:
+        return LoadOutcome.UNBOUNDED, np.inf, np.inf
+    return LoadOutcome.UNDECIDED, on_the_way.lower / unit, np.inf
+
+
+def _in_units(progress: Progress | None, unit: float) -> Progress | None:
+    return progress and (lambda k, lower, upper: progress(k, lower / unit, upper / unit))
+
+
+def _solved(conic: ConicProgram, on_the_way: Bracket | None, dead: Floats, solver: str) -> tuple[Answer, bool]:
+    """The answer that closes the bracket on the way, or that of the optimum; and whether the user has stopped it."""
+    spent = 0
+    if on_the_way is not None and conic.has_structure and pays(conic, solver):
+        try:
+            answer = interior_point.solve(conic, EarlyEnd(pair=on_the_way.narrow, inside=dead))
+        except KeyboardInterrupt:
+            on_the_way.close()
+            return no_answer(conic, on_the_way.iterates), True
+        if on_the_way.closed or answer.status.is_infeasible:
+            return answer, False
+        spent = answer.iterations
+    answer = solve(conic, solver=solver)
+    return replace(answer, iterations=spent + answer.iterations), False

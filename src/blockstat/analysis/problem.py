@@ -21,6 +21,7 @@ from blockstat.contact.tolerance import gap_words
 from blockstat.errors import InputError
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import point_velocity
+from blockstat.imperfection.imperfections import Imperfections, Realisation, realisations
 from blockstat.program.bonds import KINDS, Bonds, bond_columns, bond_forces, bonded
 from blockstat.program.equilibrium import Equilibrium, equilibrium, split_floating, weight
 from blockstat.program.penalty import PenaltyProgram, penalty_program
@@ -260,6 +261,29 @@ def pose(
     return Problem(
         assembly, interfaces, load, eq, program, floating, gap, tuple(warnings), timings, bonds, crushed, ties=ties
     )
+
+
+def cases_of(problem: Problem, loads: Floats | None, imperfections: Imperfections) -> Iterator[Realisation]:
+    """Give the cases among which the worst one of some imperfections is.
+
+    Parameters
+    ----------
+    problem
+        The problem as drawn.
+    loads
+        The permanent loads that it was posed with.
+    imperfections
+        What is allowed for.
+
+    Yields
+    ------
+    Realisation
+        One for each combination of the ends of the ranges.
+    """
+    faces = problem.interfaces
+    if faces.share is not None:  # posed with cells, which take the place of the edges that are lost
+        faces = find_interfaces(problem.assembly, gap=problem.gap)
+    yield from realisations(problem.assembly, faces, loads, imperfections)
 
 
 def _divided(assembly: Assembly, interfaces: Interfaces) -> Interfaces:

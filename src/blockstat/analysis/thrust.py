@@ -276,7 +276,7 @@ def load_domain(
         x, y = np.cos(angle), np.sin(angle)
         limit = limit_load(
             assembly, x * first + y * second,
-            friction=friction, loads=loads, gap=gap, interfaces=shared, solver=solver,
+            friction=friction, loads=loads, gap=gap, interfaces=shared, solver=solver, optimum=True,
         )  # fmt: skip
         if limit.outcome is not LoadOutcome.LIMIT:
             raise InputError(f"along ({x:.3g}, {y:.3g}): {limit.outcome.value}")

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.analysis.assess import FLOWS, assess
+from blockstat.analysis.assess import FLOWS, judged
+from blockstat.analysis.coulomb import FAMILY
 from blockstat.analysis.limit_load import LoadOutcome, limit_load
-from blockstat.analysis.verdict import Outcome, Verdict
+from blockstat.analysis.problem import pose
+from blockstat.analysis.verdict import Outcome
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.contact.point_law import LEAST_FRICTION
 from blockstat.errors import InputError, check_choice, known_options
+from blockstat.imperfection.imperfections import Imperfections, realisations
 from blockstat.loads import acceleration
 from blockstat.result import Result, Sentence, finite
 from blockstat.solve.dispatch import CHOICES
@@ -30,6 +33,8 @@ STEP = 5.0
 WIDTH = 1e-6
 #: And at this one (degrees) without dilatancy, as the programs leave 1e-4 of the friction unused.
 COULOMB_WIDTH = 1e-2
+#: The same of a friction.
+COULOMB_FRICTION = 1e-4
 
 
 class BracketOutcome(Sentence):
@@ -48,6 +53,10 @@ class Bracket(Result):
     falls: float  #: and unstable here; nan if nowhere in the range
     parameter: str = "parameter"  #: what is varied, "tilt" or "friction"
     unit: str = ""  #: of both values, "deg" or none
+    #: with flow="coulomb", both values for each kind of joints (`blockstat.analysis.coulomb.FAMILY`): stiff ones,
+    #: elastic ones, and both; the outer values are those of the joints that bear most
+    kinds: tuple[tuple[float, float], ...] = ()
+    worst: str = ""  #: the case of the imperfections that this bracket is of, the worst one, in words
 
     @property
     def value(self) -> float:
@@ -70,11 +79,22 @@ class Bracket(Result):
             One fact a line.
         """
         lines, unit = [self.outcome.value], f" {self.unit}" if self.unit else ""
+        if self.worst:
+            lines.append(f"Worst case of the imperfections: {self.worst}.")
         if not math.isnan(self.stands):
             lines.append(f"Stable at a {self.parameter} of {self.stands:.9g}{unit}.")
         if not math.isnan(self.falls):
             lines.append(f"Not stable at a {self.parameter} of {self.falls:.9g}{unit}.")
+        if self.kinds:
+            ends = ", ".join(f"{stands:.6g}" for stands, _ in self.kinds)
+            to = "up to" if self.parameter == "tilt" else "down to"
+            lines.append(f"In stiff joints, elastic ones and both in one a Coulomb state is found {to} {ends}{unit}.")
         return "\n".join(lines)
+
+    @property
+    def least(self) -> tuple[float, float]:
+        """Both values for the joints that bear least; the limit is not unique without dilatancy."""
+        return self.kinds[_order(self.kinds, self.parameter)[-1]] if self.kinds else (self.stands, self.falls)
 
     def summary(self) -> dict[str, Any]:
         """Return plain values for JSON; a side that does not exist is None.
@@ -91,7 +111,20 @@ class Bracket(Result):
             "unit": self.unit,
             "stands": finite(self.stands),
             "falls": finite(self.falls),
+            "imperfections": self.worst or None,
+            "kinds": [[finite(stands), finite(falls)] for stands, falls in self.kinds],
         }
+
+
+def _order(kinds: Sequence[tuple[float, float]], parameter: str) -> list[int]:
+    """Numbers of the kinds of joints, those that bear most first: the most tilt, the least friction."""
+    sign = -1.0 if parameter == "tilt" else 1.0
+    return sorted(range(len(kinds)), key=lambda k: math.inf if math.isnan(kinds[k][0]) else sign * kinds[k][0])
+
+
+def _of_kinds(found: Sequence[tuple[float, float]], parameter: str, unit: str = "") -> Bracket:
+    """The bracket of the joints that bear most, with those of all kinds."""
+    return Bracket(*found[_order(found, parameter)[0]], parameter, unit, tuple(found))
 
 
 @known_options
@@ -106,6 +139,7 @@ def tilt_limit(
     interfaces: Interfaces | None = None,
     solver: str = "auto",
     flow: str = "associated",
+    imperfections: Imperfections | None = None,
 ) -> Bracket:
     """Find the angle by which gravity may be rotated about an axis before the assembly falls, from 0 to 180 degrees.
 
@@ -117,6 +151,8 @@ def tilt_limit(
         "x", "y", "z" or three numbers. The rotation is right-handed, so -axis tilts the other way.
     friction, gravity, loads, gap, interfaces, solver, flow
         As in `blockstat.assess`. `loads` stay as they are while gravity rotates.
+    imperfections : Imperfections, optional
+        Find the angle of the worst case of these.
 
     Returns
     -------
@@ -133,8 +169,8 @@ def tilt_limit(
     -----
     Up to a right angle the tilt is the limit load of a horizontal acceleration, tan(angle). Beyond it, with permanent
     loads, and where joints have a strength that does not grow with the weight, verdicts are asked for angle by angle.
-    With flow="coulomb" they always are, and "stands" is the largest angle at which a checked state was found in joints
-    of any kind. Limits without dilatancy are not unique (see `LimitLoad.coulomb_kinds`).
+    With flow="coulomb" they always are, for each kind of joints (`Bracket.kinds`), and "stands" is the largest angle at
+    which a checked state was found. Limits without dilatancy are not unique: `Bracket.least` has the least.
 
     Examples
     --------
@@ -164,25 +200,40 @@ def tilt_limit(
     changes = {name: value for name, value in (("friction", friction), ("gravity", gravity)) if value is not None}
     asm = assembly.with_(**changes) if changes else assembly
     shared = find_interfaces(asm, gap=gap) if interfaces is None else interfaces
+    if imperfections is not None:
+        options: dict[str, Any] = {"solver": solver, "flow": flow}
+        brackets = []
+        for case in realisations(asm, shared, loads, imperfections):
+            own = tilt_limit(case.assembly, axis, loads=case.loads, interfaces=case.interfaces, **options)
+            brackets.append(replace(own, worst=case.words))
+        return min(brackets, key=lambda own: -1.0 if math.isnan(own.stands) else own.stands)
     sideways = np.cross(unit, asm.gravity)
     size = float(np.linalg.norm(asm.gravity))
 
-    def verdict(degrees: float) -> Verdict:
+    def outcome(degrees: float, kinds: Sequence[tuple[float, float]] = FAMILY) -> Outcome:
         turned = _rotate(asm.gravity, unit, math.radians(degrees))
-        return assess(asm, gravity=turned, loads=loads, interfaces=shared, solver=solver, flow=flow)
+        problem = pose(asm, friction=None, gravity=turned, loads=loads, gap=gap, interfaces=shared)
+        return judged(problem, loads=loads, solver=solver, flow=flow, reserve=False, kinds=kinds).outcome
 
     if np.linalg.norm(sideways) < 1e-9 * size:
-        stable = verdict(0.0).outcome is Outcome.STABLE
+        stable = outcome(0.0) is Outcome.STABLE
         return _tilts(180.0, math.nan) if stable else _tilts(math.nan, 0.0)
     follows = loads is None and not any(law.strong for law in asm.joints)  # all forces grow with the weight
     if flow == "associated" and abs(unit @ asm.gravity) < 1e-9 * size and follows:
-        limit = limit_load(asm, acceleration(asm, sideways.tolist()), interfaces=shared, solver=solver)
+        limit = limit_load(asm, acceleration(asm, sideways.tolist()), interfaces=shared, solver=solver, optimum=True)
         if limit.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE:
             return _tilts(math.nan, 0.0)
         if limit.outcome is LoadOutcome.LIMIT:
             return _tilts(math.degrees(math.atan(limit.lower)), math.degrees(math.atan(limit.upper)))
-    width = WIDTH if flow == "associated" else COULOMB_WIDTH
-    return _tilts(*_scan(lambda degrees: verdict(degrees).outcome, 180.0, width))
+    if flow == "associated":
+        return _tilts(*_scan(outcome, 180.0, WIDTH))
+    scans = [_scan(lambda degrees, k=kind: _decided(outcome(degrees, [k])), 180.0, COULOMB_WIDTH) for kind in FAMILY]
+    return _of_kinds(scans, "tilt", "deg")
+
+
+def _decided(outcome: Outcome) -> Outcome:
+    """An outcome without dilatancy: where no state is found, the limit is that of finding one."""
+    return Outcome.STABLE_ONLY_BY_SELF_STRESS if outcome is Outcome.UNDECIDED else outcome
 
 
 def _tilts(stands: float, falls: float) -> Bracket:
@@ -255,7 +306,8 @@ def friction_limit(
 
     Notes
     -----
-    More friction only adds admissible forces, so bisection is exact. With flow="coulomb" that is not a theorem.
+    More friction only adds admissible forces, so bisection is exact. With flow="coulomb" that is not a theorem; it
+    bisects for each kind of joints (`Bracket.kinds`), and "stands" is the least friction with a checked state.
 
     Examples
     --------
@@ -272,16 +324,22 @@ def friction_limit(
     """
     shared = find_interfaces(assembly, gap=gap) if interfaces is None else interfaces
 
-    def outcome(mu: float) -> Outcome:
-        found = assess(assembly, friction=mu, gravity=gravity, loads=loads, interfaces=shared, solver=solver, flow=flow)
-        return found.outcome
-
-    if outcome(top) is not Outcome.STABLE:
-        return Bracket(math.nan, top, "friction")
+    check_choice("flow", flow, FLOWS)
     least = LEAST_FRICTION if any(law.cohesion for law in assembly.joints) else 0.0
-    if outcome(least) is Outcome.STABLE:
-        return Bracket(least, math.nan, "friction")
-    return Bracket(*_halve(outcome, top, least, width), "friction")
+
+    def outcome(mu: float, kinds: Sequence[tuple[float, float]] = FAMILY) -> Outcome:
+        problem = pose(assembly, friction=mu, gravity=gravity, loads=loads, gap=gap, interfaces=shared)
+        return judged(problem, loads=loads, solver=solver, flow=flow, reserve=False, kinds=kinds).outcome
+
+    def bracket(stands: Callable[[float], Outcome], width: float) -> tuple[float, float]:
+        if stands(top) is not Outcome.STABLE:
+            return math.nan, top
+        return (least, math.nan) if stands(least) is Outcome.STABLE else _halve(stands, top, least, width)
+
+    if flow == "associated":
+        return Bracket(*bracket(outcome, width), "friction")
+    width = max(width, COULOMB_FRICTION)
+    return _of_kinds([bracket(lambda mu, k=kind: _decided(outcome(mu, [k])), width) for kind in FAMILY], "friction")
 
 
 def _rotate(vector: Floats, axis: Floats, angle: float) -> Floats:

@@ -70,6 +70,7 @@ class Verdict(Result):
     falling: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     bonds: Bonds | None = None  #: what the bonds at the centres of joints carry with `forces`
     ties: Floats | None = None  #: tension of each tie, or compression of each strut, with `forces`, (n_ties,) [N]
+    worst: str = ""  #: the case of the imperfections that this verdict is of, the worst one, in words
 
     @property
     def motion(self) -> Floats:
@@ -126,7 +127,7 @@ class Verdict(Result):
         str
             One fact a line.
         """
-        lines = [self.outcome.value]
+        lines = [self.outcome.value, *([f"Worst case of the imperfections: {self.worst}."] if self.worst else [])]
         proof = self.certificate
         if self.outcome in (Outcome.STABLE, Outcome.STABLE_ONLY_BY_SELF_STRESS):
             lines.append(
@@ -206,6 +207,7 @@ class Verdict(Result):
             "falling": [self.assembly.names[i] for i in self.falling],
             "held_share": None if self.coulomb is None else self.coulomb.share,
             "tightness": None if self.coulomb is None else finite(self.coulomb.tightness),
+            "imperfections": self.worst or None,
             "warnings": list(self.warnings),
             "timings": self.timings,
         }

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from blockstat.cli.cases import Case, LoadsFile, cases_command, chosen_case, load_and_loads
+from blockstat.cli.chance import reliability_command
 from blockstat.cli.displacement import capacity_command
+from blockstat.cli.imperfect import Imperfect, imperfections_of
 from blockstat.cli.options import (
     PORT,
     AsJson,
@@ -29,8 +31,9 @@ from blockstat.cli.options import (
     said,
 )
 from blockstat.cli.options import load as load_assembly
+from blockstat.cli.progress import shown_progress
 from blockstat.cli.sequence import sequence
-from blockstat.cli.studies import over_the_horizon, report_command, settle_command
+from blockstat.cli.studies import over_the_horizon, prove_command, report_command, settle_command
 from blockstat.errors import InputError
 
 if TYPE_CHECKING:
@@ -43,6 +46,8 @@ app.command("cases")(cases_command)
 app.command("capacity")(capacity_command)
 app.command("settle")(settle_command)
 app.command("report")(report_command)
+app.command("prove")(prove_command)
+app.command("reliability")(reliability_command)
 
 
 @app.callback()
@@ -120,8 +125,12 @@ def check(
     gap: Gap = None,
     solver: Annotated[str, typer.Option(help="auto, interior-point, clarabel or cvxpy (the primal).")] = "auto",
     flow: Flow = "associated",
+    tightnesses: Annotated[
+        int, typer.Option(metavar="N", help="With --flow coulomb: at how many random tightnesses of the joints too.")
+    ] = 0,
     case: Case = None,
     loads: LoadsFile = None,
+    imperfection: Imperfect = None,
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", help="Also write the blocks with displacement and demand (.glb, .obj)."),
@@ -137,7 +146,10 @@ def check(
     acting = chosen_case(assembly, file, case, loads)
     permanent = None if acting is None else acting.loads
     near = GAP if gap is None else gap_of(gap)
-    verdict = assess(assembly, gap=near, solver=solver, flow=flow, loads=permanent)
+    if tightnesses < 0 or (tightnesses and flow != "coulomb"):
+        raise InputError(f"--tightnesses is {tightnesses}; it must be 0 or more and goes with --flow coulomb")
+    options: dict[str, Any] = {"tightnesses": tightnesses, "imperfections": imperfections_of(imperfection)}
+    verdict = assess(assembly, gap=near, solver=solver, flow=flow, loads=permanent, **options)
     if output is not None:
         write_verdict(verdict, output)
     if as_json:
@@ -173,6 +185,7 @@ def limit(
         Path | None, typer.Option("-o", "--output", help="Polar plot of the directions (.png, .svg, .pdf).")
     ] = None,
     tolerance: Annotated[float, typer.Option(metavar="T", help="Width asked of the bracket, relative to it.")] = 1e-4,
+    imperfection: Imperfect = None,
     as_json: AsJson = False,
 ) -> None:
     """Bracket an acceleration, in one direction or in all, or the live loads of a case. Both bounds are proven."""
@@ -188,10 +201,16 @@ def limit(
     if directions is not None:
         if case is not None or loads is not None:
             raise InputError("--case and --directions are different questions; ask for one of them")
+        if imperfection:
+            raise InputError("--imperfection goes with --load or --case")
         over_the_horizon(file, assembly, directions, flow, output, units, as_json)
         return
     growing, permanent = load_and_loads(load, chosen_case(assembly, file, case, loads))
-    result = limit_load(assembly, growing, loads=permanent, flow=flow, tolerance=tolerance)
+    allowed = imperfections_of(imperfection)
+    with shown_progress() as progress:
+        result = limit_load(
+            assembly, growing, loads=permanent, flow=flow, tolerance=tolerance, imperfections=allowed, progress=progress
+        )
     if as_json:
         echo = inputs(assembly, units=units) | ({"case": case} if case else {})
         print_json({"file": str(file), **echo, **result.summary()})
@@ -208,6 +227,8 @@ def tilt_command(
     gravity: Gravity = None,
     supports: Supports = None,
     units: Units = None,
+    imperfection: Imperfect = None,
+    flow: Flow = "associated",
     as_json: AsJson = False,
 ) -> None:
     """Find the angle by which the ground may tilt about an axis before the assembly falls."""
@@ -217,11 +238,15 @@ def tilt_command(
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=None, supports=supports, units=units)
     about = axis if "," not in axis else numbers(axis, 3, "--axis", "x, y, z or AX,AY,AZ")
-    found = tilt_limit(assembly, about)
+    found = tilt_limit(assembly, about, flow=flow, imperfections=imperfections_of(imperfection))
     stands, falls = (None if isnan(value) else value for value in (found.stands, found.falls))
     if as_json:
         angles = {"axis": axis, "angle_deg": stands or 0.0, "stands_deg": stands, "falls_deg": falls}
-        print_json({"file": str(file), **angles, **inputs(assembly, units=units)})
+        kinds = {"kinds_deg": found.summary()["kinds"]} if found.kinds else {}
+        worst = {"imperfections": found.worst} if found.worst else {}
+        print_json({"file": str(file), **angles, **kinds, **inputs(assembly, units=units), **worst})
+    elif flow == "coulomb":
+        typer.echo(f"{assembly.name}: {found.explain()}")
     elif stands is None:
         typer.echo(f"{assembly.name}: does not stand as it is")
     elif falls is None:
@@ -283,7 +308,8 @@ def plot_command(
     if plain:
         plot(assembly, output, title=assembly.name, **look)
     elif stone and direction is not None:
-        plot_stone_sensitivity(limit_load(assembly, direction), direction, output, **look)
+        limit = limit_load(assembly, direction, optimum=True)
+        plot_stone_sensitivity(limit, direction, output, **look)
     elif mechanism:
         _plot_mechanism(assembly, direction, output, look)
     else:

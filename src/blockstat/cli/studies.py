@@ -1,4 +1,4 @@
-"""Commands that put several analyses together: the limit load over the horizon, settlements, the report."""
+"""Commands beside the verdict: the limit load over the horizon, settlements, the report, proof files."""
 
 from __future__ import annotations
 
@@ -7,14 +7,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from blockstat.cli.cases import Case, LoadsFile, chosen_case, load_and_loads
 from blockstat.cli.options import (
     AsJson,
     FileArgument,
     Friction,
+    Gap,
     Gravity,
     Supports,
     Tilt,
     Units,
+    gap_of,
     inputs,
     numbers,
     print_json,
@@ -174,3 +177,39 @@ def _move(text: str) -> tuple[Any, list[float]]:
         raise InputError(f'--move is "{text}"; it must read {FORM}')
     moved = numbers(displacement, 3, "--move", FORM)
     return (tuple(numbers(where, 6, "--move", FORM)) if "," in where else where), moved
+
+
+def prove_command(
+    file: FileArgument,
+    output: Annotated[Path, typer.Option("-o", "--output", help="Where to write the proof (.json).")],
+    load: Annotated[
+        str | None,
+        typer.Option(metavar="AX,AY,AZ", help="Prove both bounds of this acceleration, in place of the verdict."),
+    ] = None,
+    limit: Annotated[bool, typer.Option("--limit", help="Prove both bounds of the live loads of --case.")] = False,
+    case: Case = None,
+    loads: LoadsFile = None,
+    friction: Friction = None,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
+    supports: Supports = None,
+    units: Units = None,
+    gap: Gap = None,
+    as_json: AsJson = False,
+) -> None:
+    """Write an exact proof that an assembly stands or falls, for `python extras/check_proof.py`."""
+    from blockstat.contact.interfaces import GAP
+    from blockstat.proof.proof_file import prove
+
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    chosen = chosen_case(assembly, file, case, loads)
+    growing, permanent = None, None if chosen is None else chosen.loads
+    if load is not None or limit:
+        growing, permanent = load_and_loads(load, chosen)
+    near = GAP if gap is None else gap_of(gap)
+    proof = prove(assembly, growing, loads=permanent, gap=near)
+    proof.write(output)
+    if as_json:
+        print_json({"file": str(file), "output": str(output), **proof.summary()})
+        return
+    typer.echo(f"{output}: {proof.explain()}")

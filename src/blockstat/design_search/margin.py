@@ -169,11 +169,12 @@ def _reserve(made: Make, point: Mapping[str, float], margin: Margin) -> tuple[fl
     except InputError:
         pass
     assembly = made(point)
-    limit = limit_load(assembly, load(assembly))
+    limit = limit_load(assembly, load(assembly), optimum=True)
     if limit.outcome is LoadOutcome.UNBOUNDED:
         return TOP, np.zeros(len(point)), STABLE
     if limit.outcome is LoadOutcome.LIMIT:
-        return limit.lower, _slopes(lambda v: limit_load(made(v), load(made(v))).lower, point, WIDE), STABLE
+        slopes = _slopes(lambda v: limit_load(made(v), load(made(v)), optimum=True).lower, point, WIDE)
+        return limit.lower, slopes, STABLE
     try:
         verdict, gradient = score_gradient(made, point)
         return -verdict.score, -np.array([gradient[name] for name in point]), verdict.outcome.word

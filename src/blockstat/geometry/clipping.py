@@ -42,6 +42,39 @@ def clip(subject: Floats, window: Floats) -> tuple[Floats, Ints]:
     return polygon, count
 
 
+def inset(polygon: Floats, depth: Floats) -> tuple[Floats, Ints]:
+    """Return what is left of convex polygons when each edge moves inwards.
+
+    Parameters
+    ----------
+    polygon : array of float, shape (n, k, 2)
+        Corners, counter-clockwise [m].
+    depth : array of float, shape (n,)
+        How far the edges of each polygon move [m].
+
+    Returns
+    -------
+    polygon : array of float, shape (n, m, 2)
+        Corners of what is left [m].
+    count : array of int, shape (n,)
+        How many of the corners count; 0 where nothing is left.
+
+    Examples
+    --------
+    >>> square = np.array([[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]])
+    >>> area(*inset(square, np.array([0.25]))).tolist()
+    [0.25]
+    """
+    n, k, _ = polygon.shape
+    left, count = polygon, np.full(n, k)
+    for edge in range(k):
+        along = polygon[:, (edge + 1) % k] - polygon[:, edge]
+        length = np.linalg.norm(along, axis=1)
+        inward = np.column_stack([-along[:, 1], along[:, 0]]) / np.where(length > 0, length, 1.0)[:, None]
+        left, count = _cut(left, count, polygon[:, edge] + depth[:, None] * inward, along)
+    return left, count
+
+
 def _cut(polygon: Floats, count: Ints, tail: Floats, direction: Floats) -> tuple[Floats, Ints]:
     """Keep what lies left of a line through `tail`; a line without direction keeps all."""
     n, width, _ = polygon.shape

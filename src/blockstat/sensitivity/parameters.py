@@ -77,7 +77,7 @@ def limit_load_gradient(make: Make, values: Mapping[str, float], load: LoadOf) -
     (0.25, 0.5)
     """
     assembly = _plain(make(values))
-    limit = limit_load(assembly, load(assembly))
+    limit = limit_load(assembly, load(assembly), optimum=True)
     multiplier, twist = pinned(limit, load(assembly))
 
     def residual(changed: Assembly, interfaces: Interfaces) -> Floats:

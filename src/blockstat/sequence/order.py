@@ -17,9 +17,8 @@ from typing import TYPE_CHECKING, Any
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
 from blockstat.result import Result
-from blockstat.sequence.journal import Journal
 from blockstat.sequence.plan import Plan
-from blockstat.sequence.search import Constraints, OrderOutcome, Search
+from blockstat.sequence.search import Constraints, Journal, OrderOutcome, Search
 from blockstat.sequence.states import Whole
 
 if TYPE_CHECKING:

@@ -1,11 +1,18 @@
-"""The search for an order of building: backwards from the finished assembly, best first."""
+"""The search for an order of building: backwards from the finished assembly, best first.
+
+A journal keeps what came of each state, written before the search goes on. The search is determined by these outcomes.
+So it is run again from the beginning, and states in the journal cost nothing. A last line cut short is left out.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import heapq
+import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import count
+from pathlib import Path
 from time import monotonic
 from typing import Any
 
@@ -15,7 +22,6 @@ from blockstat.analysis.verdict import Outcome
 from blockstat.errors import InputError
 from blockstat.result import Sentence
 from blockstat.sequence.insertion import insertion_direction
-from blockstat.sequence.journal import Journal
 from blockstat.sequence.plan import Plan, Step
 from blockstat.sequence.states import Whole
 from blockstat.solve.phase_one import STEEP
@@ -43,6 +49,72 @@ class Constraints:
     groups: Sequence[Sequence[str]] = ()  #: blocks that are put in together
     reach: Callable[[str, frozenset[str]], bool] | None = None  #: whether a block can be put in beside others
     insertion: bool = False  #: whether a straight motion must bring it there
+
+
+class Journal:
+    """Outcomes of states on disk.
+
+    Parameters
+    ----------
+    path : str or Path
+        A file of lines of JSON; it is made if it is not there.
+    whole : Whole
+        The assembly with its joints.
+    flow : str
+        "associated" or "coulomb".
+
+    Raises
+    ------
+    InputError
+        For a file that is no journal, or that of another assembly, friction or flow.
+    """
+
+    def __init__(self, path: str | Path, whole: Whole, flow: str) -> None:
+        self._path = Path(path)
+        head = {"journal": "blockstat sequence", "of": _fingerprint(whole), "flow": flow}
+        self.known: dict[Node, Any] = {}  #: what `note` was given, by state
+        try:
+            lines = self._path.read_text().split("\n") if self._path.exists() else []
+            if lines and self._read(lines[0]) != head:
+                raise InputError(f"{path}: a journal of another assembly, friction or flow; give a new file")
+            for line in lines[1:-1]:
+                present, held, outcome = self._read(line)
+                self.known[int(present, 16), int(held, 16)] = outcome
+            kept = "\n".join([json.dumps(head), *lines[1:-1]]) + "\n"
+            self._file = self._path.open("w" if kept != "\n".join(lines) else "a")
+            if kept != "\n".join(lines):
+                self._file.write(kept)
+                self._file.flush()
+        except OSError as error:
+            raise InputError(f"{path}: {error.strerror}") from None
+
+    def _read(self, line: str) -> Any:
+        try:
+            return json.loads(line)
+        except ValueError:
+            raise InputError(f"{self._path}: not a journal of a search") from None
+
+    def note(self, state: Node, outcome: Any) -> None:
+        """Write down what came of a state.
+
+        Parameters
+        ----------
+        state : (int, int)
+            Blocks present and held, as bits.
+        outcome : object
+            Anything that JSON can hold.
+        """
+        self._file.write(json.dumps([hex(state[0]), hex(state[1]), outcome]) + "\n")
+        self._file.flush()
+
+
+def _fingerprint(whole: Whole) -> str:
+    """A digest of shapes, supports, joints and friction."""
+    assembly, faces = whole.assembly, whole.interfaces
+    digest = hashlib.sha256(repr((assembly.names, assembly.friction, assembly.gravity.tolist())).encode())
+    for array in (assembly.vertices, assembly.support, assembly.mass, faces.pair, faces.point, faces.frame):
+        digest.update(array.tobytes())
+    return digest.hexdigest()
 
 
 @dataclass(frozen=True)

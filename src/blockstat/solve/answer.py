@@ -61,6 +61,11 @@ class EarlyEnd:
     guess: Floats | None = None
     brief: bool = False  #: whether phase one ends where forces are not found easily
     optimise: bool = True  #: whether the iteration follows where phase one finds none
+    #: Told twist, forces and multiplier of each iterate; True ends with `ACCEPTED`. The iteration then starts at
+    #: `inside`, forces inside their cones that balance the cost, shape (m, 3), and a motion that opens every joint.
+    #: Both stay so on the way (see `blockstat.solve.interior_point`). Where no such motion is found nothing is solved.
+    pair: Callable[[Floats, Floats, float], bool] | None = None
+    inside: Floats | None = None
 
 
 #: Go on to the optimum.
@@ -131,3 +136,21 @@ def read_answer(
         yielding=program.yielding(x),
         rates=np.empty((0, 3)) if slack is None else program.rates(slack),
     )
+
+
+def no_answer(program: ConicProgram, iterations: int) -> Answer:
+    """Return what a solve leaves that was stopped.
+
+    Parameters
+    ----------
+    program
+        The program.
+    iterations
+        Factorisations until then.
+
+    Returns
+    -------
+    Answer
+        Without forces and without a twist.
+    """
+    return read_answer(program, 0 * program.cost, 0 * program.bound, Status.STALLED, iterations, "interior-point")

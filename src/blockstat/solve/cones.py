@@ -200,6 +200,23 @@ class Cones:
         float
             The largest alpha, inf if there is none.
         """
+        return float(self.longest_steps(start, step).min(initial=np.inf))
+
+    def longest_steps(self, start: Floats, step: Floats) -> Floats:
+        """Return the largest alpha of each cone.
+
+        Parameters
+        ----------
+        start
+            A vector inside the cones.
+        step
+            Any vector of the product.
+
+        Returns
+        -------
+        Floats
+            Shape (n_soc + n_half,), inf where there is none.
+        """
         (s3, s1), (d3, d1) = self.parts(start), self.parts(step)
         a, b, c = determinant(d3), _minkowski(s3, d3), determinant(s3)
         root = b * b - a * c
@@ -208,7 +225,34 @@ class Cones:
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             soc = np.where((root >= 0) & (below > 0), c / below, np.inf)
             half = np.where(d1 < 0, -s1 / d1, np.inf)
-        return float(min(soc.min(initial=np.inf), half.min(initial=np.inf)))
+        return np.concatenate([soc, half])
+
+    def towards(self, vector: Floats, low: float, high: float) -> Floats:
+        """Return what brings the eigenvalues of a vector between two numbers, those above by `high` at most.
+
+        Parameters
+        ----------
+        vector
+            Any vector of the product.
+        low, high
+            Positive numbers.
+
+        Returns
+        -------
+        Floats
+            A vector of the same frame as the given one, 0 where all eigenvalues lie between.
+        """
+
+        def change(value: Floats) -> Floats:
+            return np.maximum(np.clip(value, low, high) - value, -high)
+
+        triples, numbers = self.parts(vector)
+        tail = np.sqrt(triples[1] ** 2 + triples[2] ** 2)
+        less, more = change(triples[0] - tail), change(triples[0] + tail)
+        found = np.empty_like(triples)
+        found[0] = (less + more) / 2.0
+        found[1:] = np.where(tail > 0, triples[1:] / np.where(tail > 0, tail, 1.0), 0.0) * (more - less) / 2.0
+        return self.join(found, change(numbers))
 
     def scaling(self, s: Floats, z: Floats) -> Scaling:
         """Return the Nesterov-Todd scaling of two vectors inside the product.

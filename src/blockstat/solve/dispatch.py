@@ -34,9 +34,27 @@ def solve(program: ConicProgram, *, solver: str = "auto", early: EarlyEnd = AT_T
     """
     if solver == "cvxpy":
         return cvxpy.solve(program)
-    pays = solver == "interior-point" or (solver == "auto" and program.width * program.n_blocks >= STRUCTURED)
-    if program.has_structure and (pays or (early.guess is not None and solver == "auto")):
-        answer = interior_point.solve(program, early if pays else replace(early, optimise=False))
+    whole = pays(program, solver)
+    if program.has_structure and (whole or (early.guess is not None and solver == "auto")):
+        answer = interior_point.solve(program, early if whole else replace(early, optimise=False))
         if not answer.status.is_stalled:
             return answer
     return clarabel.solve(program)
+
+
+def pays(program: ConicProgram, solver: str) -> bool:
+    """Return whether the interior-point method is to solve a program of this size.
+
+    Parameters
+    ----------
+    program
+        The program.
+    solver
+        One of `CHOICES`.
+
+    Returns
+    -------
+    bool
+        True where it is asked for by name, or by "auto" for a large program.
+    """
+    return solver == "interior-point" or (solver == "auto" and program.width * program.n_blocks >= STRUCTURED)

@@ -15,7 +15,7 @@ import numpy as np
 from blockstat.program.conic import ConicProgram
 from blockstat.solve.answer import AT_THE_OPTIMUM, Answer, EarlyEnd, Status, read_answer
 from blockstat.solve.kkt import DUAL_PROXIMAL, PROXIMAL, REFINED, KktSolver, Pair, largest
-from blockstat.solve.phase_one import NOTHING, find_forces
+from blockstat.solve.phase_one import NOTHING, find_forces, find_motion
 from blockstat.typing import Floats
 
 MOST_ITERATIONS = 100
@@ -30,6 +30,12 @@ PATIENCE = 8  #: iterations without progress
 STEP = 0.99
 INSIDE = 0.1  #: depth of a start at multipliers, in mean weights, and its complementarity
 LARGE = 1e3  #: multipliers beyond this change the proximal term of their own no more
+#: Correctors of centrality (Gondzio: Multiple centrality corrections in a primal-dual method for linear programming,
+#: 1996): each asks for a step so much longer, and for products s o z within a factor of NEAR of their target.
+#: FEW of the cones may hinder the predictor without a say in the target.
+CORRECTORS, FURTHER, NEAR, FEW = 2, 0.3, 0.1, 3e-3
+#: A start inside: the gap between the bounds, in weights that move as fast as the load, and the first multiplier.
+FIRST_GAP, FIRST_MULTIPLIER, DEEP = 1.0, 0.1, 1e-3
 #: Far from the end solves need not be as good: a share of the iterate's own error, at most the second.
 FIRM, ROUGH = 1e-1, 1e-3
 
@@ -63,6 +69,8 @@ def solve(program: ConicProgram, early: EarlyEnd = AT_THE_OPTIMUM) -> Answer:
     Answer
         Forces, a twist and the status; nothing in them is checked. An iteration is a factorisation.
     """
+    if early.pair is not None:
+        return _solve_inside(program, early)
     first = NOTHING
     if early.guess is not None:
         first = find_forces(program, program.multipliers(early.guess), brief=early.brief)
@@ -70,8 +78,28 @@ def solve(program: ConicProgram, early: EarlyEnd = AT_THE_OPTIMUM) -> Answer:
             return _read(program, 0 * program.cost, first.found, Status.ACCEPTED, first.factorisations)
     if not early.optimise:
         return _read(program, 0 * program.cost, 0 * program.bound, Status.NO_FORCES, first.factorisations)
-    answer = _iterate(program, KktSolver(program), early, first.least)
+    kkt = KktSolver(program)
+    try:
+        state = _start(program, kkt) if first.least is None else _start_at(program, kkt, first.least)
+    except ArithmeticError:
+        return _read(program, 0 * program.cost, 0 * program.bound, Status.STALLED, first.factorisations)
+    answer = _iterate(program, kkt, early, state)
     return replace(answer, iterations=first.factorisations + answer.iterations)
+
+
+def _solve_inside(program: ConicProgram, early: EarlyEnd) -> Answer:
+    """From inside the cones, with correctors of centrality; nothing is solved where there is no way inside."""
+    assert early.inside is not None
+    kkt = KktSolver(program)
+    opening, factorisations = None, 0
+    if not program.n_zeros and program.bounds is None:
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            opening, factorisations = find_motion(program, kkt)
+    if opening is None:
+        return _read(program, 0 * program.cost, 0 * program.bound, Status.STALLED, factorisations)
+    state = _start_inside(program, kkt, opening, early.inside)
+    answer = _iterate(program, kkt, early, state, CORRECTORS)
+    return replace(answer, iterations=factorisations + answer.iterations)
 
 
 def _read(program: ConicProgram, x: Floats, z: Floats, status: Status, iterations: int) -> Answer:
@@ -79,12 +107,8 @@ def _read(program: ConicProgram, x: Floats, z: Floats, status: Status, iteration
     return read_answer(program, x, z, status, iterations, "interior-point", slack)
 
 
-def _iterate(program: ConicProgram, kkt: KktSolver, early: EarlyEnd, start: Floats | None) -> Answer:
+def _iterate(program: ConicProgram, kkt: KktSolver, early: EarlyEnd, state: _State, correctors: int = 0) -> Answer:
     """Predictor and corrector until the answer is good, or gets no better."""
-    try:
-        state = _start(program, kkt) if start is None else _start_at(program, kkt, start)
-    except ArithmeticError:
-        return _read(program, 0 * program.cost, 0 * program.bound, Status.STALLED, 0)
     best, best_error, least, waited, asked = state, np.inf, np.inf, 0, ASK
     iteration = 0
     for iteration in range(MOST_ITERATIONS):
@@ -94,6 +118,8 @@ def _iterate(program: ConicProgram, kkt: KktSolver, early: EarlyEnd, start: Floa
             return _answer(program, state, status, iteration)
         if early.twist is not None and early.twist(program.twist(state.x / state.tau)):
             return _answer(program, state, Status.MECHANISM, iteration)
+        if early.pair is not None and early.pair(*_pair(program, state)):
+            return _answer(program, state, Status.ACCEPTED, iteration)
         accept = early.forces
         # Forces are asked about once they nearly balance, and again each time they do so three times better.
         if accept is not None and (near := largest(rest.dual - rest.curved) / state.tau) < asked:
@@ -111,7 +137,7 @@ def _iterate(program: ConicProgram, kkt: KktSolver, early: EarlyEnd, start: Floa
             break
         try:
             with np.errstate(over="raise", invalid="raise", divide="raise"):
-                state = _step(program, kkt, state, rest, error)
+                state = _step(program, kkt, state, rest, error, correctors)
         except (ArithmeticError, np.linalg.LinAlgError):
             break
     return _answer(program, best, Status.ALMOST_SOLVED if best_error < ALMOST else Status.STALLED, iteration)
@@ -120,6 +146,11 @@ def _iterate(program: ConicProgram, kkt: KktSolver, early: EarlyEnd, start: Floa
 def _answer(program: ConicProgram, state: _State, status: Status, iterations: int) -> Answer:
     scale = 1.0 if status.is_infeasible or status.is_stalled else state.tau
     return _read(program, state.x / scale, state.z / scale, status, iterations)
+
+
+def _pair(program: ConicProgram, v: _State) -> tuple[Floats, Floats, float]:
+    """Twist, forces and multiplier of an iterate."""
+    return program.twist(v.x / v.tau), program.forces(v.z / v.tau), float(v.z[-1] / v.tau)
 
 
 def _start(program: ConicProgram, kkt: KktSolver) -> _State:
@@ -153,6 +184,22 @@ def _start_at(program: ConicProgram, kkt: KktSolver, z: Floats) -> _State:
     s = cones.quotient(z, INSIDE * cones.unit)
     cones.zeros(s)[:] = 0.0
     return _State(0 * program.cost, s, z, 1.0, INSIDE)
+
+
+def _start_inside(program: ConicProgram, kkt: KktSolver, opening: Floats, force: Floats) -> _State:
+    """A motion that opens every joint and forces that balance the cost, far enough apart for a gap of `FIRST_GAP`.
+
+    Only the load of the multiplier is not balanced yet, and its work is not yet one.
+    """
+    cones, z = kkt.cones, program.multipliers(force)
+    z[-1] = FIRST_MULTIPLIER
+    z = cones.lifted(z, np.maximum(DEEP - cones.depths(z), 0.0))
+    s = -(program.matrix @ opening)
+    size = FIRST_GAP / _dot(s[:-1], z[:-1])
+    s *= size
+    mu = FIRST_GAP / cones.degree
+    s[-1] = mu / FIRST_MULTIPLIER
+    return _State(size * opening, s, z, 1.0, mu)
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,58 +255,99 @@ def _convergence(program: ConicProgram, v: _State, rest: _Residuals) -> tuple[St
     return None, max(errors)
 
 
-def _step(program: ConicProgram, kkt: KktSolver, v: _State, rest: _Residuals, error: float) -> _State:
-    """One predictor and corrector from an iterate of some error."""
-    cones, curved = kkt.cones, rest.curved
-    scaling = cones.scaling(v.s, v.z)
-    # Proximal terms must not hold back what is large: W'W is s over z, and s is mu over z.
-    length, force = (max(largest(part) / v.tau, 1.0) for part in (v.x, v.z))
-    kkt.update(
-        scaling,
-        pull=PROXIMAL / length,
-        shift=DUAL_PROXIMAL / min(force, LARGE) ** 2,
-        refined=max(REFINED, min(FIRM * error, ROUGH)),
-    )
-    mean = scaling.apply(v.z)
-    mu = _complementarity(kkt, v)
-    slope = 2.0 * curved / v.tau + program.cost
-    dual_slope = 2.0 * program.compliance / v.tau * v.z + program.bound
-    bend_of_gap = (_dot(v.x, curved) + program.compliance * _dot(v.z, v.z)) / v.tau**2
-    square = cones.product(mean, mean)
+#: The change of x, s, z, tau and kappa.
+Direction = tuple[Floats, Floats, Floats, float, float]
 
-    def right(share: float, bend: Floats) -> tuple[Floats, Pair]:
+
+class _Newton:
+    """The directions at one iterate."""
+
+    def __init__(self, program: ConicProgram, kkt: KktSolver, v: _State, rest: _Residuals, refined: float) -> None:
+        self._kkt, self._v, self._rest = kkt, v, rest
+        self.cones, curved = kkt.cones, rest.curved
+        self.scaling = self.cones.scaling(v.s, v.z)
+        # Proximal terms must not hold back what is large: W'W is s over z, and s is mu over z.
+        length, force = (max(largest(part) / v.tau, 1.0) for part in (v.x, v.z))
+        kkt.update(
+            self.scaling,
+            pull=PROXIMAL / length,
+            shift=DUAL_PROXIMAL / min(force, LARGE) ** 2,
+            refined=refined,
+        )
+        self.mean = self.scaling.apply(v.z)
+        self.square = self.cones.product(self.mean, self.mean)
+        self._slope = 2.0 * curved / v.tau + program.cost
+        self._dual_slope = 2.0 * program.compliance / v.tau * v.z + program.bound
+        bend_of_gap = (_dot(v.x, curved) + program.compliance * _dot(v.z, v.z)) / v.tau**2
+        shift, affine = self._right(1.0, self.square)
+        self._tau_pair, first = kkt.solve((-program.cost, program.bound), affine)
+        x2, z2 = self._tau_pair
+        self._below = _dot(self._slope, x2) + _dot(self._dual_slope, z2) - bend_of_gap - v.kappa / v.tau
+        self.predictor = self._complete(1.0, shift, first, v.tau * v.kappa)
+
+    def _right(self, share: float, bend: Floats) -> tuple[Floats, Pair]:
         """For residuals reduced to `share` and lambda o (W^-1 ds + W dz) = -bend."""
-        shift = scaling.apply(cones.quotient(mean, bend))
-        return shift, (-share * rest.dual, shift - share * rest.primal)
+        shift = self.scaling.apply(self.cones.quotient(self.mean, bend))
+        return shift, (-share * self._rest.dual, shift - share * self._rest.primal)
 
-    shift, affine = right(1.0, square)
-    (x2, z2), first = kkt.solve((-program.cost, program.bound), affine)
-    below = _dot(slope, x2) + _dot(dual_slope, z2) - bend_of_gap - v.kappa / v.tau
-
-    def direction(share: float, shift: Floats, one: Pair, turn: float) -> tuple[Floats, Floats, Floats, float, float]:
+    def _complete(self, share: float, shift: Floats, one: Pair, turn: float) -> Direction:
         """The step, with tau kappa changed by -turn."""
-        x1, z1 = one
-        above = -share * rest.gap + turn / v.tau - _dot(slope, x1) - _dot(dual_slope, z1)
-        d_tau = above / below
+        v, (x1, z1), (x2, z2) = self._v, one, self._tau_pair
+        above = -share * self._rest.gap + turn / v.tau - _dot(self._slope, x1) - _dot(self._dual_slope, z1)
+        d_tau = above / self._below
         dx, dz = x1 + d_tau * x2, z1 + d_tau * z2
-        ds = -shift - scaling.squared(dz)
+        ds = -shift - self.scaling.squared(dz)
         return dx, ds, dz, d_tau, (-turn - v.kappa * d_tau) / v.tau
 
-    def longest(ds: Floats, dz: Floats, d_tau: float, d_kappa: float) -> float:
-        steps = [cones.longest_step(v.s, ds), cones.longest_step(v.z, dz)]
-        steps += [-now / change for now, change in ((v.tau, d_tau), (v.kappa, d_kappa)) if change < 0]
+    def direction(self, share: float, bend: Floats, turn: float) -> Direction:
+        """The step for another right-hand side."""
+        shift, right = self._right(share, bend)
+        (one,) = self._kkt.solve(right)
+        return self._complete(share, shift, one, turn)
+
+    def longest(self, d: Direction, left_out: float = 0.0) -> float:
+        """The longest step inside the cones, at most 1, of all of them but a share."""
+        v, (_, ds, dz, d_tau, d_kappa) = self._v, d
+        steps = [-now / change for now, change in ((v.tau, d_tau), (v.kappa, d_kappa)) if change < 0]
+        for start, change in ((v.s, ds), (v.z, dz)):
+            own = self.cones.longest_steps(start, change)
+            k = int(left_out * len(own))
+            steps.append(float(np.partition(own, k)[k]) if k else float(own.min(initial=np.inf)))
         return min(1.0, *steps)
 
-    _, ds, dz, d_tau, d_kappa = direction(1.0, shift, first, v.tau * v.kappa)
-    alpha = longest(ds, dz, d_tau, d_kappa)
-    sigma = (1.0 - alpha) ** 3
-    second = cones.product(scaling.inverse(ds), scaling.apply(dz))
-    bend = square + second - sigma * mu * cones.unit
-    turn = v.tau * v.kappa + d_tau * d_kappa - sigma * mu
-    shift, corrected = right(1.0 - sigma, bend)
-    (second_order,) = kkt.solve(corrected)
-    dx, ds, dz, d_tau, d_kappa = direction(1.0 - sigma, shift, second_order, turn)
-    alpha = STEP * longest(ds, dz, d_tau, d_kappa)
+    def scaled(self, d: Direction) -> tuple[Floats, Floats]:
+        """W^-1 ds and W dz."""
+        return self.scaling.inverse(d[1]), self.scaling.apply(d[2])
+
+
+def _step(
+    program: ConicProgram, kkt: KktSolver, v: _State, rest: _Residuals, error: float, correctors: int = 0
+) -> _State:
+    """One predictor and corrector from an iterate of some error, and correctors of centrality."""
+    # What a solve leaves of equilibrium is balanced where a bracket is proven on the way.
+    newton = _Newton(program, kkt, v, rest, ROUGH if correctors else max(REFINED, min(FIRM * error, ROUGH)))
+    unit, mu = newton.cones.unit, _complementarity(kkt, v)
+    # A few cones that the predictor would leave say little of the rest, and correctors see to them.
+    sigma = (1.0 - newton.longest(newton.predictor, FEW if correctors else 0.0)) ** 3
+    ds, dz = newton.scaled(newton.predictor)
+    bend = newton.square + newton.cones.product(ds, dz) - sigma * mu * unit
+    turn = v.tau * v.kappa + newton.predictor[3] * newton.predictor[4] - sigma * mu
+    best = newton.direction(1.0 - sigma, bend, turn)
+    alpha = newton.longest(best)
+    for _ in range(correctors):
+        far = min(1.0, alpha + FURTHER)
+        ds, dz = newton.scaled(best)
+        product = newton.cones.product(newton.mean + far * ds, newton.mean + far * dz)
+        bend = bend - newton.cones.towards(product, NEAR * sigma * mu, sigma * mu / NEAR)
+        trial = newton.direction(1.0 - sigma, bend, turn)
+        longer = newton.longest(trial)
+        if longer > alpha:
+            best = trial
+        gain, alpha = longer - alpha, max(alpha, longer)
+        if gain < NEAR * FURTHER:
+            break
+    dx, ds, dz, d_tau, d_kappa = best
+    alpha *= STEP
     return _State(
         v.x + alpha * dx, v.s + alpha * ds, v.z + alpha * dz, v.tau + alpha * d_tau, v.kappa + alpha * d_kappa
     )

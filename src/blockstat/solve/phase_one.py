@@ -31,6 +31,8 @@ STEP, LEAST = 0.95, 0.2
 #: Points with a slack of many weights move no further for more: forces are compared with this many mean weights.
 SATURATED = 10.0
 MOST = 25  #: factorisations
+#: Of the search for a motion that opens every joint: factorisations, and its proximal terms.
+MOST_OPENING, OPENING_PULL = 10, 1e-9
 BALANCED = 1e-13  #: of the largest load, what may be left unbalanced
 #: Joints whose normal makes less than this cosine with the loads carry nothing down.
 STEEP = 0.1
@@ -136,6 +138,42 @@ class _Search:
         ((_, back),) = kkt.solve((-kkt.transposed(away), np.zeros_like(z)))
         step = away + back
         return z + min(0.5 * cones.longest_step(z, step), 1.0) * step
+
+
+def find_motion(program: ConicProgram, kkt: KktSolver) -> tuple[Floats | None, int]:
+    """Look for unknowns that are strictly inside all constraints of two blocks: a motion that opens every joint.
+
+    Each step is the least change of the slack s that satisfies M x + s = 0, in the metric of the barrier at s, from
+    the unit of every cone: the blocks part as evenly as they can. Finding none proves nothing.
+
+    Parameters
+    ----------
+    program
+        A program with the structure of blocks, without zeros and bounds of points.
+    kkt
+        Its systems.
+
+    Returns
+    -------
+    motion : Floats or None
+        Unknowns, shape (n,).
+    factorisations : int
+        How many it took.
+    """
+    cones, x, s = kkt.cones, 0 * program.cost, kkt.cones.unit.copy()
+    two_blocks = np.arange(len(s)) < len(program.local)  # the border is left out
+    for k in range(1, MOST_OPENING + 1):
+        kkt.update(cones.scaling(s, cones.quotient(s, cones.unit)), pull=OPENING_PULL, shift=OPENING_PULL)
+        rest = np.where(two_blocks, program.matrix @ x + s, 0.0)
+        ((step, _),) = kkt.solve((0 * x, -rest))
+        change = np.where(two_blocks, -rest - program.matrix @ step, 0.0)
+        share = STEP * cones.longest_step(s, change)
+        if share > STEP:
+            return x + step, k
+        if share < LEAST:
+            break
+        x, s = x + share * step, s + share * change
+    return None, k
 
 
 def _inside(cones: Cones, least: Floats) -> Floats:

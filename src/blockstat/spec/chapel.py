@@ -86,6 +86,7 @@ class Building(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     loads: dict[str, dict[str, Any]] = {}  #: by name: each has a `kind` and the keys of that kind
     cases: dict[str, dict[str, Any]] = {}  #: by name: combinations of loads with factors
     ties: dict[str, dict[str, Any]] = {}  #: by name: ties and struts between two blocks
+    stages: list[dict[str, Any]] = []  #: what is put in one after the other: see `blockstat.sequence.stages`
     description: str = ""  #: one line
 
     def __post_init__(self) -> None:
@@ -139,6 +140,7 @@ def lowered(building: Building) -> Plan:
         no_overlap=True,
         **load_tables(building.loads, building.cases),
         ties=ties_of(building.ties),
+        stages=tuple(building.stages),
         keys={"elements.vault": "vault", "elements.walls: ": ""} | keys,
     )
 

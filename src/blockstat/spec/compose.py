@@ -78,12 +78,17 @@ def build(scene: Scene) -> Assembly:
         metadata={
             "parameters": {path: found.value for path, found in parameters(scene).items()},
             "material": msgspec.to_builtins(plan.material),
-            **{key: own for key, own in (("loads", plan.loads), ("cases", plan.cases)) if own},
+            **{key: own for key, own in _tables(plan) if own},
         },
     )
     if not plan.no_overlap:
         _check_elements_apart(assembly)
     return assembly
+
+
+def _tables(plan: Plan) -> list[tuple[str, Any]]:
+    """What a plan says of its loads, their cases and its stages, for those who judge the assembly."""
+    return [("loads", plan.loads), ("cases", plan.cases), ("stages", list(plan.stages))]
 
 
 def _said(message: str, keys: Mapping[str, str]) -> str:

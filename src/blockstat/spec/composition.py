@@ -38,6 +38,7 @@ class Composition(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     loads: dict[str, dict[str, Any]] = {}  #: by name: each has a `kind` and the keys of that kind
     cases: dict[str, dict[str, Any]] = {}  #: by name: combinations of loads with factors
     ties: dict[str, dict[str, Any]] = {}  #: by name: ties and struts between two blocks
+    stages: list[dict[str, Any]] = []  #: what is put in one after the other: see `blockstat.sequence.stages`
     description: str = ""  #: one line
 
     def __post_init__(self) -> None:
@@ -55,6 +56,7 @@ class Plan(msgspec.Struct, frozen=True, kw_only=True):
     loads: dict[str, Any] = {}  #: tables of loads, as `blockstat.load_cases` takes them
     cases: dict[str, Any] = {}  #: and of their combinations
     ties: tuple[Tie, ...] = ()
+    stages: tuple[dict[str, Any], ...] = ()  #: tables of stages, as `blockstat.assess_stages` takes them
     no_overlap: bool = False  #: whether the elements are known not to overlap, so that this need not be checked
     #: what errors call a part of the plan, and what the scene calls it
     keys: dict[str, str] = {}
@@ -131,6 +133,7 @@ def resolve(composition: Composition) -> Plan:
         supports=composition.supports,
         **load_tables(composition.loads, composition.cases, names),
         ties=ties_of(composition.ties, names),
+        stages=tuple(composition.stages),
     )
 
 

@@ -1,0 +1,242 @@
+"""Construction stages of a scene: the walls, then the vault on its centring, then decentring.
+
+A stage is a table of the scene file::
+
+    [[stages]]
+    name = "vault"
+    place = ["vault"]        # groups that are put in now
+    centring = ["vault"]     # groups that rest on a centring at its end
+    courses = true           # judged after each course, too
+
+Without a centring a stage is one more static verdict. On a centring it has the least total force of props, each normal
+to the face of a block that looks down most (`blockstat.centring`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+import numpy as np
+
+from blockstat.analysis.verdict import Outcome
+from blockstat.contact.interfaces import GAP
+from blockstat.errors import InputError, known_options
+from blockstat.result import Result, finite
+from blockstat.sequence.props import Falsework, FalseworkOutcome, centring, held_by_props
+from blockstat.sequence.states import Whole
+from blockstat.typing import Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: Blocks whose centroids are no further apart in height than this share of their size are of one course.
+LEVEL = 1e-3
+
+
+class Stage(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """One stage as it is written."""
+
+    name: str
+    place: tuple[str, ...] = ()  #: groups put in at its beginning
+    centring: tuple[str, ...] = ()  #: groups that rest on a centring at its end
+    courses: bool = False  #: whether it is judged after each course
+
+
+@dataclass(frozen=True, eq=False)
+class StageVerdict:
+    """What the statics say at the end of a stage, or of one of its courses."""
+
+    name: str
+    blocks: int  #: that are there and free
+    outcome: Outcome
+    score: float
+    moving: tuple[str, ...]  #: blocks that move where it falls
+    falsework: Falsework | None = None  #: with a centring
+
+
+@dataclass(frozen=True, eq=False)
+class StagesVerdict(Result):
+    """The stages of a scene, one after the other."""
+
+    outcome: Outcome  #: stable when every stage is, else that of the first which is not
+    stages: tuple[StageVerdict, ...]
+
+    def summary(self) -> dict[str, Any]:
+        """Return plain values for JSON.
+
+        Returns
+        -------
+        dict
+            One row a stage.
+        """
+        return {
+            "verdict": self.outcome.word,
+            "stages": [
+                {
+                    "name": stage.name,
+                    "blocks": stage.blocks,
+                    "verdict": stage.outcome.word,
+                    "score": finite(stage.score),
+                    "moving": list(stage.moving),
+                    "centring_total": None if stage.falsework is None else finite(stage.falsework.total),
+                    "centring_peak": None if stage.falsework is None else finite(stage.falsework.peak),
+                }
+                for stage in self.stages
+            ],
+        }
+
+    def explain(self, limit: int = 5) -> str:
+        """Return one line a stage.
+
+        Parameters
+        ----------
+        limit : int, optional
+            Most blocks that are named.
+
+        Returns
+        -------
+        str
+            One fact a line.
+        """
+        lines = []
+        for stage in self.stages:
+            words = f"{stage.name}: {stage.blocks} blocks, {stage.outcome.word}"
+            if stage.falsework is not None and stage.outcome is Outcome.STABLE:
+                total, peak = 1e-3 * stage.falsework.total, 1e-3 * stage.falsework.peak
+                words += f" on a centring that carries at least {total:.2f} kN, {peak:.2f} kN at one block"
+            if stage.moving:
+                more = " ..." if len(stage.moving) > limit else ""
+                words += f"; first to move: {', '.join(stage.moving[:limit])}{more}"
+            lines.append(words)
+        return "\n".join(lines)
+
+
+def stages_of(assembly: Assembly) -> tuple[Stage, ...]:
+    """Return the stages that a scene gives its assembly.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Built from a scene; its stages are in `metadata["stages"]`.
+
+    Returns
+    -------
+    tuple of Stage
+        In their order; none without any.
+
+    Raises
+    ------
+    InputError
+        Naming the stage, for an unknown key or group, a block placed twice or never, or a centring under a group that
+        is not there yet.
+    """
+    found: list[Stage] = []
+    placed: dict[int, str] = {}
+    for number, table in enumerate(assembly.metadata.get("stages", ())):
+        try:
+            stage = msgspec.convert(table, Stage)
+        except msgspec.ValidationError as error:
+            raise InputError(f"stages.{number}: {error}") from None
+        where = f'stages.{number} ("{stage.name}")'
+        for block in _blocks(assembly, stage.place, where).tolist():
+            if block in placed:
+                name = assembly.names[block]
+                raise InputError(f'{where}: block "{name}" is put in, but stands since stage "{placed[block]}"')
+            placed[block] = stage.name
+        late = [b for b in _blocks(assembly, stage.centring, where).tolist() if b not in placed]
+        if late:
+            raise InputError(f'{where}: block "{assembly.names[late[0]]}" is on a centring, but not put in yet')
+        found.append(stage)
+    missing = [assembly.names[k] for k in assembly.free.tolist() if k not in placed] if found else []
+    if missing:
+        raise InputError(f'stages: block "{missing[0]}" is never put in (nor are {len(missing) - 1} more)')
+    return tuple(found)
+
+
+def _blocks(assembly: Assembly, groups: tuple[str, ...], where: str) -> Ints:
+    """The free blocks of some groups."""
+    chosen = np.zeros(assembly.n_blocks, dtype=bool)
+    for group in groups:
+        try:
+            chosen[assembly.in_group(group)] = True
+        except InputError as error:
+            raise InputError(f"{where}: {error}") from None
+    return np.flatnonzero(chosen & ~assembly.support)
+
+
+@known_options
+def assess_stages(
+    assembly: Assembly, *, friction: float | None = None, flow: str = "associated", gap: float | str = GAP
+) -> StagesVerdict:
+    """Judge the construction stages that a scene gives its assembly.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Built from a scene with stages, with dry joints.
+    friction, flow, gap
+        As of `assess_states`.
+
+    Returns
+    -------
+    StagesVerdict
+        One verdict a stage, or a course of it.
+
+    Raises
+    ------
+    InputError
+        For an assembly without stages, and for what `stages_of` finds.
+
+    Examples
+    --------
+    >>> from blockstat import assess_stages
+    >>> from blockstat.model import arch, assemble
+    >>> ring = assemble(arch(span=2.0, thickness=0.3, depth=0.5, voussoirs=5, springers=0.3))
+    >>> stages = [{"name": "ring", "place": ["arch"], "centring": ["arch"], "courses": True}, {"name": "decentring"}]
+    >>> found = assess_stages(ring.with_(metadata={"stages": stages}))
+    >>> [stage.falsework.total > 1.0 for stage in found.stages[:3]], found.stages[-1].outcome.word
+    ([False, True, False], 'stable')
+    """
+    stages = stages_of(assembly)
+    if not stages:
+        raise InputError(f'"{assembly.name}" has no stages; write them as [[stages]] in its scene file')
+    whole = Whole(assembly, friction=friction, gap=gap)
+    present, found = assembly.support.copy(), []
+    for stage in stages:
+        new = _blocks(assembly, stage.place, stage.name)
+        levels = _courses(assembly, new) if stage.courses and len(new) else [new]
+        for number, level in enumerate(levels):
+            present[level] = True
+            name = (
+                f"{stage.name}, course {number + 1} of {len(levels)}"
+                if stage.courses and len(levels) > 1
+                else stage.name
+            )
+            on = _blocks(assembly, stage.centring, stage.name)
+            found.append(_judged(whole, name, present.copy(), on[present[on]], flow))
+    worst = next((stage.outcome for stage in found if stage.outcome is not Outcome.STABLE), Outcome.STABLE)
+    return StagesVerdict(worst, tuple(found))
+
+
+def _courses(assembly: Assembly, blocks: Ints) -> list[Ints]:
+    """Blocks by the height of their centroids, the lowest first."""
+    height = -assembly.centroid[blocks] @ (assembly.gravity / np.linalg.norm(assembly.gravity))
+    order = np.argsort(height, kind="stable")
+    step = np.diff(height[order]) > LEVEL * assembly.size[blocks].min()
+    return [blocks[part] for part in np.split(order, np.flatnonzero(step) + 1)]
+
+
+def _judged(whole: Whole, name: str, present: np.ndarray, on: Ints, flow: str) -> StageVerdict:
+    """The verdict on a stage with some blocks on a centring."""
+    assembly, free = whole.assembly, int((present & ~whole.assembly.support).sum())
+    if not len(on):
+        verdict = whole.assess(present, assembly.support, flow=flow, score=False)
+        moving = tuple(assembly.names[k] for k in verdict.moving)
+        return StageVerdict(name, free, verdict.outcome, verdict.score, moving)
+    props = centring(assembly, [assembly.names[k] for k in on], interfaces=whole.interfaces)
+    there = [name for name, is_there in zip(assembly.names, present, strict=True) if is_there]
+    found = held_by_props(assembly, (there, []), props, least="total", interfaces=whole.interfaces, gap=whole.gap)[1]
+    stands = found.outcome is FalseworkOutcome.HELD
+    return StageVerdict(name, free, Outcome.STABLE if stands else Outcome.UNSTABLE, np.nan, (), found)

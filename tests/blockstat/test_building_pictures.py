@@ -1,0 +1,81 @@
+"""Pictures and commands of building and taking down."""
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from blockstat import InputError, Plan, Step, assess_plan, plot_plan, plot_removal, remove_each, write, write_plan
+from blockstat.cli.commands import app
+from blockstat.view.building.removal import weight_lost
+from building_sites import arch, tee
+
+
+def test_all_of_an_arch_or_half_of_a_tee_falls_with_a_block(tmp_path):
+    assembly = tee()
+    found = remove_each(assembly)
+    lost = dict(zip(assembly.names, weight_lost(assembly, found), strict=True))
+    mass = dict(zip(assembly.names, assembly.mass, strict=True))
+    total = sum(mass[name] for name in ("base", "left", "right", "top"))
+    assert np.isnan(lost["ground"])
+    assert lost["base"] == pytest.approx(1 - mass["base"] / total)  # nothing carries the others
+    assert lost["left"] >= mass["right"] / total  # the other arm is prised down by the top no longer
+    assert plot_removal(assembly, found, tmp_path / "map.png").stat().st_size > 5000
+
+
+def test_a_strip_of_a_plan_has_the_first_step_that_falls(tmp_path):
+    plan = Plan(tuple(Step((f"s{k}",)) for k in range(7)))
+    found = assess_plan(arch(), plan)
+    assert plot_plan(arch(), found, tmp_path / "plan.svg", frames=2).read_text().count("step") >= 0
+    with pytest.raises(InputError, match="frames is 0"):
+        plot_plan(arch(), found, tmp_path / "plan.png", frames=0)
+
+
+def test_a_slider_shows_the_blocks_of_a_step_and_says_what_falls():
+    pytest.importorskip("viser")
+    from blockstat.view.building.slider import StepSlider
+    from blockstat.view.three_d.page import start_viser, stop_viser
+
+    assembly = arch()
+    plan = Plan((Step(("s0",), ("s0",)), Step(("s1",)), *(Step((f"s{k}",)) for k in range(2, 7))))
+    server = start_viser(port=0)
+    try:
+        page = StepSlider(server, assembly, assess_plan(assembly, plan))
+        assert "step 0: stable" in page.words.content
+        assert "held: s0" in page.words.content
+        page.to(1)
+        assert "step 1: unstable" in page.words.content
+        assert "first to move: s1" in page.words.content
+        drawn = np.split(page._canvas.vertices, assembly.vertex_start[1:-1])
+        shown = {name for name, points in zip(assembly.names, drawn, strict=True) if np.ptp(points, axis=0).max() > 0}
+        assert shown == {"s0", "s1", "west", "east"}
+        page.slider.value = 6
+        assert page.slider.max == 6
+    finally:
+        stop_viser(server)
+
+
+def test_the_command_says_which_blocks_may_go(tmp_path):
+    write(tee(), tmp_path / "tee.json")
+    arguments = ["sequence", str(tmp_path / "tee.json"), "--remove-each", "-o", str(tmp_path / "map.png")]
+    found = json.loads(CliRunner().invoke(app, [*arguments, "--json"]).stdout)
+    assert found["removed"] == {"base": "unstable", "left": "unstable", "right": "unstable", "top": "unstable"}
+    assert set(found["moving"]["base"]) == {"left", "right", "top"}
+    assert (tmp_path / "map.png").exists()
+    assert "0 of 4 blocks may be taken out now" in CliRunner().invoke(app, arguments).stdout
+
+
+def test_the_command_draws_a_plan_and_writes_the_assembly_into_one_that_it_finds(tmp_path):
+    write(tee(), tmp_path / "tee.json")
+    write_plan(Plan((Step(("base",)), Step(("left",)), Step(("right",)), Step(("top",)))), tmp_path / "plan.json")
+    command = ["sequence", str(tmp_path / "tee.json")]
+    answer = CliRunner().invoke(
+        app, [*command, "--plan", str(tmp_path / "plan.json"), "-o", str(tmp_path / "plan.png")]
+    )
+    assert answer.exit_code == 0
+    assert (tmp_path / "plan.png").stat().st_size > 5000
+    answer = CliRunner().invoke(app, [*command, "--held-at-most", "2", "-o", str(tmp_path / "found.json")])
+    assert answer.exit_code == 0
+    assert json.loads((tmp_path / "found.json").read_text())["assembly"] == "tee.json"
+    assert CliRunner().invoke(app, command).exit_code != 0

@@ -1,0 +1,247 @@
+"""Imperfect joints, friction, weights and loads: the worst case in closed form, by reference and by enumeration."""
+
+import itertools
+import json
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from blockstat import (
+    Assembly,
+    Imperfections,
+    InputError,
+    Outcome,
+    assess,
+    box,
+    find_interfaces,
+    limit_load,
+    prove_limit,
+    tilt_limit,
+    write,
+)
+from blockstat.contact.features import ContactKind
+from blockstat.imperfection.lost_edges import least_width, lose_edges
+from evidence.bisection import bisect
+from evidence.scenes.small import arch, assembly, running_bond, stack, trilith
+from point_bodies import ladder
+
+SIDE = (1, 0, 0)
+EXACT = 1e-6
+
+
+def agrees(found, exact):
+    assert found.lower == pytest.approx(exact, rel=EXACT)
+    assert found.upper == pytest.approx(exact, rel=EXACT)
+
+
+@pytest.mark.parametrize("delta", [0.0, 0.01, 0.05, 0.2])
+def test_a_block_rocks_about_an_edge_that_is_further_in(delta):
+    """(b - 2 delta) / h."""
+    agrees(limit_load(stack(1, 1.0, 2.0), SIDE, imperfections=Imperfections(edge=delta)), (1 - 2 * delta) / 2)
+    found = tilt_limit(stack(1, 1.0, 2.0), "y", imperfections=Imperfections(edge=delta), friction=2.0)
+    assert found.stands == pytest.approx(math.degrees(math.atan((1 - 2 * delta) / 2)), rel=EXACT)
+
+
+def test_a_stack_and_a_trilith_lose_the_same():
+    loss = Imperfections(edge=0.02)
+    agrees(limit_load(stack(5, 1.0, 0.5), SIDE, imperfections=loss), (1 - 0.04) / 2.5)
+    whole = limit_load(trilith(), SIDE).lower  # b / h = .25
+    side = min(np.ptp(trilith().block_vertices(1)[:, :1], axis=0)[0], 1.0)
+    agrees(limit_load(trilith(), SIDE, imperfections=loss), whole * (side - 0.04) / side)
+
+
+@pytest.mark.parametrize(
+    ("thickness", "values"),
+    [
+        (0.2, (0.28564581, 0.27270315, 0.25984632, 0.23363812, 0.20530502, 0.17742561)),
+        (0.15, (0.14935017, 0.13326839, 0.11680271, 0.08420675, 0.04849848, 0.009973)),
+    ],
+)
+def test_the_multiplier_of_an_arch_with_shrunk_joints(thickness, values):
+    """Semicircle of 20 voussoirs, infinite friction: derived by two methods."""
+    for delta, value in zip((0, 0.0025, 0.005, 0.01, 0.015, 0.02), values, strict=True):
+        found = limit_load(arch(20, thickness, friction=np.inf), SIDE, imperfections=Imperfections(edge=delta))
+        assert found.lower == pytest.approx(value, abs=1.1e-8)
+        assert found.upper == pytest.approx(value, abs=1.1e-8)
+
+
+@pytest.mark.parametrize(("delta", "least"), [(0, 0.1073477), (0.0025, 0.1123527), (0.01, 0.127369), (0.02, 0.147394)])
+def test_the_least_thickness_of_an_arch_grows_by_twice_the_loss(delta, least):
+    """t/R of a semicircle of 20 voussoirs, infinite friction."""
+
+    def stands(thickness):
+        scene = arch(20, thickness, friction=np.inf)
+        return assess(scene, imperfections=Imperfections(edge=delta), score=False).outcome is Outcome.STABLE
+
+    found, _ = bisect(stands, least + 1e-3, least - 1e-3, 1e-8)
+    assert found == pytest.approx(least, abs=1.1e-7)
+
+
+@pytest.mark.parametrize(
+    ("share", "degrees"),
+    [("2 %", 7.211128), ("4 %", 6.1265), ("6 %", 5.022037), ("8 %", 3.90394), ("10 %", 2.740505), ("6.575 %", 4.7)],
+)
+def test_the_tilt_of_an_arch_with_rounded_edges(share, degrees):
+    """Shin et al. 2016, 36 voussoirs, t/R .15, mu tan 43: 8.246367 deg as drawn, 4.7 measured."""
+    scene = arch(36, 0.15, friction=math.tan(math.radians(43)))
+    found = tilt_limit(scene, "y", imperfections=Imperfections(edge=share))
+    assert found.stands == pytest.approx(degrees, abs=1.1e-6 if degrees != 4.7 else 2e-3)
+    assert found.worst == f"joints lose {share.replace(' %', '')} % of their width at each edge"
+
+
+def test_friction_is_divided():
+    """A slab slides at mu, and a wedge of weights bears W tan: half the friction is half the push."""
+    slab = stack(1, 2.0, 0.5)
+    agrees(limit_load(slab, SIDE, friction=0.6, imperfections=Imperfections(friction=1.5)), 0.4)
+    agrees(limit_load(slab, SIDE, friction=0.6, imperfections=Imperfections(friction=1.5, edge="1 mm")), 0.4)
+
+
+def test_the_lightest_block_slides_first_and_the_heaviest_falls_first():
+    """A dead push of 3 kN on a block: it slides at 3 kN = mu W."""
+    block = stack(1).with_(gravity=np.array([0.0, 0.0, -10.0]), density=np.array([1.0, 500.0]))
+    push = np.zeros((2, 6))
+    push[1] = [1.0, 0, 0, 0, -0.5, 0]  # at the foot
+    name = {"*": (400.0, 600.0)}
+    agrees(limit_load(block, push, friction=0.5, imperfections=Imperfections(density=name)), 0.5 * 4000.0)
+    overhang = assembly([box((-1, 0, -1), (0, 1, 0)), box((-1, 0, 0), (0.9, 1, 1), name="arm", group="arm"),
+                         box((-1, 0, 1), (-0.5, 1, 2), name="ballast", group="ballast")], density=1.0)  # fmt: skip
+    # Moments about the edge x = 0: the arm -.05 x 1.9 (inwards), the ballast .75 x .5 (inwards).
+    light = Imperfections(density={"arm": (1.0, 1.0), "ballast": (0.1, 1.0)})
+    assert assess(overhang, imperfections=light).outcome is Outcome.STABLE
+    down = np.zeros((3, 6))
+    down[1] = [0, 0, -1.0, *np.cross([0.9 + 0.05, 0, 0], [0, 0, -1.0])]  # at the tip, 0.9 outside
+    agrees(limit_load(overhang, down, imperfections=light), (0.05 * 1.9 + 0.75 * 0.5 * 0.1) / 0.9)
+
+
+def test_a_load_that_helps_is_least_and_one_that_harms_is_greatest():
+    block = stack(1, 1.0, 2.0, density=1.0)
+    dead = np.zeros((2, 6))
+    dead[1] = [0, 0, -1.0, 0, 0, 0]  # half the weight of 2
+    options = {"loads": dead, "friction": 5.0}
+    agrees(limit_load(block, SIDE, imperfections=Imperfections(loads={"*": (0.0, 1.0)}), **options), 0.5)
+    agrees(limit_load(block, SIDE, imperfections=Imperfections(loads={"*": (0.5, 1.0)}), **options), 0.5 * 2.5 / 2)
+
+
+SCENES = [
+    *(stack(n, w, h) for n, w, h in itertools.product((1, 2, 3), (0.8, 1.0), (0.5, 1.2))),
+    *(arch(n, t) for n, t in itertools.product((3, 4, 5, 6, 7), (0.15, 0.2, 0.3))),
+    *(running_bond(c, b) for c, b in itertools.product((2, 3), (1, 2))),
+    *(trilith(d) for d in (0.5, 1.0, 2.0, 5.0)),
+]
+
+
+@pytest.mark.parametrize("number", [*range(8), *(pytest.param(k, marks=pytest.mark.slow) for k in range(8, 50))])
+def test_the_worst_case_is_the_worst_of_all_combinations(number):
+    """Edges of each joint lost or not, friction less or not, densities at either end: none is worse, one is equal."""
+    scene = SCENES[number % len(SCENES)]
+    rng = np.random.default_rng(number)
+    loss, gamma = rng.uniform(0.005, 0.02), rng.uniform(1.1, 1.6)
+    names = tuple(f"part{k % 3}" for k in range(scene.n_blocks))
+    scene = scene.with_(groups=names, friction=rng.uniform(0.4, 0.9))
+    density = {name: tuple(np.sort(rng.uniform(1500, 3000, 2))) for name in sorted(set(names))}
+    load = np.array([1.0, rng.uniform(-0.3, 0.3), rng.uniform(-0.2, 0.2)])
+    found = limit_load(scene, load, imperfections=Imperfections(edge=loss, friction=gamma, density=density))
+    whole = find_interfaces(scene)
+    n = whole.n_interfaces
+    # All joints lost and not, and some at random: 2^n of them are too many.
+    masks = [np.ones(n, bool), np.zeros(n, bool), *(rng.random((2, n)) < 0.5)]
+    values = []
+    for mask, mu, ends in itertools.product(masks, (1.0, gamma), itertools.product(*density.values())):
+        weights = np.array([dict(zip(density, ends, strict=True))[name] for name in names])
+        case = scene.with_(density=weights, friction=scene.friction / mu)
+        values.append(limit_load(case, load, interfaces=lose_edges(whole, loss * mask)).lower)
+    assert found.lower == pytest.approx(min(values), rel=1e-6, abs=1e-9)
+
+
+def test_an_edge_on_a_face_loses_its_ends_and_a_corner_nothing():
+    scene = Assembly.from_blocks([*ladder(60.0)], supports=[0, 1], friction=0.6)
+    joints = find_interfaces(scene)
+    assert (joints.kinds == ContactKind.EDGE).all()
+    found = lose_edges(joints, np.full(joints.n_interfaces, 0.1))
+    ends = found.point.reshape(-1, 2, 3)
+    np.testing.assert_allclose(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), 0.6 - 0.2)
+    np.testing.assert_allclose(least_width(joints), 0.6)
+    assert lose_edges(joints, np.full(joints.n_interfaces, 0.31)).n_interfaces == 0
+
+
+def test_a_joint_narrower_than_what_it_loses_is_gone():
+    found = assess(stack(2), imperfections=Imperfections(edge=0.51))
+    assert found.outcome is Outcome.UNSTABLE
+    assert len(found.floating) == 2
+    np.testing.assert_allclose(find_interfaces(stack(1)).area, 1.0)
+    lost = lose_edges(find_interfaces(stack(1)), np.array([0.1]))
+    np.testing.assert_allclose(lost.area, 0.64)
+    np.testing.assert_allclose(np.ptp(lost.point, axis=0), [0.8, 0.8, 0.0], atol=1e-12)
+
+
+def test_nothing_is_lost_without_imperfections():
+    one, two = limit_load(arch(10, 0.2), SIDE), limit_load(arch(10, 0.2), SIDE, imperfections=Imperfections())
+    assert (one.lower, one.upper) == (two.lower, two.upper)
+    assert one.worst == two.worst == ""
+
+
+def test_the_worst_case_can_be_proved():
+    """Its assembly and joints are in the result."""
+    found = limit_load(arch(7, 0.25), SIDE, imperfections=Imperfections(edge="5 mm", friction=1.2))
+    assert "joints lose 5 mm at each edge, friction / 1.2" in found.explain()
+    assert float(prove_limit(found, SIDE).content["proof"]["multiplier"]) == pytest.approx(found.lower)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"edge": "3 inches"}, 'edge is \'3 inches\'; it must be metres, or text such as "3 mm" or "5 %"'),
+        ({"edge": "60 %"}, "edge is"),
+        ({"edge": -1.0}, "edge is"),
+        ({"friction": 0.9}, "friction is 0.9; it divides friction and is at least 1"),
+        ({"density": {"wall": (2000, 1000)}}, 'density of "wall" is'),
+        ({"density": {"wall": (0, 1000)}}, 'density of "wall" is'),
+        ({"loads": {"wall": (1, 2, 3)}}, 'loads of "wall" is'),
+        ({"density": {str(k): (1, 2) for k in range(11)}}, "11 ranges; 10 are the most"),
+    ],
+)
+def test_errors_say_what_is_wrong(given, message):
+    with pytest.raises(InputError, match=message.replace("(", r"\(").replace(")", r"\)")):
+        Imperfections(**given)
+
+
+def test_groups_must_exist():
+    with pytest.raises(InputError, match='no group "nave"'):
+        assess(stack(1), imperfections=Imperfections(density={"nave": (1, 2)}))
+    with pytest.raises(InputError, match="there are no permanent loads"):
+        assess(stack(1), imperfections=Imperfections(loads={"*": (1, 2)}))
+
+
+@pytest.mark.parametrize(
+    ("question", "key", "exact"),
+    [
+        (("limit", "--load", "1,0,0"), "lower", 0.9 / 2 / 1),
+        (("tilt", "--axis", "y"), "stands_deg", math.degrees(math.atan(0.9 / 2))),
+        (("check", "--tilt", "y,24"), "verdict", "stable"),
+        (("check", "--tilt", "y,25"), "verdict", "unstable"),
+    ],
+)
+def test_the_commands_ask_for_the_worst_case(tmp_path, question, key, exact):
+    file = write(stack(1, 1.0, 2.0), tmp_path / "block.json")
+    command, *rest = question
+    answer = run(command, file, *rest, "--imperfection", "edge=5 %", "--imperfection", "friction=1.05", "--json")
+    assert answer.returncode == 0, answer.stderr
+    found = json.loads(answer.stdout)
+    assert found[key] == (exact if isinstance(exact, str) else pytest.approx(exact, rel=EXACT))
+    assert found["imperfections"] == "joints lose 5 % of their width at each edge, friction / 1.05"
+
+
+def test_the_option_names_what_it_does_not_understand(tmp_path):
+    file = write(stack(1, 1.0, 2.0), tmp_path / "block.json")
+    for text in ("edges=3", "density=1,2", "density.wall=1", "friction"):
+        answer = run("check", file, "--imperfection", text)
+        assert answer.returncode == 2
+        assert f'--imperfection is "{text}"; it must read edge=LENGTH' in answer.stderr
+
+
+def run(*arguments):
+    code = "from blockstat.cli.commands import main; main()"
+    return subprocess.run([sys.executable, "-c", code, *map(str, arguments)], capture_output=True, text=True)

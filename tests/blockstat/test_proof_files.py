@@ -1,0 +1,377 @@
+"""Proof files: what a checker of the standard library accepts, and what it does not."""
+
+import ast
+import copy
+import importlib.util
+import json
+import random
+import subprocess
+import sys
+from fractions import Fraction
+from math import atan, degrees
+
+import numpy as np
+import pytest
+
+from blockstat import Assembly, InputError, JointLaw, Tie, box, limit_load, prove, write
+from evidence.scenes.small import arch, pulled_slab, stack, trilith
+from point_bodies import FLOOR, crossed_keels, ladder, moved, octahedron_in_a_corner, prism_in_a_groove, tetrahedron
+
+CORRUPTED = 1000
+#: What is corrupted: a digit of a force or a velocity, of a contact point, of a corner, of a friction; a contact.
+KINDS = ("value", "point", "vertex", "friction", "remove", "add")
+#: More friction, for one, is another problem with a valid proof. These are not valid whatever the hash says.
+WRONG = ("value", "point", "vertex", "remove", "add")
+
+
+@pytest.fixture(scope="module")
+def script(request):
+    return request.config.rootpath / "extras" / "check_proof.py"
+
+
+@pytest.fixture(scope="module")
+def checker(script):
+    spec = importlib.util.spec_from_file_location("check_proof", script)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def bounds(said):
+    """Multipliers of a limit load, as the checker prints them."""
+    assert [line.split(" ")[:2] for line in said[:2]] == [["PROVED", "stable"], ["PROVED", "unstable"]]
+    return tuple(float(line.split(" ")[3]) for line in said[:2])
+
+
+def hashed(checker, content):
+    """The same file with the hashes of what it says, as somebody would make them who wants it to pass."""
+    sums = {}
+    for part in ("data", "proof"):
+        text = json.dumps(content[part], sort_keys=True, separators=(",", ":"))
+        sums[part] = checker.hashlib.sha256(text.encode()).hexdigest()
+    return content | {"sha256": sums}
+
+
+def cube_by_hand(force="2.4525", **contact):
+    """A cube of 1 kg on the ground, written down by hand: a quarter of 9.81 N at each corner."""
+    faces = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+    square = [(0, 0), (1, 0), (1, 1), (0, 1)]
+
+    def solid(low, high, fixed):
+        vertices = [[str(x), str(y), str(z)] for z in (low, high) for x, y in square]
+        return {"name": str(high), "fixed": fixed, "density": "1", "vertices": vertices, "faces": faces}
+
+    contacts = [
+        {
+            "blocks": [0, 1],
+            "on": [[1], [0]],
+            "point": [str(x), str(y), "0"],
+            "normal": ["0", "0", "1"],
+            "friction": "0.5",
+        }
+        | contact
+        for x, y in square
+    ]
+    data = {"gravity": ["0", "0", "-9.81"], "distance": "0", "sine": "0", "contacts": contacts}
+    data["blocks"] = [solid(-1, 0, True), solid(0, 1, False)]
+    return {"data": data, "proof": {"forces": [["0", "0", force]] * 4}}
+
+
+def test_the_checker_is_short_and_reads_nothing_of_ours(script):
+    source = script.read_text()
+    assert len(source.splitlines()) < 150
+    names = {
+        alias.name if isinstance(node, ast.Import) else node.module
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.Import | ast.ImportFrom)
+        for alias in node.names
+    }
+    assert names <= sys.stdlib_module_names
+
+
+def test_a_proof_written_by_hand_is_accepted(checker):
+    assert checker.check(hashed(checker, cube_by_hand()))[0] == "PROVED stable"
+
+
+@pytest.mark.parametrize(
+    ("wrong", "reason"),
+    [
+        (cube_by_hand("2.4526"), "not balanced"),
+        (cube_by_hand(blocks=[1, 0], on=[[0], [1]]), "points into its block"),
+        (cube_by_hand(normal=["0", "0", "-1"]), "points into its block"),
+        (cube_by_hand(normal=["0", "0", "2"]), "no normal"),
+        (cube_by_hand(normal=["0.6", "0", "0.8"]), "not that of its face"),
+        (cube_by_hand(point=["0", "0", "0.001"]), "off its face"),
+        (cube_by_hand(point=["-0.001", "0", "0"]), "beside its face"),
+        (cube_by_hand(on=[[1], [2]]), "points into its block|not that of its face"),
+        (cube_by_hand(most="2"), "outside its cone"),
+        (cube_by_hand(least="3"), "outside its cone"),
+        (cube_by_hand(friction="-1"), "law"),
+    ],
+)
+def test_what_is_wrong_is_named(checker, wrong, reason):
+    with pytest.raises(ValueError, match=reason):
+        checker.check(hashed(checker, wrong))
+
+
+def test_a_force_at_the_edge_of_its_cone_passes_and_one_beyond_it_does_not(checker):
+    law = {"normal": ["0", "0", "1"], "friction": "3/4"}
+    up = (Fraction(0), Fraction(0), Fraction(1))
+    edge = (Fraction(3, 20) * 3, Fraction(3, 20) * 4, Fraction(1))  # 5 x 3/20 = 3/4
+    assert checker.admits(law, up, edge)
+    assert not checker.admits(law, up, (edge[0], edge[1] + Fraction(1, 10**40), edge[2]))
+    assert not checker.admits(law, up, tuple(-x for x in edge))
+
+
+@pytest.mark.parametrize(("friction", "word"), [(0.35, "unstable"), (0.37, "stable")])
+def test_a_block_on_a_slope_of_twenty_degrees(checker, friction, word):
+    slope = [9.81 * np.sin(np.radians(20)), 0, -9.81 * np.cos(np.radians(20))]
+    blocks = [box((-1, -1, -1), (2, 2, 0)), box((0, 0, 0), (1, 1, 0.5))]
+    proof = prove(Assembly.from_blocks(blocks, supports=[0], friction=friction), gravity=slope)
+    assert proof.outcome.word == word
+    assert checker.check(proof.content)[0] == f"PROVED {word}"
+    assert not proof.bounded
+
+
+def test_a_block_in_the_air_falls(checker):
+    blocks = [box((-1, -1, -1), (2, 2, 0)), box((0, 0, 5), (1, 1, 6))]
+    assert checker.check(prove(Assembly.from_blocks(blocks, supports=[0])).content)[0] == "PROVED unstable"
+
+
+@pytest.mark.parametrize(
+    ("scene", "load", "exact"),
+    [
+        (stack(1, 1.0, 2.0), (1, 0, 0), 0.5),
+        (stack(5, 1.0, 0.5), (1, 0, 0), 0.4),
+        (trilith(), (1, 0, 0), 0.25),
+        (trilith(1e6), (1, 0, 0), 0.25),
+        (*pulled_slab(), 11 / 6),
+    ],
+)
+def test_a_closed_form_lies_in_the_exact_bracket(checker, scene, load, exact):
+    lower, upper = bounds(checker.check(prove(scene, load).content))
+    assert lower <= exact * (1 + 1e-12)
+    assert upper >= exact * (1 - 1e-12)
+    assert upper - lower < 1e-7 * exact
+
+
+def test_infinite_friction_is_proved_for_bounded_forces(checker):
+    proof = prove(arch(20, 0.2).with_(friction=np.inf), (1, 0, 0))
+    said = checker.check(proof.content)
+    lower, upper = bounds(said)
+    assert lower == pytest.approx(0.28564581, abs=1e-7)
+    assert upper == pytest.approx(0.28564581, abs=1e-7)
+    assert proof.bounded
+    assert "1000000 dead loads" in said[1]
+
+
+@pytest.mark.parametrize(
+    ("blocks", "friction"),
+    [
+        ([FLOOR, moved(tetrahedron(0.1))], 0.5),
+        (crossed_keels()[0], 1.0),
+        (ladder(60.0), 0.3),
+        (prism_in_a_groove(), 0.5),
+        (octahedron_in_a_corner()[0], 0.3),
+    ],
+)
+def test_edges_corners_and_crossings_are_contacts_of_a_proof(checker, blocks, friction):
+    free = len(blocks) - 1
+    scene = Assembly.from_blocks(blocks, supports=range(free), friction=friction, gravity=(0, 0, -1), density=1.0)
+    proof = prove(scene)
+    assert checker.check(proof.content)[0] == f"PROVED {proof.outcome.word}"
+    places = {len(on) for contact in proof.content["data"]["contacts"] for on in contact["on"]}
+    assert 2 in places  # an edge, or a corner given twice
+
+
+def test_joint_laws_are_part_of_the_problem(checker):
+    """A slab that is pulled with cohesion: mu W + c A."""
+    law = JointLaw(("stone", "ground"), cohesion=0.7, tension=0.3)
+    ground = box((-5, -5, -1), (5, 5, 0), name="ground", group="ground")
+    stone = box((-1, -0.5, 0), (1, 0.5, 0.5), name="stone", group="stone")
+    options = {"density": 2.0, "friction": 0.5, "gravity": (0, 0, -0.5)}
+    scene = Assembly.from_blocks([ground, stone], supports=[0], joints=[law], **options)
+    pull = np.array([np.zeros(6), [1, 0, 0, 0, -0.25, 0]])
+    lower, upper = bounds(checker.check(prove(scene, pull).content))
+    assert lower == pytest.approx(0.5 * 1.0 + 0.7 * 2.0, rel=1e-7)
+    assert upper == pytest.approx(lower, rel=1e-7)
+
+
+def test_far_from_the_origin_nothing_changes(checker):
+    near = arch(12, 0.15)
+    far = near.with_(vertices=near.vertices + [5e5, 5e6, 100.0])
+    one, two = (bounds(checker.check(prove(scene, (1, 0, 0)).content)) for scene in (near, far))
+    np.testing.assert_allclose(one, two, rtol=1e-7)
+
+
+def test_a_stack_balanced_exactly_on_an_edge_has_an_exact_proof(checker):
+    blocks = [box((-1, -1, -1), (1, 1, 0)), box((0.5, -1, 0), (1.5, 1, 1))]
+    scene = Assembly.from_blocks(blocks, supports=[0], density=1000.0)
+    assert checker.check(prove(scene).content)[0] == "PROVED stable"
+
+
+def test_what_cannot_be_proved_is_said():
+    blocks = [box((-1, -1, -1), (2, 2, 0), name="a"), box((0, 0, 0), (1, 1, 1), name="b")]
+    tied = Assembly.from_blocks(blocks, supports=[0], ties=[Tie(("a", "b"), ((0, 0, -0.5), (0, 0, 0.5)), greatest=5.0)])
+    with pytest.raises(InputError, match="has ties; proof files know contacts only"):
+        prove(tied)
+    slope = Assembly.from_blocks(blocks, supports=[0], gravity=(0.6 * 9.81, 0, -9.81), friction=0.6)
+    with pytest.raises(InputError, match=r"no exact proof|undecided"):
+        prove(slope.with_(gravity=np.array([np.sin(atan(0.6)), 0.0, -np.cos(atan(0.6))])))
+
+
+def test_the_file_holds_the_bracket_of_the_limit_load(checker):
+    scene = arch(15, 0.2)
+    found = limit_load(scene, (1, 0, 0))
+    lower, upper = bounds(checker.check(prove(scene, (1, 0, 0)).content))
+    assert lower == pytest.approx(found.lower, rel=1e-7)
+    assert upper == pytest.approx(found.upper, rel=1e-7)
+
+
+def test_the_command_writes_what_the_checker_accepts(tmp_path, script):
+    stones, proof = write(stack(3), tmp_path / "stones.json"), tmp_path / "proof.json"
+    code = "from blockstat.cli.commands import main; main()"
+
+    def run(*arguments):
+        return subprocess.run([sys.executable, *map(str, arguments)], capture_output=True, text=True)
+
+    told = run("-c", code, "prove", stones, "-o", proof, "--tilt", "x,18", "--json")
+    assert told.returncode == 0, told.stderr
+    assert json.loads(told.stdout)["outcome"] == "stable"
+    answer = run(script, proof)
+    assert (answer.returncode, answer.stdout.splitlines()[0]) == (0, "PROVED stable")
+    assert run("-c", code, "prove", stones, "-o", proof, "--tilt", f"x,{degrees(atan(1 / 3)) + 0.01}").returncode == 0
+    answer = run(script, proof)
+    assert (answer.returncode, answer.stdout.splitlines()[0]) == (0, "PROVED unstable")
+    proof.write_text(proof.read_text().replace("density", "destiny", 1))
+    answer = run(script, proof)
+    assert answer.returncode == 1
+    assert answer.stdout.startswith("REJECTED: ")
+    assert run("-c", code, "prove", tmp_path / "none.json", "-o", proof).returncode == 2
+
+
+def texts(part):
+    """The lists and dictionaries, with the places in them that hold a number as text."""
+    items = part.items() if isinstance(part, dict) else enumerate(part)
+    for key, value in list(items):
+        if isinstance(value, dict | list):
+            yield from texts(value)
+        elif isinstance(value, str) and key != "name" and value[-1:].isdigit():
+            yield part, key
+
+
+def change_digit(rng, holder, key):
+    """Another digit in place of one of a number."""
+    value = holder[key]
+    place = rng.choice([i for i, sign in enumerate(value) if sign.isdigit()])
+    digit = rng.choice([d for d in "0123456789" if d != value[place]])
+    holder[key] = value[:place] + digit + value[place + 1 :]
+
+
+def corrupted(content, rng, kind):
+    """A copy with one digit of a number changed, or a contact removed or added."""
+    wrong = copy.deepcopy(content)
+    contacts, proof = wrong["data"]["contacts"], wrong["proof"]
+    values = proof.get("forces") or proof["motion"]
+    if kind in ("remove", "add"):
+        i = rng.randrange(len(contacts))
+        for items in (contacts, proof["forces"]) if "forces" in proof else (contacts,):
+            if kind == "remove":
+                del items[i]
+            else:
+                items.append(copy.deepcopy(items[i]))
+        return wrong
+    blocks = [block["vertices"] for block in wrong["data"]["blocks"] if not block["fixed"]]
+    part = {"value": values, "point": [c["point"] for c in contacts], "vertex": blocks, "friction": contacts}[kind]
+    places = list(texts(part)) if kind != "friction" else [(contact, "friction") for contact in contacts]
+    change_digit(rng, *rng.choice(places))
+    return wrong
+
+
+@pytest.fixture(scope="module")
+def proofs():
+    """Stable, unstable and limit, each with forces or a motion in every digit of which something can be wrong."""
+    tilted = stack(3).with_(gravity=np.array([3.0, 0.5, -9.81]))
+    fallen = stack(3).with_(gravity=np.array([4.0, 0.5, -9.81]))
+    return [prove(scene).content for scene in (tilted, arch(5, 0.25), fallen)]
+
+
+def test_every_corrupted_file_is_rejected(checker, proofs):
+    rng = random.Random(26)
+    for trial in range(CORRUPTED):
+        with pytest.raises(ValueError, match="hash"):
+            checker.check(corrupted(proofs[trial % 3], rng, KINDS[trial % len(KINDS)]))
+
+
+@pytest.mark.parametrize("trials", [100, pytest.param(CORRUPTED, marks=pytest.mark.slow)])
+def test_new_hashes_do_not_make_a_wrong_proof_right(checker, proofs, trials):
+    """Forces balance exactly or not at all: every digit of a force, a contact point and a free block counts."""
+    rng = random.Random(trials)
+    for trial in range(trials):
+        content = proofs[trial % 2]
+        wrong = corrupted(content, rng, WRONG[trial % len(WRONG)])
+        if same_numbers(wrong, content):  # 0 and -0
+            continue
+        with pytest.raises((ValueError, ZeroDivisionError)):
+            checker.check(hashed(checker, wrong))
+
+
+def same_numbers(one, other):
+    """Whether two files say the same."""
+    values = [[holder[key] for part in ("data", "proof") for holder, key in texts(file[part])] for file in (one, other)]
+    return all(a == b or ("/0" not in a and Fraction(a) == Fraction(b)) for a, b in zip(*values, strict=False)) and (
+        len(values[0]) == len(values[1])
+    )
+
+
+@pytest.mark.parametrize("friction", ["0.2", "0.05", "0"])
+def test_less_friction_than_the_forces_need_is_rejected(checker, friction):
+    tilted = stack(3).with_(gravity=np.array([3.0, 0.5, -9.81]))
+    content = prove(tilted).content
+    for contact in content["data"]["contacts"]:
+        contact["friction"] = friction
+    with pytest.raises(ValueError, match="outside its cone"):
+        checker.check(hashed(checker, content))
+
+
+def test_a_motion_that_closes_a_contact_is_rejected(checker, proofs):
+    content = copy.deepcopy(proofs[2])
+    down = ["0", "0", "-1", "0", "0", "0"]
+    content["proof"]["motion"] = [["0"] * 6, *[down] * 3]
+    with pytest.raises(ValueError, match="do not drive the motion"):
+        checker.check(hashed(checker, content))
+    content["proof"]["bound"] = "1000000"
+    with pytest.raises(ValueError, match="do not drive the motion"):
+        checker.check(hashed(checker, content))
+    up = ["0", "0", "1", "0", "0", "0"]
+    content["proof"]["motion"] = [["0"] * 6, *[up] * 3]
+    with pytest.raises(ValueError, match="do not drive the motion"):
+        checker.check(hashed(checker, content))
+    content["proof"]["motion"] = [up, *[up] * 3]
+    with pytest.raises(ValueError, match="a fixed block moves"):
+        checker.check(hashed(checker, content))
+
+
+#: At its limit exactly: a slope of tan .6 with a friction of .6, where no rational normal is the true one.
+ON_THE_LIMIT = {"rbe_slide"}
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::blockstat.errors.InputWarning")
+def test_every_shared_case_that_is_decided_has_a_proof(cases, checker):
+    from blockstat import Outcome, assess, prove_verdict, read
+
+    missing = set()
+    for path in sorted([*cases.glob("*.json"), *cases.glob("rubble/*.json")]):
+        if path.stem in ("expected", "contacts"):
+            continue
+        verdict = assess(read(path))
+        if verdict.outcome is Outcome.UNDECIDED:
+            continue
+        try:
+            said = checker.check(prove_verdict(verdict).content)
+        except InputError:
+            missing.add(path.stem)
+            continue
+        assert said[0] == f"PROVED {verdict.outcome.word}"
+    assert missing <= ON_THE_LIMIT

@@ -1,0 +1,87 @@
+"""Construction stages of a scene file."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from blockstat import InputError, assess_stages, assess_states, build, centring, falsework, load_scene, scene_text
+from blockstat.cli.commands import app
+from blockstat.sequence.stages import stages_of
+
+SCENE = """
+name = "gate"
+
+[elements.ring]
+kind = "arch"
+span = 2.0
+thickness = 0.3
+depth = 0.5
+voussoirs = 9
+
+[[stages]]
+name = "ring"
+place = ["ring"]
+centring = ["ring"]
+courses = true
+
+[[stages]]
+name = "decentring"
+"""
+
+
+@pytest.fixture
+def gate(tmp_path):
+    path = tmp_path / "gate.toml"
+    path.write_text(SCENE)
+    return path
+
+
+def test_a_ring_rests_on_its_centring_until_the_keystone_is_in(gate):
+    assembly = build(load_scene(gate))
+    found = assess_stages(assembly)
+    assert found.outcome.word == "stable"
+    *courses, closed, free = found.stages
+    assert [stage.blocks for stage in found.stages] == [2, 4, 6, 8, 9, 9]
+    totals = [stage.falsework.total for stage in courses]
+    assert totals == sorted(totals)
+    weight = assembly.mass[assembly.free].sum() * 9.81
+    assert totals[-1] > 0.1 * weight
+    assert closed.falsework.total < 1e-6 * weight
+    assert (free.name, free.falsework, free.outcome.word) == ("decentring", None, "stable")
+    order = sorted(assembly.free.tolist(), key=lambda k: assembly.centroid[k, 2])
+    there = [assembly.names[k] for k in order[:6]]
+    assert falsework(assembly, (there, []), centring(assembly, there)).total == pytest.approx(totals[2], rel=1e-6)
+    assert assess_states(assembly, [(there, [])])[0].outcome.word == "unstable"
+
+
+def test_the_command_prints_one_row_a_stage(gate):
+    rows = json.loads(CliRunner().invoke(app, ["sequence", str(gate), "--stages", "--json"]).stdout)["stages"]
+    assert [row["name"] for row in rows][-2:] == ["ring, course 5 of 5", "decentring"]
+    assert rows[3]["centring_total"] > 0
+    assert "on a centring that carries at least" in CliRunner().invoke(app, ["sequence", str(gate), "--stages"]).stdout
+
+
+def test_stages_are_kept_when_a_scene_is_written(gate):
+    assert "decentring" in scene_text(load_scene(gate))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ('place = ["ring"]', 'place = ["rnig"]', r'stages.0 \("ring"\): no group "rnig"'),
+        ('place = ["ring"]', 'put = ["ring"]', "stages.0: .*put"),
+        ('place = ["ring"]\n', "", r'stages.0 \("ring"\): block ".*" is on a centring, but not put in yet'),
+        ('name = "decentring"', 'name = "again"\nplace = ["ring"]', 'stands since stage "ring"'),
+    ],
+)
+def test_a_bad_stage_gets_one_sentence(gate, old, new, sentence):
+    gate.write_text(SCENE.replace(old, new))
+    with pytest.raises(InputError, match=sentence):
+        stages_of(build(load_scene(gate)))
+
+
+def test_a_scene_without_stages_says_where_they_go(gate):
+    gate.write_text(SCENE[: SCENE.index("[[stages]]")])
+    with pytest.raises(InputError, match=r"write them as \[\[stages\]\]"):
+        assess_stages(build(load_scene(gate)))
