@@ -132,6 +132,14 @@ def test_a_block_slides_down_or_up_a_slope_to_its_edge(slope):
     assert turn[-1] == pytest.approx(lean, rel=WITHIN)
 
 
+def test_two_blocks_that_slide_together_do_not_spin():
+    blocks = [box((0, 0, 0), (0.8, 1, 0.4), name="lower"), box((0, 0, 0.4), (0.6, 1, 0.8), name="upper")]
+    curve = capacity(assembled([GROUND, *blocks], friction=0.5), (1, 0, 0), displacement=0.05)
+    assert curve.outcome.word == "reached"
+    assert curve.lower == pytest.approx(0.5, rel=1e-6)
+    assert np.abs([point.pose.rotation - np.eye(3) for point in curve.points]).max() <= 1e-9
+
+
 def test_associated_friction_lifts_a_block_that_slides():
     blocks = assembled([GROUND, box((0, 0, 0), (1, 1, 0.5), name="block")], friction=0.4)
     lifted, flat = (

@@ -21,7 +21,7 @@ from blockstat.large_displacement.linkage import Control, Linkage
 from blockstat.large_displacement.loading import Loading, loading
 from blockstat.large_displacement.path import Follower, PathEnd, PathEvent, State
 from blockstat.large_displacement.pose import Pose, rest
-from blockstat.large_displacement.statics import Structure, limiting
+from blockstat.large_displacement.statics import LACKING, Structure, limiting
 from blockstat.loads import on_block, three
 from blockstat.result import Result, Sentence, finite
 from blockstat.solve.dispatch import CHOICES
@@ -442,7 +442,9 @@ def _point(structure: Structure, state: State, limit: LimitLoad) -> CapacityPoin
     """A state as a point of the curve."""
     motion, linkage = state.motion, state.linkage
     lower = upper = motion.value
-    if not motion.parameter:
+    if not motion.parameter and state.forces.lacking > LACKING:
+        lower, upper = limit.lower, limit.upper  # no forces go with this mechanism without dilatancy
+    elif not motion.parameter:
         lower, upper = min(limit.lower, lower), max(limit.upper, upper)
     elif linkage.rubs:
         closed = linkage.pinned | linkage.sliding

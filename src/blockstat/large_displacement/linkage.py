@@ -155,6 +155,9 @@ class Linkage:
         Floats or None
             Shape (n_blocks, 6), about the displaced centroids; None where the parameter does not move the linkage.
         """
+        rate = 1.0 if self.control is None else self.control.rate(self.assembly, pose, guess)
+        # Of the same rate first, so that what is free keeps the shape of the guess.
+        guess = guess / rate if rate > 0 else guess
         system = self._system(pose, parameter, guess)
         start = self._of_bodies(pose, guess, system.origin)
         lacking = system.rate - system.matrix @ start

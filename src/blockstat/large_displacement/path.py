@@ -272,7 +272,8 @@ class Follower:
         seen = {beyond.motion.parameter: beyond, state.motion.parameter: state}
 
         if state.forces.lacking > LACKING:
-            return state, beyond
+            near = self.ahead(state, state.motion.parameter + width)
+            return state, beyond if near is None else self._state(state.linkage, near)
         level = 0.0 if state.forces.lacking < -LACKING else LACKING
 
         def lacking(parameter: float) -> float:
