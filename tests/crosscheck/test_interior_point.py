@@ -41,7 +41,9 @@ def test_limit_loads(name):
 @pytest.mark.parametrize("direction", [(1, 0, 0), (0, 1, 0), (1, 0.3, 0.2), (-1, 1, 0)])
 def test_limit_loads_in_space(direction):
     for asm in (running_bond(5, 4), arch(12, 0.2), stack(4)):
-        ours, theirs = (limit_load(asm, direction, solver=solver) for solver in ("interior-point", "clarabel"))
+        ours, theirs = (
+            limit_load(asm, direction, solver=solver, optimum=True) for solver in ("interior-point", "clarabel")
+        )
         assert ours.lower == pytest.approx(theirs.lower, rel=1e-7)
         assert ours.gap < 1e-6
 
