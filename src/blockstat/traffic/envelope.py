@@ -250,7 +250,7 @@ class _Search:
         if self.solver in ("auto", "interior-point") and near.solve():
             lower, upper, force, twist = near.lower, near.upper, near.force, near.twist
         else:
-            found = bracket(self.problem, self.inside, self.wrenches[k], self.solver)
+            found = bracket(self.problem, self.inside, self.wrenches[k], self.solver, self.tolerance)
             if found[0] is LoadOutcome.UNBOUNDED:
                 self.lower[k] = np.inf
                 self.unbounded.add(k)
