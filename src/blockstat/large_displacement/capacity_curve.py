@@ -44,7 +44,7 @@ class CapacityOutcome(Sentence):
     ZERO = "Zero: the multiplier reaches zero; beyond this displacement the weight alone drives the mechanism."
     REACHED = "Reached: the displacement asked for is reached."
     COLLAPSE = "Collapse: no admissible state with a positive multiplier follows at this displacement."
-    LOST = "Lost: the control does not follow the mechanism any further."
+    LOST = "Lost: the mechanism could not be followed any further; what lies beyond is not known."
     INTERRUPTED = "Interrupted: the curve is known up to here."
 
 

@@ -34,6 +34,7 @@ class Landing:
     pose: Pose
     opened: list[int]  #: joints that open
     shut: list[int]  #: joints that shut
+    fell: bool = False  #: whether the fall was followed so far that nothing can stop it; if not, it was lost
 
 
 def statuses(
@@ -134,7 +135,7 @@ def jump(linkage: Linkage, pose: Pose, parameter: float, mode: Floats, rate: Flo
         touched, pose = touched + step, there
         direction = _unit(assembly, pose, loose.free(pose, parameter, direction))
         step = min(2 * step, STEP * extent)
-    return nothing
+    return replace(nothing, fell=touched >= FALLEN * extent)
 
 
 def _unit(assembly: Assembly, pose: Pose, motion: Floats) -> Floats | None:

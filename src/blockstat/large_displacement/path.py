@@ -44,7 +44,7 @@ class PathEnd(Sentence):
     ZERO = "Zero: the multiplier reaches zero."
     REACHED = "Reached: the displacement asked for is reached."
     COLLAPSE = "Collapse: no admissible state follows at this displacement."
-    LOST = "Lost: the displacement does not move the mechanism any further."
+    LOST = "Lost: the mechanism could not be followed any further; what lies beyond is not known."
     INTERRUPTED = "Interrupted: the path is known up to here."
 
 
@@ -304,11 +304,12 @@ class Follower:
                 yield changed
                 return
         mode = (beyond or state).forces.mode
-        before, opened, shut = state, [], []
+        before, opened, shut, end = state, [], [], PathEnd.LOST
         for _ in range(JUMPS):
             landing = jump(state.linkage, state.motion.pose, state.motion.parameter, mode, state.motion.rate)
             opened += landing.opened
             if landing.linkage is None:
+                end = PathEnd.COLLAPSE if landing.fell else end
                 break
             shut += landing.shut
             motion = self._motion(landing.linkage, landing.pose, state.motion.parameter, state.motion.rate)
@@ -320,6 +321,7 @@ class Follower:
                     break
                 linkage = begun[0]
             if self.ends_at_zero and motion.value < 0:
+                end = PathEnd.COLLAPSE
                 break
             state = self._state(linkage, motion)
             if state.forces.lacking <= LACKING:
@@ -328,7 +330,7 @@ class Follower:
                 return
             mode = state.forces.mode
         yield self._event("jump", before, None, opened, shut)
-        yield PathEnd.COLLAPSE
+        yield end
 
     def _changed(self, state: State, beyond: State) -> State | None:
         """The state of another mechanism where a joint slides no more; None where there is none.
