@@ -41,7 +41,9 @@ if TYPE_CHECKING:
 
 Flow = Annotated[str, typer.Option(help="associated, or coulomb: no dilatancy and no self-stress.")]
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+app = typer.Typer(
+    no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None
+)  # plain help: markup would swallow units and table names in brackets
 app.command("cases")(cases_command)
 app.command("capacity")(capacity_command)
 app.command("settle")(settle_command)

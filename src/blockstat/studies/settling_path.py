@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 #: Contacts that move apart at less than this in the first mechanism, relative to the supports, stick.
 STILL = 1e-5
+#: Lengths below this fraction of the largest block are rounding.
+ROUNDING = 1e-9
 
 
 class PathOutcome(Sentence):
@@ -34,7 +36,7 @@ class PathOutcome(Sentence):
     COLLAPSE = "Collapse: beyond this movement of the supports no admissible forces exist, and the assembly falls."
     REACHED = "Reached: the assembly stands at the movement asked for."
     FOLLOWS = "Follows: nothing resists this movement; the assembly follows its supports as one body."
-    LOST = "Lost: the mechanism jams or slides in a way that is not followed beyond this movement."
+    LOST = "Lost: the mechanism jams or slides in a way that is not followed further; what lies beyond is not known."
     INTERRUPTED = "Interrupted: the path is known up to here."
 
 
@@ -74,7 +76,7 @@ class SettlementPath(Result):
         if displacement is not None:
             last = max(int(np.searchsorted(self.displacement, displacement, side="right")) - 1, 0)
         width, names, pair = self.openings[last], self.first.assembly.names, self.first.interfaces.pair
-        order = [k for k in np.argsort(-width, kind="stable") if width[k] > 0]
+        order = [k for k in np.argsort(-width, kind="stable") if width[k] > self._rounding]
         return [((names[pair[k, 0]], names[pair[k, 1]]), float(width[k])) for k in order]
 
     def explain(self, limit: int = 5) -> str:
@@ -90,6 +92,9 @@ class SettlementPath(Result):
         str
             One fact a line.
         """
+        warnings = [f"Warning: {text}" for text in self.warnings]
+        if self.outcome is PathOutcome.LOST and self.displacement[-1] <= self._rounding:
+            return "\n".join([self.outcome.value, *warnings])
         lines = [
             self.outcome.value,
             f"Movement {1e3 * self.displacement[-1]:.6g} mm; reaction along it {self.reaction[0]:.6g} N at first, "
@@ -100,7 +105,12 @@ class SettlementPath(Result):
         if cracks:
             lines.append(f"{len(cracks)} joints are open at the end. The widest are:")
             lines += [f"  {a} and {b}: {1e3 * width:.3g} mm" for (a, b), width in cracks[:limit]]
-        return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
+        return "\n".join([*lines, *warnings])
+
+    @property
+    def _rounding(self) -> float:
+        """Openings and movements up to this are rounding [m]."""
+        return ROUNDING * float(self.first.assembly.size.max())
 
     def summary(self) -> dict[str, Any]:
         """Return plain values for JSON.

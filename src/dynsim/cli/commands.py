@@ -55,7 +55,9 @@ if TYPE_CHECKING:
     from dynsim.judge.verdict import DynamicVerdict
     from dynsim.parallel.pool import Row
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+app = typer.Typer(
+    no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None
+)  # plain help: markup would swallow units and table names in brackets
 app.command("app")(open_page)
 
 
