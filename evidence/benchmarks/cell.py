@@ -36,6 +36,7 @@ from blockstat.solve.answer import Answer, Status
 from blockstat.solve.clarabel import MAX_ITERATIONS, STATUS, TOLERANCE
 from blockstat.solve.cvxpy import solve_on_paper
 from blockstat.solve.penalty import solve_penalty
+from evidence.paths import ROOT
 from evidence.scenes.sized import SCENES
 
 #: The interpreter of an environment with compas_cra.
@@ -85,7 +86,7 @@ def compas_rbe(problem: Problem) -> Solved:
         joints = {name: getattr(faces, name) for name in ("pair", "frame", "point", "start")}
         arrays = {**blocks, **joints, "support": asm.support, "gravity": asm.gravity}
         np.savez(given, **arrays, vertex_start=asm.vertex_start, friction=asm.friction)
-        worker = Path(__file__).with_name("compas_rbe.py")
+        worker = ROOT / "evidence" / "checks" / "compas_rbe.py"
         subprocess.run([os.environ[COMPAS], str(worker), str(given), str(found)], check=True, stdout=subprocess.DEVNULL)
         answer = dict(np.load(found))
     force = answer["force"][problem.eq.points]

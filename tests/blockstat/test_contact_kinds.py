@@ -116,14 +116,3 @@ def test_edges_on_narrow_sheets_do_not_reach_through_them(thick, half):
     assert [0, 3] not in find_interfaces(scene).pair.tolist()
     assert assess(scene, gravity=(0, 0.099, -1)).outcome is Outcome.STABLE
     assert assess(scene, gravity=(0, 0.101, -1)).outcome is Outcome.UNSTABLE
-
-
-@EVERYWHERE
-def test_an_edge_just_beyond_a_ridge_rests_on_its_flank_where_it_is_nearer_to_the_flank_than_to_the_ridge(place, flip):
-    # The flank falls by 20 degrees, so an edge level with the ridge is nearer to it than to the ridge.
-    beyond, fall = 1e-4, np.tan(np.deg2rad(20))
-    ridge = prism([(-1, -2), (1, -2), (1, -fall), (0, 0), (-1, -fall)], 0, 1, name="ridge")
-    post = box((3, 0, -2), (4, 1, 0), name="post")
-    contacts, _ = found([ridge, post, box((beyond, 0, 0), (3.5, 1, 1), name="body")], [0, 1], place=place, flip=flip)
-    assert sorted(contacts.kinds.tolist()) == [ContactKind.FACE, ContactKind.EDGE]
-    assert contacts.gap.max() > 0

@@ -31,7 +31,8 @@ def test_any_surface_is_sound(a, b, c, t, courses, n, bond, edges):
     stones = [n + (i % 2 if bond == "running" else 0) for i in range(courses)]
     beds = 2 * n if bond == "running" else n
     springers = sum({"south": stones[0], "north": stones[-1]}.get(edge, courses) for edge in edges)
-    areas = joint_areas(asm, faces)
+    # Where a surface is warped, diagonal neighbours may overlap by a micrometre.
+    areas = {pair: area for pair, area in joint_areas(asm, faces).items() if area > 1e-6}
     assert len(areas) == sum(k - 1 for k in stones) + (courses - 1) * beds + springers
     # A bed is as long as its row of points, and as wide as the vault is thick but for the turn of the normals.
     rows = np.linalg.norm(np.diff(points, axis=1), axis=2).sum(axis=1)

@@ -121,7 +121,7 @@ def test_a_prism_in_a_groove():
     angle = np.pi / 8 + np.pi / 8 + 2 * np.pi * np.arange(8) / 8
     prism = np.stack([np.cos(angle), np.sin(angle)], axis=1) + [0, np.sqrt(2)]
     found = made([valley, extruded([prism], -0.5, 0.5)], friction=0.2)
-    assert {touch.kind for touch in touches(found)} == {"21"}
+    assert {touch.kind for touch in touches(found) if touch.certain} == {"21"}
     assert_limit(found, (1, 0, 0), 1.0)
     assert_limit(found, (0, 1, 0), 0.288675135)
 

@@ -13,7 +13,7 @@ import pytest
 
 import blockstat
 import dynsim
-from blockstat import Assembly, InputError, acceleration, assess
+from blockstat import Assembly, InputError, Plan, Step, acceleration, assess
 from blockstat.result import Result, Sentence
 from blockstat.spec import scene_from
 from dynsim import Agreement, AngularSprings, Comparison, Comparisons, Constant, Removal, Settings, verify
@@ -44,7 +44,8 @@ def results():
     verdict = verify(stack(1), settings=FAST)
     rows = dynsim.compare(stack(1), settings=FAST, jobs=1)
     limit = dynsim.limit(stack(1, 0.5, 2.0), (1, 0, 0), settings=FAST, width=0.2, check=False)
-    return [verdict, verdict.cracks, limit, rows, rows[0], dynsim.buttress_loop(hall(), uncracked)]
+    built = dynsim.sequence(stack(1), Plan((Step((stack(1).names[-1],)),)), settings=FAST)
+    return [verdict, verdict.cracks, limit, rows, rows[0], built, dynsim.buttress_loop(hall(), uncracked)]
 
 
 def test_every_result_answers_explains_itself_and_has_plain_values(results):

@@ -140,8 +140,7 @@ def _candidates(assembly: Assembly, patches: Patches, near: Ints, tolerances: To
     if len(bare):
         first, second = separations(assembly, near[bare], supporting)
         apart[bare[first > reach[bare]]] = True
-        # Two directions that separate leave no normal; what is open is looked at more closely.
-        no_normal[bare[(second >= -rounding[bare]) & (first <= rounding[bare])]] = True
+        no_normal[bare[second >= -rounding[bare]]] = True
     if len(rows := np.flatnonzero(both[place] & ~apart[place])):
         pair = place[rows]
         apart[pair[_divides(assembly, patches.take(rows), reach[pair])]] = True
