@@ -1,6 +1,6 @@
 """Does anything stand in Bullet that statics exclude? Random arches, walls, vaulted huts, dry and glued, and rubble.
 
-    python -m evidence.comparisons.soundness [--designs 1000] [--seed 11] [--json] [--rows FILE] [--write FILE]
+    python -m evidence.comparisons.soundness [--designs 1100] [--seed 11] [--json] [--rows FILE] [--write FILE]
 
 Statics judge every design; what they exclude is simulated with careful settings (glued designs: the default ones), and
 once more for ten times as long if it did not fall. A design that then stands is a counter-example, and is printed.
@@ -84,7 +84,7 @@ def summary(rows: list[dict]) -> str:
 
 def main() -> None:
     parser = results.parser(__doc__)
-    parser.add_argument("--designs", type=int, default=1000)
+    parser.add_argument("--designs", type=int, default=1100)
     parser.add_argument("--seed", type=int, default=11)
     parser.add_argument("--rows", type=Path, help="file of rows: those in it are taken from it, others appended")
     options = parser.parse_args()
