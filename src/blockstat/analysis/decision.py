@@ -15,11 +15,12 @@ import numpy as np
 
 from blockstat.analysis.verdict import Outcome
 from blockstat.certificate import check as certificate
+from blockstat.certificate.bracket import is_closed
 from blockstat.certificate.check import Certificate
 from blockstat.certificate.interior_motions import Motions, no_motions, with_interior_motion
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.solve.answer import Answer
-from blockstat.solve.penalty import open_joints, solve_least_force, solve_margin
+from blockstat.solve.penalty import open_joints, solve_least_force, solve_margin, solve_penalty
 from blockstat.typing import Floats
 
 #: Each correction of a mechanism leaves a small part of its violation; more are made while they prove more.
@@ -255,6 +256,91 @@ def upper_bound(
             break
         closing = left
     return best
+
+
+def proven_bounds(
+    program: PenaltyProgram,
+    load: Floats,
+    answer: Answer,
+    dead: Floats,
+    *,
+    solver: str = "auto",
+    motions: Motions = no_motions,
+) -> tuple[Bound | None, Bound | None]:
+    """Return what an answer of a limit analysis proves from below and from above.
+
+    Parameters
+    ----------
+    program, load
+        As in `lower_bound`.
+    answer
+        Nothing in it is trusted.
+    dead
+        A field with slack for the dead load alone, shape (m, 3).
+    solver, motions
+        As in `upper_bound`.
+
+    Returns
+    -------
+    tuple of Bound or None
+        The lower and the upper bound.
+    """
+    low = lower_bound(program, load, answer.force, answer.multiplier, dead)
+    return low, upper_bound(program, load, answer.twist, answer.force, solver=solver, motions=motions)
+
+
+def narrowed(
+    program: PenaltyProgram,
+    load: Floats,
+    low: Bound,
+    high: Bound,
+    *,
+    tolerance: float,
+    most: float,
+    solver: str = "auto",
+    motions: Motions = no_motions,
+) -> tuple[Bound, Bound, int]:
+    """Narrow a bracket of a multiplier by verdicts on single multipliers.
+
+    A verdict has the last word on forces of a bounded size and on blocks that are light beside others, where the
+    optimum of a limit analysis loses its digits.
+
+    Parameters
+    ----------
+    program
+        The penalty program with the dead load w.
+    load
+        The load l of the multiplier, shape (6 n,).
+    low, high
+        What is proven, with the forces and the mechanism.
+    tolerance
+        Width that is asked for, as of `blockstat.limit_load`.
+    most
+        The largest multiplier that is tried.
+    solver, motions
+        As of `decide`.
+
+    Returns
+    -------
+    tuple
+        The bounds and the iterations spent. They are wider than the tolerance where a verdict is undecided.
+    """
+    spent = 0
+    trial = max(2.0 * low.value, 1.0) if np.isinf(high.value) else (low.value + high.value) / 2
+    while low.value < most and not is_closed(low.value, high.value, tolerance):
+        loaded = replace(program, load=program.load + trial * load, plane=None)
+        answer = solve_penalty(loaded, solver=solver, motions=motions)
+        answer = decide(loaded, answer, solver=solver, motions=motions)
+        spent += answer.iterations
+        word = outcome_of(answer.certificate)
+        if word is Outcome.UNDECIDED:
+            break
+        if word is Outcome.UNSTABLE:
+            high = Bound(trial, answer.twist)
+        else:
+            low = Bound(trial, answer.force)
+        trial = min(10.0 * trial, most) if np.isinf(high.value) else (low.value + high.value) / 2
+    return low, high, spent
 
 
 def _proven(program: PenaltyProgram, load: Floats, twist: Floats, total: float) -> Bound | None:

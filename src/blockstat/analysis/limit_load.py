@@ -14,19 +14,19 @@ import numpy as np
 
 from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.coulomb import multiplier_brackets
-from blockstat.analysis.decision import Bound, decide, lower_bound, outcome_of, upper_bound
+from blockstat.analysis.decision import Bound, decide, narrowed, outcome_of, proven_bounds
 from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, pose, timed
 from blockstat.analysis.rims import overlap_warnings, rim_warnings, with_rims
-from blockstat.analysis.verdict import Outcome, unit_motion
+from blockstat.analysis.verdict import Outcome, relative_motion, unit_motion
 from blockstat.certificate.bracket import ROUNDING, Bracket, Progress, is_closed
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.contact.point_law import joint_friction
 from blockstat.errors import InputError, check_choice, known_options
-from blockstat.geometry.polyhedron import point_velocity
 from blockstat.imperfection.imperfections import Imperfections
 from blockstat.loads import as_load
 from blockstat.program.bonds import Bonds
 from blockstat.program.conic import ConicProgram, conic_program
+from blockstat.program.penalty import PenaltyProgram
 from blockstat.result import Result, Sentence, finite
 from blockstat.solve import interior_point
 from blockstat.solve.answer import Answer, EarlyEnd, Status, no_answer
@@ -190,28 +190,6 @@ class LimitLoad(Result):
 Found = tuple[LoadOutcome, float, float, Floats, Floats, int]
 
 
-def relative_motion(assembly: Assembly, interfaces: Interfaces, mechanism: Floats) -> Floats:
-    """Return the velocity of block b against block a at each contact point.
-
-    Parameters
-    ----------
-    assembly
-        The blocks.
-    interfaces
-        The joints.
-    mechanism
-        Velocity and rotation of each block, shape (n_blocks, 6) [m/s, rad/s].
-
-    Returns
-    -------
-    Floats
-        In the frame (n, t1, t2) of each joint, shape (n_points, 3) [m/s]; positive normal velocities open.
-    """
-    k = interfaces.point_interface
-    a, b = (point_velocity(assembly, mechanism, side, interfaces.point) for side in interfaces.pair[k].T)
-    return np.einsum("nij,nj->ni", interfaces.frame[k], b - a)
-
-
 @known_options
 def limit_load(
     assembly: Assembly,
@@ -370,16 +348,6 @@ def _beyond_doubt(problem: Problem, found: LimitLoad, load: Floats, options: dic
     return replace(found, outcome=LoadOutcome.UNDECIDED, upper=upper, mechanism=mechanism, warnings=warnings)
 
 
-def _bounds(
-    problem: Problem, load: Floats, answer: Answer, dead: Floats, solver: str
-) -> tuple[Bound | None, Bound | None]:
-    """What an answer proves from below and from above."""
-    program = problem.program
-    assert program is not None
-    low = lower_bound(program, load, answer.force, answer.multiplier, dead)
-    return low, upper_bound(program, load, answer.twist, answer.force, solver=solver, motions=problem.motions)
-
-
 def _bracket(problem: Problem, direction: Floats, solver: str, tolerance: float, **how: Any) -> Found:
     """What is found, with the iterations of the dead load."""
     program, eq = problem.program, problem.eq
@@ -394,7 +362,22 @@ def _bracket(problem: Problem, direction: Floats, solver: str, tolerance: float,
         upper = -np.inf if outcome is Outcome.UNSTABLE else np.inf
         return word, -np.inf, upper, dead.force, dead.twist, dead.iterations
     found = bracket(problem, dead.force, direction, solver, tolerance, **how)
+    if found[0] is LoadOutcome.UNDECIDED and len(program.load) <= CHEAP:
+        found = _by_verdicts(problem.scaled(direction), program, found, tolerance, options)
     return *found[:-1], found[-1] + dead.iterations
+
+
+def _by_verdicts(
+    load: Floats, program: PenaltyProgram, found: Found, tolerance: float, options: dict[str, Any]
+) -> Found:
+    """A bracket that the optimum leaves undecided, narrowed by verdicts on single multipliers."""
+    ends = Bound(found[1], found[3]), Bound(found[2], found[4])
+    low, high, spent = narrowed(program, load, *ends, tolerance=tolerance, most=UNBOUNDED, **options)
+    iterations = found[-1] + spent
+    if low.value >= UNBOUNDED:
+        return LoadOutcome.UNBOUNDED, np.inf, np.inf, low.evidence, np.zeros_like(load), iterations
+    outcome = LoadOutcome.LIMIT if is_closed(low.value, high.value, tolerance) else LoadOutcome.UNDECIDED
+    return outcome, low.value, high.value, low.evidence, high.evidence, iterations
 
 
 def bracket(
@@ -445,7 +428,7 @@ def bracket(
         word, lower, upper = _beyond_bounds(on_the_way, answer, dead, unit)
         force = dead if word is LoadOutcome.UNBOUNDED else on_the_way.force
         return word, lower, upper, force, np.zeros_like(load), iterations
-    low, high = _bounds(problem, load, answer, dead, solver)
+    low, high = proven_bounds(program, load, answer, dead, solver=solver, motions=problem.motions)
     low = max(filter(None, (low, Bound(on_the_way.lower, on_the_way.force))), key=lambda bound: bound.value)
     if np.isfinite(on_the_way.upper):
         high = min(filter(None, (high, Bound(on_the_way.upper, on_the_way.twist))), key=lambda bound: bound.value)
@@ -455,7 +438,7 @@ def bracket(
         again = solve(conic, solver=other)
         iterations += again.iterations
         if not again.status.is_infeasible:
-            second = _bounds(problem, load, again, dead, solver)
+            second = proven_bounds(program, load, again, dead, solver=solver, motions=problem.motions)
             low = max((bound for bound in (low, second[0]) if bound), key=lambda bound: bound.value, default=None)
             high = min((bound for bound in (high, second[1]) if bound), key=lambda bound: bound.value, default=None)
     if low and low.value >= UNBOUNDED * unit:

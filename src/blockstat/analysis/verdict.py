@@ -249,3 +249,25 @@ def unit_motion(assembly: Assembly, mechanism: Floats) -> Floats:
     """
     fastest = corner_speed(assembly, mechanism).max(initial=0.0)
     return mechanism / fastest if fastest > 0 else mechanism
+
+
+def relative_motion(assembly: Assembly, interfaces: Interfaces, mechanism: Floats) -> Floats:
+    """Return the velocity of block b against block a at each contact point.
+
+    Parameters
+    ----------
+    assembly
+        The blocks.
+    interfaces
+        The joints.
+    mechanism
+        Velocity and rotation of each block, shape (n_blocks, 6) [m/s, rad/s].
+
+    Returns
+    -------
+    Floats
+        In the frame (n, t1, t2) of each joint, shape (n_points, 3) [m/s]; positive normal velocities open.
+    """
+    k = interfaces.point_interface
+    a, b = (point_velocity(assembly, mechanism, side, interfaces.point) for side in interfaces.pair[k].T)
+    return np.einsum("nij,nj->ni", interfaces.frame[k], b - a)

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from blockstat.analysis.limit_load import relative_motion
 from blockstat.analysis.problem import Problem
 from blockstat.analysis.problem import pose as posed
+from blockstat.analysis.verdict import relative_motion
 from blockstat.certificate import check as certificate
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.large_displacement.contacts import Contacts, displaced_interfaces

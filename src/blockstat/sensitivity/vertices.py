@@ -26,8 +26,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from blockstat.analysis.limit_load import LimitLoad, relative_motion
-from blockstat.analysis.verdict import Outcome, Verdict
+from blockstat.analysis.limit_load import LimitLoad
+from blockstat.analysis.verdict import Outcome, Verdict, relative_motion
 from blockstat.assembly import Assembly
 from blockstat.contact.features import ContactKind
 from blockstat.contact.interfaces import ANGLE, GAP, Interfaces

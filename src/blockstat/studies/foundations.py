@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from blockstat.analysis.limit_load import relative_motion
 from blockstat.analysis.problem import Problem
 from blockstat.analysis.thrust import admissible, standing, support_indices, value
-from blockstat.analysis.verdict import corner_speed
+from blockstat.analysis.verdict import corner_speed, relative_motion
 from blockstat.certificate import check as certificate
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
