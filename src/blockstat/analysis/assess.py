@@ -201,7 +201,7 @@ def judged(
 
 def _of_falling(problem: Problem, program: PenaltyProgram, force: Floats, falling: Ints) -> CoulombState:
     """What is known where blocks fall freely: only self-stress loads their points."""
-    joint = np.isin(problem.interfaces.pair, falling).any(axis=1)
+    joint: Any = np.isin(problem.interfaces.pair, falling).any(axis=1)
     points = np.zeros(len(force), dtype=bool)
     points[: program.n_points] = joint[problem.interfaces.point_interface[problem.eq.points]]
     return CoulombState.of_falling(program, force, points)

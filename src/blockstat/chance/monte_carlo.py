@@ -196,7 +196,7 @@ def reliability(
     else:
         from joblib import Parallel, delayed
 
-        parts = Parallel(n_jobs=jobs)(delayed(judge)(rows, None) for rows in np.array_split(normal, jobs))
+        parts: Any = Parallel(n_jobs=jobs)(delayed(judge)(rows, None) for rows in np.array_split(normal, jobs))
     outcomes = [outcome for own, _ in parts for outcome in own]
     failed = np.array([outcome is Outcome.UNSTABLE for outcome in outcomes])
     undecided = np.array([outcome is Outcome.UNDECIDED for outcome in outcomes])

@@ -332,6 +332,7 @@ def displaced_interfaces(
 
 def _frames(n: Floats, along: Floats) -> Floats:
     """Right-handed frames with normals n and first tangents near the given ones."""
-    t = along - np.einsum("ni,ni->n", along, n)[:, None] * n
+    t: Floats = along - np.einsum("ni,ni->n", along, n)[:, None] * n
     t = t / np.linalg.norm(t, axis=1)[:, None]
-    return np.stack([n, t, np.cross(n, t)], axis=1)
+    frame: Floats = np.stack([n, t, np.cross(n, t)], axis=1)
+    return frame

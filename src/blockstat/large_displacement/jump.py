@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -138,6 +138,29 @@ def jump(linkage: Linkage, pose: Pose, parameter: float, mode: Floats, rate: Flo
     return replace(nothing, fell=touched >= FALLEN * extent)
 
 
+def root_of(function: Callable[[float], float], low: float, high: float, accuracy: float) -> float:
+    """Return where a function changes its sign, by Brent's method.
+
+    Parameters
+    ----------
+    function
+        Of one number.
+    low, high
+        Between which its sign changes.
+    accuracy
+        Of the answer.
+
+    Returns
+    -------
+    float
+        The root.
+    """
+    from scipy.optimize import brentq
+
+    found: Any = brentq(function, low, high, xtol=accuracy)
+    return float(found)
+
+
 def _unit(assembly: Assembly, pose: Pose, motion: Floats) -> Floats | None:
     """A motion whose fastest corner moves at 1; None for none."""
     speed = float(corner_speed(displaced(assembly, pose), motion).max(initial=0.0))
@@ -152,8 +175,6 @@ def _meeting(
     step: float,
 ) -> Pose | None:
     """The pose in which the first of some contacts closes; None where they were not open to begin with."""
-    from scipy.optimize import brentq
-
     if not (apart | ~overlap).all():
         return None
     last = step
@@ -164,7 +185,7 @@ def _meeting(
             return -1.0 if pose is None else float(gap(pose)[contact])
 
         if of(last) < 0:
-            last = float(brentq(of, 0.0, last, xtol=1e-12 * step))
+            last = root_of(of, 0.0, last, 1e-12 * step)
     return at(last)
 
 

@@ -210,10 +210,12 @@ class Linkage:
         best = np.inf
         for _ in range(NEWTON):
             system = self._system(now, parameter, twist)
-            matrix, lacking = system.matrix, -system.residual
+            matrix: Any = system.matrix
+            lacking = -system.residual
             if along is not None:
                 row, gap = self._distance(pose, now, *along, system.origin)
-                matrix = np.vstack([matrix, row]) if isinstance(matrix, np.ndarray) else sparse.vstack([matrix, row])
+                rows: Any = [matrix, row]
+                matrix = np.vstack(rows) if isinstance(matrix, np.ndarray) else sparse.vstack(rows)
                 lacking = np.append(lacking, gap)
             error = np.abs(lacking).max(initial=0.0)
             if error <= CLOSED * size or (error <= 1e3 * CLOSED * size and error > 0.25 * best):
@@ -389,7 +391,7 @@ def _matrix(parts: Sequence[_Rows], n_bodies: int, length: float) -> Floats | sp
     shape = (int(first[-1]), 6 * n_bodies)
     if shape[1] > DENSE:
         return sparse.csr_array((entries.reshape(-1), (row, column)), shape=shape)
-    flat = np.bincount(row * shape[1] + column, entries.reshape(-1), shape[0] * shape[1])
+    flat: Any = np.bincount(row * shape[1] + column, entries.reshape(-1), shape[0] * shape[1])
     dense: Floats = flat.reshape(shape)
     return dense
 
@@ -400,7 +402,7 @@ def _least_change(matrix: Any, lacking: Floats) -> Floats:
     if not rows or not unknowns:
         return np.zeros(unknowns)
     if isinstance(matrix, np.ndarray):
-        found: Floats = np.linalg.lstsq(matrix, lacking, rcond=1e-11)[0]
+        found: Any = np.linalg.lstsq(matrix, lacking, rcond=1e-11)[0]
         return found
     from scipy.sparse.linalg import splu
 

@@ -75,7 +75,7 @@ def loading(assembly: Assembly, given: Any, *, live: bool = False) -> Loading:
     n = assembly.n_blocks
     if given is None and not live:
         return Loading(np.empty(0, dtype=np.int64), np.empty((0, 3)), np.empty((0, 3)), np.zeros((n, 3)))
-    if _are_point_forces(given):
+    if given is not None and _are_point_forces(given):
         rows = [(int(assembly.blocks_named(b, "load")[0]), p, point_load(assembly, b, p, f)) for b, p, f in given]
         block = np.array([row[0] for row in rows], dtype=np.int64)
         force = np.array([row[2][row[0], :3] for row in rows])

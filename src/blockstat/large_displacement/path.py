@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from blockstat.large_displacement.contacts import closed_again, gaps
-from blockstat.large_displacement.jump import jump
+from blockstat.large_displacement.jump import jump, root_of
 from blockstat.large_displacement.linkage import Linkage
 from blockstat.large_displacement.pose import Pose
 from blockstat.large_displacement.sliding import renewed
@@ -222,8 +222,6 @@ class Follower:
 
     def _first(self, state: State, motion: Motion) -> tuple[str | PathEnd | None, Motion]:
         """The first of what kinematics alone tells: a contact that closes, or a value of zero."""
-        from scipy.optimize import brentq
-
         reason: str | PathEnd | None = None
         start, found = state.motion.parameter, motion
         room = SHUT * float(self.structure.assembly.size.max())
@@ -239,7 +237,7 @@ class Follower:
             low = start + 1e-6 * (found.parameter - start)
             if gap(low) <= 0:
                 return "closing", state.motion
-            root = float(brentq(gap, low, found.parameter, xtol=1e-14 * max(1.0, abs(found.parameter))))
+            root = root_of(gap, low, found.parameter, 1e-14 * max(1.0, abs(found.parameter)))
             at = self.ahead(state, root)
             if at is not None:
                 reason, found = "closing", at
@@ -251,7 +249,7 @@ class Follower:
 
             if state.motion.value <= 0:
                 return PathEnd.ZERO, state.motion
-            root = float(brentq(value, start, found.parameter, xtol=1e-14 * max(1.0, abs(found.parameter))))
+            root = root_of(value, start, found.parameter, 1e-14 * max(1.0, abs(found.parameter)))
             at = self.ahead(state, root)
             if at is not None:
                 reason, found = PathEnd.ZERO, replace(at, value=0.0)
@@ -265,8 +263,6 @@ class Follower:
 
     def _limit(self, state: State, beyond: State) -> tuple[State, State]:
         """The last state that forces balance, and one just beyond, where `beyond` is one that none balance."""
-        from scipy.optimize import brentq
-
         width = self.tolerance * 1e-2 * (beyond.motion.parameter - state.motion.parameter)
         low, high = state, beyond
         seen = {beyond.motion.parameter: beyond, state.motion.parameter: state}
@@ -283,7 +279,7 @@ class Follower:
                 seen[parameter] = self._state(state.linkage, at)
             return min(seen[parameter].forces.lacking, 1e3) - level
 
-        root = float(brentq(lacking, state.motion.parameter, beyond.motion.parameter, xtol=width))
+        root = root_of(lacking, state.motion.parameter, beyond.motion.parameter, width)
         for parameter in (root - width, root + width):
             if state.motion.parameter < parameter < beyond.motion.parameter:
                 lacking(parameter)

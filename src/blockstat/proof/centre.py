@@ -11,6 +11,7 @@ method then ends at the centre of what there is, away from all bounds that need 
 
 from __future__ import annotations
 
+import importlib
 from typing import Any
 
 import numpy as np
@@ -39,7 +40,7 @@ def centred_forces(program: PenaltyProgram, load: Floats) -> Floats | None:
     Floats or None
         Shape (m, 3), in its units; None where the solver finds none.
     """
-    import clarabel
+    clarabel: Any = importlib.import_module("clarabel")
 
     m, last = len(program.friction), 3 * len(program.friction)
     mu, capped = np.minimum(program.friction, STEEP), program.upper_bounded
@@ -72,7 +73,7 @@ def opening_motion(program: PenaltyProgram) -> Floats | None:
     Floats or None
         Shape (6 n,), in its units; None where the solver finds none.
     """
-    import clarabel
+    clarabel: Any = importlib.import_module("clarabel")
 
     m, n = len(program.friction), len(program.load)
     mu = np.minimum(program.friction, STEEP)

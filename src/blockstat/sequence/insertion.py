@@ -8,7 +8,7 @@ of its faces, or two edges cross: seen along d, each is a test in the plane.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -132,7 +132,8 @@ def _meets(point: Floats, triangle: Floats) -> bool:
 def _edges(triangle: Floats) -> Floats:
     """The sides of triangles, each once, shape (n, 2, 3)."""
     sides = triangle[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2, 3)
-    ordered = np.where((sides[:, 0] < sides[:, 1]).any(axis=1)[:, None, None], sides, sides[:, ::-1])
+    ascending: Any = (sides[:, 0] < sides[:, 1]).any(axis=1)
+    ordered = np.where(ascending[:, None, None], sides, sides[:, ::-1])
     return np.unique(ordered.reshape(-1, 6), axis=0).reshape(-1, 2, 3)
 
 

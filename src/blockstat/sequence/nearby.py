@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -75,7 +76,7 @@ def _forces_inside(program: PenaltyProgram, force: Floats, near: np.ndarray) -> 
     """Forces that balance the blocks near, those on their boundary as they are; None where none are found easily."""
     sides = program.point_blocks
     is_near = np.append(near, False)[sides]
-    boundary = is_near.any(axis=1) & (sides >= 0).all(axis=1) & ~is_near.all(axis=1)
+    boundary: Any = is_near.any(axis=1) & (sides >= 0).all(axis=1) & ~is_near.all(axis=1)
     inner = np.flatnonzero(is_near.any(axis=1) & ~boundary)
     kept = np.where(boundary[:, None], force, 0.0)
     load = program.load + program.matrix @ kept.reshape(-1)

@@ -173,7 +173,7 @@ def sequence(
         raise InputError("sequences are carried out with dry joints; this assembly has joint laws")
     start = process_time()
     scene = closed_scene(assembly, find_interfaces(assembly) if interfaces is None else interfaces)
-    settings = settings or Settings(**STEP)
+    settings = settings or replace(Settings(), **STEP)
     depth = chain(scene.assembly, scene.interfaces)
     settings = replace(settings, iterations=max(settings.iterations, MIDDLE * depth))
     with World(scene.assembly, settings, interfaces=scene.interfaces) as world:
