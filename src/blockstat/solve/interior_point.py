@@ -32,8 +32,8 @@ INSIDE = 0.1  #: depth of a start at multipliers, in mean weights, and its compl
 LARGE = 1e3  #: multipliers beyond this change the proximal term of their own no more
 #: Correctors of centrality (Gondzio: Multiple centrality corrections in a primal-dual method for linear programming,
 #: 1996): each asks for a step so much longer, and for products s o z within a factor of NEAR of their target.
-#: FEW of the cones may hinder the predictor without a say in the target. A corrector costs about a tenth of an iteration
-#: (COST), so the next is made where the last has made the step longer by more than that.
+#: FEW of the cones may hinder the predictor without a say in the target. A corrector costs about a tenth of an
+#: iteration (COST), so the next is made where the last has made the step longer by more than that.
 CORRECTORS, FURTHER, NEAR, FEW, COST = 8, 0.3, 0.3, 3e-3, 0.1
 #: A start inside: the gap between the bounds, in weights that move as fast as the load, and the first multiplier.
 FIRST_GAP, FIRST_MULTIPLIER, DEEP = 1.0, 0.1, 1e-3
