@@ -71,7 +71,6 @@ JOBS: Sequence[Job] = (
     result("soundness", 3, "comparisons.soundness"),
     result("rubble", 0.1, "comparisons.rubble"),
     result("contacts", 0.5, "benchmarks.contacts"),
-    result("anytime", 4, "benchmarks.anytime --largest"),
     result("sweep", 0.3, "benchmarks.sweep"),
     result("live_page", 1.5, "benchmarks.live_page"),
     result("proofs", 6, "checks.proofs"),

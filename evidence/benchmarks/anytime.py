@@ -3,8 +3,8 @@
     python -m evidence.benchmarks.anytime [--scenes wall-in nave ...] [--tolerances 1e-2 1e-4] [--largest] [--json]
 
 Process time of everything from the assembly in memory to the bracket, with the search for joints; the least of
-`--repeat` runs. The error is against the middle of the optimum's bracket. Only public names are used, so that with PYTHONPATH
-an earlier source runs the same scenes; one without tolerances prints the optimum alone.
+`--repeat` runs. The error is against the middle of the optimum's bracket. Only public names are used, so that with
+PYTHONPATH an earlier source runs the same scenes; one without tolerances prints the optimum alone.
 """
 
 from __future__ import annotations
