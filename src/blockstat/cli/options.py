@@ -38,6 +38,11 @@ Gap = Annotated[
 ]
 PORT = 8321
 Port = Annotated[int, typer.Option(min=1, max=65535, help="Of the page on 127.0.0.1; the next free one if taken.")]
+Folder = Annotated[
+    Path | None, typer.Option(help="Where files are that uploaded scenes name; that of FILE by default.")
+]
+MostSeconds = Annotated[float, typer.Option(min=1, help="A verdict that takes longer is stopped.")]
+MostGigabytes = Annotated[float, typer.Option(min=0.5, help="Memory of one process of the page, on Linux.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
 
 #: What typer raises for arguments that it cannot read; it exports only this child of it.

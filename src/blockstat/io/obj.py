@@ -74,7 +74,7 @@ def read_obj(path: Path) -> tuple[list[Solid], dict[str, Any]]:
             elif line.startswith(NOTE):
                 notes.setdefault(len(labels["o"]), dict(json.loads(line[len(NOTE) - 1 :])))
         except ValueError:
-            raise InputError(f"line {number}: cannot read {line.strip()!r}") from None
+            raise InputError(f'line {number}: cannot be read as "{word or "# blockstat"}" of an OBJ file') from None
     objects = bool(labels["o"])
     names = ["", *labels["o" if objects else "g"]]
     own: dict[int, list[list[int]]] = {}

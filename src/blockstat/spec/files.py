@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from pathlib import Path
+from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
 import tomllib
@@ -21,13 +21,16 @@ LOCATED = ("loads", "cases", "ties")
 BLOCKS = (".json", ".obj", ".glb", ".stl", ".ply")  #: suffixes of files that are no scenes
 
 
-def load_scene(path: str | Path) -> Scene:
+@known_options
+def load_scene(path: str | Path, *, folder: str | Path | None = None) -> Scene:
     """Read a scene; a mesh file named in it is looked for beside it.
 
     Parameters
     ----------
     path : str or Path
         A file in TOML.
+    folder : str or Path, optional
+        For a scene of someone else: the files that it names are inside this folder, at relative paths without "..".
 
     Returns
     -------
@@ -37,7 +40,7 @@ def load_scene(path: str | Path) -> Scene:
     Raises
     ------
     InputError
-        With the line for bad TOML and the key for a bad value.
+        With the line for bad TOML and the key for a bad value, and for a file outside `folder`.
 
     Examples
     --------
@@ -56,13 +59,26 @@ def load_scene(path: str | Path) -> Scene:
     data = _tables(path)
     data.setdefault("name", path.stem)
     elements = data.get("elements")
-    for element in elements.values() if isinstance(elements, dict) else ():
+    for name, element in elements.items() if isinstance(elements, dict) else ():
         if isinstance(element, dict) and isinstance(element.get("file"), str):
-            element["file"] = str(path.parent / element["file"])
+            if folder is not None and not _is_inside(Path(folder), element["file"]):
+                raise InputError(
+                    f"{path}: elements.{name}.file: a file of this scene is named by a relative path inside the folder "
+                    "that was chosen at the start"
+                )
+            element["file"] = str(Path(folder or path.parent) / element["file"])
     try:
         return scene_from(data)
     except InputError as error:
         raise located(path, error) from None
+
+
+def _is_inside(folder: Path, name: str) -> bool:
+    """Whether a name stays in a folder, in the words of any system and after all links are followed."""
+    ways = (PurePosixPath(name), PureWindowsPath(name))
+    if "\0" in name or any(way.anchor or ".." in way.parts for way in ways):
+        return False
+    return (folder / name).resolve().is_relative_to(folder.resolve())
 
 
 def load_file(path: str | Path) -> dict[str, dict[str, Any]]:
