@@ -236,10 +236,9 @@ def test_an_upload_is_read_in_a_process_of_its_own(tmp_path):
     from blockstat.app.files import send_upload
 
     content = write(stack(2), tmp_path / "stones.json").read_bytes()
-    said = []
 
     def sent(*given):
-        said.clear()
+        said = []
         Worker(send_upload, *given, None, report=lambda _, message: said.append(message))
         begin = time.monotonic()
         while not said and time.monotonic() - begin < 60:

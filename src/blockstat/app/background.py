@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
 
+from blockstat.system.process import end_with_parent
+
 #: Imported once by the process that all workers are forked from, so that each starts in milliseconds.
 PRELOADED = (
     "__main__",
@@ -220,6 +222,7 @@ def _run(work: Callable[..., None], connection: Connection, arguments: tuple, li
     import signal
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C in the terminal is the page's business
+    end_with_parent()
     channel = Channel(connection)
     limits.hold()
     try:

@@ -17,6 +17,7 @@ from blockstat.cli.options import (
     Friction,
     Gap,
     Gravity,
+    MostBlocks,
     Supports,
     Tilt,
     Units,
@@ -49,7 +50,7 @@ app.command("reliability")(reliability_command)
 
 
 @app.callback()
-def about(version: Version = False) -> None:
+def about(version: Version = False, most_blocks: MostBlocks = None) -> None:
     """Statics of masonry made of rigid blocks: whether it stands, and which block moves first."""
 
 

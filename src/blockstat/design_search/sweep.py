@@ -24,6 +24,8 @@ from blockstat.analysis.certificate_cache import Memory
 from blockstat.errors import InputError, known_options, no_such
 from blockstat.result import Result, Sentence
 from blockstat.spec import Scene, build, parameters, scene_from, with_values
+from blockstat.system.lock import locked
+from blockstat.system.writing import written_whole
 
 Values = Mapping[str, float]
 #: Evaluates a design: plain values, of which a line of the file is made.
@@ -269,9 +271,23 @@ def sweep(
     >>> [row["static"] for row in sweep(scene, grid(scene), "hut.jsonl", jobs=1).rows()]
     ['stable', 'stable']
     """
+    path = Path(path)
+    with locked(path.parent, name=f".{path.name}-lock"):
+        return _swept(scene, designs, path, measure, jobs, batch, progress)
+
+
+def _swept(
+    scene: Scene,
+    designs: Iterable[dict[str, float]],
+    path: Path,
+    measure: Measure,
+    jobs: int | None,
+    batch: int,
+    progress: Callable[[int], None] | None,
+) -> SweepResult:
+    """Append the rows that are missing to the file."""
     from joblib import Parallel, delayed
 
-    path = Path(path)
     head = {"scene": scene.name, "digest": _digest(scene, measure)}
     done = _opened(path, head, list(parameters(scene)))
     data = msgspec.to_builtins(scene)
@@ -346,7 +362,8 @@ def _opened(path: Path, head: dict[str, Any], names: list[str]) -> dict[int, int
         if not data.endswith(b"\n"):
             os.truncate(path, data.rfind(b"\n") + 1)
     if not path.is_file() or not path.stat().st_size:
-        path.write_text(json.dumps(head) + "\n")
+        with written_whole(path) as place:
+            place.write_text(json.dumps(head) + "\n")
         return {}
     found, rows = _read(path)
     if found != head:

@@ -20,6 +20,7 @@ from blockstat.geometry.triangulation import triangulate
 from blockstat.io.names import distinct_names
 from blockstat.io.obj import closed_runs, read_obj, split_solids, write_obj
 from blockstat.io.parts import Parts, chosen_supports
+from blockstat.system.reading import check_file
 
 if TYPE_CHECKING:
     import trimesh
@@ -134,8 +135,10 @@ def loaded(path: Path, load: Callable[..., Any]) -> Any:
         def get(self, name: str) -> bytes:
             if Path(name).name != name or set(name) & set("/\\:\0") or (path.parent / name).is_symlink():
                 raise InputError("it names a file that is not beside it; files that a mesh names must be beside it")
+            check_file(path.parent / name)
             return (path.parent / name).read_bytes()
 
+    check_file(path)
     try:
         return load(path, process=False, resolver=Beside(str(path)))
     except InputError:
@@ -259,7 +262,7 @@ def write_mesh(assembly: Assembly, path: Path, values: Mapping[str, Any]) -> Non
 
     suffix = path.suffix.lower()
     if values and suffix not in (".glb", ".obj"):
-        raise InputError(f"{path}: values are written to .glb and .obj only")
+        raise InputError("values are written to .glb and .obj only")
     extras = [_described(assembly, i, values) for i in range(assembly.n_blocks)]
     shared = {"friction": assembly.friction, "gravity": assembly.gravity.tolist()}
     if suffix == ".obj":

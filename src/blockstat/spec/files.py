@@ -15,6 +15,7 @@ from blockstat.io.files import blaming, read_parts
 from blockstat.spec.compose import build
 from blockstat.spec.composition import load_tables
 from blockstat.spec.scene import Scene, scene_from
+from blockstat.system.reading import check_depth, text_of
 
 #: Tables whose errors name the line.
 LOCATED = ("loads", "cases", "ties")
@@ -52,8 +53,6 @@ def load_scene(path: str | Path, *, folder: str | Path | None = None) -> Scene:
     True
     """
     path = Path(path)
-    if not path.is_file():
-        raise InputError(f"{path}: no such file")
     if path.suffix.lower() in BLOCKS:
         raise InputError(f"{path}: a scene file (.toml) is needed; this holds blocks, which have no parameters")
     data = _tables(path)
@@ -112,12 +111,17 @@ def load_file(path: str | Path) -> dict[str, dict[str, Any]]:
 
 def _tables(path: Path) -> dict[str, Any]:
     """What a file in TOML says."""
-    if not path.is_file():
-        raise InputError(f"{path}: no such file")
+    text = text_of(path)
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
         raise InputError(f"{path}: not valid TOML: {error}") from None
+    except RecursionError:
+        raise InputError(f"{path}: tables and lists are nested too deeply") from None
+    except ValueError:  # Python reads no integer of so many digits
+        raise InputError(f"{path}: holds a number of thousands of digits") from None
+    blaming(path, lambda: check_depth(data))
+    return data
 
 
 def located(path: str | Path, error: InputError) -> InputError:
@@ -145,7 +149,7 @@ def located(path: str | Path, error: InputError) -> InputError:
     key = str(error).partition(":")[0]
     if path.suffix.lower() != ".toml" or key.partition(".")[0] not in LOCATED:
         return InputError(f"{path}: {error}")
-    line = _line_of(path.read_text(encoding="utf-8"), key.split("."))
+    line = _line_of(text_of(path), key.split("."))
     return InputError(f"{path}, line {line}: {error}" if line else f"{path}: {error}")
 
 
