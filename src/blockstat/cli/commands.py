@@ -10,6 +10,7 @@ import typer
 from blockstat.cli.cases import Case, LoadsFile, cases_command, chosen_case, load_and_loads
 from blockstat.cli.chance import reliability_command
 from blockstat.cli.displacement import capacity_command
+from blockstat.cli.examples import example_command
 from blockstat.cli.imperfect import Imperfect, imperfections_of
 from blockstat.cli.options import (
     AsJson,
@@ -255,6 +256,7 @@ def tilt_command(
 
 
 app.command("app")(app_command)
+app.command("example")(example_command)
 app.command("plot")(plot_command)
 app.command("sequence")(sequence)
 

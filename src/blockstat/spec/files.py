@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Iterable
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
-
-import tomllib
 
 from blockstat.assembly import Assembly
 from blockstat.errors import InputError, known_options
@@ -16,6 +15,11 @@ from blockstat.spec.compose import build
 from blockstat.spec.composition import load_tables
 from blockstat.spec.scene import Scene, scene_from
 from blockstat.system.reading import check_depth, text_of
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
 
 #: Tables whose errors name the line.
 LOCATED = ("loads", "cases", "ties")
