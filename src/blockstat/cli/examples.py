@@ -72,4 +72,4 @@ def _described(text: str) -> str:
     own = re.search(r'^description *= *"(.*)"', text, re.MULTILINE)
     head = re.match(r"((?:#.*\n)+)", text)
     words = own[1] if own else " ".join(line.strip("# ") for line in head[1].splitlines()) if head else ""
-    return re.split(r"(?<=[.:;]) ", words)[0]
+    return re.split(r"(?<=[.]) ", words)[0]
