@@ -46,12 +46,12 @@ DIFFERENCES = {
     Cause.COARSE_FALL: (lambda: arch(31, 0.13), one_step(1 / 100), ("stable", "stable", "falls")),
     Cause.COARSE_STAND: (slow_hut, one_step(2e-3, settle=0.5), ("stable", "stable_only_by_self_stress", "stands")),
     Cause.TIME_TOO_SHORT: (
-        lambda: arch(9, 0.07), Settings(end=0.04, rest_after=0.04, rest=1e3), ("unstable", "unstable", "stands"),
+        lambda: arch(9, 0.07), Settings(look_every=0.005, end=0.04, resolution=1.0), ("unstable", "unstable", "stands"),
     ),
     Cause.HELD: (lambda: jammed(squeeze=1e-3), None, ("stable", "stable_only_by_self_stress", "stands")),
     Cause.SETTLED: (hung, None, ("unstable", "unstable", "stands")),
     Cause.CREEPS: (
-        lambda: arch(9, 0.08), one_step(1e-3, end=0.1, rest_after=0.1), ("unstable", "unstable", "creeps"),
+        lambda: arch(9, 0.08), one_step(1e-3, end=0.1, resolution=0.2), ("unstable", "unstable", "creeps"),
     ),
 }  # fmt: skip
 SLOW = {Cause.COARSE_STAND}
@@ -104,14 +104,14 @@ def test_what_agrees_has_no_cause():
 def test_without_a_closer_look_no_further_run_is_made():
     marginal = harmonic(10, 0.9995)
     assert compare_one(marginal).cause == "open_fall"
-    assert compare_one(arch(9, 0.07), settings=Settings(end=0.04, rest_after=0.04, rest=1e3)).cause in (
+    assert compare_one(arch(9, 0.07), settings=Settings(look_every=0.005, end=0.04, resolution=1.0)).cause in (
         "open_stand",
         "settled",
     )
 
 
 def test_the_reason_for_a_creep_tells_its_rate():
-    scene, settings = arch(9, 0.08), one_step(1e-3, end=0.1, rest_after=0.1)
+    scene, settings = arch(9, 0.08), one_step(1e-3, end=0.1, resolution=0.2)
     dynamic = verify(scene, settings=settings)
     assert dynamic.outcome is DynamicOutcome.CREEPS
     assert f"{1e3 * dynamic.rate:.2g} mm/s" in likely_reason(assess(scene), dynamic)
