@@ -87,9 +87,10 @@ class RestDetection:
     An imbalance of a share e of the weight gives some block an acceleration of at least e g, so that after the time
     T = `Settings.window` its velocity is at least e g T = 2 D / T, where D is the displacement that T was chosen for
     (`SHOWN` thresholds). Contact noise makes blocks tremble about a place, and creep a little. So the velocity is that
-    of the trend: over the last T, a parabola is fitted by least squares to each coordinate of each block. Blocks are at
-    rest when its velocity at the end, with `ERRORS` standard errors added, is below 2 D / T / `SAFE` for all of them.
-    What trembles has no trend, what creeps has one that stays small, what falls has one that has grown beyond it.
+    of the trend: over the last T, a parabola is fitted by least squares to each coordinate of each block. Its velocity
+    is e g T / 2 or more in the middle and e g T or more at the end. Blocks are at rest when both velocities, with
+    `ERRORS` standard errors added, are below 2 D / T / `SAFE` for all blocks. What trembles has no trend, what creeps
+    has one that stays small, what falls has one that grows.
     """
 
     def __init__(self, threshold: float, window: float) -> None:
@@ -135,12 +136,12 @@ class RestDetection:
     def _speed(self) -> float:
         """Velocity of the fastest trend at the last look, with its standard errors [m/s]."""
         velocity, error = trend(np.array(self._times), np.array(self._moved).reshape(len(self._times), -1))
-        fast = (np.abs(velocity) + ERRORS * error).reshape(-1, 3)
-        return float(np.linalg.norm(fast, axis=1).max())
+        fast = np.abs(velocity).max(axis=0) + ERRORS * error
+        return float(np.linalg.norm(fast.reshape(-1, 3), axis=1).max())
 
 
 def trend(times: Floats, values: Floats) -> tuple[Floats, Floats]:
-    """Return the velocity at the end of parabolas fitted by least squares, and its standard error.
+    """Return the velocities of parabolas fitted by least squares, and the standard error at the end.
 
     Parameters
     ----------
@@ -151,18 +152,21 @@ def trend(times: Floats, values: Floats) -> tuple[Floats, Floats]:
 
     Returns
     -------
-    velocity, error : arrays of float, shape (k,)
-        In units of the values a unit of time.
+    velocity : array of float, shape (2, k)
+        In the middle and at the end, in units of the values a unit of time.
+    error : array of float, shape (k,)
+        Of the velocity at the end; it is less in the middle.
 
     Examples
     --------
     >>> times = np.linspace(0.0, 1.0, 5)
     >>> trend(times, times[:, None] ** 2)[0].round(9).tolist()
-    [2.0]
+    [[1.0], [2.0]]
     """
     since = times - times[-1]
     basis = np.stack([np.ones_like(since), since, since**2], axis=1)
     inverse = np.linalg.pinv(basis)
     fitted = inverse @ values
     square = ((values - basis @ fitted) ** 2).sum(axis=0) / (len(times) - 3)
-    return fitted[1], np.sqrt(square) * np.linalg.norm(inverse[1])
+    velocity = np.stack([fitted[1] + since[0] * fitted[2], fitted[1]])
+    return velocity, np.sqrt(square) * np.linalg.norm(inverse[1])
