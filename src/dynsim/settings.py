@@ -43,9 +43,7 @@ class Settings:
     settle_step: float | None = None  #: [s] of most of that time; None: as in the free run
     resolution: float = 1e-3  #: imbalance, as a share of the weight, that a run must be able to see
     clear_fall: float = 0.3  #: [s] after release before which passing the threshold needs no other run
-    end: float = (
-        3.0  #: [s] a free run ends here, or after `WINDOWS` windows (three times that after loads change)
-    )
+    end: float = 3.0  #: [s] a free run ends here, or after `WINDOWS` windows (three times that after loads change)
     group: str | None = None  #: group of Eq. 1; None: "vault" if there is one, else the whole assembly
     roof_threshold: float | None = None  #: [m] of Eq. 1; None: relative to block size
     brick_threshold: float | None = None  #: [m] of Eq. 2 and of the displacement; None: relative to block size
