@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass, field
 from pathlib import Path
+from time import process_time
 from typing import TYPE_CHECKING, Any
 
 from blockstat.analysis.verdict import Outcome, Verdict
@@ -200,6 +201,7 @@ class PlanVerdict(Result):
     verdicts: tuple[Verdict, ...]  #: one a step
     friction: float
     least_friction: tuple[float, float] | None = None  #: some step falls at the first, all stand at the second
+    seconds: float = 0.0  #: process time of the verdicts, without the search for joints
 
     @property
     def first_fall(self) -> int | None:
@@ -245,6 +247,7 @@ class PlanVerdict(Result):
             "friction": finite(self.friction),
             "held_at_most": self.plan.most_held,
             "first_fall": self.first_fall,
+            "seconds": self.seconds,
             "least_friction": self.least_friction and [finite(value) for value in self.least_friction],
             "steps": self.rows(),
         }
@@ -265,7 +268,9 @@ class PlanVerdict(Result):
         rows = self.rows()
         bad = [row for row in rows if row["verdict"] != "stable"]
         held = self.plan.most_held
-        lines = [f"{self.plan.name}: {len(rows)} steps, at most {held} held, friction {self.friction:g}"]
+        each = 1e3 * self.seconds / max(len(rows), 1)
+        head = f"{self.plan.name}: {len(rows)} steps, at most {held} held, friction {self.friction:g}"
+        lines = [f"{head}; {each:.1f} ms a step"]
         if not bad:
             lines.append("Every step is stable.")
         else:
@@ -329,10 +334,12 @@ def assess_plan(
     check_plan(plan, assembly)
     whole = Whole(assembly, friction=friction, gap=gap)
     states = [whole.state_of(*state, f"step {k}") for k, state in enumerate(plan.states())]
+    began = process_time()
     verdicts = tuple(whole.assess(*state, flow=flow) for state in states)
+    seconds = process_time() - began
     worst = next((v.outcome for v in verdicts if v.outcome is not Outcome.STABLE), Outcome.STABLE)
     least = least_friction(whole, states) if reserve else None
-    return PlanVerdict(worst, plan, verdicts, whole.assembly.friction, least)
+    return PlanVerdict(worst, plan, verdicts, whole.assembly.friction, least, seconds)
 
 
 def least_friction(whole: Whole, states: list[Any]) -> tuple[float, float]:
