@@ -58,9 +58,9 @@ if TYPE_CHECKING:
     from blockstat.result import Result, Sentence
     from blockstat.sensitivity.parameters import limit_load_gradient, score_gradient, stone_sensitivity
     from blockstat.sensitivity.vertices import PointGradient, limit_load_by_point, score_by_point, shared_points
-    from blockstat.sequence.exhaust import OrderCount, count_orders
+    from blockstat.sequence.courses import Course, CoursesOutcome, CoursesResult, build_by_courses
     from blockstat.sequence.lowering import Decentring, decentring
-    from blockstat.sequence.order import OrderOutcome, OrderResult, find_order
+    from blockstat.sequence.order import OrderCount, OrderOutcome, OrderResult, count_orders, find_order
     from blockstat.sequence.plan import Plan, PlanVerdict, Step, assess_plan, check_plan, read_plan, write_plan
     from blockstat.sequence.prop_sets import CentringOrder, fewest_props, least_centring
     from blockstat.sequence.props import (
@@ -187,11 +187,11 @@ _HOMES = {
         "result": "Result Sentence",
         "sensitivity.parameters": "limit_load_gradient score_gradient stone_sensitivity",
         "sensitivity.vertices": "PointGradient limit_load_by_point score_by_point shared_points",
-        "sequence.exhaust": "OrderCount count_orders",
         "sequence.props": "Falsework FalseworkOutcome Prop centring falsework hoists remove_each",
+        "sequence.courses": "Course CoursesOutcome CoursesResult build_by_courses",
         "sequence.lowering": "Decentring decentring",
         "sequence.prop_sets": "CentringOrder fewest_props least_centring",
-        "sequence.order": "OrderOutcome OrderResult find_order",
+        "sequence.order": "OrderCount OrderOutcome OrderResult count_orders find_order",
         "sequence.plan": "Plan PlanVerdict Step assess_plan check_plan read_plan write_plan",
         "sequence.stages": "assess_stages",
         "sequence.states": "assess_states",
