@@ -32,46 +32,55 @@ if TYPE_CHECKING:
 FEW = 5
 
 
+PlanFile = Annotated[Path | None, typer.Option("--plan", help="Judge this plan (.json), step by step.")]
+HeldAtMost = Annotated[
+    int | None, typer.Option(min=1, help="Search a plan in which never more than so many blocks are held.")
+]
+Remove = Annotated[
+    bool, typer.Option("--remove-each", help="Take out each block in turn: which may go, and what falls with it.")
+]
+Stages = Annotated[
+    bool, typer.Option("--stages", help="Judge the stages of the scene file, with the forces of its centrings.")
+]
+Courses = Annotated[bool, typer.Option("--courses", help="Build by courses: how few blocks must be held after each.")]
+Directions = Annotated[
+    list[str] | None,
+    typer.Option(help="X,Y,Z in which courses follow each other, or GROUP=X,Y,Z, repeated in the order of building."),
+]
+Output = Annotated[
+    Path | None, typer.Option("-o", "--output", help="The plan found (.json), or a picture (.png, .svg, .pdf).")
+]
+Page = Annotated[bool, typer.Option("--page", help="Open the steps of a plan on a page, with a slider.")]
+Flow = Annotated[str, typer.Option(help="associated, or coulomb: no dilatancy and no self-stress.")]
+Reserve = Annotated[bool, typer.Option("--reserve", help="Also the least friction at which every step stands.")]
+Seconds = Annotated[float | None, typer.Option(help="Stop searching after so long; Ctrl-C does so, too.")]
+Insertion = Annotated[
+    bool, typer.Option("--insertion", help="Blocks must come in by a straight motion that collides with nothing.")
+]
+JournalFile = Annotated[
+    Path | None, typer.Option(help="Keep each judged state in this file; a search that was ended goes on from it.")
+]
+
+
 def sequence(
     file: FileArgument,
-    plan: Annotated[Path | None, typer.Option(help="Judge this plan (.json), step by step.")] = None,
-    held_at_most: Annotated[
-        int | None, typer.Option(min=1, help="Search a plan in which never more than so many blocks are held.")
-    ] = None,
-    remove: Annotated[
-        bool, typer.Option("--remove-each", help="Take out each block in turn: which may go, and what falls with it.")
-    ] = False,
-    stages: Annotated[
-        bool, typer.Option("--stages", help="Judge the stages of the scene file, with the forces of its centrings.")
-    ] = False,
-    courses: Annotated[
-        bool, typer.Option("--courses", help="Build by courses: how few blocks must be held after each.")
-    ] = False,
-    along: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="X,Y,Z in which courses follow each other, or GROUP=X,Y,Z, repeated in the order of building."
-        ),
-    ] = None,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="The plan found (.json), or a picture (.png, .svg, .pdf).")
-    ] = None,
-    page: Annotated[bool, typer.Option("--page", help="Open the steps of a plan on a page, with a slider.")] = False,
+    plan: PlanFile = None,
+    held_at_most: HeldAtMost = None,
+    remove: Remove = False,
+    stages: Stages = False,
+    courses: Courses = False,
+    along: Directions = None,
+    output: Output = None,
+    page: Page = False,
     friction: Friction = None,
     supports: Supports = None,
     units: Units = None,
     gap: Gap = None,
-    flow: Annotated[str, typer.Option(help="associated, or coulomb: no dilatancy and no self-stress.")] = "associated",
-    reserve: Annotated[
-        bool, typer.Option("--reserve", help="Also the least friction at which every step stands.")
-    ] = False,
-    seconds: Annotated[float | None, typer.Option(help="Stop searching after so long; Ctrl-C does so, too.")] = None,
-    insertion: Annotated[
-        bool, typer.Option("--insertion", help="Blocks must come in by a straight motion that collides with nothing.")
-    ] = False,
-    journal: Annotated[
-        Path | None, typer.Option(help="Keep each judged state in this file; a search that was ended goes on from it.")
-    ] = None,
+    flow: Flow = "associated",
+    reserve: Reserve = False,
+    seconds: Seconds = None,
+    insertion: Insertion = False,
+    journal: JournalFile = None,
     as_json: AsJson = False,
 ) -> None:
     """Judge the steps in which an assembly is built, or search an order with few held blocks."""
