@@ -3,7 +3,8 @@
 Where a block is put in, taken out or let go, the forces of the neighbouring state leave a few blocks out of balance.
 Two programs of the blocks N around these decide most states, and both are proofs for the whole:
 
-- forces on the joints inside N that balance it, those on its boundary unchanged: all others are in balance already;
+- forces on the joints inside N and all blocks below that balance these, those on their boundary unchanged: all others
+  are in balance already;
 - a mechanism of N with all other blocks at rest: it is one of the whole with zeros elsewhere, and the loads do the same
   work on it.
 
@@ -29,7 +30,7 @@ from blockstat.program.conic import conic_program
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.solve.answer import Status
 from blockstat.solve.penalty import solve_penalty
-from blockstat.solve.phase_one import find_forces
+from blockstat.solve.phase_one import STEEP, find_forces
 from blockstat.typing import Floats, Ints
 
 #: Joints from the blocks out of balance to the rim of each neighbourhood that is tried.
@@ -83,12 +84,45 @@ def nearby_evidence(program: PenaltyProgram, force: Floats, *, small: bool, scor
         reached = reach
         if near.sum() > MOST * n:
             return
-        if not small and reach and (found := _forces_inside(program, force, near)) is not None:
-            yield _of_forces(program, found)
+        if not small and (down := below(program, near)).sum() <= MOST * n:
+            found = _forces_inside(program, force, down)
+            if found is not None:
+                yield _of_forces(program, found)
         if small and score:
             yield from nearby_optimum(program, force, near)
         elif not score:
             yield _mechanism_inside(program, near)
+
+
+def below(program: PenaltyProgram, near: np.ndarray) -> np.ndarray:
+    """Return some blocks with all that they rest on, down to what is fixed.
+
+    The weight of a block that is put in or let go has to get there, and forces on the boundary do not change. Joints
+    whose normal is level carry nothing down (see `blockstat.solve.phase_one.load_path_guess`).
+
+    Parameters
+    ----------
+    program : PenaltyProgram
+        The program of a state.
+    near : array of bool, shape (n,)
+        The blocks.
+
+    Returns
+    -------
+    array of bool, shape (n,)
+        These and those below.
+    """
+    total = program.load.reshape(-1, 6)[:, :3].sum(axis=0)
+    a, b = program.point_blocks.T
+    rows = program.local[::3]
+    normal = np.where((b >= 0)[:, None], rows[:, 6:9], -rows[:, :3])  # of the force on b
+    rise = -normal @ (total / (np.linalg.norm(total) or 1.0))
+    upper, lower = np.where(rise > 0, b, a), np.where(rise > 0, a, b)
+    down = (np.abs(rise) > STEEP) & (upper >= 0) & (lower >= 0)
+    upper, lower, found = upper[down], lower[down], near.copy()
+    while len(more := lower[found[upper] & ~found[lower]]):
+        found[more] = True
+    return found
 
 
 def unbalanced(program: PenaltyProgram, force: Floats) -> np.ndarray:
