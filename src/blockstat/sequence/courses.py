@@ -297,7 +297,7 @@ class _Site:
     def _judge(self, present: np.ndarray, hold: np.ndarray) -> tuple[Outcome, Floats]:
         """The verdict on a state with some blocks held, and how fast each moves."""
         self.judged += 1
-        verdict = self._whole.assess(present, self._whole.assembly.support | hold, score=False)
+        verdict = self._whole.assess(present, self._whole.assembly.support | hold, score=False, stands=True)
         return verdict.outcome, verdict.motion
 
     def _falls(self, present: np.ndarray, blocks: Sequence[int] | Ints) -> bool:

@@ -50,7 +50,9 @@ class Proposal:
     adhesion: Floats  #: the least at each point, shape (n_points,); nan where it is not known
 
 
-def nearby_evidence(program: PenaltyProgram, force: Floats, *, small: bool, score: bool) -> Iterator[Proposal]:
+def nearby_evidence(
+    program: PenaltyProgram, force: Floats, *, small: bool, score: bool, stands: bool = False
+) -> Iterator[Proposal]:
     """Propose forces or mechanisms that differ from given forces, or from rest, around blocks out of balance only.
 
     Parameters
@@ -63,6 +65,8 @@ def nearby_evidence(program: PenaltyProgram, force: Floats, *, small: bool, scor
         Whether forces of the whole are looked for first, and then mechanisms alone.
     score : bool
         Whether a mechanism is wanted with the least adhesion; in large programs none are proposed then.
+    stands : bool, optional
+        Whether the state is likely to stand, so that forces of the whole are looked for before mechanisms.
 
     Yields
     ------
@@ -86,6 +90,10 @@ def nearby_evidence(program: PenaltyProgram, force: Floats, *, small: bool, scor
             return
         if not small and (down := below(program, near)).sum() <= MOST * n:
             found = _forces_inside(program, force, down)
+            if found is not None:
+                yield _of_forces(program, found)
+        if stands and not small and not reach:
+            found = _forces_inside(program, force, np.ones(n, dtype=bool), brief=False)
             if found is not None:
                 yield _of_forces(program, found)
         if small and score:

@@ -216,7 +216,13 @@ class Whole:
         return np.array([self._number[name] for name in names], dtype=np.int64)
 
     def assess(
-        self, present: np.ndarray, fixed: np.ndarray, *, flow: str = "associated", score: bool = True
+        self,
+        present: np.ndarray,
+        fixed: np.ndarray,
+        *,
+        flow: str = "associated",
+        score: bool = True,
+        stands: bool = False,
     ) -> Verdict:
         """Return the verdict on one state.
 
@@ -226,6 +232,8 @@ class Whole:
             Which blocks are there, and which of them cannot move.
         flow, score
             As in `assess_states`.
+        stands
+            Whether the state is likely to stand; it makes no difference but in time.
 
         Returns
         -------
@@ -233,7 +241,7 @@ class Whole:
             The certified verdict.
         """
         problem, points = self.problem(present & ~fixed, present)
-        self.evidence.state(problem, points, score=score)
+        self.evidence.state(problem, points, score=score, stands=stands)
         guess = self.evidence.guess()
         return judged(problem, flow=flow, memory=self.evidence, score=score, reserve=False, guess=guess)
 
@@ -332,7 +340,7 @@ class Evidence(Memory):
         self._n_blocks, self._n_points = n_blocks, n_points
         self._forces: list[Floats] = []
         self._motions: list[Floats] = []
-        self._points, self._score = np.empty(0, dtype=np.int64), True
+        self._points, self._score, self._stands = np.empty(0, dtype=np.int64), True, False
         self._problem: Problem | None = None
         self._pinned = False
 
@@ -340,7 +348,7 @@ class Evidence(Memory):
         """Keep the last forces to begin with: the next states are neighbours of this one, not of each other."""
         self._pinned = bool(self._forces)
 
-    def state(self, problem: Problem, points: Ints, *, score: bool) -> None:
+    def state(self, problem: Problem, points: Ints, *, score: bool, stands: bool = False) -> None:
         """Say which state is judged next.
 
         Parameters
@@ -351,8 +359,10 @@ class Evidence(Memory):
             The number of each of its contact points among those of the whole.
         score : bool
             Whether a score is asked for, which no earlier mechanism has.
+        stands : bool, optional
+            Whether the state is likely to stand.
         """
-        self._problem, self._score = problem, score
+        self._problem, self._score, self._stands = problem, score, stands
         self._points = points[problem.eq.points]
 
     def guess(self) -> Floats | None:
@@ -419,7 +429,7 @@ class Evidence(Memory):
             return None
         own = self._forces[0][self._points] / program.force_unit
         if fallen is None:
-            proposed = nearby_evidence(program, own, small=n < MANY, score=self._score)
+            proposed = nearby_evidence(program, own, small=n < MANY, score=self._score, stands=self._stands)
         else:
             speed = np.linalg.norm(fallen.twist.reshape(n, 6), axis=1)
             proposed = nearby_optimum(program, own, speed > AT_REST * speed.max())
