@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from blockstat.cli.options import AsJson, FileArgument, Friction, Gap, Supports, Units, gap_of, load, print_json
+from blockstat.cli.options import AsJson, FileArgument, Friction, Gap, Supports, Units, Up, gap_of, load, print_json
 from blockstat.errors import InputError
 
 if TYPE_CHECKING:
@@ -40,6 +40,7 @@ def sequence(
     friction: Friction = None,
     supports: Supports = None,
     units: Units = None,
+    up: Up = None,
     gap: Gap = None,
     flow: Annotated[str, typer.Option(help="associated, or coulomb: no dilatancy and no self-stress.")] = "associated",
     reserve: Annotated[
@@ -62,7 +63,7 @@ def sequence(
 
     if (plan is not None) + (held_at_most is not None) + remove + stages != 1:
         raise InputError("give one of --plan PLAN.json, --held-at-most K, --remove-each and --stages")
-    assembly = load(file, friction=friction, gravity=None, tilt=None, supports=supports, units=units)
+    assembly = load(file, friction=friction, gravity=None, tilt=None, supports=supports, units=units, up=up)
     options: dict[str, Any] = {"gap": GAP if gap is None else gap_of(gap), "flow": flow}
     head = {"file": str(file)}
     if remove:
