@@ -1,9 +1,11 @@
-# `make` lists the targets. All of them set up .venv by themselves with Python 3.11.
-PYTHON ?= python3.11
+# `make` lists the targets. All of them set up .venv by themselves, with the first Python that has wheels of all extras.
+# `make PYTHON=...` takes another, and builds the environment anew.
+PYTHON ?= $(shell for p in python3.11 python3.10 "$$(uv python find 3.11 2>/dev/null)"; do \
+  "$$p" -c "" 2>/dev/null && echo "$$p" && break; done)
 VENV ?= .venv
+SHELL := /bin/bash
 BIN := $(VENV)/bin
-STAMP := $(VENV)/.installed
-DOCS := $(VENV)/.docs
+STAMP := $(VENV)/.installed-$(notdir $(PYTHON))
 
 # compas_cra joins the other solvers when COMPAS names the Python of an environment that has it.
 COMPAS ?=
@@ -13,7 +15,7 @@ export BLOCKSTAT_COMPAS_PYTHON := $(COMPAS)
 ONLY ?=
 MISSING ?=
 
-.PHONY: help demo test test-all notebooks lint benchmark evidence fuzz validation pages docs clean
+.PHONY: help demo test test-all notebooks lint benchmark evidence fuzz validation pages docs lock clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*  ## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 20
@@ -31,6 +33,7 @@ notebooks: $(STAMP)  ## run the notebooks
 	$(BIN)/python -m pytest -n 2 --nbmake notebooks
 
 lint: $(STAMP)  ## check the style and the types
+	$(BIN)/python extras/lock.py --check
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
@@ -53,19 +56,27 @@ pages: $(STAMP)  ## fill the pages from docs/results
 	$(BIN)/python -m evidence.pages.fill
 
 # A warning is an error. Notebooks run, and are run again when they or the code have changed.
-docs: $(DOCS)  ## build the pages into build/docs
+docs: $(STAMP)  ## build the pages into build/docs
 	$(BIN)/python -m sphinx -W --keep-going -q docs build/docs
 	@echo build/docs/index.html
 
 clean:  ## remove what was built or installed
 	rm -rf $(VENV) out build dist src/*.egg-info
 
-# requirements.lock holds the versions that the tests ran with.
+# requirements.lock holds the versions that the tests ran with, and the hashes of their files.
 $(STAMP): pyproject.toml requirements.lock
-	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e ".[fast,dynamics,ui,test,dev]"
-	touch $@
+ifeq ($(PYTHON),)
+	@echo "Python 3.11 or 3.10 is needed: install uv and run 'uv python install 3.11', or give make PYTHON=/path/to/python"
+	@false
+endif
+	@echo "1 of 3: a virtual environment in $(VENV) with $(PYTHON)"
+	@$(PYTHON) -m venv --clear $(VENV)
+	@echo "2 of 3: $$(grep -c '^[A-Za-z].*==' requirements.lock) packages, some minutes at the first time"
+	@set -o pipefail; $(BIN)/python -m pip install --disable-pip-version-check --require-hashes --no-deps -r requirements.lock \
+	  | sed -u -n 's/^Collecting \([^ ]*\).*/  \1/p'
+	@echo "3 of 3: blockstat itself"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -e .
+	@touch $@
 
-$(DOCS): $(STAMP)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e ".[docs]"
-	touch $@
+lock: $(STAMP)  ## renew the hashes of requirements.lock and docs/licences.md from PyPI
+	$(BIN)/python extras/lock.py --same

@@ -128,6 +128,8 @@ def test_workers_end_with_their_parent(tmp_path):
 
 @pytest.mark.parametrize("module", ["blockstat", "dynsim"])
 def test_an_interrupt_at_any_moment_is_one_line(module, tmp_path):
+    if module == "dynsim":
+        pytest.importorskip("pybullet")
     path = write(stack(2), tmp_path / "a.json")
     assert read(path).n_blocks == 3
     # The clock begins when Python runs code of ours: what comes before is Python's own.

@@ -183,3 +183,15 @@ def test_names_are_checked_in_python_too():
     block = box((0, 0, 0), (1, 1, 1), name="\ud800")
     with pytest.raises(InputError, match=r"the name of block 0, '\\ud800', holds a character"):
         Assembly.from_blocks([block], supports=[0])
+
+
+def test_a_corner_of_a_mesh_that_does_not_exist(tmp_path, capsys):
+    path = tmp_path / "a.ply"
+    corners = "0 0 0\n1 0 0\n0 1 0\n"
+    path.write_text(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        f"element face 1\nproperty list uchar int vertex_indices\nend_header\n{corners}3 0 1 7\n"
+    )
+    status, message = run(path, capsys)
+    assert status == 2
+    assert "a face has a corner that does not exist" in message

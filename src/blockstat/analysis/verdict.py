@@ -140,7 +140,7 @@ class Verdict(Result):
             if self.flow == "associated":
                 lines.append(OPTIMISTIC)
         else:
-            if not np.isnan(self.score):
+            if self.score > 0:  # not where an earlier mechanism decided, and not where none is missing
                 lines.append(f"Missing adhesion (score): {self.score:.3g} of the weight.")
             lines.append(f"Any equilibrium would need {proof.required_force:.3g} times the weight in normal forces.")
             if self.outcome is Outcome.UNDECIDED:
@@ -151,6 +151,7 @@ class Verdict(Result):
             if names:
                 more = f" and {len(names) - limit} more" if len(names) > limit else ""
                 lines.append(f"First to move: {', '.join(names[:limit])}{more}.")
+                lines += motion_words(self.assembly, self.interfaces, self.mechanism, limit=limit)
         if self.coulomb is not None:
             lines.append(self.coulomb.explain())
         if len(self.held):
@@ -211,6 +212,61 @@ class Verdict(Result):
             "warnings": list(self.warnings),
             "timings": self.timings,
         }
+
+
+#: Motions at a joint below this share of its largest are none: those of a mechanism are exact to 1e-6 or so.
+STILL = 0.02
+
+
+def motion_words(assembly: Assembly, interfaces: Interfaces, mechanism: Floats, *, limit: int = 5) -> list[str]:
+    """Say how a mechanism moves the joints: which open as hinges, where blocks slide, and which part.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    interfaces : Interfaces
+        Their joints.
+    mechanism : array of float, shape (n_blocks, 6)
+        Twists of the blocks, of any size.
+    limit : int, optional
+        Most joints that are named of each kind, those that move most.
+
+    Returns
+    -------
+    list of str
+        A sentence for each kind of motion that occurs.
+
+    Notes
+    -----
+    Let a point open by `g_n` and slip by `g_t`. An admissible mechanism has `g_n >= mu g_t`, with equality where the
+    point does work against friction. A joint slides when the point that opens least for its slip does so by friction
+    alone and slips, opens as a hinge when that point rests, and parts when it opens by more.
+    """
+    points, pair = interfaces.point_interface, interfaces.pair[interfaces.point_interface]
+    velocity = [point_velocity(assembly, mechanism, side, interfaces.point) for side in pair.T]
+    local = np.einsum("pij,pj->pi", interfaces.frame[points], velocity[1] - velocity[0])
+    slip = np.hypot(local[:, 1], local[:, 2])
+    friction = point_law(assembly, interfaces).friction
+    excess = local[:, 0] - np.where(slip > 0, np.minimum(friction, 1e9) * slip, 0.0)
+    size = np.linalg.norm(local, axis=1)
+    largest = np.maximum.reduceat(size, interfaces.start[:-1]) if len(size) else size
+    found: dict[str, list[int]] = {"slide": [], "hinge": [], "part": []}
+    for joint in np.argsort(-largest, kind="stable"):
+        if largest[joint] <= STILL * largest.max():
+            break
+        own = slice(interfaces.start[joint], interfaces.start[joint + 1])
+        resting = excess[own] <= STILL * largest[joint]
+        slides = slip[own][resting].max(initial=0.0) > STILL * largest[joint]
+        found["slide" if slides else "hinge" if resting.any() else "part"].append(int(joint))
+    words = {"slide": "Slides at", "hinge": "Opens as a hinge at", "part": "Parts at"}
+    return [f"{words[kind]} {_joints(assembly, interfaces, own, limit)}." for kind, own in found.items() if own]
+
+
+def _joints(assembly: Assembly, interfaces: Interfaces, joints: list[int], limit: int) -> str:
+    """Names of the two blocks of some joints."""
+    named = ", ".join(f"{assembly.names[a]} | {assembly.names[b]}" for a, b in interfaces.pair[joints[:limit]])
+    return named + (f" and {len(joints) - limit} joints more" if len(joints) > limit else "")
 
 
 def corner_speed(assembly: Assembly, twist: Floats) -> Floats:

@@ -147,7 +147,14 @@ class Model:
         return with_values(self.scene, {path: value for path, value in values.items() if path in own})
 
 
-def open_model(path: str | Path, *, supports: str = "", folder: Path | None = None) -> Model:
+def open_model(
+    path: str | Path,
+    *,
+    supports: str = "",
+    units: str | None = None,
+    up: str | None = None,
+    folder: Path | None = None,
+) -> Model:
     """Open a scene (.toml) or an assembly (.json, .obj, .glb).
 
     A scene that cannot be built is opened all the same; the page then says why it cannot be built.
@@ -158,6 +165,8 @@ def open_model(path: str | Path, *, supports: str = "", folder: Path | None = No
         The file.
     supports : str, optional
         Names of blocks that cannot move, separated by commas. A mesh needs them; a scene ignores them.
+    units, up : str, optional
+        Of the coordinates in the file, as in `blockstat.read`.
     folder : Path, optional
         Where the files are that a scene may name, and nowhere else; without it they are beside the scene or anywhere.
 
@@ -187,7 +196,7 @@ def open_model(path: str | Path, *, supports: str = "", folder: Path | None = No
     from blockstat.spec import read
 
     named = [name.strip() for name in supports.split(",") if name.strip()] or None
-    assembly = read(path, supports=named)
+    assembly = read(path, supports=named, units=units, up=up)
     if not assembly.support.any():
         raise InputError(f'{path.name}: no block is a support; name some under "supports" and open the file again')
     return Model(assembly.name, None, assembly, _material(assembly, {}))

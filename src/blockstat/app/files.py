@@ -17,23 +17,33 @@ if TYPE_CHECKING:
 Saved = tuple[str, bytes]  #: name of a file and what is in it
 
 
-def send_upload(channel: Channel, name: str, content: bytes, supports: str, folder: Path | None) -> None:
+def send_upload(
+    channel: Channel, name: str, content: bytes, supports: str, units: str, up: str, folder: Path | None
+) -> None:
     """Read a file that a browser sent, in a process that can be ended.
 
     Parameters
     ----------
     channel : Channel
         The model is sent through it, or else a text that says why there is none.
-    name, content, supports, folder
+    name, content, supports, units, up, folder
         As of `read_upload`.
     """
     try:
-        channel.send(read_upload(name, content, supports, folder=folder))
+        channel.send(read_upload(name, content, supports, units=units, up=up, folder=folder))
     except InputError as error:
         channel.send(str(error))
 
 
-def read_upload(name: str, content: bytes, supports: str, *, folder: Path | None = None) -> Model:
+def read_upload(
+    name: str,
+    content: bytes,
+    supports: str,
+    *,
+    units: str = "m",
+    up: str = "z",
+    folder: Path | None = None,
+) -> Model:
     """Return the model in a file that a browser sent.
 
     Parameters
@@ -44,6 +54,8 @@ def read_upload(name: str, content: bytes, supports: str, *, folder: Path | None
         What is in the file.
     supports : str
         Names of blocks that cannot move, separated by commas; a mesh needs them.
+    units, up : str, optional
+        Of the coordinates in the file, as in `blockstat.read`.
     folder : Path, optional
         Where the files are that an uploaded scene may name; without one it may name none.
 
@@ -61,7 +73,7 @@ def read_upload(name: str, content: bytes, supports: str, *, folder: Path | None
         path = Path(directory) / (Path(name).name or "file")
         path.write_bytes(content)
         try:
-            return open_model(path, supports=supports, folder=folder or Path(directory))
+            return open_model(path, supports=supports, units=units, up=up, folder=folder or Path(directory))
         except InputError as error:
             raise InputError(str(error).replace(str(path), path.name)) from None
         except (OSError, ValueError, KeyError, IndexError, TypeError) as error:

@@ -10,6 +10,7 @@ from blockstat.app.design import PUSHES, SUFFIXES, Model
 from blockstat.app.files import SAVES
 from blockstat.app.words import NO_BLOCK, Known, waiting
 from blockstat.errors import InputError
+from blockstat.io.parts import UNITS, UP
 from blockstat.view.three_d.colouring import CHOICES
 
 if TYPE_CHECKING:
@@ -55,7 +56,7 @@ class Host(Protocol):
         """
         ...
 
-    def upload(self, name: str, content: bytes, supports: str) -> None:
+    def upload(self, name: str, content: bytes, supports: str, units: str, up: str) -> None:
         """Show what is in a file that a browser sent.
 
         Parameters
@@ -66,6 +67,8 @@ class Host(Protocol):
             What is in the file.
         supports : str
             Names of blocks that cannot move, separated by commas.
+        units, up : str
+            Of the coordinates in the file.
         """
         ...
 
@@ -193,12 +196,16 @@ class Layout:
     def _file_controls(self, gui: viser.GuiApi) -> None:
         page = self._page
         supports = gui.add_text("supports", "", hint="blocks of a mesh that cannot move, separated by commas")
+        units = gui.add_dropdown("units", tuple(UNITS), hint="of the coordinates in a mesh")
+        up = gui.add_dropdown(
+            "up", UP, initial_value="z", hint="the axis of a mesh that points up; a GLB is turned already"
+        )
         upload = gui.add_upload_button("Open …", hint=f"a file: {', '.join(SUFFIXES)}")
 
         @upload.on_upload
         def _(event: viser.GuiEvent) -> None:
             given = event.target.value
-            page.post(lambda: page.upload(given.name, given.content, supports.value))
+            page.post(lambda: page.upload(given.name, given.content, supports.value, units.value, up.value))
 
         for label, make in SAVES.items():
             gui.add_button(label).on_click(lambda event, make=make: self._save(event, make))

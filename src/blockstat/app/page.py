@@ -150,7 +150,7 @@ class Page:
             panel.opened()
         self.ask()
 
-    def upload(self, name: str, content: bytes, supports: str) -> None:
+    def upload(self, name: str, content: bytes, supports: str, units: str, up: str) -> None:
         """Read a file that a browser sent, in a process of its own, and show it.
 
         Parameters
@@ -161,10 +161,12 @@ class Page:
             What is in the file.
         supports : str
             Names of blocks that cannot move, separated by commas; a mesh needs them.
+        units, up : str
+            Of the coordinates in the file.
         """
         if self._reader is not None:
             self._reader.stop()
-        reading = (send_upload, name, content, supports, self._folder)
+        reading = (send_upload, name, content, supports, units, up, self._folder)
         self._reader = self.start(*reading, report=lambda found: self._read(name, found), timed=True)
 
     def _read(self, name: str, found: Any) -> None:

@@ -72,6 +72,8 @@ def serve(
     path: str | Path,
     *,
     supports: str = "",
+    units: str | None = None,
+    up: str | None = None,
     port: int = 0,
     panels: Sequence[Panel] = (),
     folder: Path | None = None,
@@ -85,6 +87,8 @@ def serve(
         A scene (.toml) or an assembly (.json, .obj, .glb).
     supports : str, optional
         Names of blocks that cannot move, separated by commas; a mesh needs them.
+    units, up : str, optional
+        Of the coordinates in the file, as in `blockstat.read`.
     port : int, optional
         Of the page on this machine. The next free one is taken when it is in use, any free one for 0.
     panels : sequence of Panel, optional
@@ -99,7 +103,7 @@ def serve(
     InputError
         For a file that cannot be used, or when viser is not installed.
     """
-    model = open_model(path, supports=supports)
+    model = open_model(path, supports=supports, units=units, up=up)
     logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(name)s: %(message)s")
     inside = folder or Path(path).parent
     try:

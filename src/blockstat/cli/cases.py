@@ -7,7 +7,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from blockstat.cli.options import AsJson, FileArgument, Friction, Gravity, Supports, Tilt, Units, numbers, print_json
+from blockstat.cli.options import (
+    AsJson,
+    FileArgument,
+    Friction,
+    Gravity,
+    Supports,
+    Tilt,
+    Units,
+    Up,
+    numbers,
+    print_json,
+)
 from blockstat.cli.options import load as load_assembly
 from blockstat.errors import InputError
 
@@ -96,6 +107,7 @@ def cases_command(
     tilt: Tilt = None,
     supports: Supports = None,
     units: Units = None,
+    up: Up = None,
     as_json: AsJson = False,
 ) -> None:
     """Table of all load cases: the verdict under each, and the multiplier of its live loads."""
@@ -105,7 +117,7 @@ def cases_command(
     from blockstat.loading.cases import load_cases
     from blockstat.spec.files import load_file, located
 
-    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     tables = {} if loads is None else load_file(loads)
     try:
         cases = load_cases(assembly, **tables)

@@ -18,6 +18,7 @@ from blockstat.cli.options import (
     Supports,
     Tilt,
     Units,
+    Up,
     gap_of,
     inputs,
     numbers,
@@ -58,6 +59,7 @@ def reliability_command(
     tilt: Tilt = None,
     supports: Supports = None,
     units: Units = None,
+    up: Up = None,
     gap: Gap = None,
     as_json: AsJson = False,
 ) -> None:
@@ -68,7 +70,7 @@ def reliability_command(
     from blockstat.loads import acceleration
 
     random = _random(uncertain)
-    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     chosen = chosen_case(assembly, file, case, loads)
     near = GAP if gap is None else gap_of(gap)
     faces = find_interfaces(assembly, gap=near)

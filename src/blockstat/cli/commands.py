@@ -22,6 +22,7 @@ from blockstat.cli.options import (
     Supports,
     Tilt,
     Units,
+    Up,
     Version,
     gap_of,
     inputs,
@@ -40,7 +41,7 @@ from blockstat.errors import InputError
 Flow = Annotated[str, typer.Option(help="associated, or coulomb: no dilatancy and no self-stress.")]
 
 app = typer.Typer(
-    no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None
+    no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None
 )  # plain help: markup would swallow units and table names in brackets
 app.command("cases")(cases_command)
 app.command("capacity")(capacity_command)
@@ -83,11 +84,12 @@ def convert(
     ] = None,
     supports: Supports = None,
     units: Units = None,
+    up: Up = None,
 ) -> None:
     """Read an assembly or a scene and write it in another format, in metres."""
     from blockstat.io.files import write
 
-    assembly = load_assembly(file, friction=None, gravity=None, tilt=None, supports=supports, units=units)
+    assembly = load_assembly(file, friction=None, gravity=None, tilt=None, supports=supports, units=units, up=up)
     write(assembly, output, format=format)
     typer.echo(f"{output}: {assembly.n_blocks} blocks")
 
@@ -102,6 +104,7 @@ def repair_command(
     ] = None,
     supports: Supports = None,
     units: Units = None,
+    up: Up = None,
 ) -> None:
     """Repair rough geometry and print what was changed: merge vertices, turn and flatten faces, close joints."""
     from blockstat.contact.interfaces import GAP
@@ -109,7 +112,7 @@ def repair_command(
     from blockstat.io.files import write
 
     chosen = supports.split(",") if supports else None
-    assembly, report = repair(file, gap=GAP if gap is None else gap, supports=chosen, units=units)
+    assembly, report = repair(file, gap=GAP if gap is None else gap, supports=chosen, units=units, up=up)
     write(assembly, output)
     typer.echo(report.explain())
 
@@ -122,6 +125,7 @@ def check(
     tilt: Tilt = None,
     supports: Supports = None,
     units: Units = None,
+    up: Up = None,
     gap: Gap = None,
     solver: Annotated[str, typer.Option(help="auto, interior-point, clarabel or cvxpy (the primal).")] = "auto",
     flow: Flow = "associated",
@@ -142,7 +146,7 @@ def check(
     from blockstat.contact.interfaces import GAP
     from blockstat.view.attributes import write_verdict
 
-    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     acting = chosen_case(assembly, file, case, loads)
     permanent = None if acting is None else acting.loads
     near = GAP if gap is None else gap_of(gap)
@@ -180,6 +184,7 @@ def limit(
     tilt: Tilt = None,
     supports: Supports = None,
     units: Units = None,
+    up: Up = None,
     flow: Flow = "associated",
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Polar plot of the directions (.png, .svg, .pdf).")
@@ -197,7 +202,7 @@ def limit(
         raise InputError("--load and --directions are different questions; ask for one of them")
     if output is not None and directions is None:
         raise InputError("-o draws the directions; it goes with --directions")
-    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     if directions is not None:
         if case is not None or loads is not None:
             raise InputError("--case and --directions are different questions; ask for one of them")
@@ -227,6 +232,7 @@ def tilt_command(
     gravity: Gravity = None,
     supports: Supports = None,
     units: Units = None,
+    up: Up = None,
     imperfection: Imperfect = None,
     flow: Flow = "associated",
     as_json: AsJson = False,
@@ -236,7 +242,7 @@ def tilt_command(
 
     from blockstat.analysis.tilt_friction import tilt_limit
 
-    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=None, supports=supports, units=units)
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=None, supports=supports, units=units, up=up)
     about = axis if "," not in axis else numbers(axis, 3, "--axis", "x, y, z or AX,AY,AZ")
     found = tilt_limit(assembly, about, flow=flow, imperfections=imperfections_of(imperfection))
     stands, falls = (None if isnan(value) else value for value in (found.stands, found.falls))

@@ -16,6 +16,7 @@ from blockstat.cli.options import (
     Supports,
     Tilt,
     Units,
+    Up,
     inputs,
     numbers,
     print_json,
@@ -45,6 +46,7 @@ def capacity_command(
     tilt: Tilt = None,
     supports: Supports = None,
     units: Units = None,
+    up: Up = None,
     flow: Annotated[str, typer.Option(help="coulomb: joints slide without opening; or associated.")] = "coulomb",
     displacement: Annotated[
         float | None, typer.Option(metavar="D", help="Where to stop [m]; by default where the multiplier is zero.")
@@ -60,7 +62,7 @@ def capacity_command(
     from blockstat.large_displacement.capacity_curve import capacity
     from blockstat.view.settling import plot_capacity
 
-    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     growing, permanent = load_and_loads(load, chosen_case(assembly, file, case, loads))
     with Console(stderr=True).status("limit load") as status:
         found = capacity(

@@ -35,6 +35,9 @@ Supports = Annotated[
 Units = Annotated[
     str | None, typer.Option(help="Of the coordinates in the file, converted to metres: m, dm, cm, mm, in or ft.")
 ]
+Up = Annotated[
+    str | None, typer.Option(metavar="AXIS", help="Of the file, that points up: z (the default), y, x, -z, -y or -x.")
+]
 Gap = Annotated[
     str | None, typer.Option(help='Largest gap of a joint: a share of the block size, or a length such as "2 mm".')
 ]
@@ -79,6 +82,7 @@ def load(
     tilt: str | None,
     supports: str | None = None,
     units: str | None = None,
+    up: str | None = None,
 ) -> Assembly:
     """Read a file and apply the options.
 
@@ -96,6 +100,8 @@ def load(
         Value of `--supports`, names or numbers of blocks separated by commas; None for the file's.
     units : str, optional
         Of the coordinates in the file; they are converted to metres.
+    up : str, optional
+        Value of `--up`, the axis of the file that points up.
 
     Returns
     -------
@@ -106,11 +112,20 @@ def load(
     ------
     InputError
         For a file that cannot be used, or an option that does not read as it must.
+
+    Warns
+    -----
+    InputWarning
+        Where units or the axis that is up look wrong, with what to type.
     """
+    from blockstat.io.parts import doubts
     from blockstat.spec import read
 
     chosen = supports.split(",") if supports else None
-    return modified(read(path, supports=chosen, units=units), friction=friction, gravity=gravity, tilt=tilt)
+    assembly = read(path, supports=chosen, units=units, up=up)
+    for doubt in doubts(assembly):
+        warnings.warn(f"{path}: {doubt}", InputWarning, stacklevel=2)
+    return modified(assembly, friction=friction, gravity=gravity, tilt=tilt)
 
 
 def modified(assembly: Assembly, *, friction: float | None, gravity: str | None, tilt: str | None) -> Assembly:

@@ -19,6 +19,7 @@ from blockstat.cli.options import (
     Supports,
     Tilt,
     Units,
+    Up,
     numbers,
 )
 from blockstat.cli.options import load as load_assembly
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
 def app_command(
     file: FileArgument,
     supports: Supports = None,
+    units: Units = None,
+    up: Up = None,
     port: Port = PORT,
     folder: Folder = None,
     most_seconds: MostSeconds = 300.0,
@@ -40,7 +43,15 @@ def app_command(
     from blockstat.app.background import Limits
     from blockstat.app.server import serve
 
-    serve(file, supports=supports or "", port=port, folder=folder, limits=Limits(most_seconds, most_gigabytes))
+    serve(
+        file,
+        supports=supports or "",
+        units=units,
+        up=up,
+        port=port,
+        folder=folder,
+        limits=Limits(most_seconds, most_gigabytes),
+    )
 
 
 def plot_command(
@@ -53,6 +64,7 @@ def plot_command(
     tilt: Tilt = None,
     supports: Supports = None,
     units: Units = None,
+    up: Up = None,
     plain: Annotated[bool, typer.Option("--plain", help="Only the blocks, no verdict.")] = False,
     forces: Annotated[bool, typer.Option("--forces", help="The forces of the joints instead.")] = False,
     joints: Annotated[bool, typer.Option("--joints", help="How much of each joint's capacity is used.")] = False,
@@ -83,7 +95,7 @@ def plot_command(
     if stone and load is None:
         raise InputError("--stone asks what raises a limit load; give its direction by --load AX,AY,AZ")
     direction = None if load is None else numbers(load, 3, "--load", "AX,AY,AZ")
-    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     if plain:
         plot(assembly, output, title=assembly.name, **look)
     elif stone and direction is not None:

@@ -1,28 +1,35 @@
-"""What a terminal shows while a bracket closes."""
+"""What is shown while a bracket closes: one line on a terminal, and elsewhere a line every two seconds."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
+
+from blockstat.system.lines import PlainLines
 
 
 @contextmanager
-def shown_progress() -> Iterator[Callable[[int, float, float], None] | None]:
-    """Show the iterations of a limit analysis on one line of a terminal, and take it away at the end.
+def shown_progress() -> Iterator[Callable[[int, float, float], None]]:
+    """Show the iterations of a limit analysis on standard error; on a terminal the line goes away at the end.
 
     Yields
     ------
-    callable or None
-        As `progress` of `blockstat.limit_load`; None where standard error is not a terminal.
+    callable
+        As `progress` of `blockstat.limit_load`.
     """
+
+    def words(iteration: int, reached: float, upper: float) -> str:
+        return f"iteration {iteration}: {max(reached, 0.0):.6g} reached, at most {upper:.6g} (Ctrl-C keeps the bracket)"
+
     if not sys.stderr.isatty():
-        yield None
+        line = PlainLines()
+        yield lambda *state: line(words(*state))
         return
 
-    def show(iteration: int, reached: float, upper: float) -> None:
-        line = f"iteration {iteration}: {max(reached, 0.0):.6g} reached, at most {upper:.6g} (Ctrl-C keeps the bracket)"
-        sys.stderr.write(f"\r\x1b[K{line}")
+    def show(*state: Any) -> None:
+        sys.stderr.write(f"\r\x1b[K{words(*state)}")
         sys.stderr.flush()
 
     try:

@@ -15,6 +15,7 @@ from blockstat.cli.options import (
     Gap,
     Supports,
     Units,
+    Up,
     gap_of,
     load,
     numbers,
@@ -75,6 +76,7 @@ def sequence(
     friction: Friction = None,
     supports: Supports = None,
     units: Units = None,
+    up: Up = None,
     gap: Gap = None,
     flow: Flow = "associated",
     reserve: Reserve = False,
@@ -92,7 +94,7 @@ def sequence(
 
     if (plan is not None) + (held_at_most is not None) + remove + stages + courses != 1:
         raise InputError("give one of --plan PLAN.json, --held-at-most K, --courses, --remove-each and --stages")
-    assembly = load(file, friction=friction, gravity=None, tilt=None, supports=supports, units=units)
+    assembly = load(file, friction=friction, gravity=None, tilt=None, supports=supports, units=units, up=up)
     options: dict[str, Any] = {"gap": GAP if gap is None else gap_of(gap), "flow": flow}
     head = {"file": str(file)}
     if remove:

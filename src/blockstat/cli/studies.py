@@ -17,6 +17,7 @@ from blockstat.cli.options import (
     Supports,
     Tilt,
     Units,
+    Up,
     gap_of,
     inputs,
     numbers,
@@ -83,6 +84,7 @@ def settle_command(
     tilt: Tilt = None,
     supports: Supports = None,
     units: Units = None,
+    up: Up = None,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Also draw it (.png, .svg, .pdf).")] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -94,7 +96,7 @@ def settle_command(
     moves = dict(_move(text) for text in move)
     if len(moves) < len(move):
         raise InputError("--move names a part twice; give its whole displacement once")
-    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     found = settle(assembly, moves)
     path = settle_to_collapse(assembly, moves, interfaces=found.interfaces)
     if output is not None:
@@ -116,11 +118,12 @@ def report_command(
     tilt: Tilt = None,
     supports: Supports = None,
     units: Units = None,
+    up: Up = None,
     gap: Annotated[float | None, typer.Option(help="Largest gap of a joint, relative to block size.")] = None,
     directions: Annotated[int, typer.Option(metavar="N", help="Of the horizon; a multiple of 4.")] = 16,
 ) -> None:
     """Write a report to hand over: assumptions, verdicts, the least limit load, pictures, warnings and sources."""
-    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     write_report(file, assembly, output, units=units, gap=gap, directions=directions)
 
 
@@ -197,6 +200,7 @@ def prove_command(
     tilt: Tilt = None,
     supports: Supports = None,
     units: Units = None,
+    up: Up = None,
     gap: Gap = None,
     as_json: AsJson = False,
 ) -> None:
@@ -204,7 +208,7 @@ def prove_command(
     from blockstat.contact.interfaces import GAP
     from blockstat.proof.proof_file import prove
 
-    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     chosen = chosen_case(assembly, file, case, loads)
     growing, permanent = None, None if chosen is None else chosen.loads
     if load is not None or limit:

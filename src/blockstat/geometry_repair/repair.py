@@ -143,6 +143,7 @@ def repair(
     warp: float = WARP,
     supports: Iterable[int | str] | None = None,
     units: str | None = None,
+    up: str | None = None,
     name: str | None = None,
     density: float | None = None,
     friction: float | None = None,
@@ -168,6 +169,8 @@ def repair(
         Names or numbers of the blocks that cannot move, in place of those that the source marks.
     units : str, optional
         Of the coordinates in a file, as in `blockstat.read`.
+    up : str, optional
+        The axis of the file that points up, as in `blockstat.read`.
     name, density, friction, gravity, metadata, joints : optional
         As in `Assembly.from_blocks`, in place of what the source says.
 
@@ -199,7 +202,7 @@ def repair(
     for key, value, most in (("gap", gap, 0.2), ("merge", merge, 0.1), ("warp", warp, 0.2)):
         if not (isinstance(value, (int, float)) and 0 <= value < most):
             raise InputError(f"{key} is {value!r}; it must be at least 0 and below {most} of the block size")
-    parts = _parts(source, supports, units, options)
+    parts = _parts(source, supports, units, up, options)
     surfaces = [_repaired(block, number, merge) for number, block in enumerate(parts.blocks)]
     blocks = [
         replace(block, vertices=own.vertices, faces=own.faces)
@@ -216,18 +219,20 @@ def repair(
     return assembly, RepairReport(tuple(told), tell(assembly, pairs, depth) if len(pairs) else "")
 
 
-def _parts(source: Any, supports: Iterable[int | str] | None, units: str | None, options: dict[str, Any]) -> Parts:
+def _parts(
+    source: Any, supports: Iterable[int | str] | None, units: str | None, up: str | None, options: dict[str, Any]
+) -> Parts:
     if isinstance(source, (str, Path)) and Path(source).suffix.lower() == ".toml":
         from blockstat.spec import read
 
-        source = read(source, supports=supports, units=units)
+        source = read(source, supports=supports, units=units, up=up)
     if isinstance(source, (str, Path)):
         from blockstat.io.files import read_parts
 
-        parts = read_parts(source, supports=supports, units=units)
+        parts = read_parts(source, supports=supports, units=units).turned(up)
         return replace(parts, options=parts.options | options)
-    if units is not None:
-        raise InputError("units are those of a file; blocks are in metres")
+    if units is not None or up is not None:
+        raise InputError("units and up are those of a file; blocks are in metres, and z is up")
     if not isinstance(source, Assembly):
         return Parts(list(source), list(supports or ()), options)
     blocks = [

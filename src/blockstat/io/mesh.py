@@ -129,6 +129,7 @@ def loaded(path: Path, load: Callable[..., Any]) -> Any:
     InputError
         For a file that cannot be read. The message never quotes what is in a file.
     """
+    import trimesh
     from trimesh.resolvers import FilePathResolver
 
     class Beside(FilePathResolver):
@@ -140,13 +141,21 @@ def loaded(path: Path, load: Callable[..., Any]) -> Any:
 
     check_file(path)
     try:
-        return load(path, process=False, resolver=Beside(str(path)))
-    except InputError:
-        raise
-    except MemoryError:
+        found = load(path, process=False, resolver=Beside(str(path)))
+        meshes = list(found.geometry.values()) if isinstance(found, trimesh.Scene) else [found]
+        whole = all(_is_whole(mesh) for mesh in meshes if isinstance(mesh, trimesh.Trimesh))
+    except (InputError, MemoryError):
         raise
     except Exception as error:  # trimesh raises whatever its parsers do
         raise InputError(f"cannot be read as a mesh ({type(error).__name__})") from None
+    if not whole:
+        raise InputError("a face has a corner that does not exist")
+    return found
+
+
+def _is_whole(mesh: trimesh.Trimesh) -> bool:
+    """Whether all corners of the faces exist."""
+    return not len(mesh.faces) or (mesh.faces.min() >= 0 and mesh.faces.max() < len(mesh.vertices))
 
 
 def _closed_runs(mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:

@@ -10,8 +10,10 @@ import numpy as np
 
 from blockstat.assembly import Assembly, Block
 from blockstat.errors import InputError
+from blockstat.typing import Floats
 
 #: Metres in one unit of length.
+UP = ("x", "y", "z", "-x", "-y", "-z")  #: axes of a file that may point up
 UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 
 
@@ -54,7 +56,108 @@ class Parts:
         """
         if metres == 1.0:
             return self
-        return replace(self, blocks=[replace(b, vertices=_times(b.vertices, metres)) for b in self.blocks])
+        return self._mapped(metres * np.eye(3), self.options)
+
+    def turned(self, up: str | None) -> Parts:
+        """Return the same with an axis of the file turned upwards; gravity and ties turn with the blocks.
+
+        Parameters
+        ----------
+        up : str or None
+            The axis of the file that points up, one of `UP`; None for z.
+
+        Returns
+        -------
+        Parts
+            With z up.
+
+        Raises
+        ------
+        InputError
+            For another axis.
+        """
+        if up in (None, "z"):
+            return self
+        if up not in UP:
+            raise InputError(f"up is {up!r}; the axis that points up must be one of: {', '.join(UP)}")
+        third = np.eye(3)["xyz".index(up[-1])] * (-1.0 if up.startswith("-") else 1.0)
+        first = np.eye(3)[1 if up[-1] == "x" else 0]
+        turn = np.array([first, np.cross(third, first), third])
+        gravity = self.options.get("gravity")
+        return self._mapped(turn, self.options if gravity is None else {**self.options, "gravity": turn @ gravity})
+
+    def _mapped(self, matrix: Floats, options: dict[str, Any]) -> Parts:
+        """The same with every point multiplied by a matrix."""
+        blocks = [replace(b, vertices=_times(b.vertices, matrix)) for b in self.blocks]
+        if ties := options.get("ties"):
+            moved = [replace(t, points=tuple(map(tuple, (np.array(t.points) @ matrix.T).tolist()))) for t in ties]
+            options = {**options, "ties": moved}
+        return replace(self, blocks=blocks, options=options)
+
+
+#: No block ever laid is longer [m]: the largest stones of Baalbek have 20 m.
+LONGEST = 25.0
+#: No masonry weighs more [N]: the pyramid of Khufu has 6e9 kg.
+HEAVIEST = 6e10
+DENSITIES = (200.0, 20e3)  #: of any building material, from cork to lead twice over [kg/m3]
+
+
+def doubts(assembly: Assembly) -> list[str]:
+    """Return what looks like coordinates in other units or with another axis up, and what to type instead.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        As it was read.
+
+    Returns
+    -------
+    list of str
+        A sentence each; none where all is plausible.
+    """
+    free = assembly.free
+    if not len(free):
+        return []
+    corners = assembly.vertices
+    first = assembly.vertex_start[:-1]
+    size = (np.maximum.reduceat(corners, first) - np.minimum.reduceat(corners, first))[free].max(axis=1)
+    found = []
+    if size.max() > LONGEST:
+        found.append(
+            f'block "{assembly.names[free[size.argmax()]]}" is {size.max():,.4g} m long, longer than any stone laid; '
+            "if the coordinates are not in metres, give --units mm, cm, in or ft"
+        )
+    elif size.max() < 1e-3:
+        found.append(
+            f"no block is longer than {size.max():.2g} m; if the file is in larger units than was said, give --units m"
+        )
+    if assembly.free_weight > HEAVIEST and not found:
+        found.append(
+            f"the blocks weigh {assembly.free_weight / 1e3:.2g} kN, more than the largest pyramid; see --units"
+        )
+    low, high = assembly.density[free].min(), assembly.density[free].max()
+    if low < DENSITIES[0] or high > DENSITIES[1]:
+        found.append(f"densities go from {low:g} to {high:g} kg/m3; those of a file are in kg/m3")
+    return found + _sideways(assembly)
+
+
+def _sideways(assembly: Assembly) -> list[str]:
+    """Doubt where all that is free is beside its supports along the axis that is up, and beyond them along another."""
+    lower, upper = assembly.vertices.min(axis=0), assembly.vertices.max(axis=0)
+    reach = np.where(upper > lower, upper - lower, 1.0)
+    held, free = assembly.centroid[assembly.support], assembly.centroid[assembly.free]
+    if not len(held):
+        return []
+    mass = (assembly.density * assembly.volume)[assembly.free]
+    above = (mass @ free / mass.sum() - held.mean(axis=0)) / reach
+    gap = (free.min(axis=0) >= held.max(axis=0)) & (above > 0.25)
+    down = -assembly.gravity / np.linalg.norm(assembly.gravity)
+    if abs(down[2]) < 0.999 or abs(above[2]) > 0.1 or not gap[:2].any():
+        return []
+    axis = "xy"[int(np.argmax(np.where(gap[:2], above[:2], -np.inf)))]
+    return [
+        f"the blocks are beside their supports, along {axis}, and not above them; if {axis} is up, give --up {axis}"
+    ]
 
 
 def metres_in(units: str | None) -> float:
@@ -119,8 +222,8 @@ def chosen_supports(
     return chosen
 
 
-def _times(vertices: Any, metres: float) -> Any:
+def _times(vertices: Any, matrix: Floats) -> Any:
     try:
-        return np.asarray(vertices, dtype=float) * metres
+        return np.asarray(vertices, dtype=float) @ matrix.T
     except (TypeError, ValueError):
         return vertices  # not numbers: refused, with the block's name, where the assembly is made

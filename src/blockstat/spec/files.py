@@ -177,7 +177,13 @@ def _parts(key: str) -> list[str]:
 
 
 @known_options
-def read(path: str | Path, *, supports: Iterable[int | str] | None = None, units: str | None = None) -> Assembly:
+def read(
+    path: str | Path,
+    *,
+    supports: Iterable[int | str] | None = None,
+    units: str | None = None,
+    up: str | None = None,
+) -> Assembly:
     """Read an assembly of any file.
 
     Files are native or COMPAS JSON, a scene in TOML (built on the spot), a mesh with one solid a block, or a directory
@@ -191,6 +197,9 @@ def read(path: str | Path, *, supports: Iterable[int | str] | None = None, units
         Replaces the supports named in the file; a mesh without them needs this.
     units : str, optional
         Of the coordinates in the file ("mm", "cm", "in", ...); they are converted to metres.
+    up : str, optional
+        The axis of the file that points up: "x", "y", "z" (the default), "-x", "-y" or "-z". A GLB is y-up by its
+        specification and is turned already: this is of what comes after.
 
     Returns
     -------
@@ -214,10 +223,12 @@ def read(path: str | Path, *, supports: Iterable[int | str] | None = None, units
     path = Path(path)
     if path.suffix.lower() != ".toml" or path.is_dir():
         parts = read_parts(path, supports=supports, units=units)
-        return blaming(path, parts.assembled)
+        return blaming(path, lambda: parts.turned(up).assembled())
     if supports is not None:
         raise InputError(f"{path}: a scene stands on its ground; supports cannot be chosen for it")
     if units not in (None, "m"):
         raise InputError(f"{path}: a scene is in metres; units cannot be chosen for it")
+    if up not in (None, "z"):
+        raise InputError(f"{path}: a scene has z up; another axis cannot be chosen for it")
     scene = load_scene(path)
     return blaming(path, lambda: build(scene))

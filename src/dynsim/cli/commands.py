@@ -20,6 +20,7 @@ from blockstat.cli.options import (
     Supports,
     Tilt,
     Units,
+    Up,
     Version,
     load,
     print_json,
@@ -57,7 +58,7 @@ if TYPE_CHECKING:
     from dynsim.parallel.pool import Row
 
 app = typer.Typer(
-    no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None
+    no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None
 )  # plain help: markup would swallow units and table names in brackets
 app.command("app")(open_page)
 
@@ -75,6 +76,7 @@ def verify(
     tilt: Tilt = None,
     supports: Supports = None,
     units: Units = None,
+    up: Up = None,
     group: Group = None,
     threshold: Threshold = None,
     remove: Remove = None,
@@ -100,7 +102,7 @@ def verify(
 
     def read(file: Path) -> Assembly:
         return with_glue(
-            load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units), glue
+            load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up), glue
         )  # fmt: skip
 
     settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
@@ -160,6 +162,7 @@ def shake(
     tilt: Tilt = None,
     supports: Supports = None,
     units: Units = None,
+    up: Up = None,
     group: Group = None,
     threshold: Threshold = None,
     glue: Glue = None,
@@ -177,7 +180,7 @@ def shake(
     from dynsim.settings import Settings
 
     motion = ground_of(record, pulse, ramp, direction, scale)
-    assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
     actions = stiffness_of(inertia_scale, angular_stiffness)
     evaluate = partial(run, settings=settings, loads=[motion], actions=actions)
@@ -199,6 +202,7 @@ def limit(
     tilt: Tilt = None,
     supports: Supports = None,
     units: Units = None,
+    up: Up = None,
     glue: Glue = None,
     preset: Preset = "default",
     as_json: AsJson = False,
@@ -209,7 +213,7 @@ def limit(
     from dynsim.judge.limit import limit as run
     from dynsim.settings import Settings
 
-    assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     growing, permanent = load_and_loads(direction, chosen_case(assembly, file, case, loads_file))
     with Console(stderr=True).status("static limit") as status:
         found = run(
@@ -232,6 +236,7 @@ def compare(
     tilt: Tilt = None,
     supports: Supports = None,
     units: Units = None,
+    up: Up = None,
     engines: Annotated[str, typer.Option(help='"bullet" or "bullet,lmgc90".')] = "bullet",
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Also write the rows as CSV.")] = None,
     jobs: Jobs = None,
@@ -242,7 +247,7 @@ def compare(
     from dynsim.comparison.compare import check_engines, compare_one
     from dynsim.comparison.table import Comparison, Comparisons
 
-    read = partial(load, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    read = partial(load, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     evaluate = partial(compare_one, engines=check_engines(engines.split(",")))
 
     def kept(rows: list[Row[Comparison]]) -> Comparisons:

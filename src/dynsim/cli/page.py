@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from blockstat.cli.options import PORT, FileArgument, Folder, MostGigabytes, MostSeconds, Port, Supports
+from blockstat.cli.options import PORT, FileArgument, Folder, MostGigabytes, MostSeconds, Port, Supports, Units, Up
 
 
 def open_page(
     file: FileArgument,
     supports: Supports = None,
+    units: Units = None,
+    up: Up = None,
     port: Port = PORT,
     folder: Folder = None,
     most_seconds: MostSeconds = 300.0,
@@ -19,4 +21,4 @@ def open_page(
     from dynsim.panel import FallPanel, OptimisePanel
 
     limits, panels = Limits(most_seconds, most_gigabytes), [FallPanel(), OptimisePanel()]
-    serve(file, supports=supports or "", port=port, panels=panels, folder=folder, limits=limits)
+    serve(file, supports=supports or "", units=units, up=up, port=port, panels=panels, folder=folder, limits=limits)

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from blockstat.cli.options import FileArgument, Friction, Gravity, Supports, Tilt, Units, load
+from blockstat.cli.options import FileArgument, Friction, Gravity, Supports, Tilt, Units, Up, load
 from blockstat.cli.studies import write_report
 from dynsim.cli.criteria import Preset
 
@@ -21,6 +21,7 @@ def report(
     tilt: Tilt = None,
     supports: Supports = None,
     units: Units = None,
+    up: Up = None,
     preset: Preset = "default",
     directions: Annotated[int, typer.Option(metavar="N", help="Of the horizon; a multiple of 4.")] = 16,
 ) -> None:
@@ -28,6 +29,6 @@ def report(
     from dynsim.judge.verify import verify
     from dynsim.settings import Settings
 
-    assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     simulated = partial(verify, settings=Settings.named(preset))
     write_report(file, assembly, output, units=units, directions=directions, verify=simulated)

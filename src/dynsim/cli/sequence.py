@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from blockstat.cli.options import AsJson, FileArgument, Friction, Supports, Units, load, print_json
+from blockstat.cli.options import AsJson, FileArgument, Friction, Supports, Units, Up, load, print_json
 from blockstat.errors import InputError
 from blockstat.system.reading import text_of
 from dynsim.cli.criteria import Preset
@@ -23,6 +23,7 @@ def sequence(
     friction: Friction = None,
     supports: Supports = None,
     units: Units = None,
+    up: Up = None,
     statics: Annotated[
         bool, typer.Option(help="Also judge each step by statics, by Coulomb's where they differ.")
     ] = True,
@@ -41,7 +42,7 @@ def sequence(
         check_path(output)
     if plan is None:
         file, plan = _assembly_of(file), file
-    assembly = load(file, friction=friction, gravity=None, tilt=None, supports=supports, units=units)
+    assembly = load(file, friction=friction, gravity=None, tilt=None, supports=supports, units=units, up=up)
     steps = read_plan(plan, assembly)
     found = run(assembly, steps, settings=Settings.named(preset, **STEP))
     summary: dict[str, Any] = {"file": str(file), **found.summary()}

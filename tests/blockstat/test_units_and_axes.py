@@ -1,0 +1,89 @@
+"""Units and the axis that is up, and doubts about them."""
+
+import numpy as np
+import pytest
+
+from blockstat import Assembly, Block, InputError, assess, read, write
+from blockstat.cli.commands import app
+from blockstat.cli.options import _status
+from blockstat.io.parts import UP, doubts
+from evidence.scenes.small import arch, stack
+
+
+def placed(assembly, matrix):
+    """The same blocks in other coordinates."""
+    blocks = [
+        Block(assembly.block_vertices(i) @ matrix.T, [list(face) for face in assembly.faces_of(i)], assembly.names[i])
+        for i in range(assembly.n_blocks)
+    ]
+    return Assembly.from_blocks(blocks, supports=np.flatnonzero(assembly.support).tolist(), density=2000.0)
+
+
+def bare(assembly, path):
+    """An OBJ without what is noted of gravity and supports, as other programs write it."""
+    write(assembly, path)
+    path.write_text("\n".join(line for line in path.read_text().splitlines() if not line.startswith("#")))
+    return path
+
+
+@pytest.mark.parametrize("up", UP)
+def test_every_axis_can_be_up(up, tmp_path):
+    ring = arch(9, 0.2)
+    axis = "xyz".index(up[-1])
+    sign = -1.0 if up.startswith("-") else 1.0
+    # A rotation that takes z to the axis: its third column is the axis.
+    third = sign * np.eye(3)[axis]
+    first = np.eye(3)[(axis + 1) % 3]
+    matrix = np.column_stack([first, np.cross(third, first), third])
+    path = bare(placed(ring, matrix), tmp_path / "ring.obj")
+    found = read(path, supports=[ring.names[i] for i in np.flatnonzero(ring.support)], up=up)
+    assert np.allclose(found.centroid[:, 2], ring.centroid[:, 2])
+    assert assess(found).score == pytest.approx(assess(ring).score, abs=1e-6)
+
+
+def test_gravity_turns_with_the_blocks(tmp_path):
+    path = write(stack(2).with_(gravity=(0, -9.81, 0)), tmp_path / "a.json")
+    assert np.allclose(read(path, up="y").gravity, (0, 0, -9.81))
+    with pytest.raises(InputError, match="must be one of: x, y, z, -x, -y, -z"):
+        read(path, up="w")
+
+
+def scaled(metres):
+    return placed(stack(2), metres * np.eye(3))
+
+
+def test_doubts_name_what_to_type():
+    assert doubts(scaled(1.0)) == []
+    assert "give --units mm" in doubts(scaled(1000.0))[0]
+    assert "1,000 m long" in doubts(scaled(1000.0))[0]
+    assert "give --units m" in doubts(scaled(1e-4))[0]
+    swapped = placed(stack(4), np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]))
+    assert doubts(swapped) == [
+        "the blocks are beside their supports, along y, and not above them; if y is up, give --up y"
+    ]
+    assert "densities go from 2.7" in doubts(stack(2).with_(density=np.full(3, 2.7)))[0]
+
+
+def test_examples_and_arches_are_beyond_doubt(root):
+    for path in (root / "examples").glob("*.toml"):
+        if path.stem != "basilica":
+            assert doubts(read(path)) == []
+    assert doubts(placed(arch(15, 0.2), np.eye(3))) == []
+
+
+def test_the_command_warns_and_the_options_mend_it(tmp_path, capsys, recwarn):
+    path = bare(placed(stack(3), 1000.0 * np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])), tmp_path / "a.obj")
+
+    def run(*words):
+        recwarn.clear()
+        words = ["check", str(path), "--supports", "ground", *words]
+        return _status(lambda: app(words, standalone_mode=False), "blockstat"), " ".join(
+            str(w.message) for w in recwarn
+        )
+
+    status, warned = run()
+    assert "--units mm" in warned
+    assert "--up y" in warned
+    status, warned = run("--units", "mm", "--up", "y")
+    assert (status, warned) == (0, "")
+    assert "Stable" in capsys.readouterr().out
