@@ -132,6 +132,44 @@ def check_bonds(asm, faces, bonds, spare):
     return wrenches
 
 
+def tie_ends(asm, centroid):
+    """Of each tie its two blocks, the arms of its ends on them, and the unit vector from the first to the second."""
+    for tie in asm.ties:
+        blocks = [asm.names.index(b) if b in asm.names else int(b) for b in tie.between]
+        ends = np.asarray(tie.points, dtype=float)
+        along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+        yield tie, blocks, [end - centroid[b] for end, b in zip(ends, blocks, strict=True)], along
+
+
+def tie_wrenches(asm, centroid, forces, spare):
+    """The wrench of the ties on each block; raises AssertionError for a force out of a tie's bounds."""
+    wrench = np.zeros((asm.n_blocks, 6))
+    if not asm.ties:
+        return wrench
+    assert forces is not None, "nothing is said of the ties"
+    for (tie, blocks, arms, along), force in zip(tie_ends(asm, centroid), forces, strict=True):
+        assert tie.least - spare <= force <= tie.greatest + spare, "a tie beyond its bounds"
+        for block, arm, sign in zip(blocks, arms, (1.0, -1.0), strict=True):
+            pull = (-sign if tie.strut else sign) * force * along
+            wrench[block] += np.concatenate([pull, np.cross(arm, pull)])
+    return wrench
+
+
+def ties_taken_up(asm, centroid, motion):
+    """Power that the ties take up, and the largest rate at which one without a greatest force gives way."""
+    power, given = 0.0, 0.0
+    for tie, blocks, arms, along in tie_ends(asm, centroid):
+        first, second = (motion[b, :3] + np.cross(motion[b, 3:], arm) for b, arm in zip(blocks, arms, strict=True))
+        longer = (second - first) @ along * (-1.0 if tie.strut else 1.0)
+        if longer <= 0:
+            power += tie.least * longer
+        elif np.isfinite(tie.greatest):
+            power += tie.greatest * longer
+        else:
+            given = max(given, longer)
+    return power, given
+
+
 def bonds_taken_up(asm, faces, centroid, motion):
     """Power that the bonds at the centres of joints take up."""
     power = 0.0
