@@ -33,10 +33,10 @@ number, a condition turned round, a loop that does not run. A mutant is killed w
 The mutations are those of [Cosmic Ray](https://cosmic-ray.readthedocs.io). The sample is random: each place in the
 source is as likely as any other, and gets one of its mutations. Arithmetic is replaced by arithmetic and bits by bits,
 as what cannot run is killed by any test. Coverage says which tests reach a line, but not in processes that tests start.
-They run in the order of their time, up to {seconds:g} s of tests a mutant. A mutant that takes five times as long hangs,
-and counts as killed.
+They run in the order of their time, up to {seconds:g} s of tests a mutant. A mutant that takes five times as long
+hangs, and counts as killed.
 
-`python -m evidence.mutation.run --seed 2` takes another sample.
+The tables below are of {tests} tests in {files} of {all} test files. `make mutants SEED=2` takes another sample.
 """
 
 
@@ -51,10 +51,13 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=2, help="mutants at a time")
     parser.add_argument("--seconds", type=float, default=60.0, help="of tests a mutant at most")
     parser.add_argument("--minutes", type=float, default=110.0, help="no mutant begins later than this")
+    parser.add_argument("--rooms", nargs="+", default=ROOMS, choices=ROOMS, metavar="ROOM", help=", ".join(ROOMS))
+    parser.add_argument("--tests", type=Path, nargs="+", metavar="FILE", help="these test files alone; by default all")
     parser.add_argument("--again", action="store_true", help="judge the survivors anew")
     parser.add_argument("--write", type=Path, metavar="FILE", help="put the page here")
     options = parser.parse_args()
-    tests = reach(test_files(), options.jobs)
+    paths = [path.resolve() for path in options.tests] if options.tests else test_files()
+    tests = reach(paths, options.jobs)
     kept = Kept(again=options.again)
     begin = time()
 
@@ -63,10 +66,11 @@ def main() -> None:
             kept.add(judge(mutation, tests, options.seconds))
         return kept.found.get(mutation.key)
 
-    parts = [HEAD.format(seconds=options.seconds)]
+    used = sum(seconds >= 0 for seconds in tests.seconds.values())
+    parts = [HEAD.format(seconds=options.seconds, tests=used, files=len(paths), all=len(test_files()))]
     for seed in options.seed:
         with ThreadPoolExecutor(options.jobs) as pool:
-            found = [result for result in pool.map(one, sample(options.sample, seed)) if result]
+            found = [result for result in pool.map(one, sample(options.sample, seed, options.rooms)) if result]
         parts.append(page(found, options.sample, seed, equivalents()))
     text = "\n".join(parts)
     print(text)
