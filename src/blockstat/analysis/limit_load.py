@@ -282,13 +282,8 @@ def limit_load(
         raise InputError(f"tolerance is {tolerance!r}; it must be above 0 and at most 0.1 of the limit")
     problem = pose(assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
     if imperfections is not None:
-        options: dict[str, Any] = {
-            "gap": gap,
-            "solver": solver,
-            "flow": flow,
-            "tolerance": tolerance,
-            "optimum": optimum,
-        }
+        options: dict[str, Any] = {"gap": gap, "solver": solver, "flow": flow}
+        options |= {"tolerance": tolerance, "optimum": optimum}
         brackets = []
         for case in cases_of(problem, loads, imperfections):
             own = limit_load(case.assembly, load, loads=case.loads, interfaces=case.interfaces, **options)
@@ -375,11 +370,10 @@ def _by_verdicts(
     load, unit = _as_strong_as_the_weight(program, load)
     ends = Bound(found[1] * unit, found[3]), Bound(found[2] * unit, found[4])
     low, high, spent = narrowed(program, load, *ends, tolerance=tolerance, most=UNBOUNDED, **options)
-    iterations = found[-1] + spent
     if low.value >= UNBOUNDED:
-        return LoadOutcome.UNBOUNDED, np.inf, np.inf, low.evidence, np.zeros_like(load), iterations
+        return LoadOutcome.UNBOUNDED, np.inf, np.inf, low.evidence, np.zeros_like(load), found[-1] + spent
     outcome = LoadOutcome.LIMIT if is_closed(low.value, high.value, tolerance) else LoadOutcome.UNDECIDED
-    return outcome, low.value / unit, high.value / unit, low.evidence, high.evidence, iterations
+    return outcome, low.value / unit, high.value / unit, low.evidence, high.evidence, found[-1] + spent
 
 
 def _as_strong_as_the_weight(program: PenaltyProgram, load: Floats) -> tuple[Floats, float]:
@@ -428,8 +422,8 @@ def bracket(
     iterations = answer.iterations
     if on_the_way.closed or stopped:
         outcome = LoadOutcome.LIMIT if on_the_way.closed else LoadOutcome.STOPPED
-        lower = min(on_the_way.lower, on_the_way.upper)
-        return outcome, lower / unit, on_the_way.upper / unit, on_the_way.force, on_the_way.twist, iterations
+        lower, upper = min(on_the_way.lower, on_the_way.upper), on_the_way.upper
+        return outcome, lower / unit, upper / unit, on_the_way.force, on_the_way.twist, iterations
     if answer.status is Status.PRIMAL_INFEASIBLE or answer.multiplier > UNBOUNDED:
         word, lower, upper = _beyond_bounds(on_the_way, answer, dead, unit)
         force = dead if word is LoadOutcome.UNBOUNDED else on_the_way.force
