@@ -15,7 +15,7 @@ export BLOCKSTAT_COMPAS_PYTHON := $(COMPAS)
 ONLY ?=
 MISSING ?=
 
-.PHONY: help demo test test-all notebooks lint benchmark evidence fuzz validation pages docs lock clean
+.PHONY: help demo test test-all notebooks lint benchmark evidence fuzz mutants validation pages docs lock clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*  ## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 20
@@ -48,6 +48,13 @@ evidence: $(STAMP)  ## make all tables and pictures again, or some: ONLY="glue h
 
 fuzz: ONLY := fuzz
 fuzz: evidence  ## 20,000 random scenes against an independent judge
+
+# About two hours on two cores; a second call goes on where the first one ended. SAMPLE and SEED choose another sample.
+SAMPLE ?= 300
+SEED ?= 1
+mutants: $(STAMP)  ## put small bugs into the source and count those that no test notices
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e ".[mutation]"
+	$(BIN)/python -m evidence.mutation.run --sample $(SAMPLE) --seed $(SEED) --write docs/mutants.md
 
 validation: ONLY := validation dynamics-validation
 validation: evidence  ## recompute the reference values

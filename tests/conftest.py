@@ -6,13 +6,14 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from evidence.checks import independent
+from evidence.checks import derived, independent
 from evidence.paths import CASES
 
 ROOT = Path(__file__).parents[1]
 
-# Before any test module imports them: every verdict, limit load and thrust is checked a second time.
+# Before any test module imports them: every verdict, limit load, thrust, settlement and plan is checked a second time.
 independent.install()
+derived.install()
 
 
 @pytest.fixture(scope="session")

@@ -99,19 +99,33 @@ def bond_laws(asm, faces):
 
 
 def _centroid(faces, interface):
-    """Centroid of a joint: of its cells, of the triangles about the mean of its corners, or of fewer than three."""
+    """Centroid of a joint: of its cells, of the patches it is made of, or of its outline."""
     own = slice(faces.start[interface], faces.start[interface + 1])
-    corners = faces.point[own]
+    corners, normal = faces.point[own], faces.frame[interface, 0]
     if faces.share is not None or len(corners) < 3:
         share = np.full(len(corners), 1 / len(corners)) if faces.share is None else faces.share[own]
         return share @ corners
+    outlines = [corners]
+    if (patches := faces.patches) is not None:
+        first = np.cumsum(patches.count) - patches.count
+        found = [
+            patches.origin[i] + patches.corner[first[i] : first[i] + patches.count[i]] @ patches.frame[i, 1:]
+            for i in np.flatnonzero((patches.pair == faces.pair[interface]).all(axis=1))
+        ]
+        level = 1e-9 + faces.gap[interface]
+        outlines = [x for x in found if np.abs((x - corners[0]) @ normal).max() <= level] or outlines
+    moments = [_moments(outline, faces.frame[interface]) for outline in outlines]
+    return sum(first for _, first in moments) / sum(area for area, _ in moments)
+
+
+def _moments(corners, frame):
+    """Area of a convex polygon and its first moment, from the triangles about the mean of its corners."""
     middle = corners.mean(axis=0)
     arm = corners - middle
-    angle = np.arctan2(arm @ faces.frame[interface, 2], arm @ faces.frame[interface, 1])
-    arm = arm[np.argsort(angle)]
+    arm = arm[np.argsort(np.arctan2(arm @ frame[2], arm @ frame[1]))]
     after = np.roll(arm, -1, axis=0)
-    area = np.cross(arm, after) @ faces.frame[interface, 0]
-    return middle + (area[:, None] * (arm + after)).sum(axis=0) / 3 / area.sum()
+    area = np.cross(arm, after) @ frame[0] / 2
+    return area.sum(), area.sum() * middle + (area[:, None] * (arm + after)).sum(axis=0) / 3
 
 
 def check_bonds(asm, faces, bonds, spare):
@@ -130,6 +144,49 @@ def check_bonds(asm, faces, bonds, spare):
         assert abs(frame[0] @ turn) <= moment + slack, "a bond twists too hard"
         wrenches.append((int(i), centre, push, turn))
     return wrenches
+
+
+def tie_ends(asm, centroid):
+    """Of each tie its two blocks, the arms of its ends on them, and the unit vector from the first to the second."""
+    for tie in asm.ties:
+        blocks = [asm.names.index(b) if b in asm.names else int(b) for b in tie.between]
+        ends = np.asarray(tie.points, dtype=float)
+        along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+        yield tie, blocks, [end - centroid[b] for end, b in zip(ends, blocks, strict=True)], along
+
+
+def constant_ties(asm):
+    """The force of each tie whose force is given, which is a load, and 0 of the others."""
+    return [tie.least if tie.least == tie.greatest else 0.0 for tie in asm.ties]
+
+
+def tie_wrenches(asm, centroid, forces, spare):
+    """The wrench of the ties on each block; raises AssertionError for one out of its bounds by more than `spare`."""
+    wrench = np.zeros((asm.n_blocks, 6))
+    if not asm.ties:
+        return wrench
+    assert forces is not None, "nothing is said of the ties"
+    for (tie, blocks, arms, along), force in zip(tie_ends(asm, centroid), forces, strict=True):
+        assert spare is None or tie.least - spare <= force <= tie.greatest + spare, "a tie beyond its bounds"
+        for block, arm, sign in zip(blocks, arms, (1.0, -1.0), strict=True):
+            pull = (-sign if tie.strut else sign) * force * along
+            wrench[block] += np.concatenate([pull, np.cross(arm, pull)])
+    return wrench
+
+
+def ties_taken_up(asm, centroid, motion):
+    """Power that the ties take up, and the largest rate at which one without a greatest force gives way."""
+    power, given = 0.0, 0.0
+    for tie, blocks, arms, along in tie_ends(asm, centroid):
+        first, second = (motion[b, :3] + np.cross(motion[b, 3:], arm) for b, arm in zip(blocks, arms, strict=True))
+        longer = (second - first) @ along * (-1.0 if tie.strut else 1.0)
+        if longer <= 0:
+            power += tie.least * longer
+        elif np.isfinite(tie.greatest):
+            power += tie.greatest * longer
+        else:
+            given = max(given, longer)
+    return power, given
 
 
 def bonds_taken_up(asm, faces, centroid, motion):

@@ -1,0 +1,116 @@
+"""Places in the source where a mutation is possible, and a random sample of them."""
+
+from __future__ import annotations
+
+import ast
+import difflib
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from random import Random
+
+from evidence.paths import ROOT
+
+SOURCE = ROOT / "src"
+#: What holds verdicts, bounds, contacts, laws, loads, criteria and files.
+ROOMS = (
+    "blockstat/analysis", "blockstat/certificate", "blockstat/contact", "blockstat/io", "blockstat/loading",
+    "blockstat/program", "blockstat/joint.py", "blockstat/loads.py", "blockstat/assembly.py", "dynsim/judge",
+)  # fmt: skip
+#: A class without its decorator cannot be imported, so that any test kills it.
+LEFT_OUT = ("core/RemoveDecorator", "core/NoOp")
+#: Operators are replaced by others of their kind: floats have no bits, and what cannot run flatters the tests.
+KINDS = ({"Add", "Sub", "Mul", "Div", "FloorDiv", "Mod", "Pow"}, {"BitOr", "BitAnd", "BitXor", "LShift", "RShift"})
+
+Span = tuple[tuple[int, int], tuple[int, int]]
+
+
+@dataclass(frozen=True)
+class Mutation:
+    """One change of one file."""
+
+    path: str  #: of the file, from src
+    operator: str  #: Cosmic Ray's name
+    occurrence: int  #: which of the places of the operator in the file
+    line: int
+
+    @property
+    def room(self) -> str:
+        """The entry of `ROOMS` that it belongs to."""
+        return next(room for room in ROOMS if self.path.startswith(room))
+
+    @property
+    def key(self) -> str:
+        """What it is called in files."""
+        return f"{self.path}:{self.operator.removeprefix('core/')}:{self.occurrence}"
+
+    def text(self) -> str:
+        """The mutated file."""
+        from cosmic_ray.mutating import mutate_code
+        from cosmic_ray.plugins import get_operator
+
+        text = mutate_code((SOURCE / self.path).read_text(), get_operator(self.operator)(), self.occurrence)
+        if text is None:
+            raise ValueError(f"no mutation {self.key}")
+        return text
+
+
+def changed_lines(before: str, after: str) -> tuple[str, str]:
+    """The lines of a text that a mutation takes out and those that it puts in, without indentation."""
+    out, new = [], []
+    for line in difflib.ndiff(before.splitlines(), after.splitlines()):
+        if line[:2] in ("- ", "+ "):
+            (out if line[0] == "-" else new).append(line[2:].strip())
+    return "\n".join(out), "\n".join(new)
+
+
+def files(rooms: Sequence[str] = ROOMS) -> list[Path]:
+    """The files of rooms."""
+    found = []
+    for room in rooms:
+        path = SOURCE / room
+        found += [path] if path.is_file() else sorted(path.rglob("*.py"))
+    return found
+
+
+def sites(path: Path) -> dict[Span, list[Mutation]]:
+    """The mutations of a file by the place that they change; annotations are left out, since nothing reads them."""
+    from cosmic_ray.ast import ast_nodes, get_ast
+    from cosmic_ray.plugins import get_operator, operator_names
+
+    text = path.read_text()
+    nodes = list(ast_nodes(get_ast(text)))
+    unread = list(_annotations(ast.parse(text)))
+    found: defaultdict[Span, list[Mutation]] = defaultdict(list)
+    for name in operator_names():
+        if not _is_fair(name) or get_operator(name).arguments():
+            continue
+        operator = get_operator(name)()
+        places = (place for node in nodes for place in operator.mutation_positions(node))
+        for occurrence, (start, stop) in enumerate(places):
+            if not any(first <= start and stop <= last for first, last in unread):
+                mutation = Mutation(str(path.relative_to(SOURCE)), name, occurrence, start[0])
+                found[start, stop].append(mutation)
+    return found
+
+
+def sample(number: int, seed: int, rooms: Sequence[str] = ROOMS) -> list[Mutation]:
+    """Mutations at different places, each place as likely as any other, and one of the mutations of each."""
+    random = Random(seed)
+    places = [changes for path in files(rooms) for _, changes in sorted(sites(path).items())]
+    return [random.choice(changes) for changes in random.sample(places, min(number, len(places)))]
+
+
+def _is_fair(name: str) -> bool:
+    """Whether a mutation may run and do something else."""
+    kind, *which = name.split("_")
+    return name not in LEFT_OUT and (kind != "core/ReplaceBinaryOperator" or any({*which} <= kind for kind in KINDS))
+
+
+def _annotations(tree: ast.Module) -> Iterator[Span]:
+    for node in ast.walk(tree):
+        for child in (getattr(node, "annotation", None), getattr(node, "returns", None)):
+            if isinstance(child, ast.expr):
+                end = child.end_lineno or child.lineno, child.end_col_offset or child.col_offset
+                yield (child.lineno, child.col_offset), end

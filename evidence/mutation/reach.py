@@ -1,0 +1,90 @@
+"""Which tests reach a line, and how long each takes: every test file is run once with the recorder."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections import defaultdict
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from evidence.mutation.mutations import SOURCE, Mutation, files
+from evidence.paths import ROOT
+from evidence.runner import THREADS
+
+OUT = ROOT / "out" / "mutation"
+FOLDERS = ("blockstat", "crosscheck", "validation", "property", "dynsim")
+#: A test file has so long for all its tests [s]; what it has not run by then is not known.
+MOST = 240.0
+PYTEST = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "not slow")
+
+
+@dataclass(frozen=True)
+class Reach:
+    """The tests of each line."""
+
+    seconds: dict[str, float]  #: by test
+    lines: dict[str, dict[int, set[str]]]  #: tests by line by file
+
+    def tests(self, mutation: Mutation) -> list[str]:
+        """The tests that reach a mutation, the fastest first; those of the file where imports alone run the line."""
+        own = self.lines.get(mutation.path, {})
+        found = own.get(mutation.line, set())
+        if found == {""}:
+            found = set().union(*own.values())
+        return sorted(found - {""}, key=lambda test: (self.seconds[test], test))
+
+
+def test_files() -> list[Path]:
+    """All test files of the two packages."""
+    return sorted(path for folder in FOLDERS for path in (ROOT / "tests" / folder).glob("test_*.py"))
+
+
+def environment(source: Path = SOURCE, **more: str) -> dict[str, str]:
+    """The environment of a test process that imports both packages from a folder."""
+    path = os.pathsep.join(map(str, (source, ROOT)))
+    return {**os.environ, **dict.fromkeys(THREADS, "1"), "PYTHONPATH": path, "CI": "1", **more}
+
+
+def reach(paths: Sequence[Path], jobs: int) -> Reach:
+    """What the tests of some files reach, from the records that there are and from those that are missing."""
+    with ThreadPoolExecutor(jobs) as pool:
+        records = list(pool.map(_record, paths))
+    seconds: dict[str, float] = {}
+    lines: defaultdict[str, defaultdict[int, set[str]]] = defaultdict(lambda: defaultdict(set))
+    for record in records:
+        seconds |= record["seconds"]
+        tests = ["", *record["seconds"]]
+        for name, own in record["lines"].items():
+            for line, numbers in own.items():
+                lines[name][int(line)] |= {tests[number] for number in numbers}
+    return Reach(seconds, {name: dict(own) for name, own in lines.items()})
+
+
+def _record(path: Path) -> dict[str, dict]:
+    """The record of a test file, made where the file or the source have changed since."""
+    state = hashlib.sha256(b"".join(file.read_bytes() for file in [path, *files()])).hexdigest()[:12]
+    target = OUT / "reach" / f"{path.parent.name}.{path.stem}.{state}.json"
+    if not target.is_file():
+        target.parent.mkdir(parents=True, exist_ok=True)
+        for old in target.parent.glob(f"{path.parent.name}.{path.stem}.*.json"):
+            old.unlink()
+        name = str(path.relative_to(ROOT))
+        print(f"reach   {name}\n", end="", flush=True)
+        arguments = [sys.executable, *PYTEST, "-p", "evidence.mutation.recorder", name]
+        process = subprocess.Popen(
+            arguments, cwd=ROOT, env=environment(MUTATION_RECORD=str(target)), stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )  # fmt: skip
+        try:
+            process.wait(MOST)
+        except subprocess.TimeoutExpired:
+            process.send_signal(signal.SIGINT)  # it writes what it has
+            process.wait()
+    return json.loads(target.read_text()) if target.is_file() else {"seconds": {}, "lines": {}}

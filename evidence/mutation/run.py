@@ -1,0 +1,148 @@
+"""Put small bugs into the source, one at a time, and count those that a test notices: `make mutants`.
+
+    python -m evidence.mutation.run [--sample 300] [--seed 1] [--jobs 2] [--seconds 60] [--minutes 110] [--again]
+
+What has been judged is kept in out/mutation, and a second run goes on where the first one ended. `--again` judges the
+survivors anew, after tests were added. The extra "mutation" has what it needs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+from collections.abc import Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict
+from pathlib import Path
+from threading import Lock
+from time import time
+
+import tomllib
+
+from evidence.mutation.judge import KILLED, UNREACHED, Judgement, judge
+from evidence.mutation.mutations import ROOMS, Mutation, files, sample
+from evidence.mutation.reach import OUT, reach, test_files
+from evidence.tables import table
+
+EQUIVALENTS = Path(__file__).with_name("equivalents.toml")
+HEAD = """# Tests that catch
+
+This page is printed by `make mutants`. It puts small bugs into the source, one at a time: another operator, another
+number, a condition turned round, a loop that does not run. A mutant is killed when a test fails that passes without it.
+The mutations are those of [Cosmic Ray](https://cosmic-ray.readthedocs.io). The sample is random: each place in the
+source is as likely as any other, and gets one of its mutations. Arithmetic is replaced by arithmetic and bits by bits,
+as what cannot run is killed by any test. Coverage says which tests reach a line, but not in processes that tests start.
+They run in the order of their time, up to {seconds:g} s of tests a mutant. A mutant that takes five times as long
+hangs, and counts as killed.
+
+The tables below are of {tests} tests in {files} of {all} test files. `make mutants SEED=2` takes another sample.
+"""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        prog="python -m evidence.mutation.run",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--sample", type=int, default=300, help="how many mutants")
+    parser.add_argument("--seed", type=int, nargs="+", default=[1], help="of the sample; several for a table of each")
+    parser.add_argument("--jobs", type=int, default=2, help="mutants at a time")
+    parser.add_argument("--seconds", type=float, default=60.0, help="of tests a mutant at most")
+    parser.add_argument("--minutes", type=float, default=110.0, help="no mutant begins later than this")
+    parser.add_argument("--rooms", nargs="+", default=ROOMS, choices=ROOMS, metavar="ROOM", help=", ".join(ROOMS))
+    parser.add_argument("--tests", type=Path, nargs="+", metavar="FILE", help="these test files alone; by default all")
+    parser.add_argument("--again", action="store_true", help="judge the survivors anew")
+    parser.add_argument("--write", type=Path, metavar="FILE", help="put the page here")
+    options = parser.parse_args()
+    paths = [path.resolve() for path in options.tests] if options.tests else test_files()
+    tests = reach(paths, options.jobs)
+    kept = Kept(again=options.again)
+    begin = time()
+
+    def one(mutation: Mutation) -> Judgement | None:
+        if mutation.key not in kept.found and time() - begin < 60 * options.minutes:
+            kept.add(judge(mutation, tests, options.seconds))
+        return kept.found.get(mutation.key)
+
+    used = sum(seconds >= 0 for seconds in tests.seconds.values())
+    parts = [HEAD.format(seconds=options.seconds, tests=used, files=len(paths), all=len(test_files()))]
+    for seed in options.seed:
+        with ThreadPoolExecutor(options.jobs) as pool:
+            found = [result for result in pool.map(one, sample(options.sample, seed, options.rooms)) if result]
+        parts.append(page(found, options.sample, seed, equivalents()))
+    text = "\n".join(parts)
+    print(text)
+    if options.write:
+        options.write.write_text(text)
+
+
+class Kept:
+    """The judgements of the source as it is, in a file of one line each."""
+
+    def __init__(self, *, again: bool) -> None:
+        state = hashlib.sha256(b"".join(path.read_bytes() for path in files())).hexdigest()[:12]
+        self._path, self._lock = OUT / f"judged.{state}.jsonl", Lock()
+        lines = self._path.read_text().splitlines() if self._path.is_file() else []
+        rows = [Judgement(**json.loads(line)) for line in lines]
+        #: judgements by the key of the mutation, the last one of each
+        self.found = {row.key: row for row in rows}
+        if again:
+            self.found = {key: row for key, row in self.found.items() if row.outcome == KILLED}
+
+    def add(self, row: Judgement) -> None:
+        """Keep a judgement."""
+        with self._lock:
+            self.found[row.key] = row
+            with self._path.open("a") as file:
+                file.write(json.dumps(asdict(row)) + "\n")
+        print(f"{row.outcome:9} {row.key} ({row.seconds:.0f} s)\n", end="", flush=True)
+
+
+def equivalents(path: Path = EQUIVALENTS) -> dict[tuple[str, str, str], str]:
+    """Reasons why mutants do nothing, by the file, the lines before and those after."""
+    return {
+        (row["file"], row["before"].strip(), row["after"].strip()): row["reason"]
+        for row in tomllib.loads(path.read_text())["equivalent"]
+    }
+
+
+def page(found: Sequence[Judgement], asked: int, seed: int, known: dict[tuple[str, str, str], str]) -> str:
+    """The table of a sample by room, the survivors as diffs, and the equivalent ones with their reasons."""
+
+    def reason(row: Judgement) -> str | None:
+        return known.get((row.key.split(":")[0], row.before, row.after))
+
+    same = [row for row in found if row.outcome != KILLED and reason(row)]
+    left = [row for row in found if row.outcome != KILLED and not reason(row)]
+    rooms = [room for room in ROOMS if any(row.room == room for row in found)]
+    rows = [_counts(f"`{room}`", [row for row in found if row.room == room], same) for room in rooms]
+    names = ["room", "mutants", "killed", "survived", "no test reaches it", "equivalent", "killed of the others"]
+    text = f"## Sample {seed}\n\n{len(found)} of {asked} mutants were judged.\n\n"
+    text += table(names, [*rows, _counts("all", found, same)]) + "\n"
+    if left:
+        text += "\n### Survivors\n" + "".join(f"\n{_diff(row)}" for row in left)
+    if same:
+        text += "\n### Equivalent mutants\n"
+        text += "".join(f"\n{reason(row)}\n\n{_diff(row)}" for row in same)
+    return text
+
+
+def _counts(name: str, rows: Sequence[Judgement], same: Iterable[Judgement]) -> list[object]:
+    killed = sum(row.outcome == KILLED for row in rows)
+    equal = sum(row in same for row in rows)
+    unreached = sum(row.outcome == UNREACHED and row not in same for row in rows)
+    others = len(rows) - equal
+    share = f"{100 * killed / others:.0f} %" if others else "-"
+    return [name, len(rows), killed, others - killed - unreached, unreached, equal, share]
+
+
+def _diff(row: Judgement) -> str:
+    lines = [f"-{line}" for line in row.before.splitlines()] + [f"+{line}" for line in row.after.splitlines()]
+    tests = f"{row.tests} tests reach it, {row.tried} were run" if row.tests else "no test reaches it"
+    return "\n".join([f"`{row.key.split(':')[0]}`, line {row.line}; {tests}:", "", "```diff", *lines, "```", ""])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,90 @@
+"""Mutation testing itself: which mutations are made, which tests meet them, and what the page says."""
+
+import ast
+
+import pytest
+
+from evidence.mutation import mutations
+from evidence.mutation.judge import KILLED, SURVIVED, UNREACHED, Judgement
+from evidence.mutation.mutations import ROOMS, SOURCE, Mutation, changed_lines, files
+from evidence.mutation.reach import Reach
+from evidence.mutation.run import equivalents, page
+
+CODE = """
+def share(values: list[int | None], most: float = 1.0) -> float | None:
+    total: int | float = 0
+    for value in values:
+        total = total + value
+    return total / most if total > most else None
+"""
+
+
+def judged(outcome, after, room="blockstat/io"):
+    tests = 0 if outcome == UNREACHED else 4
+    return Judgement(f"{room}/a.py:AddNot:{after}", room, outcome, "if a:", after, 3, "", tests, tests // 2, 1.0)
+
+
+def test_the_rooms_are_there():
+    assert all(any(str(path.relative_to(SOURCE)).startswith(room) for path in files()) for room in ROOMS)
+
+
+def test_equivalent_mutants_are_of_lines_that_are_there():
+    for (name, before, _), reason in equivalents().items():
+        lines = [line.strip() for line in (SOURCE / name).read_text().splitlines()]
+        assert all(line in lines for line in before.splitlines()), f"{name}: {before}"
+        assert reason.endswith(".")
+
+
+def test_mutations_change_one_place_and_no_annotation(tmp_path, monkeypatch):
+    pytest.importorskip("cosmic_ray")
+    monkeypatch.setattr(mutations, "SOURCE", tmp_path)
+    path = tmp_path / "blockstat" / "io" / "share.py"
+    path.parent.mkdir(parents=True)
+    path.write_text(CODE)
+    found = [mutation for changes in mutations.sites(path).values() for mutation in changes]
+    lines = {changed_lines(CODE, mutation.text()) for mutation in found}
+    assert ("total = total + value", "total = total - value") in lines
+    assert ("total: int | float = 0", "total: int | float = 1") in lines
+    assert any(after == "for value in []:" for _, after in lines)
+    for before, after in lines:
+        assert "int & " not in after, "an annotation"
+        assert "total << value" not in after, "numbers have no bits"
+        assert before != after
+    for mutation in found:
+        ast.parse(mutation.text())
+        assert mutation.room == "blockstat/io"
+    monkeypatch.setattr(mutations, "files", lambda rooms: [path])
+    one, other = (mutations.sample(5, seed) for seed in (1, 1))
+    assert one == other
+    assert len({(mutation.path, mutation.line, mutation.operator) for mutation in one}) == 5
+    assert mutations.sample(5, 2) != one
+
+
+def test_the_fastest_test_that_reaches_a_line_comes_first():
+    lines = {"a.py": {3: {"slow", "fast"}, 4: {"fast"}, 1: {""}, 5: {"", "slow"}}}
+    reach = Reach({"slow": 2.0, "fast": 0.1}, lines)
+
+    def tests(line):
+        return reach.tests(Mutation("a.py", "core/AddNot", 0, line))
+
+    assert tests(3) == ["fast", "slow"]
+    assert tests(4) == ["fast"]
+    assert tests(1) == ["fast", "slow"]  # run at import: any test of the file may see it
+    assert tests(5) == ["slow"]
+    assert tests(9) == []
+
+
+def test_the_page_counts_by_room_and_shows_survivors():
+    found = [judged(KILLED, "x"), judged(SURVIVED, "y"), judged(UNREACHED, "z"), judged(SURVIVED, "w")]
+    found.append(judged(KILLED, "x", "dynsim/judge"))
+    text = page(found, 9, 7, {("blockstat/io/a.py", "if a:", "w"): "It does nothing."})
+    assert "5 of 9 mutants were judged." in text
+    assert "| `blockstat/io` | 4 | 1 | 1 | 1 | 1 | 33 % |" in text
+    assert "| `dynsim/judge` | 1 | 1 | 0 | 0 | 0 | 100 % |" in text
+    assert "| all | 5 | 2 | 1 | 1 | 1 | 50 % |" in text
+    left, same = text.split("### Survivors")[1].split("### Equivalent mutants")
+    assert left.count("```diff") == 2
+    assert "+y" in left
+    assert "no test reaches it" in left
+    assert "It does nothing." in same
+    assert "+w" in same
