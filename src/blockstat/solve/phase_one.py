@@ -31,8 +31,9 @@ STEP, LEAST = 0.95, 0.2
 #: Points with a slack of many weights move no further for more: forces are compared with this many mean weights.
 SATURATED = 10.0
 MOST = 25  #: factorisations
-#: Of the search for a motion that opens every joint: factorisations, and its proximal terms.
-MOST_OPENING, OPENING_PULL = 10, 1e-9
+#: Of the search for a motion that opens every joint: factorisations, its proximal terms, and the slack of a row that
+#: touches all blocks, next to 1 of the others.
+MOST_OPENING, OPENING_PULL, FREE = 10, 1e-9, 1e6
 BALANCED = 1e-13  #: of the largest load, what may be left unbalanced
 #: Joints whose normal makes less than this cosine with the loads carry nothing down.
 STEEP = 0.1
@@ -54,7 +55,7 @@ class PhaseOne:
 NOTHING = PhaseOne(None, None, 0)
 
 
-def find_forces(program: ConicProgram, start: Floats, *, brief: bool = False) -> PhaseOne:
+def find_forces(program: ConicProgram, start: Floats, *, brief: bool = False, stands: bool = False) -> PhaseOne:
     """Look for multipliers in the cones that balance the cost; finding none proves nothing.
 
     Parameters
@@ -66,6 +67,8 @@ def find_forces(program: ConicProgram, start: Floats, *, brief: bool = False) ->
     brief
         Leave out the second attempt, from the least multipliers that balance. It takes more steps and may get there
         where the first does not.
+    stands
+        Forces are expected to exist, so that the second attempt is made however short the steps of the first become.
 
     Returns
     -------
@@ -74,7 +77,7 @@ def find_forces(program: ConicProgram, start: Floats, *, brief: bool = False) ->
     """
     try:
         with np.errstate(over="raise", invalid="raise", divide="raise"):
-            return _Search(program.feasibility()).run(start, brief)
+            return _Search(program.feasibility()).run(start, brief, stands)
     except (ArithmeticError, np.linalg.LinAlgError):
         return NOTHING
 
@@ -87,11 +90,11 @@ class _Search:
         self._kkt = KktSolver(program)
         self._factorisations = 0
 
-    def run(self, start: Floats, brief: bool) -> PhaseOne:
+    def run(self, start: Floats, brief: bool, stands: bool) -> PhaseOne:
         """Walk from the start, then from the least multipliers that balance."""
         cones = self._kkt.cones
         found, step = self._walk(start + INSIDE * cones.unit, growing=True)
-        if found is not None or step < LEAST or brief:
+        if found is not None or brief or (step < LEAST and not stands):
             return PhaseOne(None, found, self._factorisations)
         least = self._change(0 * self._program.bound, cones.unit)
         before = self._factorisations
@@ -161,7 +164,8 @@ def find_motion(program: ConicProgram, kkt: KktSolver) -> tuple[Floats | None, i
         How many it took.
     """
     cones, x, s = kkt.cones, 0 * program.cost, kkt.cones.unit.copy()
-    two_blocks = np.arange(len(s)) < len(program.local)  # the border is left out
+    two_blocks = np.arange(len(s)) < len(program.local)
+    s[~two_blocks] = FREE  # the border holds nothing back
     for k in range(1, MOST_OPENING + 1):
         kkt.update(cones.scaling(s, cones.quotient(s, cones.unit)), pull=OPENING_PULL, shift=OPENING_PULL)
         rest = np.where(two_blocks, program.matrix @ x + s, 0.0)
