@@ -8,7 +8,7 @@ import pytest
 from blockstat import JointLaw, Outcome, assess, find_interfaces
 from blockstat.analysis.problem import pose
 from blockstat.certificate.check import balance, check, cone_slack, opening_slack
-from blockstat.certificate.interior_motions import with_interior_motion
+from blockstat.certificate.interior_motions import expansions, with_interior_motion
 from blockstat.contact.interfaces import GAP
 from blockstat.program.conic import conic_program
 from blockstat.program.equilibrium import equilibrium, weight
@@ -247,3 +247,16 @@ def test_a_program_in_other_units_is_the_same_program():
     for name in ("shift", "lower", "upper"):
         assert getattr(program, name).any()
         np.testing.assert_allclose(getattr(other, name) * point, getattr(program, name), rtol=1e-12)
+
+
+@pytest.mark.parametrize("asm", [stack(3), running_bond(4, 3), arch(20, 0.2)], ids=["stack", "wall", "arch"])
+def test_an_assembly_that_expands_upwards_opens_every_joint(asm):
+    # What proves instability without a bound on the forces begins with a motion that closes nowhere.
+    faces = find_interfaces(asm)
+    program = program_of(asm)
+    slack = [
+        opening_slack((program.matrix.T @ motion).reshape(-1, 3), program.friction).min()
+        for motion in expansions(asm, faces, asm.free)
+    ]
+    assert max(slack) > 0
+    assert expansions(asm, faces, asm.free[:0]) == ()

@@ -54,6 +54,11 @@ def test_glb_keeps_groups_supports_density_and_stands_upright(tmp_path):
 
     lower, upper = trimesh.load_scene(path).bounds
     assert upper[1] - lower[1] == pytest.approx(3.0)  # y is up in GLB
+    # As glTF 2.0 says: column by column, (x, y, z) to (x, z, -y), and nothing but a rotation.
+    raw = path.read_bytes()
+    content = json.loads(raw[20 : 20 + int.from_bytes(raw[12:16], "little")])
+    turns = [node["matrix"] for node in content["nodes"] if "mesh" in node]
+    assert turns == 2 * [[1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1]]
 
 
 def test_concave_faces_survive_a_mesh(tmp_path):

@@ -23,7 +23,8 @@ from blockstat import (
     tilt_limit,
     with_values,
 )
-from blockstat.analysis.coulomb import FAMILY, MOST_SOLVES, settling_share
+from blockstat.analysis import coulomb
+from blockstat.analysis.coulomb import FAMILY, MOST_SOLVES, coulomb_state, settling_share
 from evidence.scenes.bonded import bonded_scene, program_of
 from evidence.scenes.small import arch, flat_arch, running_bond, stack
 
@@ -233,3 +234,20 @@ def test_next_to_its_limit_a_chapel_hangs_on_how_tight_its_joints_are(root):
         assert verdict.outcome is (Outcome.UNDECIDED if words else Outcome.STABLE)
         assert ("hangs on how tight the joints are" in verdict.explain()) is words
         assert verdict.coulomb.solves <= MOST_SOLVES
+
+
+def test_unequal_joints_are_open_by_amounts_that_differ_by_a_factor_of_two_to_either_side(monkeypatch):
+    openings = []
+    program = program_of(stack(2))
+    state = coulomb_state(program)
+    assert state.settles
+
+    def search(program, members, solver, most):
+        openings.extend(member.opening for member in members)
+        return state
+
+    monkeypatch.setattr(coulomb, "_search", search)
+    coulomb._in_unequal_joints(program, state, "auto")
+    (opening,) = openings
+    assert ((opening >= 0.5) & (opening <= 2.0)).all()
+    assert opening.min() < 1.0 < opening.max()
