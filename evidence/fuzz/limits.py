@@ -35,6 +35,8 @@ class Limit:
     @property
     def fails(self) -> bool:
         """Whether the bracket of the statics and that of the judge exclude one another, or there is none."""
+        if self.word == "dead_load_unstable":
+            return self.outer > AGREES  # else the scene is at its limit without the load
         if self.word not in ("limit", "unbounded"):
             return True
         if self.word == "unbounded":

@@ -47,6 +47,11 @@ def test_concave_prism_integrals():
     asm = single(Block(bottom + top, faces))
     assert asm.volume[0] == pytest.approx(3.0)
     np.testing.assert_allclose(asm.centroid[0], [5 / 6, 5 / 6, 0.5])
+    # About the origin the squares give 1/3 + 7/3 + 1/3 for the integral of x^2 and 1/4 + 3/4 + 3/4 for that of x y.
+    xx, xy, zz = 3 - 3 * (5 / 6) ** 2, 7 / 4 - 3 * (5 / 6) ** 2, 3 / 12
+    np.testing.assert_allclose(
+        asm.inertia[0], 2.0 * np.array([[xx + zz, -xy, 0], [-xy, xx + zz, 0], [0, 0, 2 * xx]]), rtol=1e-12, atol=1e-15
+    )
 
 
 def test_groups_take_their_subgroups_along():

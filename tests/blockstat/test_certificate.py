@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from blockstat import Outcome, assess, find_interfaces
+from blockstat import JointLaw, Outcome, assess, find_interfaces
 from blockstat.analysis.problem import pose
 from blockstat.certificate.check import balance, check, cone_slack, opening_slack
 from blockstat.certificate.interior_motions import with_interior_motion
@@ -179,3 +179,71 @@ def test_equilibrium_of_the_returned_forces_by_hand(solver):
                 moment = moment + np.cross(faces.point[point] - asm.centroid[block], push)
         np.testing.assert_allclose(force, 0, atol=1e-10)
         np.testing.assert_allclose(moment, 0, atol=1e-10)
+
+
+def test_forces_that_balance_outside_their_cones_prove_nothing():
+    # A cube of weight 1 on its four corners. Forces that grow at two opposite corners as they shrink at the others
+    # balance; beyond a quarter of the weight two corners pull. So does friction that pinches the cube beyond mu f.
+    program = program_of(stack(1))
+    at = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
+    corner = [int(np.argmin(np.abs(program_points(program) - place).sum(axis=1))) for place in at]
+    nothing = np.zeros(6)
+    for share, stands in ((0.24, True), (0.26, False)):
+        force = np.zeros((4, 3))
+        force[corner, 0] = 0.25 + share * np.array([1, -1, 1, -1])
+        found = check(program, force, nothing)
+        assert found.imbalance < 1e-12
+        assert found.proves_stable == stands
+        assert found.cone_violation == pytest.approx(max(share - 0.25, 0.0), abs=1e-12)
+    mu = program.friction[0]
+    for part, stands in ((0.99, True), (1.01, False)):
+        force = np.zeros((4, 3))
+        force[:, 0] = 0.25
+        force[corner[:2], 1:] = part * mu * 0.25 * tangent_along(program, corner[:2], [[1, 0, 0], [-1, 0, 0]])
+        found = check(program, force, nothing)
+        assert found.imbalance < 1e-12
+        assert found.proves_stable == stands
+        assert found.cone_violation == pytest.approx(max(part - 1, 0.0) * 0.25, abs=1e-12)
+
+
+def program_points(program):
+    """Places of the points of a program with one free unit cube that stands on z = 0, in plan: moment over force."""
+    moment = program.local[::3, 9:] * program.length_unit  # of unit normal forces about the centroid
+    return np.column_stack([-moment[:, 1], moment[:, 0]]) + 0.5
+
+
+def tangent_along(program, points, directions):
+    """Shares of t1 and t2 in horizontal directions at points of a program whose joints are level."""
+    rows = program.local.reshape(-1, 3, 12)[points, 1:, 6:9]
+    return np.einsum("nij,nj->ni", rows, np.array(directions, dtype=float))
+
+
+@pytest.mark.parametrize("compression", [None, 100.0])
+def test_a_joint_that_cannot_slide_is_not_dragged_for_nothing(compression):
+    # A mechanism that slides a slab of infinite friction does work against forces without bound, and proves nothing.
+    # Where the joint may crush, only its closing has a price.
+    law = JointLaw(("*", "*"), compression=compression)
+    slab = stack(1, friction=np.inf, gravity=(1, 0, -1)).with_(joints=[law] if compression else [])
+    program = program_of(slab)
+    slide = np.array([1.0, 0, 0, 0, 0, 0])
+    found = check(program, np.zeros((len(program.friction), 3)), slide)
+    assert found.work > 0
+    assert found.mechanism_violation == pytest.approx(1.0)
+    assert not found.proves_unstable
+
+
+def test_a_program_in_other_units_is_the_same_program():
+    law = JointLaw(("*", "*"), tension=2.0, cohesion=3.0, compression=50.0)
+    program = program_of(arch(6, 0.3).with_(joints=[law]))
+    random = np.random.default_rng(3)
+    block, point = 10.0 ** random.uniform(-3, 3, 6), 10.0 ** random.uniform(-3, 3, len(program.friction))
+    other = program.in_units(block, point)
+    force = random.normal(size=(len(point), 3))
+    np.testing.assert_allclose(
+        (other.matrix @ (force / point[:, None]).reshape(-1) + other.load) * np.repeat(block, 6),
+        program.matrix @ force.reshape(-1) + program.load,
+        rtol=1e-9, atol=1e-9,
+    )  # fmt: skip
+    for name in ("shift", "lower", "upper"):
+        assert getattr(program, name).any()
+        np.testing.assert_allclose(getattr(other, name) * point, getattr(program, name), rtol=1e-12)

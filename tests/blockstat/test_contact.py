@@ -3,7 +3,7 @@ import pytest
 
 from blockstat import Block, find_interfaces
 from blockstat.model import assemble, freeform, height_field
-from evidence.scenes.small import arch, assembly, box, running_bond, slice_, stack
+from evidence.scenes.small import arch, assembly, box, prism, running_bond, slice_, stack
 
 
 def touching(asm, **options):
@@ -184,3 +184,21 @@ def test_a_joint_is_wider_than_it_is_open(shared, joints):
     # Two cubes side by side, 5 mm apart, within the tolerance, that face each other over so much of their height.
     blocks = [box((0, 0, 0), (1, 1, 1)), box((1.005, 0, 1 - shared), (2.005, 1, 2 - shared))]
     assert find_interfaces(assembly(blocks)).n_interfaces == joints
+
+
+@pytest.mark.parametrize("higher", [0, 1])
+def test_the_gap_of_a_joint_is_that_of_its_most_open_part(higher):
+    # An underside in two halves, one of them 5 mm above the ground.
+    z = [0.0, 0.0]
+    z[higher] = 5e-3
+    stone = prism([(0, z[0]), (0.5, z[0]), (0.5, z[1]), (1, z[1]), (1, 1), (0, 1)], 1.0)
+    faces = find_interfaces(assembly([box((-1, -1, -1), (2, 2, 0)), stone]))
+    assert faces.n_interfaces == 1
+    assert faces.gap == pytest.approx([5e-3], rel=1e-9)
+
+
+def test_a_corner_on_the_line_of_its_neighbours_is_no_contact_point():
+    # Strength is shared by the points in equal parts: one more in the middle of an edge would move its centre.
+    outline = [(0, 0), (0.3, 0), (1, 0), (1, 0.6), (1, 1), (0, 1)]
+    faces = find_interfaces(assembly([prism(outline, 1.0), box((-1, 1, -1), (2, 2, 2))]))
+    assert sorted(map(tuple, faces.point.round(9).tolist())) == [(0, 1, 0), (0, 1, 1), (1, 1, 0), (1, 1, 1)]

@@ -170,3 +170,16 @@ def test_the_second_opinion_agrees_and_can_say_no(make):
             check_displacements(replace(verdict, forces=turned))
     with pytest.raises(AssertionError, match="closes more than any"):
         check_displacements(replace(verdict, forces=np.zeros_like(verdict.forces)))
+
+
+def test_a_slip_that_friction_does_not_oppose_counts_beyond_the_accuracy_of_the_rates():
+    # Slip across a slope, relative to the largest rate: solvers return rates to 1e-8 at worst, and 3e-5 is no rounding.
+    program = program_of(slope(20))
+    state = coulomb_state(program)
+    rate = np.abs(program.matrix.T @ state.displacement).max()
+    for size, settles in ((1e-7, True), (3e-5, False)):
+        aside = state.displacement.copy()
+        aside[1::6] += size * rate
+        found = check_coulomb_state(program, state.force, aside)
+        assert found.friction_violation > 0
+        assert found.proves_settled == settles

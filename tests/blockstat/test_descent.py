@@ -11,6 +11,7 @@ import pytest
 from test_search import Judgement, Word, between, rows
 
 from blockstat import InputError, Outcome, acceleration, assess, build, limit_load, search, with_values
+from blockstat.design_search.descent import Descent
 from blockstat.design_search.margin import measure
 from blockstat.design_search.search import Margin
 from blockstat.design_search.space import space_of
@@ -103,6 +104,14 @@ def test_slopes_are_those_of_volume_and_reserve(margin, width):
     assert here.reserve_slopes[0] == pytest.approx((high.reserve - low.reserve) / (2 * step), rel=2e-2)
 
 
+def test_a_margin_of_friction_takes_friction_away():
+    space = space_of(piers(2.5, between(0.5, 1.5, 0.01)))
+    asm = build(space.near({"parameters.w": 0.75}))
+    assert asm.friction == 0.7
+    assert Margin(PUSH, friction=1.4).applied(asm).friction == pytest.approx(0.5)
+    assert Margin(PUSH).applied(asm) is asm
+
+
 def test_a_tilt_is_a_push():
     margin = Margin.tilt("x", 5.0)
     assert margin.direction == pytest.approx((0.0, 1.0, 0.0))
@@ -134,6 +143,29 @@ def test_more_reserve_is_asked_for_where_the_verifier_sees_a_fall():
     assert best.dynamic == "stands"
     assert 0.03 <= best.reserve < 0.1
     assert result.disagreements
+
+
+def test_what_falls_with_some_reserve_is_asked_for_more_than_that(monkeypatch):
+    # On coarse steps a design has more reserve than it was asked for; asked for less than that it would come again.
+    asked, fallen = [], []
+    honest = Descent.down
+
+    def down(self, least):
+        asked.append(least)
+        return honest(self, least)
+
+    def verifier(assembly):
+        limit = limit_load(assembly, acceleration(assembly, PUSH)).lower
+        if limit < 0.15:
+            fallen.append(limit)
+        return Judgement(Word.STANDS if limit >= 0.15 else Word.FALLS)
+
+    monkeypatch.setattr(Descent, "down", down)
+    scene = piers(2.5, between(0.7, 1.3, 0.2))
+    result = search(scene, verify=verifier, strategy="gradient", margin=Margin(PUSH), snap=True)
+    assert result.best is not None
+    assert len(fallen) == len(asked) - 1 == 2
+    assert all(least > reserve - 1e-6 for reserve, least in zip(fallen, asked[1:], strict=True))
 
 
 @pytest.mark.slow

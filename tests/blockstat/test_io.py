@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from blockstat import InputError, InputWarning, assess, build, find_interfaces, load_scene, read, write, write_verdict
+from blockstat.io.parts import UNITS
 from evidence.scenes.small import arch, assembly, box
 
 
@@ -18,6 +19,7 @@ def test_native_json_is_exact(tmp_path, chapel):
     np.testing.assert_array_equal(back.face_vertices, chapel.face_vertices)
     np.testing.assert_array_equal(back.support, chapel.support)
     np.testing.assert_array_equal(back.gravity, chapel.gravity)
+    np.testing.assert_array_equal(back.density, chapel.density)
     assert (back.names, back.groups, back.friction) == (chapel.names, chapel.groups, chapel.friction)
     assert back.metadata == chapel.metadata
 
@@ -143,7 +145,13 @@ ODD = [
 def odd_names():
     """A tower of bricks with names that some format might not like, far from the origin."""
     blocks = [
-        box((7, 8, k), (8, 9, k + 1 + (k + 1) / 300), name=name, group=["", "wall", "wall.north side", "a/b.c"][k % 4])
+        box(
+            (7, 8, k),
+            (8, 9, k + 1 + (k + 1) / 300),
+            name=name,
+            density=1.0 + k % 3,
+            group=["", "wall", "wall.north side", "a/b.c"][k % 4],
+        )
         for k, name in enumerate(ODD)
     ]
     return assembly(blocks, supports=[0, 3], friction=0.55)
@@ -197,7 +205,11 @@ def test_bad_directories(tmp_path):
         write(arch(3, 0.2), tmp_path, format="obj")
 
 
-@pytest.mark.parametrize(("units", "metres"), [("mm", 0.001), ("cm", 0.01), ("in", 0.0254), ("ft", 0.3048), ("m", 1.0)])
+#: The metre and its parts, and the international inch and foot.
+METRES = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
+
+
+@pytest.mark.parametrize(("units", "metres"), METRES.items())
 def test_other_units_are_converted_on_request(tmp_path, units, metres):
     asm = arch(4, 0.2)
     for path in (
@@ -205,6 +217,7 @@ def test_other_units_are_converted_on_request(tmp_path, units, metres):
         write(asm.with_(vertices=asm.vertices / metres), tmp_path / "arch.json", format="compas-assembly"),
     ):
         np.testing.assert_allclose(read(path, units=units).vertices, asm.vertices, rtol=0, atol=1e-15)
+    assert set(UNITS) == set(METRES)
 
 
 def test_units_that_a_file_names(tmp_path):

@@ -18,6 +18,7 @@ from blockstat import (
     write,
 )
 from blockstat.contact.cells import refine
+from blockstat.contact.point_law import laws_of
 from blockstat.sensitivity.parameters import limit_load_gradient
 from blockstat.spec import scene_from
 from evidence.scenes.small import assembly, box, running_bond, stack
@@ -161,3 +162,11 @@ def test_derivatives_refuse_strengths():
         InputError, match=r"joint law between \* and \*: derivatives know friction, tension and bond, not cohesion"
     ):
         limit_load_gradient(make, {"b": 0.5}, lambda a: acceleration(a, (1, 0, 0)))
+
+
+def test_a_law_of_a_group_is_not_one_of_groups_whose_names_begin_alike():
+    blocks = [box((-9, -9, -1), (9, 9, 0), group="ground")]
+    blocks += [box((k, 0, 0), (k + 0.5, 1, 1), group=name) for k, name in enumerate(("wall", "wall2", "wall.north"))]
+    asm = assembly(blocks, joints=[JointLaw(("ground", "wall"), tension=1.0)])
+    ((_, rows),) = laws_of(asm, find_interfaces(asm))
+    assert rows.tolist() == [True, False, True]

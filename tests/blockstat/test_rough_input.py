@@ -11,8 +11,11 @@ from blockstat.spec import scene_from
 from evidence.scenes.small import HUT, arch, assembly, box, hexahedron, stack
 
 
-def leaning_plank():
-    """A plank with a foot cut flat, resting on the top corner of a wall: a contact of an edge with a face."""
+def leaning_plank(under=0.5):
+    """A plank with a foot cut flat, resting on the top corner of a wall: a contact of an edge with a face.
+
+    under : how far the wall reaches under the plank, which is a metre wide.
+    """
     slope, thick, length = np.deg2rad(60), 0.1, 3.0
     along, across = np.array([np.cos(slope), np.sin(slope)]), np.array([-np.sin(slope), np.cos(slope)])
     heel = np.array([thick / np.sin(slope), 0.0])
@@ -21,7 +24,7 @@ def leaning_plank():
     return assembly(
         [
             box((-5, -5, -1), (9, 9, 0), name="ground"),
-            box((x, -0.5, 0), (x + 0.5, 1.5, z), name="wall"),
+            box((x, 1 - under, 0), (x + 0.5, 2.5, z), name="wall"),
             hexahedron([(u, 1, w) for u, w in plan], [(u, 0, w) for u, w in plan], name="plank"),
         ],
         supports=[0, 1],
@@ -32,6 +35,21 @@ def leaning_plank():
 def test_a_plank_leans_on_the_corner_of_a_wall():
     assert assess(leaning_plank()).outcome is Outcome.STABLE
     assert assess(leaning_plank(), friction=0.01).outcome is Outcome.UNSTABLE
+
+
+@pytest.mark.parametrize("under", [0.5, 0.04, 0.01, 1e-5])
+def test_a_wall_holds_a_plank_however_little_of_it(under):
+    verdict = assess(leaning_plank(under))
+    assert verdict.outcome is Outcome.STABLE
+    assert verdict.interfaces.contacts["edge"] == 1
+    assert not verdict.warnings
+
+
+def test_a_wall_that_just_touches_the_side_of_a_plank_leaves_it_undecided():
+    # Corner on edge: no direction of the force is known, so falling is not proven.
+    verdict = assess(leaning_plank(0.0))
+    assert verdict.outcome is Outcome.UNDECIDED
+    assert any('"wall" and "plank" touch only' in text for text in verdict.warnings)
 
 
 @pytest.mark.parametrize("digits", [3, 6, 9])

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from blockstat import Block, acceleration
+from blockstat import Block, acceleration, thrust_range
 from blockstat.analysis.problem import pose
+from blockstat.analysis.thrust import extreme, standing
 from blockstat.certificate.check import balance, check
 from blockstat.program.conic import conic_program
 from blockstat.solve.dispatch import solve
@@ -93,3 +94,23 @@ def test_one_block_that_sticks_out_makes_the_scene_solid(odd):
     blocks = [Block(wall.block_vertices(i), wall.faces_of(i)) for i in range(wall.n_blocks)]
     assert program_of(assembly(blocks))[1].plane is not None
     assert program_of(assembly([*blocks, odd]))[1].plane is None
+
+
+@pytest.mark.parametrize("direction", [(0, 1, 0), (1, 1, 0), (1, 0, 0)])
+def test_a_thrust_out_of_the_plane_is_not_reduced_to_it(direction):
+    asm = arch(12, 0.2)
+    problem, inside = standing(asm, solver="auto", friction=None, gravity=None, loads=None, gap=1e-2, interfaces=None)
+    found = thrust_range(asm, ["right"], direction)
+    # The same scene in space: the ends of the thrust, from the program without its plane.
+    solid = replace(problem, program=replace(problem.program, plane=None))
+    unit = np.array(direction) / np.linalg.norm(direction)
+    (columns,) = problem.eq.columns
+    sign = (columns.pair[:, 1] == 1).astype(float) - (columns.pair[:, 0] == 1)
+    row = (sign[:, None] * (columns.force @ unit)).reshape(-1)
+    greatest, _ = extreme(solid, row, inside, "auto")
+    least, _ = extreme(solid, -row, inside, "auto")
+    assert (found.least, found.greatest) == pytest.approx((-least, greatest), rel=1e-6)
+    assert problem.program.plane.mirrors(row) == (direction[1] == 0)
+    if direction == (0, 1, 0):
+        assert found.greatest == pytest.approx(-found.least, rel=1e-6)  # the arch has no front and no back
+        assert found.greatest > 0.01

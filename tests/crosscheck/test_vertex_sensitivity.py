@@ -120,11 +120,13 @@ def test_a_cube_that_overhangs_tips_about_the_edge_below_it():
     assert found.along(lid) == pytest.approx(-0.4, abs=1e-5)
 
 
-def test_edges_that_nearly_coincide_carry_points_together():
+@pytest.mark.parametrize("seed", [1, 2, 6])
+def test_edges_that_nearly_coincide_carry_points_together(seed):
     # As two cubes of one plan from a scanner: their edges cross at tiny angles. Half width over half height is 1, and
-    # moving every corner on the right by dx moves the edge by dx and the centroid by dx / 2: d lambda = 1.
+    # moving every corner on the right by dx moves the edge by dx and the centroid by dx / 2: d lambda = 1. Turning
+    # that side, dx = y, moves its middle by 1/2 and the centroid by 1/4: d lambda = 1/2.
     plan = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
-    noisy = plan + 2e-4 * np.random.default_rng(1).normal(size=(4, 2))
+    noisy = plan + 2e-4 * np.random.default_rng(seed).normal(size=(4, 2))
     asm = assembly(
         [box((0, 0, -1), (1, 1, 0)), hexahedron([(*p, 0) for p in noisy], [(*p, 1) for p in noisy])], friction=2.0
     )
@@ -133,6 +135,7 @@ def test_edges_that_nearly_coincide_carry_points_together():
     found = limit_load_by_point(limit, (1, 0, 0))
     right = np.where(found.points[:, :1] > 0.5, [1.0, 0, 0], 0.0)
     assert found.along(right) == pytest.approx(1.0, abs=5e-3)
+    assert found.along(right * found.points[:, 1:2]) == pytest.approx(0.5, abs=5e-3)
     assert np.abs(found.gradient).max() < 2.0
 
 

@@ -198,3 +198,16 @@ def test_glue_far_stronger_than_needed_holds(times):
     assert verdict.outcome is DynamicOutcome.STANDS
     assert any("weight of all blocks" in text for text in verdict.warnings)
     assert verdict.run.assembly is asm
+
+
+def test_a_joint_that_slides_is_broken_as_one_that_opens():
+    # Dragged by ten times what glue and friction hold, the slab stays on the ground, so that its joint opens nowhere.
+    ground, slab = box((-9, -5, -1), (9, 5, 0)), box((-2, -2, 0), (2, 2, 0.25))
+    asm = glued(assembly([ground, slab], friction=0.5), 4.0).with_(gravity=(40, 0, -1))
+    with World(asm, Settings(), bonds_of(asm)) as world:
+        (preload,) = world.actions
+        assert not preload.broken.any()
+        while (moved := world.poses()[0][1])[0] < 0.05:
+            world.advance()
+        assert abs(moved[2]) < 1e-3
+        assert preload.broken.all()

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from blockstat import InputError
 from dynsim import DynamicOutcome, Settings, verify
-from dynsim.judge.criteria import angles, courses, default_threshold, rate
+from dynsim.judge.criteria import ARM, angles, courses, default_threshold, rate
 from evidence.scenes.small import assembly, box, running_bond
 
 
@@ -63,3 +63,24 @@ def test_presets():
     assert Settings.named("fast").time_step > Settings.named("careful").time_step
     with pytest.raises(InputError, match="no preset 'quick'; presets are: fast, default, careful"):
         Settings.named("quick")
+
+
+def test_a_slab_that_spins_in_place_falls():
+    # It turns by more than a threshold at an arm of its size, though its centroid stays where it is.
+    class Spin:
+        each_step = False
+
+        def begin(self, world):
+            pass
+
+        def act(self, world, time):
+            if time >= 0:
+                world.set_velocity(1, np.zeros(3), np.array([0, 0, 0.3]))
+
+    asm = assembly([box((-5, -5, -1), (5, 5, 0)), box((0, 0, 0), (1, 1, 0.3))], friction=0.0, gravity=(0, 0, -9.81))
+    verdict = verify(asm, actions=[Spin()])
+    assert verdict.outcome is DynamicOutcome.FALLS
+    assert verdict.max_displacement < 0.1 * verdict.brick_threshold
+    assert verdict.max_drop < 0.1 * verdict.brick_threshold
+    assert np.radians(verdict.max_rotation) * ARM * asm.size[1] >= verdict.brick_threshold
+    assert verdict.first_block == asm.names[1]

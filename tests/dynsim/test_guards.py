@@ -127,3 +127,16 @@ def test_frictions_that_no_product_gives_are_refused():
     laws = [JointLaw(("ground", "*"), friction=0.5), JointLaw(("a", "b"), friction=0.0)]
     with pytest.raises(InputError, match="friction 0 between a and b: Bullet multiplies"):
         verify(pile(*blocks, joints=laws))
+
+
+def test_a_joint_without_friction_has_none_in_bullet():
+    # Two stacks side by side, one of them on ice: its block has coefficient 0, and the others keep their product.
+    blocks = [box((0, 0, 0), (1, 1, 1), group="ice"), box((3, 0, 0), (4, 1, 1), group="stone")]
+    asm = pile(*blocks, joints=[JointLaw(("ground", "ice"), friction=0.0)])
+    ground, ice, stone = block_friction(asm, find_interfaces(asm))
+    assert ice == 0.0
+    assert ground * stone == pytest.approx(asm.friction, rel=1e-9)
+    alone = pile(blocks[0], joints=[JointLaw(("ground", "*"), friction=0.0)])
+    assert block_friction(alone, find_interfaces(alone)).tolist() == [0.0, 0.0]
+    assert verify(alone).outcome is STANDS
+    assert verify(alone.with_(gravity=(0.05, 0, -1))).outcome is FALLS

@@ -94,3 +94,20 @@ def test_what_falls_only_in_coarse_steps_gets_the_fine_run():
     found = verify(thinner_arch(31, 0.10736, 0.993))
     assert found.outcome.word == "stands"
     assert found.run.time_step == Settings().fine_step
+
+
+def test_motion_that_dies_away_far_from_where_it_began_is_no_rest_yet():
+    # One block of many slides by a metre and slows down. It is at rest when it is still, and not while it only slows:
+    # it goes less than 2 cm in half a second from 3 ln(1 - exp(-1/6)) + 3 ln 50 = 6.1 s on, half a second later.
+    def slides(t):
+        return 1.0 - np.exp(-t / 3)
+
+    rest = RestDetection(0.02, 0.5, 0.1)
+    moved = np.zeros((1000, 3))
+    for time in 0.02 * np.arange(600):
+        moved = moved.copy()
+        moved[0, 0] = slides(time)
+        if rest.look(float(time), moved):
+            break
+    still = 3 * np.log(50 * (1 - np.exp(-0.5 / 3)))
+    assert time >= still + 0.5 - 0.02

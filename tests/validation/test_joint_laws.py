@@ -127,10 +127,11 @@ def test_a_bond_of_unequal_feet_sits_at_their_common_centroid():
     assert found.lower == pytest.approx(10.0, rel=1e-4)
 
 
-def test_crushing_under_its_own_weight():
-    # Pressure 2 under a block 2 high.
+@pytest.mark.parametrize("other", [{}, {"tension": 1.0}, {"cohesion": 0.3}, {"tension": 1.0, "cohesion": 0.3}])
+def test_crushing_under_its_own_weight(other):
+    # Pressure 2 under a block 2 high, whatever the joint bears in tension and shear.
     for strength, outcome in ((2 * (1 + 1e-5), Outcome.STABLE), (2 * (1 - 1e-5), Outcome.UNSTABLE)):
-        assert assess(slab(law(compression=strength), size=(0.5, 1.0, 2.0))).outcome is outcome
+        assert assess(slab(law(compression=strength, **other), size=(0.5, 1.0, 2.0))).outcome is outcome
 
 
 def test_torsion_of_a_square_joint():

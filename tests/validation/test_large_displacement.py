@@ -116,6 +116,25 @@ def test_a_block_slides_to_an_edge_and_turns_over_it():
     assert curve.displacement[-1] == pytest.approx(1.1, rel=1e-4)
 
 
+@pytest.mark.parametrize(
+    ("width", "height", "friction", "edge"),
+    [
+        (1.9348172, 1.1422269, 0.7412269, 2.2117085),
+        (1.9127041, 0.6053809, 0.6233264, 2.7404067),
+        (0.62, 0.46, 0.7, 2.0),
+    ],
+)
+def test_sliding_blocks_of_any_shape_turn_where_the_resultant_reaches_the_edge(width, height, friction, edge):
+    # Odd numbers: across the slip no contact resists, and loads do work there by rounding only.
+    ground = box((-5, -5, -1), (edge, 5, 0), name="ground")
+    slab = assembled([ground, box((0, 0, 0), (width, 1, height), name="block")], friction=friction)
+    curve = capacity(slab, (1, 0, 0), control="block")
+    left = np.minimum(edge - width / 2 - curve.displacement, friction * height / 2)
+    exact = left / np.sqrt((friction * height / 2) ** 2 + (height / 2) ** 2 - left**2)
+    assert np.abs(curve.lower - exact).max() <= WITHIN * friction
+    assert curve.displacement[-1] == pytest.approx(edge - width / 2, rel=WITHIN)
+
+
 @pytest.mark.parametrize("slope", [0.1, -0.1])
 def test_a_block_slides_down_or_up_a_slope_to_its_edge(slope):
     gravity = (9.81 * np.sin(slope), 0, -9.81 * np.cos(slope))

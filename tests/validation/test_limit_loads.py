@@ -55,6 +55,19 @@ def test_results_that_are_no_number():
     assert limit_load(floating, (1, 0, 0)).outcome is LoadOutcome.DEAD_LOAD_UNSTABLE
 
 
+@pytest.mark.parametrize("strength", [1e9, 1.0, 1e-6])
+def test_a_load_however_weak_has_the_limit_of_a_strong_one(strength):
+    # A block of 1 x 1 x 2 m pushed at half its height tips at half its weight; pressed down it never does.
+    asm = stack(1, 1.0, 2.0)
+    push = np.zeros((2, 6))
+    push[asm.free, 0] = strength
+    found = limit_load(asm, push)
+    assert found.outcome is LoadOutcome.LIMIT
+    weight = asm.mass[asm.free].sum() * np.linalg.norm(asm.gravity)
+    assert found.lower * strength == pytest.approx(weight / 2, rel=1e-4)
+    assert limit_load(asm, push[:, [1, 2, 0, 3, 4, 5]] * -1).outcome is LoadOutcome.UNBOUNDED
+
+
 def test_the_joints_of_a_mechanism_are_named():
     four = limit_load(arch(20, 0.15), (1, 0, 0)).joints()
     assert (len(four["hinges"]), len(four["sliding"]), len(four["opening"])) == (4, 0, 0)

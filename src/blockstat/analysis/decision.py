@@ -34,6 +34,8 @@ SHARES = (0.0, *(10.0**-k for k in range(11, 1, -1)))
 ASSUMED_FORCE = 10.0
 #: A mechanism with a motion added that opens all joints is good enough when it costs less than this of the multiplier.
 CLOSE = 1e-8
+#: Where in a bracket a verdict is asked for; the next one where the verdict before it told nothing.
+FRACTIONS = (0.5, 0.25, 0.75)
 
 
 def outcome_of(checked: Certificate) -> Outcome:
@@ -325,22 +327,32 @@ def narrowed(
     tuple
         The bounds and the iterations spent. They are wider than the tolerance where a verdict is undecided.
     """
-    spent = 0
-    trial = max(2.0 * low.value, 1.0) if np.isinf(high.value) else (low.value + high.value) / 2
-    while low.value < most and not is_closed(low.value, high.value, tolerance):
+    spent, tried = 0, 0
+    while low.value < most and not is_closed(low.value, high.value, tolerance) and tried < len(FRACTIONS):
+        trial = low.value + FRACTIONS[tried] * (high.value - low.value)
+        if np.isinf(high.value):
+            trial = min(max(10.0 * low.value, 1.0), most)
         loaded = replace(program, load=program.load + trial * load, plane=None)
         answer = solve_penalty(loaded, solver=solver, motions=motions)
         answer = decide(loaded, answer, solver=solver, motions=motions)
         spent += answer.iterations
-        word = outcome_of(answer.certificate)
-        if word is Outcome.UNDECIDED:
-            break
-        if word is Outcome.UNSTABLE:
-            high = Bound(trial, answer.twist)
-        else:
-            low = Bound(trial, answer.force)
-        trial = min(10.0 * trial, most) if np.isinf(high.value) else (low.value + high.value) / 2
+        closer = _told(program, load, trial, answer, low)
+        tried = 0 if any(low.value < bound.value < high.value for bound in closer) else tried + 1
+        low = max(low, closer[0], key=lambda bound: bound.value)
+        high = min(high, closer[1], key=lambda bound: bound.value)
     return low, high, spent
+
+
+def _told(program: PenaltyProgram, load: Floats, trial: float, answer: Answer, low: Bound) -> tuple[Bound, Bound]:
+    """What a verdict on one multiplier tells of the limit; its mechanism bounds it, whatever the verdict."""
+    word = outcome_of(answer.certificate)
+    if word is Outcome.STABLE:
+        return Bound(trial, answer.force), Bound(np.inf, answer.twist)
+    none = Bound(-np.inf, answer.force)
+    moves = Bound(trial if word is Outcome.UNSTABLE else np.inf, answer.twist)
+    total = float(np.linalg.norm(low.evidence, axis=1).sum())
+    proven = _proven(program, load, answer.twist, total)
+    return none, moves if proven is None or not low.value <= proven.value < moves.value else proven
 
 
 def _proven(program: PenaltyProgram, load: Floats, twist: Floats, total: float) -> Bound | None:

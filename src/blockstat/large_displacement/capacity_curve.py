@@ -19,7 +19,7 @@ from blockstat.large_displacement.contacts import first_contacts
 from blockstat.large_displacement.jump import statuses
 from blockstat.large_displacement.linkage import Control, Linkage
 from blockstat.large_displacement.loading import Loading, loading
-from blockstat.large_displacement.path import Follower, PathEnd, PathEvent, State
+from blockstat.large_displacement.path import Begin, Follower, PathEnd, PathEvent, State
 from blockstat.large_displacement.pose import Pose, rest
 from blockstat.large_displacement.statics import LACKING, Structure, limiting
 from blockstat.loads import on_block, three
@@ -383,14 +383,14 @@ def _moving(limit: LimitLoad, control: Control) -> Control:
     return replace(control, along=-control.along, name=control.name.replace("along the load", "against the load"))
 
 
-def _begin(structure: Structure) -> Callable[[Linkage, Pose, float], tuple[Linkage, Floats] | None]:
+def _begin(structure: Structure) -> Begin:
     """How a mechanism is found where contacts have closed: that of the limit load at the displaced geometry."""
 
-    def begin(linkage: Linkage, pose: Pose, parameter: float) -> tuple[Linkage, Floats] | None:
+    def begin(linkage: Linkage, pose: Pose, parameter: float, still: float) -> tuple[Linkage, Floats] | None:
         found = limiting(structure, linkage.contacts, linkage.pinned | linkage.sliding, pose, parameter)
         if found is None:
             return None
-        pinned, sliding = statuses(linkage, pose, parameter, found[1])
+        pinned, sliding = statuses(linkage, pose, parameter, found[1], still=still)
         return replace(linkage, pinned=pinned, sliding=sliding), found[1]
 
     return begin
@@ -428,6 +428,8 @@ def _followed(
                 if progress is not None:
                     progress(item.motion.parameter, item.motion.value)
             elif isinstance(item, PathEvent):
+                if events and item.kind == events[-1].kind == "change" and follower.meets(item, events[-1]):
+                    item = replace(item, before=events.pop().before)  # the mixture of both was no mechanism
                 events.append(item)
             else:
                 assert isinstance(item, PathEnd)

@@ -26,6 +26,10 @@ STEP, FALLEN = 0.01, 0.5
 SHUT = 1e-9
 
 
+class NoRootError(ArithmeticError):
+    """A change of sign that was seen is not where it was seen."""
+
+
 @dataclass(frozen=True, eq=False)
 class Landing:
     """Where a jump leads."""
@@ -154,9 +158,16 @@ def root_of(function: Callable[[float], float], low: float, high: float, accurac
     -------
     float
         The root.
+
+    Raises
+    ------
+    NoRootError
+        When the sign is the same at both ends: what the function stands for could not be followed.
     """
     from scipy.optimize import brentq
 
+    if not function(low) * function(high) <= 0:
+        raise NoRootError
     found: Any = brentq(function, low, high, xtol=accuracy)
     return float(found)
 

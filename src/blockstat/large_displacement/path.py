@@ -17,12 +17,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import Any
 
 import numpy as np
 
 from blockstat.large_displacement.contacts import closed_again, gaps
-from blockstat.large_displacement.jump import jump, root_of
+from blockstat.large_displacement.jump import STILL, NoRootError, jump, root_of
 from blockstat.large_displacement.linkage import Linkage
 from blockstat.large_displacement.pose import Pose
 from blockstat.large_displacement.sliding import renewed
@@ -36,6 +37,13 @@ SHUT = 1e-9
 SHORTEST, JUMPS = 1e-9, 20
 #: A new step aims at this part of the deviation that is allowed.
 FIRM = 0.9
+#: Contacts that move at less than this, where the fastest corner moves at 1, are tried as sticking where a mechanism
+#: changes.
+SLOWER = (STILL, 1e-3, 1e-2)
+
+
+#: Linkage and motion that begin at a pose, given what touches there, the parameter, and at what speed a contact sticks.
+Begin = Callable[[Linkage, Pose, float, float], tuple[Linkage, Floats] | None]
 
 
 class PathEnd(Sentence):
@@ -87,8 +95,8 @@ class Follower:
 
     structure: Structure
     value: Callable[[Pose, Floats], float]  #: of a pose and its rate, where nothing slides against friction
-    #: statuses of contacts and of ties where a contact has closed: the first motion from a pose
-    begin: Callable[[Linkage, Pose, float], tuple[Linkage, Floats] | None]
+    #: statuses of contacts and of ties where a contact has closed, and the first motion from a pose
+    begin: Begin
     end: float  #: largest parameter [m]
     step: float  #: largest step [m]
     tolerance: float  #: of the value between points and of the place of events, relative to their scale
@@ -116,6 +124,27 @@ class Follower:
             yield PathEnd.LOST
             return
         yield state
+        try:
+            yield from self._pieces(state)
+        except NoRootError:
+            yield PathEnd.LOST
+
+    def meets(self, event: PathEvent, other: PathEvent) -> bool:
+        """Return whether two events are at one place, as far as a change of mechanism is looked for (`_changed`).
+
+        Parameters
+        ----------
+        event, other
+            The events.
+
+        Returns
+        -------
+        bool
+            Whether they are.
+        """
+        return abs(event.parameter - other.parameter) <= self.tolerance * self.step
+
+    def _pieces(self, state: State) -> Iterator[State | PathEvent | PathEnd]:
         while True:
             reason, state, ahead = yield from self._piece(state)
             if isinstance(reason, PathEnd):
@@ -311,7 +340,7 @@ class Follower:
             motion = self._motion(landing.linkage, landing.pose, state.motion.parameter, state.motion.rate)
             linkage = landing.linkage
             if motion is None:
-                begun = self.begin(linkage, landing.pose, state.motion.parameter)
+                begun = self.begin(linkage, landing.pose, state.motion.parameter, STILL)
                 motion = begun and self._motion(begun[0], landing.pose, state.motion.parameter, begun[1])
                 if begun is None or motion is None:
                     break
@@ -331,24 +360,26 @@ class Follower:
     def _changed(self, state: State, beyond: State) -> State | None:
         """The state of another mechanism where a joint slides no more; None where there is none.
 
-        Just beyond its limit two mechanisms have the same multiplier to rounding, so it is looked for further on too,
-        up to the tolerance.
+        Just beyond its limit two mechanisms have the same multiplier to rounding, and what is found is a mixture. So it
+        is looked for further on too, up to the tolerance, and without its slower part. Only balanced forces count.
         """
         start = state.motion.parameter
         width = beyond.motion.parameter - start
-        for factor in (1.0, 10.0, 100.0):
+        nearly: State | None = None
+        for still, factor in product(SLOWER, (1.0, 10.0, 100.0)):
             motion = beyond.motion if factor == 1.0 else self.ahead(state, start + factor * width)
             if motion is None:
-                break
-            linkage = motion.linkage or beyond.linkage
-            begun = self.begin(linkage, motion.pose, motion.parameter)
+                continue
+            begun = self.begin(motion.linkage or beyond.linkage, motion.pose, motion.parameter, still)
             following = begun and self._motion(begun[0], motion.pose, motion.parameter, begun[1])
             if begun is None or following is None:
                 continue
             found = self._state(begun[0], following)
-            if found.forces.lacking <= LACKING:
+            if found.forces.proven and found.forces.lacking <= LACKING:
                 return found
-        return None
+            if found.forces.lacking <= LACKING:
+                nearly = nearly or found
+        return nearly
 
     def _closed(self, state: State) -> Iterator[State | PathEvent | PathEnd]:
         """What follows where a contact has closed."""
@@ -359,7 +390,7 @@ class Follower:
         pinned = linkage.pinned.copy()
         pinned[met] = True
         held = replace(linkage, contacts=contacts, pinned=pinned)
-        begun = self.begin(held, motion.pose, motion.parameter)
+        begun = self.begin(held, motion.pose, motion.parameter, STILL)
         following = begun and self._motion(begun[0], motion.pose, motion.parameter, begun[1])
         joints = sorted(set(contacts.joint[met].tolist()))
         if begun is None or following is None:

@@ -28,6 +28,10 @@ if TYPE_CHECKING:
 
 #: Adhesion [mean weights] that equilibrium may lack by the rounding of a solve.
 LACKING = 1e-7
+#: Weight of the square of the motion in the program of sliding states. Directions that no contact resists, such as
+#: that across a slip, do work by rounding only, 1e-16 of the loads; so their motion stays below 1e-6. What it leaves
+#: unbalanced is RIDGE times the motion: where that is more than rounding, there is no equilibrium.
+RIDGE = 1e-10
 #: Contacts that slip at less than this, relative to the motion, stick.
 STILL = 1e-4
 
@@ -269,13 +273,14 @@ def rubbing(
     total = np.asarray(program.normal_columns.sum(axis=1)).reshape(-1)
     if structure.live is None:
         load = np.zeros_like(total)
-        answer = clarabel.solve(conic_program(program, -program.load - total, at_most_one=total))
+        conic = conic_program(program, -program.load - total, at_most_one=total)
     else:
         load = problem.scaled(structure.live_load(pose))
         conic = conic_program(program, -program.load - total, at_most_one=total, pinned=load)
         bound = conic.bound.copy()
         bound[-1] = 0.0  # l'u = 0: the multiplier is free
-        answer = clarabel.solve(replace(conic, bound=bound))
+        conic = replace(conic, bound=bound)
+    answer = clarabel.solve(replace(conic, ridge=RIDGE))
     multiplier = answer.multiplier
     loaded = replace(program, load=program.load + multiplier * load)
     # The multipliers are f + tau n.
@@ -283,7 +288,8 @@ def rubbing(
     tau = float(total @ rest) / float(total @ total)
     force = answer.force.copy()
     force[: program.n_points, 0] -= tau
-    lacking = np.inf if answer.status.is_infeasible else tau
+    unbalanced = RIDGE * float(np.abs(answer.twist).max(initial=0.0))
+    lacking = np.inf if answer.status.is_infeasible or unbalanced > LACKING else tau
     force = certificate.balance(loaded, force)
     found = certificate.check(loaded, force, np.zeros_like(program.load))
     if structure.live is None:  # the force on the moving supports, by what the contacts do to them

@@ -17,7 +17,6 @@ from scipy import sparse
 
 from blockstat.contact.interfaces import Interfaces
 from blockstat.geometry.components import connected_components
-from blockstat.geometry.polyhedron import point_velocity
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -153,37 +152,6 @@ def in_place(local: Floats, point_blocks: Ints, n_blocks: int) -> sparse.csc_arr
     start = np.concatenate([[0], np.cumsum(there.sum(axis=1))]).astype(np.int32)
     index = np.repeat(row, 3, axis=0)[there]
     return sparse.csc_array((local[there], index, start), shape=(6 * n_blocks, len(local)))
-
-
-def column_rates(assembly: Assembly, eq: Equilibrium, motion: Floats) -> Floats:
-    """Return the velocity of block b against block a along each column of three, A'u for all blocks.
-
-    Parameters
-    ----------
-    assembly
-        The blocks.
-    eq
-        The equilibrium whose columns are meant.
-    motion
-        Velocity and rotation of every block, supports too, shape (n_blocks, 6) [m/s, rad/s].
-
-    Returns
-    -------
-    Floats
-        Shape (n_columns, 3) [m/s]; positive normal rates open the joint.
-    """
-    rates = []
-    for columns in eq.columns:
-        relative, turning = 0.0, 0.0
-        for side, sign in ((0, -1.0), (1, 1.0)):
-            block = columns.pair[:, side]
-            relative = relative + sign * point_velocity(assembly, motion, block, columns.point)
-            turning = turning + sign * motion[block, 3:]
-        rate = np.einsum("nij,nj->ni", columns.force, relative)
-        if columns.couple is not None:
-            rate = rate + np.einsum("nij,nj->ni", columns.couple, turning)
-        rates.append(rate)
-    return np.concatenate(rates)
 
 
 def weight(assembly: Assembly) -> Floats:

@@ -210,11 +210,11 @@ def settle_to_collapse(
     def value(pose: Pose, rate: Floats) -> float:
         return float((structure.dead_load(pose) * rate).sum()) + structure.tie_work(pose, rate)
 
-    def begin(there: Linkage, pose: Pose, parameter: float) -> tuple[Linkage, Floats] | None:
+    def begin(there: Linkage, pose: Pose, parameter: float, still: float) -> tuple[Linkage, Floats] | None:
         found = settling(structure, there.contacts, there.pinned | there.sliding, pose, parameter)
         if found is None:
             return None
-        pinned, sliding = statuses(there, pose, parameter, found, drive=1.0)
+        pinned, sliding = statuses(there, pose, parameter, found, drive=1.0, still=still)
         return replace(there, pinned=pinned, sliding=sliding), found
 
     follower = Follower(structure, value, begin, end, end / steps, tolerance, ends_at_zero=False)

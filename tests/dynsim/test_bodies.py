@@ -1,0 +1,45 @@
+"""The shape of a block in its own axes is the block: right-handed axes, its corners, its inertia."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from blockstat import Block
+from dynsim.engine.bodies import shapes
+from evidence.scenes.small import assembly, box, prism
+from tests.point_bodies import hull
+
+GROUND = box((-9, -9, -9), (9, 9, -8), name="ground")
+
+
+def solids(seed):
+    """A box, an oblique prism and the hull of points on a sphere, turned at random, corners in random order."""
+    random = np.random.default_rng(seed)
+    far = random.normal(size=(12, 3))
+    plain = [
+        box((0, 0, 0), (0.3, 0.5, 1.1)),
+        prism([(0, 0), (1, 0), (1.4, 0.8), (0.3, 1)], 0.4),
+        hull(far / np.linalg.norm(far, axis=1)[:, None]),
+    ]
+    for block in plain:
+        vertices = np.asarray(block.vertices, float) @ Rotation.random(random_state=random).as_matrix().T
+        order = random.permutation(len(vertices))
+        place = np.argsort(order)
+        yield Block(vertices[order], [[int(place[k]) for k in face] for face in block.faces])
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_shape_is_its_block_in_right_handed_principal_axes(seed):
+    asm = assembly([GROUND, *solids(seed)], density=2.0)
+    for block, shape in enumerate(shapes(asm)):
+        turn = shape.rotation
+        np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-12)
+        assert np.linalg.det(turn) == pytest.approx(1.0)
+        np.testing.assert_allclose(turn @ np.diag(shape.inertia) @ turn.T, asm.inertia[block], rtol=1e-9, atol=1e-12)
+        (piece,) = shape.pieces
+        corners = piece @ turn.T + asm.centroid[block]
+        distance = np.linalg.norm(corners[:, None] - asm.block_vertices(block)[None], axis=2)
+        assert distance.min(axis=1).max() < 1e-12
+        assert distance.min(axis=0).max() < 1e-12
+        if shape.half_extents is not None:
+            np.testing.assert_allclose(np.abs(piece).max(axis=0), shape.half_extents, rtol=1e-9)
