@@ -29,6 +29,7 @@ import numpy as np
 from blockstat import Assembly, InputError, Outcome, assess, build, limit_load, load_scene, read, tilt_limit
 from blockstat.model import dome, fan_vault, groin_vault, sail_vault
 from dynsim import verify
+from dynsim.engine.lmgc90 import import_lmgc90
 from evidence.pages.elements import ELEMENTS
 from evidence.paths import CASES, DOCS, EXAMPLES
 from evidence.references.walls import ZERO_DILATANCY, wall
@@ -116,7 +117,7 @@ def statics(asm: Assembly) -> Found:
     return {
         "blocks": asm.n_blocks, "interfaces": plain.interfaces.n_interfaces,
         FIELDS: plain.outcome.word, "Coulomb": verdict.outcome.word,
-        "held so": "" if state is None or state.settles else f"{100 * state.share:.2g} %",
+        "held so": "" if state is None or state.settles else f"{100 * state.share:.3g} %",
         "programs": None if state is None else state.solves,
         "times": None if state is None else round((end - middle) / max(middle - start, 1e-3), 2),
         "seconds": round(end - middle, 2),
@@ -242,6 +243,8 @@ def main() -> None:
     engines = [] if options.engines == "none" else options.engines.split(",")
     if wrong := [name for name in engines if name not in ENGINES]:
         parser.error(f'no engine "{wrong[0]}"; engines are: {", ".join(ENGINES)}')
+    if "lmgc90" in engines:
+        import_lmgc90()  # or say what is missing before anything is kept
     warnings.simplefilter("ignore")
     if options.monotone:
         monotone()
