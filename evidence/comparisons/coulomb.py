@@ -150,18 +150,19 @@ def fill(number: int, engines: Sequence[str], most: int, again: bool) -> dict[st
 
 def summary(rows: dict[str, Found]) -> str:
     """How far the verdicts agree, and what they cost."""
-    told = [row for row in rows.values() if row[FIELDS] == "stable"]
+    whole = [row for row in rows.values() if "Coulomb" in row]
+    told = [row for row in whole if row[FIELDS] == "stable"]
     agree = {"stable": "stands", "stable_only_by_self_stress": "falls", "unstable": "falls"}
     lines = []
     for engine, name in ENGINES.items():
-        judged = [row for row in rows.values() if row.get(engine) in ("stands", "falls") and row["Coulomb"] in agree]
+        judged = [row for row in whole if row.get(engine) in ("stands", "falls") and row["Coulomb"] in agree]
         same = sum(row[engine] == agree[row["Coulomb"]] for row in judged)
         lines.append(f"- {name} and Coulomb agree on {same} of {len(judged)} that both decide.")
 
-    def both(word: str, *verdicts: str) -> str:
+    def both(word: str, verdict: str) -> str:
         found = [
             name for name, row in rows.items()
-            if all(row.get(engine) == word for engine in ENGINES) and row["Coulomb"] in verdicts
+            if all(row.get(engine) == word for engine in ENGINES) and row.get("Coulomb") == verdict
         ]  # fmt: skip
         return f"{len(found)}{': ' if found else ''}{', '.join(found)}"
 
@@ -184,13 +185,13 @@ def summary(rows: dict[str, Found]) -> str:
 
 def verdicts(row: Found) -> list[str]:
     """What statics and the engines say: "-" for nothing."""
-    said = [row[key].replace("_", " ") for key in (FIELDS, "Coulomb")]
+    said = [row.get(key, "-").replace("_", " ") for key in (FIELDS, "Coulomb")]
     return said + [str(row.get(engine, "-")).partition(":")[0] for engine in ENGINES]
 
 
 def cells(row: Found) -> list[object]:
     """A row of the table."""
-    figures = ["" if row[key] is None else row[key] for key in ("held so", "programs", "times")]
+    figures = ["" if row.get(key) is None else row[key] for key in ("held so", "programs", "times")]
     return [row["blocks"], *verdicts(row), *figures]
 
 

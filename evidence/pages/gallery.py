@@ -56,9 +56,9 @@ def small(path: Path) -> None:
     image.crop(margin).quantize(256).save(path, optimize=True)
 
 
-def shown(name: str, words: str, alt: str, assembly: Assembly, options: dict, found: Found) -> str:
-    """Draw an assembly if its options say so; a row of a table. alt : for who does not see the picture."""
-    if options.pop("draw"):
+def shown(name: str, words: str, alt: str, assembly: Assembly, options: dict | None, found: Found) -> str:
+    """Draw an assembly unless options are None; a row of a table. alt : for who does not see the picture."""
+    if options is not None:
         small(plot(assembly, DOCS / "gallery" / f"{name}.png", **options))
     figures = (assembly.n_blocks, found["interfaces"], *verdicts(found))
     print(f"{name}:", *figures, flush=True)
@@ -70,7 +70,7 @@ def main() -> None:
     parser.add_argument("--keep-pictures", action="store_true")
     asked = parser.parse_args()
     (DOCS / "gallery").mkdir(exist_ok=True)
-    found, draw = known(), not asked.keep_pictures
+    found = known()
     text = HEAD + COLUMNS
     for path in sorted(EXAMPLES.glob("*.toml")):
         scene = load_scene(path)
@@ -85,7 +85,7 @@ def main() -> None:
         )
     text += ELEMENTS_HEAD + COLUMNS
     for name, words, build_element, options in ELEMENTS:
-        text += shown(name, words, words, build_element(), {**options, "draw": draw}, found[name])
+        text += shown(name, words, words, build_element(), None if asked.keep_pictures else options, found[name])
     (DOCS / "gallery.md").write_text(text)
 
 
