@@ -148,7 +148,7 @@ def rocking(width: float, height: float, share: float = 0.5, settings: Settings 
     corner = np.array([width, 0, 0])
     tilted = type(block)((tilt.apply(block.vertices - corner) + corner), block.faces)
     asm = assembly([ground, tilted], friction=5.0, gravity=(0, 0, -G))
-    settings = settings or Settings(look_every=0.005, settle=0.005, end=1.5, rest_after=1.0)
+    settings = settings or Settings(look_every=0.005, settle=0.005, end=1.5)
     run = simulate(asm, settings=settings)
     angle = share * alpha + Rotation.from_matrix(run.rotation[:, 1]).as_rotvec()[:, 1]
     hit = int(np.argmax(angle <= 0))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from math import sqrt
 from typing import Any
 
 from blockstat.errors import InputError
@@ -11,10 +12,17 @@ from blockstat.errors import InputError
 PRESETS: dict[str, dict[str, Any]] = {
     "fast": {"time_step": 2e-3, "fine_step": 2e-3, "iterations": 30},
     "default": {},
-    "careful": {"time_step": 5e-4, "quick_step": 1e-3, "fine_step": 2.5e-4},
+    "careful": {"time_step": 5e-4, "quick_step": 1e-3, "fine_step": 2.5e-4, "resolution": 1e-4},
 }
 #: Beyond this, blocks pass through each other within one step.
 LONGEST_STEP = 1 / 60
+#: An imbalance of `Settings.resolution` moves a block by this share of the default threshold (10 mm for blocks of
+#: 0.3 m) within `Settings.window`. Contact noise moves blocks of a sound chapel by less than a tenth of that.
+SHOWN = 1 / 8
+#: Default threshold of blocks of 0.3 m [m]: a thirtieth of their size.
+THRESHOLD = 0.01
+#: A free run is at least this many windows long: blocks let go settle in the first, and show what they do in the rest.
+WINDOWS = 3
 
 
 @dataclass(frozen=True)
@@ -33,10 +41,9 @@ class Settings:
     look_every: float = 0.02  #: [s] between looks at the blocks
     settle: float = 0.15  #: [s] under full damping before the free run, and a little longer where joints are glued
     settle_step: float | None = None  #: [s] of most of that time; None: as in the free run
-    rest_after: float = 0.5  #: [s] blocks must have been at rest
-    rest: float = 0.02  #: displacement in that time, in default thresholds, below which they are
+    resolution: float = 1e-3  #: imbalance, as a share of the weight, that a run must be able to see
     clear_fall: float = 0.3  #: [s] after release before which passing the threshold needs no other run
-    end: float = 3.0  #: [s] a free run ends here at the latest (after loads that change, three times that)
+    end: float = 3.0  #: [s] a free run ends here, or after `WINDOWS` windows (three times that after loads change)
     group: str | None = None  #: group of Eq. 1; None: "vault" if there is one, else the whole assembly
     roof_threshold: float | None = None  #: [m] of Eq. 1; None: relative to block size
     brick_threshold: float | None = None  #: [m] of Eq. 2 and of the displacement; None: relative to block size
@@ -79,8 +86,8 @@ class Settings:
 
     def __post_init__(self) -> None:
         for name in (
-            "time_step", "quick_step", "fine_step", "look_every", "settle", "settle_step", "rest_after", "rest",
-            "clear_fall", "end", "roof_threshold", "brick_threshold", "crack_threshold",
+            "time_step", "quick_step", "fine_step", "look_every", "settle", "settle_step", "resolution", "clear_fall",
+            "end", "roof_threshold", "brick_threshold", "crack_threshold",
         ):  # fmt: skip
             value = getattr(self, name)
             if value is None and name.endswith(("threshold", "settle_step")):
@@ -98,10 +105,8 @@ class Settings:
                 f"settings: a time step of {longest!r} s; it must be at most 1/60 s, or blocks pass through each other"
             )
         coarsest = max(self.time_step, self.quick_step, settle_step)
-        if not coarsest <= self.look_every <= self.rest_after <= self.end:
-            raise InputError(
-                "settings: time_step, quick_step, settle_step <= look_every <= rest_after <= end is needed"
-            )
+        if not coarsest <= self.look_every <= self.end:
+            raise InputError("settings: time_step, quick_step, settle_step <= look_every <= end is needed")
         if self.fine_step > self.quick_step:
             raise InputError("settings: fine_step <= quick_step is needed")
 
@@ -109,3 +114,19 @@ class Settings:
     def substeps(self) -> int:
         """Number of time steps between two looks."""
         return max(round(self.look_every / self.time_step), 1)
+
+    @property
+    def window(self) -> float:
+        """Time in which the smallest imbalance that is to be seen moves a block visibly [s].
+
+        Weight that is out of balance by a share e of it moves some block by at least e g t^2 / 2 in a time t: the
+        power of the weight along the mechanism is e sum(m g |u|), its inertia is sum(m u^2), so the block that moves
+        most has an acceleration of e g sum(m |u|) max|u| / sum(m u^2) >= e g. The window solves
+        e g t^2 / 2 = `SHOWN` times the threshold of blocks of 0.3 m: half a second for 1e-3, 1.6 s for 1e-4.
+        """
+        return sqrt(2 * SHOWN * THRESHOLD / (9.81 * self.resolution))
+
+    @property
+    def longest(self) -> float:
+        """Time after which a free run ends at the latest [s]."""
+        return max(self.end, WINDOWS * self.window)

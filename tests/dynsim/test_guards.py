@@ -80,7 +80,7 @@ def test_a_force_on_no_block_or_of_no_number_is_refused():
 @pytest.mark.parametrize("step", ["time_step", "quick_step", "settle_step"])
 def test_an_absurd_time_step_is_refused(step):
     with pytest.raises(InputError, match="at most 1/60 s"):
-        Settings(**{step: 1.0, "look_every": 1.0, "rest_after": 1.0})
+        Settings(**{step: 1.0, "look_every": 1.0})
 
 
 def test_the_thickness_of_a_box_is_its_least_edge():

@@ -31,35 +31,46 @@ def test_a_stand_is_believed_at_one_step_and_a_fall_checked_at_two_others():
     assert alone.fine is None
 
 
-def watched(position, distance=0.02, small=0.1, others=0):
-    """When motion along x of one block, looked at every 20 ms, first counts as rest; None if it never does in 3 s.
-
-    others : blocks beside it that do not move.
-    """
-    rest = RestDetection(distance, 0.5, small)
+def watched(position, resolution=1e-3, threshold=0.01):
+    """When motion along x of one block of 0.3 m, looked at every 20 ms, first counts as rest; None: never in 3 s."""
+    rest = RestDetection(threshold, Settings(resolution=resolution).window)
     for k in range(151):
-        moved = np.zeros((1 + others, 3))
-        moved[0, 0] = position(0.02 * k)
-        if rest.look(0.02 * k, moved):
+        if rest.look(0.02 * k, np.array([[position(0.02 * k), 0.0, 0.0], [0.0, 0.0, 0.0]])):
             return 0.02 * k
     return None
 
 
-def test_motion_that_dies_away_is_rest_and_motion_that_grows_is_not():
-    assert watched(lambda t: 0.0) == pytest.approx(0.5, abs=0.05)
-    assert watched(lambda t: 0.09 * (1 - np.exp(-t))) is not None
-    assert watched(lambda t: 0.05 * t) is None  # creeps
-    assert watched(lambda t: 0.03 * (1 + t) ** 2) is None  # accelerates
+def imbalance(share):
+    """Motion of a block of which a share of the weight is out of balance from the release on."""
+    return lambda t: share * 9.81 * t * t / 2
 
 
-def test_a_slow_mechanism_is_told_from_one_block_that_shakes():
-    def slow(t):
-        return 0.03 * t * t  # less than the distance in the first half second
+@pytest.mark.parametrize("resolution", [1e-2, 1e-3, 1e-4])
+def test_an_imbalance_at_the_resolution_shows_and_one_far_below_it_does_not(resolution):
+    window = Settings(resolution=resolution).window
+    assert watched(imbalance(resolution), resolution) is None
+    assert watched(imbalance(resolution / 2), resolution) is None
+    assert watched(imbalance(resolution / 100), resolution) == pytest.approx(window, abs=0.021)
+    # The displacement e g t^2 / 2 that the window was chosen for is an eighth of the threshold of 10 mm.
+    assert imbalance(resolution)(window) == pytest.approx(0.01 / 8)
 
-    assert slow(0.5) < 0.02
-    assert watched(slow) is None
-    assert watched(lambda t: 0.005 * np.sin(8 * t), others=99) == pytest.approx(0.5, abs=0.05)
-    assert watched(lambda t: 0.005 * np.sin(8 * t)) > 0.55
+
+@pytest.mark.parametrize("seed", range(5))
+def test_trembling_about_a_place_rests_and_the_same_trembling_on_a_drift_does_not(seed):
+    noise = 3e-5 * np.random.default_rng(seed).standard_normal(200)
+    tremble = lambda t: noise[round(t / 0.02)]  # noqa: E731
+    assert watched(tremble) is not None
+    assert watched(lambda t: tremble(t) + 3e-3 * t) is None
+    assert watched(lambda t: tremble(t) + imbalance(1e-3)(t)) is None
+    assert watched(lambda t: tremble(t) + imbalance(1e-5)(t)) is not None
+
+
+def test_motion_that_dies_away_rests_later_and_motion_that_grows_never_does():
+    still = watched(lambda t: 0.0)
+    assert still == pytest.approx(Settings().window, abs=0.021)
+    assert watched(lambda t: 8e-3 * (1 - np.exp(-4 * t))) > still
+    assert watched(lambda t: 3e-3 * t) is None  # creeps
+    assert watched(lambda t: 1e-3 * np.sin(8 * t)) is None  # rocks on
 
 
 #: Statics allow it by self-stress only, and rounding decides whether a run at 2 ms sees it fall or rest.
@@ -97,17 +108,16 @@ def test_what_falls_only_in_coarse_steps_gets_the_fine_run():
 
 
 def test_motion_that_dies_away_far_from_where_it_began_is_no_rest_yet():
-    # One block of many slides by a metre and slows down. It is at rest when it is still, and not while it only slows:
-    # it goes less than 2 cm in half a second from 3 ln(1 - exp(-1/6)) + 3 ln 50 = 6.1 s on, half a second later.
+    # One block of many slides by a metre and slows down. It is at rest when it is slow, and not while it only slows:
+    # its speed exp(-t/3) / 3 in the middle of half a second is below 2 (0.3 / 8) / 0.5 / 4 m/s from 6.8 s on.
     def slides(t):
         return 1.0 - np.exp(-t / 3)
 
-    rest = RestDetection(0.02, 0.5, 0.1)
+    rest = RestDetection(0.3, 0.5)
     moved = np.zeros((1000, 3))
     for time in 0.02 * np.arange(600):
         moved = moved.copy()
         moved[0, 0] = slides(time)
         if rest.look(float(time), moved):
             break
-    still = 3 * np.log(50 * (1 - np.exp(-0.5 / 3)))
-    assert time >= still + 0.5 - 0.02
+    assert time == pytest.approx(3 * np.log(1 / (3 * 0.0375)) + 0.25, abs=0.03)

@@ -24,6 +24,8 @@ SCORE = 1e-3
 #: Sound assemblies settle by less than this part of the threshold.
 SETTLED = 0.1
 LONGER = 10.0
+#: Imbalance that it has to see, as a share of the weight.
+CLOSER = 1e-5
 
 
 class Cause(Sentence):
@@ -191,7 +193,7 @@ def _why_it_stood(static: Verdict, dynamic: DynamicVerdict, settings: Settings, 
         return Cause.COARSE_STAND
     if closely and static.outcome is Outcome.STABLE:
         return Cause.HELD
-    longer = replace(settings, rest=1e-6, end=LONGER * settings.end)
+    longer = replace(settings, resolution=CLOSER, end=LONGER * settings.end)
     if closely:
         slow = verify(assembly, settings=longer, interfaces=joints_as_found(static))
         if slow.outcome is DynamicOutcome.FALLS:

@@ -188,3 +188,32 @@ def hull_obj(pieces: Sequence[Floats]) -> str:
         lines += ["f " + " ".join(map(str, face)) for face in (outward_hull(points)[0] + offset).tolist()]
         offset += len(points)
     return "\n".join(lines) + "\n"
+
+
+def box_urdf(half_extents: Floats, mass: float) -> str:
+    """Return a box as the text of a URDF file.
+
+    Parameters
+    ----------
+    half_extents : array of float, shape (3,)
+        Half of its edges [m].
+    mass : float
+        Mass [kg]; 0 for a body that does not move.
+
+    Returns
+    -------
+    str
+        One link. Bullet is told the moments of inertia afterwards.
+
+    Notes
+    -----
+    Only a box from such a file can be given the faces and edges that separating axes need. A box without them is laid
+    on a hull by another method, a margin of 1 mm above it, and tips at 0.92 of its limit. Two boxes have a faster
+    method of their own.
+    """
+    size = " ".join(map(repr, (2 * half_extents).tolist()))
+    return (
+        f'<robot name="block"><link name="block"><inertial><mass value="{mass!r}"/>'
+        '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
+        f'<collision><geometry><box size="{size}"/></geometry></collision></link></robot>'
+    )

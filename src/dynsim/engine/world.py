@@ -13,7 +13,7 @@ from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from types import TracebackType
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces, find_interfaces
 from blockstat.errors import InputError
 from blockstat.typing import Floats, Ints
-from dynsim.engine.bodies import Shape, hull_obj, shapes
+from dynsim.engine.bodies import Shape, box_urdf, hull_obj, shapes
 from dynsim.engine.bullet import ENGINE, import_bullet, matrices, quaternion
 from dynsim.engine.friction import block_friction, common_friction, has_own_friction
 from dynsim.engine.guards import (
@@ -186,43 +186,38 @@ class World:
         )  # fmt: skip
         self.set_time_step(self.settings.time_step)
         self.set_gravity(self.assembly.gravity)
-        # Boxes and hulls never mix: Bullet keeps a margin on one kind and not on the other.
-        as_boxes = all(shape.half_extents is not None for shape in self._shapes)
         for block, shape in enumerate(self._shapes):
-            self._bodies.append(self._add(block, shape, as_boxes))
+            self._bodies.append(self._add(block, shape))
 
-    def _add(self, block: int, shape: Shape, as_box: bool) -> int:
+    def _body(self, block: int, shape: Shape, mass: float) -> int:
+        """Make the body of a block: a box from a file of its own, since only such a box may touch hulls."""
         b = self._bullet
-        if as_box:
-            assert shape.half_extents is not None
-            collision = b.createCollisionShape(
-                b.GEOM_BOX,
-                halfExtents=(shape.half_extents * self.length).tolist(),
-                physicsClientId=self._client,
-            )
-        else:
-            assert self._directory is not None
-            path = Path(self._directory.name) / "block.obj"  # read at once and not kept
-            path.write_text(hull_obj([piece * self.length for piece in shape.pieces]))
-            collision = b.createCollisionShape(
-                b.GEOM_MESH,
-                fileName=str(path),
-                flags=b.URDF_INITIALIZE_SAT_FEATURES,
-                physicsClientId=self._client,
-            )
-        assembly = self.assembly
-        mass = 0.0 if assembly.support[block] else assembly.mass[block] * self._mass
-        body = b.createMultiBody(
-            baseMass=mass,
-            baseCollisionShapeIndex=collision,
-            basePosition=(assembly.centroid[block] * self.length).tolist(),
-            baseOrientation=quaternion(shape.rotation).tolist(),
-            useMaximalCoordinates=1,
-            physicsClientId=self._client,
+        assert self._directory is not None
+        path = Path(self._directory.name) / "block"  # read at once and not kept
+        place: dict[str, Any] = {
+            "basePosition": (self.assembly.centroid[block] * self.length).tolist(),
+            "baseOrientation": quaternion(shape.rotation).tolist(),
+            "useMaximalCoordinates": 1,
+            "physicsClientId": self._client,
+        }
+        if shape.half_extents is not None:
+            path = path.with_suffix(".urdf")
+            path.write_text(box_urdf(shape.half_extents * self.length, mass))
+            return b.loadURDF(str(path), flags=b.URDF_INITIALIZE_SAT_FEATURES, **place)
+        path = path.with_suffix(".obj")
+        path.write_text(hull_obj([piece * self.length for piece in shape.pieces]))
+        collision = b.createCollisionShape(
+            b.GEOM_MESH, fileName=str(path), flags=b.URDF_INITIALIZE_SAT_FEATURES, physicsClientId=self._client
         )
-        if collision < 0 or body < 0:
+        return -1 if collision < 0 else b.createMultiBody(baseMass=mass, baseCollisionShapeIndex=collision, **place)
+
+    def _add(self, block: int, shape: Shape) -> int:
+        b, assembly = self._bullet, self.assembly
+        mass = 0.0 if assembly.support[block] else float(assembly.mass[block] * self._mass)
+        body = self._body(block, shape, mass)
+        if body < 0:
             raise RuntimeError(f'Bullet refused block "{assembly.names[block]}"')
-        options = {
+        options: dict[str, Any] = {
             "lateralFriction": float(self._friction[block]), "spinningFriction": 0.0, "rollingFriction": 0.0,
             "restitution": 0.0, "linearDamping": 0.0, "angularDamping": 0.0, "frictionAnchor": ANCHOR,
             "activationState": b.ACTIVATION_STATE_DISABLE_SLEEPING,

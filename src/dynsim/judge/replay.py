@@ -26,14 +26,13 @@ from dynsim.judge.rest import RestDetection
 from dynsim.judge.run import TALL, Contacts, Run, height_of
 from dynsim.judge.stages import MIDDLE, chain
 from dynsim.judge.verdict import DynamicOutcome
-from dynsim.judge.verify import SMALL
 from dynsim.settings import Settings
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
 #: The default settings of a step: most of its blocks stood before, and settle and rest sooner than a whole building.
-STEP = {"settle": 0.06, "rest_after": 0.2, "end": 2.0}
+STEP = {"settle": 0.06, "resolution": 6e-3, "end": 2.0}
 
 
 @dataclass(frozen=True)
@@ -258,10 +257,9 @@ class _Site:
             self._advance()
         world.damp(0.0)
         start, turned_at_start = world.poses()
-        distance = default_threshold(self._assembly)
-        rest = RestDetection(s.rest * distance, s.rest_after, SMALL * distance)
+        rest = RestDetection(default_threshold(self._assembly), s.window)
         rest.look(0.0, 0 * start[free])
-        size, looks, furthest = self._assembly.size[free], round(s.end * self._stretch / self._look), 0.0
+        size, looks, furthest = self._assembly.size[free], round(s.longest * self._stretch / self._look), 0.0
         for look in range(1, looks + 1):
             self._advance()
             moved, turned = world.poses()
@@ -272,7 +270,7 @@ class _Site:
             if beyond.max() >= self.threshold:
                 self._keep()
                 return DynamicOutcome.FALLS, furthest, self._assembly.names[free[beyond.argmax()]]
-            if rest.look(s.end * look / looks, (moved - start)[free]):
+            if rest.look(s.longest * look / looks, (moved - start)[free]):
                 break
         self._keep()
         return (DynamicOutcome.STANDS if rest.reached else DynamicOutcome.CREEPS), furthest, None

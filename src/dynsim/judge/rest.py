@@ -12,16 +12,16 @@ from blockstat.typing import Floats, Ints
 from dynsim.judge.criteria import default_threshold
 from dynsim.loads.load import Load
 from dynsim.loads.loading import Removal
+from dynsim.settings import SHOWN
 
 #: Blocks rock for long: after the last change of a load a run may take this many times `Settings.end`.
 AFTERWARDS = 3.0
-#: Motion dies away when it is less than this part of what it was in the time before.
-DYING = 0.9
-#: Blocks are quiet when they moved, in the root mean square, by less than this part of the rest distance in half the
-#: time. One block shakes at random; a mechanism too slow to be seen in it yet moves many at once.
-QUIET = 0.04
-#: What is not quiet has to be still for this many times as long.
-LONGER = 2.0
+#: Blocks rest when their trend is slower than an imbalance at the resolution would have made them by this factor.
+SAFE = 4.0
+#: Standard errors that are added to a trend.
+ERRORS = 2.0
+#: Looks that a parabola and its error need.
+LEAST = 4
 
 
 def last_change(loads: Sequence[Load]) -> float:
@@ -82,27 +82,30 @@ def threshold_under(assembly: Assembly, loads: Sequence[Load]) -> float:
 class RestDetection:
     """Whether blocks are at rest, from one sample of their places to the next.
 
-    Blocks rest when they are still and quiet. They are still when they stayed within a distance of one place for a
-    time. They are also still when they are near where they were released, moved by less than three such distances in
-    that time, and by less than in the time before. They are quiet when the root mean square of their motion is small.
-    Blocks that have been within the distance of one place for longer need not be quiet.
+    Notes
+    -----
+    An imbalance of a share e of the weight gives some block an acceleration of at least e g, so that after the time
+    T = `Settings.window` its velocity is at least e g T = 2 D / T, where D is the displacement that T was chosen for
+    (`SHOWN` thresholds). Contact noise makes blocks tremble about a place, and creep a little. So the velocity is that
+    of the trend: over the last T, a parabola is fitted by least squares to each coordinate of each block. Its velocity
+    is e g T / 2 or more in the middle and e g T or more at the end. Blocks are at rest when both velocities, with
+    `ERRORS` standard errors added, are below 2 D / T / `SAFE` for all blocks. What trembles has no trend, what creeps
+    has one that stays small, what falls has one that grows.
     """
 
-    def __init__(self, distance: float, duration: float, small: float) -> None:
+    def __init__(self, threshold: float, window: float) -> None:
         """Set what counts as rest.
 
         Parameters
         ----------
-        distance : float
-            Displacement within which blocks are still [m].
-        duration : float
-            For how long they have to be [s].
-        small : float
-            How far from where they were released blocks may be while their motion dies away [m].
+        threshold : float
+            Default threshold of the assembly [m].
+        window : float
+            Time over which trends are taken [s].
         """
-        self._distance, self._duration, self._small = distance, duration, small
-        self._start, self._place = -np.inf, np.empty((0, 3))
-        self._past: deque[tuple[float, Floats]] = deque()
+        self._window, self._fastest = window, 2 * SHOWN * threshold / window / SAFE
+        self._times: deque[float] = deque()
+        self._moved: deque[Floats] = deque()
         self.reached = False
 
     def look(self, time: float, moved: Floats) -> bool:
@@ -120,38 +123,50 @@ class RestDetection:
         bool
             Whether the blocks are at rest.
         """
-        if time <= 0 or _furthest(moved - self._place) >= self._distance:
-            self._start, self._place = max(time, 0.0), moved
-        if time > 0:
-            self._remember(time, moved)
-            still_for = time - self._start
-            still = still_for >= self._duration or self._dies_away(time, moved)
-            self.reached = still and (still_for >= LONGER * self._duration or self._quiet(time, moved))
+        if time >= 0:
+            self._times.append(time)
+            self._moved.append(moved)
+            while len(self._times) > LEAST and self._times[1] <= time - self._window + 1e-9:
+                self._times.popleft()
+                self._moved.popleft()
+            whole = len(self._times) >= LEAST and self._times[0] <= time - self._window + 1e-9
+            self.reached = whole and self._speed() < self._fastest
         return self.reached
 
-    def _remember(self, time: float, moved: Floats) -> None:
-        """Keep the looks of the last two durations, from the last one before them on."""
-        self._past.append((time, moved))
-        while len(self._past) > 1 and self._past[1][0] <= time - 2 * self._duration + 1e-9:
-            self._past.popleft()
-
-    def _before(self, time: float) -> Floats:
-        """Displacements in the look nearest to a time."""
-        return min(self._past, key=lambda look: abs(look[0] - time))[1]
-
-    def _quiet(self, time: float, moved: Floats) -> bool:
-        steps = moved - self._before(time - self._duration / 2)
-        return float(np.sqrt((steps**2).sum(axis=1).mean())) < QUIET * self._distance
-
-    def _dies_away(self, time: float, moved: Floats) -> bool:
-        """Whether the motion of the last `duration` is small and smaller than that of the one before."""
-        first, start = self._past[0]
-        if first > time - 2 * self._duration + 1e-9:
-            return False
-        middle = self._before(time - self._duration)
-        last, before = _furthest(moved - middle), _furthest(middle - start)
-        return last < min(3 * self._distance, DYING * before) and _furthest(moved) < self._small
+    def _speed(self) -> float:
+        """Velocity of the fastest trend at the last look, with its standard errors [m/s]."""
+        velocity, error = trend(np.array(self._times), np.array(self._moved).reshape(len(self._times), -1))
+        fast = np.abs(velocity).max(axis=0) + ERRORS * error
+        return float(np.linalg.norm(fast.reshape(-1, 3), axis=1).max())
 
 
-def _furthest(moved: Floats) -> float:
-    return float(np.linalg.norm(moved, axis=1).max())
+def trend(times: Floats, values: Floats) -> tuple[Floats, Floats]:
+    """Return the velocities of parabolas fitted by least squares, and the standard error at the end.
+
+    Parameters
+    ----------
+    times : array of float, shape (n,)
+        Times, at least four.
+    values : array of float, shape (n, k)
+        What is fitted.
+
+    Returns
+    -------
+    velocity : array of float, shape (2, k)
+        In the middle and at the end, in units of the values a unit of time.
+    error : array of float, shape (k,)
+        Of the velocity at the end; it is less in the middle.
+
+    Examples
+    --------
+    >>> times = np.linspace(0.0, 1.0, 5)
+    >>> trend(times, times[:, None] ** 2)[0].round(9).tolist()
+    [[1.0], [2.0]]
+    """
+    since = times - times[-1]
+    basis = np.stack([np.ones_like(since), since, since**2], axis=1)
+    inverse = np.linalg.pinv(basis)
+    fitted = inverse @ values
+    square = ((values - basis @ fitted) ** 2).sum(axis=0) / (len(times) - 3)
+    velocity = np.stack([fitted[1] + since[0] * fitted[2], fitted[1]])
+    return velocity, np.sqrt(square) * np.linalg.norm(inverse[1])

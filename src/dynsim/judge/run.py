@@ -119,8 +119,8 @@ def simulate(
     settings : Settings, optional
         Time steps and durations; the default settings when None.
     stop : callable, optional
-        Called at every look with two values: the part of `Settings.end` that has passed since release and `hold` [s]
-        (negative until then), and the displacement since release, shape (n_blocks, 3) [m]. True ends the run.
+        Called at every look with two values: the part of `Settings.longest` that has passed since release and `hold`
+        [s] (negative until then), and the displacement since release, shape (n_blocks, 3) [m]. True ends the run.
     loads : Load, array of shape (n_blocks, 6), or a sequence of them
         What acts besides the weight, as in `verify`.
     actions : sequence of Action
@@ -178,7 +178,7 @@ def simulate(
             world.advance((frame - settling) * look / world.time)
         if settling:
             world.damp(0.0)
-        looks = round(settings.end * stretch / look)
+        looks = round(settings.longest * stretch / look)
         held = ceil(hold * world.time / look - 1e-9)
         for frame in range(held + looks + 1):
             if frame:
@@ -190,7 +190,7 @@ def simulate(
             kinetic.append(_kinetic(assembly, *world.velocities(), turned))
             new = [block for block in world.removed if np.isinf(removed[block])]
             removed[new] = times[-1] - look / world.time
-            if stop is not None and stop(settings.end * (frame - held) / looks, moved - displacement[0]):
+            if stop is not None and stop(settings.longest * (frame - held) / looks, moved - displacement[0]):
                 break
         contacts = Contacts(*world.contact_forces())
         spent = process_time() - start + world.process_seconds

@@ -38,6 +38,7 @@ class DynamicVerdict(Result):
     first_time: float | None  #: when it did, since release [s]
     cracks: Cracks  #: joints that opened or slid
     run: Run
+    resolution: float  #: imbalance that would have shown in the run, as a share of the weight
     warnings: tuple[str, ...] = ()
     corners_moved: float = 0.0  #: the furthest that a corner was moved to close the joints before the run [m]
     misfit: float = 0.0  #: largest gap or overlap of the joints that statics count as closed and that were left [m]
@@ -84,6 +85,8 @@ class DynamicVerdict(Result):
             f"Largest displacement {1e3 * self.max_displacement:.2g} mm, "
             f"rotation {self.max_rotation:.2g} degrees, rate at the end {1e3 * self.rate:.2g} mm/s.",
         ]
+        if self.outcome is DynamicOutcome.STANDS:
+            lines.append(f"An imbalance of {self.resolution:.1g} of the weight would have shown.")
         names = [self.run.assembly.names[i] for i in self.moved]
         if names:
             more = f" and {len(names) - limit} more" if len(names) > limit else ""
@@ -112,6 +115,7 @@ class DynamicVerdict(Result):
             "max_displacement": self.max_displacement,
             "max_rotation_deg": self.max_rotation,
             "rate": self.rate,
+            "resolution": self.resolution,
             "settling": self.settling,
             "roof_threshold": self.roof_threshold,
             "brick_threshold": self.brick_threshold,

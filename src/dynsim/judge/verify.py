@@ -41,8 +41,8 @@ def verify(
     """Simulate an assembly in Bullet or LMGC90 and judge it by displacement.
 
     It falls when a block goes beyond its threshold: by Eq. 1, by Eq. 2, by the length of its displacement or by its
-    rotation. It stands when none does and, at the end, all blocks move by less than `Settings.rest` thresholds in
-    `Settings.rest_after`. It creeps when neither holds.
+    rotation. It stands when none does and the trend of no block is as fast as an imbalance of
+    `Settings.resolution` of the weight would have made it (see `dynsim.judge.rest`). It creeps when neither holds.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def _staged(evaluate: _Evaluator, runs: Stages) -> DynamicVerdict:
         return verdict
     spent = verdict.run.process_seconds
     if runs.check is not None and verdict.outcome is DynamicOutcome.FALLS:
-        longest = min(max(SAME_FALL * fell, runs.check.rest_after), runs.check.end)
+        longest = min(max(SAME_FALL * fell, runs.check.window), runs.check.longest)
         check = evaluate(replace(runs.check, end=longest))
         spent += check.run.process_seconds
         if fell / SAME_FALL <= _fall_time(check) <= fell * SAME_FALL:
@@ -153,8 +153,6 @@ GLUE_SETTLES = 0.1
 WEAKER = (
     "it stands with glue of no more than the weight of all blocks a joint, so it stands with the stronger glue given"
 )
-#: Slow motion that grows slower is a rest while blocks are within this part of the default threshold.
-SMALL = 0.1
 
 
 class _Evaluator:
@@ -177,12 +175,12 @@ class _Evaluator:
         self._roof = settings.roof_threshold or limit
         self._brick = settings.brick_threshold or limit
         self._hold = max(last_change(loads), 0.0)
-        self._rest, self._small = (share * default_threshold(assembly) for share in (settings.rest, SMALL))
+        self._threshold = default_threshold(assembly)
         self._loads, self._actions = loads, actions
         self._crack = settings.crack_threshold
 
     def __call__(self, settings: Settings, spent: float = 0.0) -> DynamicVerdict:
-        rest = RestDetection(self._rest, settings.rest_after, self._small)
+        rest = RestDetection(self._threshold, settings.window)
         furthest = max(self._brick, self._roof)
 
         def decided(elapsed: float, moved: Floats) -> bool:
@@ -194,17 +192,17 @@ class _Evaluator:
             interfaces=self._interfaces, engine=self._engine,
         )  # fmt: skip
         run = replace(run, process_seconds=run.process_seconds + spent)
-        return self._verdict(run, settings.rest_after / run.pace, rest.reached)
+        return self._verdict(run, settings, rest.reached)
 
-    def _verdict(self, run: Run, window: float, at_rest: bool) -> DynamicVerdict:
+    def _verdict(self, run: Run, settings: Settings, at_rest: bool) -> DynamicVerdict:
         """Return the verdict on a run.
 
         Parameters
         ----------
         run : Run
             What is judged.
-        window : float
-            Time in which blocks at rest move by less than the rest distance [s].
+        settings : Settings
+            Those of the run.
         at_rest : bool
             Whether the run ended on a rest.
         """
@@ -217,9 +215,8 @@ class _Evaluator:
         group_drop, max_drop = self._group_drop(run), float(drops(assembly, since[-1]).max())
         beyond = (length >= self._brick) | (turned * ARM * assembly.size >= self._brick)
         ever = np.flatnonzero(beyond.any(axis=0))
-        speed = rate(run.times, since, window)
-        stands = at_rest or speed <= self._rest / window
-        outcome = DynamicOutcome.STANDS if stands else DynamicOutcome.CREEPS
+        speed = rate(run.times, since, settings.window / run.pace)
+        outcome = DynamicOutcome.STANDS if at_rest else DynamicOutcome.CREEPS
         if len(ever) or group_drop >= self._roof or max_drop >= self._brick:
             outcome = DynamicOutcome.FALLS
         settling = float(np.linalg.norm(run.displacement[0], axis=1).max())
@@ -235,7 +232,8 @@ class _Evaluator:
                 assembly, (run.displacement[0], run.rotation[0]), (run.displacement[-1], run.rotation[-1]),
                 threshold=self._crack, interfaces=self._interfaces,
             ),
-            run=run, warnings=(*caveats(self._actions), *_warnings(run, settling, self._brick)),
+            run=run, resolution=settings.resolution,
+            warnings=(*caveats(self._actions), *_warnings(run, settling, self._brick)),
         )  # fmt: skip
 
     def _group_drop(self, run: Run) -> float:
