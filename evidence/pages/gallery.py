@@ -75,14 +75,8 @@ def main() -> None:
     for path in sorted(EXAMPLES.glob("*.toml")):
         scene = load_scene(path)
         words = f"[{path.stem}](../examples/{path.name}): {scene.description}"
-        text += shown(
-            f"scene-{path.stem}",
-            words,
-            path.stem,
-            build(scene),
-            {**VIEWS.get(path.stem, {}), "draw": draw},
-            found[path.stem],
-        )
+        options = None if asked.keep_pictures else VIEWS.get(path.stem, {})
+        text += shown(f"scene-{path.stem}", words, path.stem, build(scene), options, found[path.stem])
     text += ELEMENTS_HEAD + COLUMNS
     for name, words, build_element, options in ELEMENTS:
         text += shown(name, words, words, build_element(), None if asked.keep_pictures else options, found[name])
