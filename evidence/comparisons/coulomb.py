@@ -1,39 +1,54 @@
-"""Verdicts without dilatancy and self-stress against Bullet and, where it is installed, LMGC90.
+"""Verdicts without dilatancy and self-stress beside those of Bullet and LMGC90.
 
+    python -m evidence.comparisons.coulomb [--engines NAMES] [--most BLOCKS] [--random N] [--again] [--write FILE]
     python -m evidence.comparisons.coulomb --monotone
-    python -m evidence.comparisons.coulomb [--write FILE] [--most BLOCKS] [--random N] [--engines NAMES]
 
-Real assemblies of other projects, the scenes of examples/ and random domes, groin, sail and fan vaults of which about
-half stand. `--engines` are "bullet", "lmgc90" (which needs the extra of that name), both or none, separated by commas.
-Assemblies of more blocks than `--most` are judged by statics alone. Rows that are in FILE already are not made again,
-so a run that was interrupted goes on where it stopped. `--monotone` judges the assemblies of other projects at friction
-of .4 to 1.5 and counts those that are stable at one and held by self-stress at a greater one.
+Real assemblies of other projects, the scenes of examples/, the elements of the gallery and random domes, groin, sail
+and fan vaults about as thick as the least they need. What was found is kept in docs/results/coulomb.json, and a run
+fills in what is missing there, so one that was interrupted goes on where it stopped: statics always, and the columns of
+`--engines` ("bullet", "lmgc90", which needs the extra of that name, both separated by a comma, or none) for assemblies
+of up to `--most` blocks. `--again` makes the statics of all anew. `--write` makes the page.
+
+`--monotone` judges the assemblies of other projects at friction of .4 to 1.5 and counts those that are stable at one
+and held by self-stress at a greater one.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
+import statistics
 import warnings
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from time import process_time
+from typing import Any
 
 import numpy as np
 
-from blockstat import Assembly, InputError, Outcome, assess, build, load_scene, read
+from blockstat import Assembly, InputError, Outcome, assess, build, limit_load, load_scene, read, tilt_limit
 from blockstat.model import dome, fan_vault, groin_vault, sail_vault
 from dynsim import verify
-from evidence.paths import CASES, ROOT
+from dynsim.engine.lmgc90 import import_lmgc90
+from evidence.pages.elements import ELEMENTS
+from evidence.paths import CASES, DOCS, EXAMPLES
+from evidence.references.walls import ZERO_DILATANCY, wall
+from evidence.references.wedges import WEDGES, wedge
+from evidence.results import save
+from evidence.tables import table
 
 SEED = 20
 FRICTIONS = [round(0.1 * tenth, 1) for tenth in range(4, 16)]
 LETTER = {
     Outcome.STABLE: "S", Outcome.STABLE_ONLY_BY_SELF_STRESS: "s", Outcome.UNSTABLE: "u", Outcome.UNDECIDED: "?",
 }  # fmt: skip
-HEAD = (
-    "| | blocks | Coulomb | held by self-stress | programs | times the plain verdict | Bullet | LMGC90 |",
-    "|---|---|---|---|---|---|---|---|",
-)
+KEPT = DOCS / "results" / "coulomb.json"
+ENGINES = {"bullet": "Bullet", "lmgc90": "LMGC90"}
+FIELDS = "force fields"
+HEAD = ["", "blocks", FIELDS, "Coulomb", *ENGINES.values(), "held so", "programs", "times the plain verdict"]
+#: Programs of a search at which it is said to settle at once, and in all.
+AT_ONCE, MOST = 5, 40
+Found = dict[str, Any]
 
 
 def random_vault(kind: str, seed: int) -> Assembly:
@@ -70,31 +85,43 @@ def randoms(number: int) -> Iterator[Assembly]:
             yield vault
 
 
-def assemblies(number: int) -> Iterator[Assembly]:
-    """Everything that is compared."""
+def cases() -> Iterator[Assembly]:
+    """Assemblies of other projects."""
     for path in sorted(CASES.glob("*.json")):
         if path.stem != "expected":
             yield read(path).with_(name=path.stem)
-    for path in sorted((ROOT / "examples").glob("*.toml")):
+
+
+def assemblies(number: int) -> Iterator[Assembly]:
+    """Everything that is compared."""
+    yield from cases()
+    for path in sorted(EXAMPLES.glob("*.toml")):
         yield build(load_scene(path)).with_(name=path.stem)
+    for name, _, build_element, _ in ELEMENTS:
+        yield build_element().with_(name=name)
     yield from randoms(number)
 
 
-def row(asm: Assembly, most: int, engines: Sequence[str]) -> str:
-    """Verdicts of one assembly as a row of the table."""
+def known() -> dict[str, Found]:
+    """What was found of each assembly, by name."""
+    return json.loads(KEPT.read_text()) if KEPT.is_file() else {}
+
+
+def statics(asm: Assembly) -> Found:
+    """Both verdicts of one assembly, what holds it, and the cost."""
     start = process_time()
     plain = assess(asm)
     middle = process_time()
     verdict = assess(asm, flow="coulomb", interfaces=plain.interfaces)
-    factor = (process_time() - middle) / max(middle - start, 1e-3)
-    state = verdict.coulomb
-    bullet, other = (
-        engine_says(asm, name) if name in engines and asm.n_blocks <= most else "" for name in ("bullet", "lmgc90")
-    )
-    solves = "" if state is None else str(state.solves)
-    share = "" if state is None or state.settles else f"{100 * state.share:.2g} %"
-    said = verdict.outcome.word.replace("_", " ")
-    return f"| {asm.name} | {asm.n_blocks} | {said} | {share} | {solves} | {factor:.1f} | {bullet} | {other} |"
+    end, state = process_time(), verdict.coulomb
+    return {
+        "blocks": asm.n_blocks, "interfaces": plain.interfaces.n_interfaces,
+        FIELDS: plain.outcome.word, "Coulomb": verdict.outcome.word,
+        "held so": "" if state is None or state.settles else f"{100 * state.share:.3g} %",
+        "programs": None if state is None else state.solves,
+        "times": None if state is None else round((end - middle) / max(middle - start, 1e-3), 2),
+        "seconds": round(end - middle, 2),
+    }  # fmt: skip
 
 
 def engine_says(asm: Assembly, engine: str) -> str:
@@ -105,53 +132,130 @@ def engine_says(asm: Assembly, engine: str) -> str:
         return f"no verdict: {error}"
 
 
+def fill(number: int, engines: Sequence[str], most: int, again: bool) -> dict[str, Found]:
+    """Find what is missing, keep it, and return what there is of all assemblies."""
+    rows, names = known(), []
+    for asm in assemblies(number):
+        names.append(asm.name)
+        own = rows.setdefault(asm.name, {})
+        missing = [name for name in engines if name not in own and asm.n_blocks <= most]
+        if (again or "Coulomb" not in own) or missing:
+            if again or "Coulomb" not in own:
+                own.update(statics(asm))
+            own.update({name: engine_says(asm, name) for name in missing})
+            KEPT.write_text(json.dumps(rows, indent=1) + "\n")
+            print(asm.name, *own.values(), flush=True)
+    return {name: rows[name] for name in names}
+
+
+def summary(rows: dict[str, Found]) -> str:
+    """How far the verdicts agree, and what they cost."""
+    whole = [row for row in rows.values() if "Coulomb" in row]
+    told = [row for row in whole if row[FIELDS] == "stable"]
+    agree = {"stable": "stands", "stable_only_by_self_stress": "falls", "unstable": "falls"}
+    lines = []
+    for engine, name in ENGINES.items():
+        judged = [row for row in whole if row.get(engine) in ("stands", "falls") and row["Coulomb"] in agree]
+        same = sum(row[engine] == agree[row["Coulomb"]] for row in judged)
+        lines.append(f"- {name} and Coulomb agree on {same} of {len(judged)} that both decide.")
+
+    def both(word: str, verdict: str) -> str:
+        found = [
+            name for name, row in rows.items()
+            if all(row.get(engine) == word for engine in ENGINES) and row.get("Coulomb") == verdict
+        ]  # fmt: skip
+        return f"{len(found)}{': ' if found else ''}{', '.join(found)}"
+
+    ran = sum(all(row.get(engine) in ("stands", "falls", "creeps") for engine in ENGINES) for row in rows.values())
+    solves = [row["programs"] for row in told if row["programs"] and row["Coulomb"] == "stable"]
+    return "\n".join(
+        [
+            f"- {len(rows)} assemblies, of which {ran} ran in both engines.",
+            *lines,
+            f"- Held by self-stress, but standing in both engines: {both('stands', 'stable_only_by_self_stress')}.",
+            f"- Stable, but falling in both engines: {both('falls', 'stable')}.",
+            f"- {sum(n <= AT_ONCE for n in solves)} of {len(solves)} states were found within {AT_ONCE} programs, "
+            f"{sum(n == 1 for n in solves)} by the first; the most that a verdict took is "
+            f"{max(row['programs'] or 0 for row in told)} of {MOST}.",
+            f"- The verdict takes {statistics.median(row['times'] for row in told if row['times'] is not None):.2g} "
+            "times as long as the plain one (median), joints found before.",
+        ]
+    )
+
+
+def verdicts(row: Found) -> list[str]:
+    """What statics and the engines say: "-" for nothing."""
+    said = [row.get(key, "-").replace("_", " ") for key in (FIELDS, "Coulomb")]
+    return said + [str(row.get(engine, "-")).partition(":")[0] for engine in ENGINES]
+
+
+def cells(row: Found) -> list[object]:
+    """A row of the table."""
+    figures = ["" if row.get(key) is None else row[key] for key in ("held so", "programs", "times")]
+    return [row["blocks"], *verdicts(row), *figures]
+
+
+def silent(rows: dict[str, Found]) -> str:
+    """Why an engine gave no verdict."""
+    lines = [
+        f"- {ENGINES[engine]}, {name}: {row[engine].partition(': ')[2]}"
+        for name, row in rows.items() for engine in ENGINES if str(row.get(engine)).startswith("no verdict")
+    ]  # fmt: skip
+    return "\n".join(lines) or "- none"
+
+
+def limits() -> str:
+    """Limits without dilatancy for each kind of joints beside published ones."""
+    cells = []
+    for name, published in ZERO_DILATANCY.items():
+        load = limit_load(wall(name), (1, 0, 0), flow="coulomb")
+        kinds = [f"{(low + high) / 2:.4f}" for low, high in load.coulomb_kinds]
+        cells.append([f"wall {name} of Ferris & Tin-Loi, push [g]", published, f"{load.upper:.4f}", *kinds])
+    for case, axis, mu, published, *_ in WEDGES:
+        tilt = tilt_limit(wedge(case, mu), axis, flow="coulomb")
+        whole = tilt_limit(wedge(case, mu), axis)
+        kinds = [f"{stands:.2f}" for stands, _ in tilt.kinds]
+        cells.append([f"wedge {case}-{axis}, mu {mu}, tilt [deg]", published, f"{whole.stands:.2f}", *kinds])
+    return table(["", "published", "force fields", "stiff joints", "elastic joints", "both"], cells)
+
+
 def monotone() -> None:
     """A letter for each friction: S stable, s by self-stress, u unstable, ? undecided; and who loses by more of it."""
     losing, count = [], 0
-    for path in sorted(CASES.glob("*.json")):
-        if path.stem == "expected":
-            continue
-        asm = read(path)
+    for asm in cases():
         plain = assess(asm)
         words = [assess(asm, friction=mu, flow="coulomb", interfaces=plain.interfaces).outcome for mu in FRICTIONS]
         letters = "".join(LETTER[word] for word in words)
         count += 1
-        losing += [path.stem] * ("s" in letters[letters.find("S") :] and "S" in letters)
-        print(f"{path.stem:32} {letters}", flush=True)
+        losing += [asm.name] * ("s" in letters[letters.find("S") :] and "S" in letters)
+        print(f"{asm.name:32} {letters}", flush=True)
     print(f"{count} assemblies; less stable by more friction: {len(losing)} {', '.join(losing)}")
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--write", type=Path)
-    parser.add_argument("--engines", default="bullet")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--engines", default="none")
     parser.add_argument("--most", type=int, default=250)
     parser.add_argument("--random", type=int, default=60)
+    parser.add_argument("--again", action="store_true")
+    parser.add_argument("--write", type=Path, metavar="FILE")
     parser.add_argument("--monotone", action="store_true")
     options = parser.parse_args()
+    engines = [] if options.engines == "none" else options.engines.split(",")
+    if wrong := [name for name in engines if name not in ENGINES]:
+        parser.error(f'no engine "{wrong[0]}"; engines are: {", ".join(ENGINES)}')
+    if "lmgc90" in engines:
+        import_lmgc90()  # or say what is missing before anything is kept
+    warnings.simplefilter("ignore")
     if options.monotone:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            monotone()
+        monotone()
         return
-    engines = options.engines.split(",")
-    lines = list(HEAD)
-    if options.write is not None and options.write.exists():
-        lines = options.write.read_text().splitlines()
-    done = {line.split("|")[1].strip() for line in lines}
-    print("\n".join(lines), flush=True)
-    for asm in assemblies(options.random):
-        if asm.name in done:
-            continue
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            try:
-                lines.append(row(asm, options.most, engines))
-            except InputError as error:
-                lines.append(f"| {asm.name} | {asm.n_blocks} | {error} | | | | | |")
-        print(lines[-1], flush=True)
-        if options.write is not None:
-            options.write.write_text("\n".join(lines) + "\n")
+    rows = fill(options.random, engines, options.most, options.again)
+    whole = table(HEAD, [[name, *cells(row)] for name, row in rows.items()])
+    parts = {"summary": summary(rows), "verdicts": whole, "silent": silent(rows), "limits": limits()}
+    print("\n\n".join(parts.values()))
+    if options.write:
+        save(options.write, parts)
 
 
 if __name__ == "__main__":

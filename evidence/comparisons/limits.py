@@ -18,13 +18,17 @@ DOUBTED, FINER = 1.03, 2.5e-4
 
 @dataclass(frozen=True)
 class LimitRow:
-    """Limits of one assembly in one direction, in units of gravity: force fields, without dilatancy, Bullet."""
+    """Limits of one assembly in one direction, in units of gravity: force fields, without dilatancy, Bullet.
+
+    Those without dilatancy depend on the joints: `coulomb` is the largest and `least` the least.
+    """
 
     name: str
     family: str
     blocks: int
     associated: float
     coulomb: float
+    least: float
     bullet: float
     finer: float | None = None  #: Bullet's with finer time steps, where it was asked for
 
@@ -42,10 +46,10 @@ def limits(kept: Kept, scenes: list[Scene], rows: Comparisons, number: int, jobs
     for scene in chosen:
         static = limit_load(scene.assembly, scene.push, flow="coulomb")
         if scene.name in bullet and static.coulomb is not None and np.isfinite(static.upper):
-            low, high = static.coulomb
+            kinds = [(low + high) / 2 for low, high in static.coulomb_kinds]
             found.append(
                 LimitRow(
-                    scene.name, scene.family, scene.assembly.n_blocks, static.upper, (low + high) / 2,
+                    scene.name, scene.family, scene.assembly.n_blocks, static.upper, max(kinds), min(kinds),
                     bullet[scene.name],
                 )
             )  # fmt: skip

@@ -93,9 +93,9 @@ def ratios(rows: Sequence[LimitRow]) -> str:
 def finer_limits(rows: Sequence[LimitRow]) -> str:
     """Bullet's limits beside those with finer time steps, where these were asked for."""
     return table(
-        ["", "force fields [g]", "Coulomb [g]", "Bullet [g]", "Bullet, finer [g]"],
+        ["", "force fields [g]", "Coulomb, largest [g]", "least [g]", "Bullet [g]", "Bullet, finer [g]"],
         (
-            [row.name, f"{row.associated:.4f}", f"{row.coulomb:.4f}", f"{row.bullet:.4f}", f"{row.finer:.4f}"]
+            [row.name, *(f"{value:.4f}" for value in (row.associated, row.coulomb, row.least, row.bullet, row.finer))]
             for row in rows
             if row.finer is not None
         ),

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from blockstat import Outcome, assess, glued, read
+from blockstat import Assembly, Outcome, assess, box, glued, read
 from blockstat.analysis.coulomb import coulomb_state
 from blockstat.certificate.coulomb_state import RATE_ACCURACY, check_coulomb_state, loaded_points
 from evidence.checks.coulomb import check_displacements
@@ -104,6 +104,22 @@ def test_friction_that_does_not_oppose_slip():
         angle = random.choice([-1, 1]) * random.uniform(0.1, np.pi)
         force[k, 1:] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]] @ force[k, 1:]
         assert check_coulomb_state(program, force, state.displacement).friction_violation > RATE_ACCURACY
+
+
+def test_forces_of_more_than_a_million_weights():
+    # A slab between walls that are drawn into it with ten million times its weight: they balance by rounding alone.
+    ground = [box((-2, 0, -1), (3, 1, 0), name="ground"), box((-1, 0, 0), (0, 1, 1), name="left")]
+    blocks = [*ground, box((0, 0, 0), (1, 1, 1), name="slab"), box((1, 0, 0), (2, 1, 1), name="right")]
+    program = program_of(Assembly.from_blocks(blocks, supports=["ground", "left", "right"], friction=0.7))
+    state = coulomb_state(program)
+    assert state.settles
+    force, across = state.force.copy(), np.abs(program.matrix.toarray()[0, ::3]) > 0.5
+    force[across, 0] += 1e7
+    found = check_coulomb_state(program, force, state.displacement)
+    assert found.residual <= 1e-9
+    assert found.cone_violation <= 1e-9
+    assert found.total_force > 1e6
+    assert not found.proves_settled
 
 
 def test_numbers_that_are_none_prove_nothing(settled):

@@ -64,8 +64,7 @@ def test_wedges_slide_where_3dec_and_cra_let_them(cases, case, mu, axis, least, 
     asm = read(cases / f"cra_type_{case}__y0.json").with_(friction=mu)
     for degrees in (0.5 * least, least - 1.0, least - 0.3):
         assert assess(tilted(asm, axis, degrees), flow="coulomb").outcome is Outcome.STABLE
-    assert assess(tilted(asm, axis, most + 0.3), flow="coulomb").outcome is not Outcome.STABLE
-    for degrees in (most + 1.0, most + 3.0):
+    for degrees in (most + 0.3, most + 1.0, most + 3.0):
         assert assess(tilted(asm, axis, degrees), flow="coulomb").outcome in (SELF_STRESS, Outcome.UNSTABLE)
 
 
@@ -79,7 +78,8 @@ def test_next_to_its_limit_a_wedge_is_judged_right_or_not_at_all(cases, degrees)
 
 
 @pytest.mark.parametrize(
-    ("case", "degrees"), [("type_a__y0", 59.0), ("type_a__y0", 59.5), ("H", 0.0), ("shelf_stable", 0.0)]
+    ("case", "degrees"),
+    [("type_a__y0", 59.0), ("type_a__y0", 59.5), ("H", 0.0), ("A", 0.0), ("shelf", 0.0), ("shelf_stable", 0.0)],
 )
 def test_units_order_and_bases_do_not_matter(cases, case, degrees):
     asm = tilted(read(cases / f"cra_{case}.json").with_(friction=0.84), "x", degrees)
@@ -134,6 +134,13 @@ def test_vaults_that_stand_are_stable_at_any_greater_friction(cases, case):
         verdict = assess(read(cases / f"{case}.json").with_(friction=mu), flow="coulomb")
         assert verdict.outcome is Outcome.STABLE
         assert verdict.coulomb.solves <= MOST_SOLVES
+
+
+def test_rounding_does_not_move_blocks_that_turn_freely(cases):
+    # The fourth program of this vault has a state, and some of its blocks rest on two points about which they turn.
+    verdict = assess(read(cases / "asm_crossvault.json").with_(friction=0.6), flow="coulomb")
+    assert verdict.outcome is Outcome.STABLE
+    assert verdict.coulomb.solves <= 5
 
 
 def test_self_stress_names_the_blocks_that_it_holds(cases):

@@ -199,18 +199,15 @@ def coulomb_state(
 
 
 def _in_unequal_joints(program: PenaltyProgram, state: CoulombState, solver: str) -> CoulombState:
-    """Whether stiff joints of which each is open by another amount have a state, with the programs that are left.
+    """Whether stiff joints of which each is open by another amount have a state.
 
     Next to its limit an assembly hangs on where the joints are tight, and the answer is undecided.
     """
-    m, solves, seed = len(program.friction), state.solves, 0
-    while solves < MOST_SOLVES:
-        opening = 10.0 ** np.random.default_rng(seed).uniform(-UNEQUAL, UNEQUAL, m)
-        found = _search(program, [_Member(opening, FAMILY[0][1], np.zeros(m))], solver, MOST_SOLVES - solves)
-        solves, seed = solves + max(found.solves, 1), seed + 1
-        if found.settles:
-            return replace(state, settles=None, solves=solves, unequal=True)
-    return replace(state, solves=solves)
+    m = len(program.friction)
+    opening = 10.0 ** np.random.default_rng(0).uniform(-UNEQUAL, UNEQUAL, m)
+    found = _search(program, [_Member(opening, FAMILY[0][1], np.zeros(m))], solver, MOST_SOLVES - state.solves)
+    solves = state.solves + found.solves
+    return replace(state, settles=None, solves=solves, unequal=True) if found.settles else replace(state, solves=solves)
 
 
 def _search(program: PenaltyProgram, members: list[_Member], solver: str, most: int = MOST_SOLVES) -> CoulombState:

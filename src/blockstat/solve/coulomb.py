@@ -30,8 +30,11 @@ from blockstat.typing import Floats
 UNUSED = 1e-4
 #: Passes of the correction, each of them a factorisation, and of its refinement.
 MOST_PASSES, REFINEMENTS = 4, 3
-#: Stiffness of a point at least and at most, in units of 1 / c, in the correction alone: rounding decides about more.
-SOFT, STIFF = 1e-9, 10.0
+#: Normal stiffness of a point at most, in units of 1 / c, in the correction alone: rounding decides about more.
+STIFF = 10.0
+#: Stiffness of the ground in which blocks are bedded in the correction alone, in units of 1 / c: what turns freely
+#: about two points is not moved by rounding. It takes no force: each refinement starts from what the joints balance.
+BED = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +146,7 @@ def _corrected(
     with np.errstate(divide="ignore", invalid="ignore"):
         across = np.where(closing > 0, normal / closing, np.inf)
         along = np.where(slip > 0, tangent / slip, 0.0)
-    stiffness = np.clip(np.column_stack([across, along, along]) * compliance, SOFT, [[STIFF, 1.0, 1.0]]) / compliance
+    stiffness = np.minimum(np.column_stack([across, along, along]), [[STIFF, 1.0, 1.0]] / np.array(compliance))
     # The solver's digits end at the largest forces; small ones oppose their slip only after this.
     touching = np.arange(len(slip))[:, None] < program.n_points
     opposed = -np.minimum(along, 1.0 / compliance)[:, None] * rate[:, 1:]
@@ -153,7 +156,9 @@ def _corrected(
     found = force, displacement
     for _ in range(MOST_PASSES):
         try:
-            found = _balanced(program, force, displacement, np.where(live[:, None], stiffness, 0.0), live)
+            found = _balanced(
+                program, force, displacement, np.where(live[:, None], stiffness, 0.0), live, BED / compliance
+            )
         except ArithmeticError:
             break
         pulls = live & (found[0][:, 0] <= -FORCE_TOLERANCE * lighter)
@@ -164,13 +169,13 @@ def _corrected(
 
 
 def _balanced(
-    program: PenaltyProgram, force: Floats, displacement: Floats, stiffness: Floats, live: np.ndarray
+    program: PenaltyProgram, force: Floats, displacement: Floats, stiffness: Floats, live: np.ndarray, bed: float
 ) -> tuple[Floats, Floats]:
     """Forces of the live points that balance, and the displacements that go with the change."""
     matrix, weight = program.matrix, stiffness.reshape(-1)
     pair = np.repeat(program.point_blocks, 3, axis=0)
     equations = normal_equations(pair, len(program.load) // 6, 6)
-    equations.update(np.sqrt(weight)[:, None] * program.local)
+    equations.update(np.sqrt(weight)[:, None] * program.local, bed)
     flat = np.where(live[:, None], force, 0.0).reshape(-1)
     for _ in range(REFINEMENTS):
         step = equations.solve(matrix @ flat + program.load)
