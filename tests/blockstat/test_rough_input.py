@@ -96,7 +96,7 @@ def test_slips_in_a_scene_name_their_key(change, path):
 def test_a_scene_of_millions_of_bricks_is_refused_before_it_is_built():
     from blockstat import build
 
-    with pytest.raises(InputError, match=r"about .* blocks; at most"):
+    with pytest.raises(InputError, match=r"about .* blocks are asked for; at most"):
         build(scene_from(HUT | {"brick": {"length": 1e-3, "height": 1e-3}}))
 
 
