@@ -48,6 +48,7 @@ JOBS: Sequence[Job] = (
     page("dynamics_validation", 5, "pages.dynamics_validation"),
     page("hard", 2, "pages.hard"),
     page("fuzz", 20, "fuzz.run --scenes 20000 --limits 500 --jobs 2 --write docs/fuzz.md"),
+    page("sequences", 30, "pages.sequences --write"),
     page("gallery", 4, "pages.gallery", "docs/gallery/*.png"),
     page("scenes", 0.1, "pages.scene_language"),
     page("speed_error", 9, "benchmarks.speed_error --write", "docs/speed-error.png"),

@@ -58,9 +58,9 @@ if TYPE_CHECKING:
     from blockstat.result import Result, Sentence
     from blockstat.sensitivity.parameters import limit_load_gradient, score_gradient, stone_sensitivity
     from blockstat.sensitivity.vertices import PointGradient, limit_load_by_point, score_by_point, shared_points
-    from blockstat.sequence.exhaust import OrderCount, count_orders
+    from blockstat.sequence.courses import Course, CoursesOutcome, CoursesResult, build_by_courses
     from blockstat.sequence.lowering import Decentring, decentring
-    from blockstat.sequence.order import OrderOutcome, OrderResult, find_order
+    from blockstat.sequence.order import OrderCount, OrderOutcome, OrderResult, count_orders, find_order
     from blockstat.sequence.plan import Plan, PlanVerdict, Step, assess_plan, check_plan, read_plan, write_plan
     from blockstat.sequence.prop_sets import CentringOrder, fewest_props, least_centring
     from blockstat.sequence.props import (
@@ -114,28 +114,28 @@ __version__ = "0.1.0"
 __all__ = [
     "Assembly", "Assessment", "Block", "Bonds", "Bracket", "BracketOutcome", "Building", "Candidate",
     "CapacityCurve", "CapacityOutcome", "CapacityPoint", "CentringOrder", "Certificate", "Change", "CheckOutcome",
-    "Composition", "CoulombState", "Crack", "Decentring", "DirectionOutcome", "DirectionalLimits", "DomainOutcome",
-    "Dropped", "Falsework", "FalseworkOutcome", "FirstOrder", "FirstOrderOutcome", "Floor", "Foundation",
-    "Imperfections", "InputError", "InputWarning", "Interfaces", "JointLaw", "LimitLoad", "LimitState",
-    "LinearCheck", "LoadCase", "LoadDomain", "LoadOutcome", "Margin", "Memory", "MovingLoad", "MovingOutcome",
-    "NonlinearCheck", "OrderCount", "OrderOutcome", "OrderResult", "Outcome", "PathEvent", "PathOutcome", "Plan",
-    "PlanVerdict", "PointGradient", "ProofFile", "ProofOutcome", "Prop", "Random", "Range", "Reliability",
-    "ReliabilityOutcome", "RepairOutcome", "RepairReport", "Result", "RockingBlock", "Scene", "SearchOutcome",
-    "SearchResult", "Sentence", "Settlement", "SettlementOutcome", "SettlementPath", "Site", "Space",
-    "SpectrumTable", "Step", "SweepOutcome", "SweepResult", "ThrustOutcome", "ThrustRange", "Tie", "TieOutcome",
-    "TieRange", "Verdict", "acceleration", "anchor_plate", "assess", "assess_fully", "assess_plan", "assess_stages",
-    "assess_states", "assessment_html", "body_load", "box", "build", "capacity", "centring", "check_plan",
-    "count_orders", "decentring", "dispersed_load", "falsework", "fewest_props", "fill_load", "find_interfaces",
-    "find_order", "first_order", "fluid_pressure", "fragility", "friction_limit", "glued", "grid", "hoists",
-    "interactive_html", "latin_hypercube", "least_centring", "limit_load", "limit_load_by_direction",
-    "limit_load_by_point", "limit_load_gradient", "line_load", "linear_check", "load_case", "load_cases",
-    "load_domain", "load_scene", "mechanism_pose", "moving_load", "nonlinear_check", "overlaps", "parameters",
-    "patch_load", "plot", "plot_capacity", "plot_directions", "plot_forces", "plot_mechanism", "plot_plan",
-    "plot_removal", "plot_settlement", "plot_stone_sensitivity", "plot_thrust", "plot_utilisation", "plot_verdict",
-    "point_load", "prove", "prove_limit", "prove_verdict", "read", "read_plan", "reliability", "remove_each",
-    "repair", "scene_from", "scene_text", "score_by_point", "score_gradient", "search", "settle",
-    "settle_to_collapse", "settlement", "shared_points", "show",
-    "side_wall_friction", "space_of", "stone_sensitivity", "surface_load",
+    "Composition", "CoulombState", "Course", "CoursesOutcome", "CoursesResult", "Crack", "Decentring",
+    "DirectionOutcome", "DirectionalLimits", "DomainOutcome", "Dropped", "Falsework", "FalseworkOutcome",
+    "FirstOrder", "FirstOrderOutcome", "Floor", "Foundation", "Imperfections", "InputError", "InputWarning",
+    "Interfaces", "JointLaw", "LimitLoad", "LimitState", "LinearCheck", "LoadCase", "LoadDomain", "LoadOutcome",
+    "Margin", "Memory", "MovingLoad", "MovingOutcome", "NonlinearCheck", "OrderCount", "OrderOutcome",
+    "OrderResult", "Outcome", "PathEvent", "PathOutcome", "Plan", "PlanVerdict", "PointGradient", "ProofFile",
+    "ProofOutcome", "Prop", "Random", "Range", "Reliability", "ReliabilityOutcome", "RepairOutcome",
+    "RepairReport", "Result", "RockingBlock", "Scene", "SearchOutcome", "SearchResult", "Sentence", "Settlement",
+    "SettlementOutcome", "SettlementPath", "Site", "Space", "SpectrumTable", "Step", "SweepOutcome", "SweepResult",
+    "ThrustOutcome", "ThrustRange", "Tie", "TieOutcome", "TieRange", "Verdict", "acceleration", "anchor_plate",
+    "assess", "assess_fully", "assess_plan", "assess_stages", "assess_states", "assessment_html", "body_load",
+    "box", "build", "build_by_courses", "capacity", "centring", "check_plan", "count_orders", "decentring",
+    "dispersed_load", "falsework", "fewest_props", "fill_load", "find_interfaces", "find_order", "first_order",
+    "fluid_pressure", "fragility", "friction_limit", "glued", "grid", "hoists", "interactive_html",
+    "latin_hypercube", "least_centring", "limit_load", "limit_load_by_direction", "limit_load_by_point",
+    "limit_load_gradient", "line_load", "linear_check", "load_case", "load_cases", "load_domain", "load_scene",
+    "mechanism_pose", "moving_load", "nonlinear_check", "overlaps", "parameters", "patch_load", "plot",
+    "plot_capacity", "plot_directions", "plot_forces", "plot_mechanism", "plot_plan", "plot_removal",
+    "plot_settlement", "plot_stone_sensitivity", "plot_thrust", "plot_utilisation", "plot_verdict", "point_load",
+    "prove", "prove_limit", "prove_verdict", "read", "read_plan", "reliability", "remove_each", "repair",
+    "scene_from", "scene_text", "score_by_point", "score_gradient", "search", "settle", "settle_to_collapse",
+    "settlement", "shared_points", "show", "side_wall_friction", "space_of", "stone_sensitivity", "surface_load",
     "sweep", "tendon_load", "thrust_range", "tie_gain", "tie_range", "tilt_limit", "utilisation", "with_values",
     "write", "write_mechanism", "write_motion", "write_plan", "write_verdict",
 ]
@@ -188,11 +188,11 @@ _HOMES = {
         "result": "Result Sentence",
         "sensitivity.parameters": "limit_load_gradient score_gradient stone_sensitivity",
         "sensitivity.vertices": "PointGradient limit_load_by_point score_by_point shared_points",
-        "sequence.exhaust": "OrderCount count_orders",
         "sequence.props": "Falsework FalseworkOutcome Prop centring falsework hoists remove_each",
+        "sequence.courses": "Course CoursesOutcome CoursesResult build_by_courses",
         "sequence.lowering": "Decentring decentring",
         "sequence.prop_sets": "CentringOrder fewest_props least_centring",
-        "sequence.order": "OrderOutcome OrderResult find_order",
+        "sequence.order": "OrderCount OrderOutcome OrderResult count_orders find_order",
         "sequence.plan": "Plan PlanVerdict Step assess_plan check_plan read_plan write_plan",
         "sequence.stages": "assess_stages",
         "sequence.states": "assess_states",

@@ -134,7 +134,7 @@ REST = [{"install": ["right"], "hold": ["left", "right"]}, {"install": ["top"]}]
         ([{"hold": ["top"]}, *GOOD, *REST], 'step 0: block "top" is held, but is put in only at step 4'),
         ([*GOOD, REST[0]], 'block "top" is never put in; list it under "never_installed"'),
         ([*GOOD, {"install": ["tpo"]}, *REST], 'step 2: no block "tpo"'),
-        ([{"instal": ["base"]}], 'step 0: no key "instal"; keys are: install, hold, robots'),
+        ([{"instal": ["base"]}], 'step 0: no key "instal"; keys are: install, hold, in, out, robots'),
     ],
 )
 def test_a_bad_plan_gets_one_sentence_with_the_step(tmp_path, steps, sentence):

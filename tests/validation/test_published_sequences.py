@@ -52,3 +52,18 @@ def test_the_least_friction_at_which_every_step_stands(sequences, name):
     low, high = least_friction(whole, critical)
     assert low < high
     assert high == pytest.approx(expected, abs=2e-4)
+
+
+@pytest.mark.parametrize("name", FALL)
+def test_scores_found_around_a_change_are_those_of_the_whole(sequences, name):
+    """A state judged alone knows nothing of earlier ones, and its penalty program is solved as a whole."""
+    assembly = read(sequences / "dome72.json")
+    states = read_plan(sequences / f"{name}.json", assembly).states()
+    after_others = Whole(assembly, friction=0.55)
+    scores = [after_others.assess(*after_others.state_of(*state, "state")).score for state in states]
+    assert after_others.evidence.statistics["solved"] < 15
+    for k in FALL[name][0]:
+        alone = Whole(assembly, friction=0.55, interfaces=after_others.interfaces)
+        verdict = alone.assess(*alone.state_of(*states[k], "state"))
+        assert alone.evidence.statistics["nearby"] == 0
+        assert scores[k] == pytest.approx(verdict.score, rel=1e-5)

@@ -303,8 +303,9 @@ def unit_motion(assembly: Assembly, mechanism: Floats) -> Floats:
     array of float, shape (n_blocks, 6)
         The scaled twists; zero stays zero.
     """
-    fastest = corner_speed(assembly, mechanism).max(initial=0.0)
-    return mechanism / fastest if fastest > 0 else mechanism
+    if not mechanism.any():
+        return mechanism
+    return mechanism / corner_speed(assembly, mechanism).max()
 
 
 def relative_motion(assembly: Assembly, interfaces: Interfaces, mechanism: Floats) -> Floats:

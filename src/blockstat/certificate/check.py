@@ -326,8 +326,7 @@ def check(program: PenaltyProgram, force: Floats, twist: Floats) -> Certificate:
     """
     errors = force_errors(program, force)
     size = np.abs(twist).max(initial=0.0)
-    unit = twist / size if size > 0 else twist
-    work, closing = power(program, unit)
+    work, closing = power(program, twist / size) if size > 0 else (0.0, 0.0)
     required = 0.0
     if work > 0:
         required = np.inf if closing == 0 else work / closing / total_load(program)

@@ -8,61 +8,92 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from blockstat.cli.options import AsJson, FileArgument, Friction, Gap, Supports, Units, Up, gap_of, load, print_json
+from blockstat.cli.options import (
+    AsJson,
+    FileArgument,
+    Friction,
+    Gap,
+    Supports,
+    Units,
+    Up,
+    gap_of,
+    load,
+    numbers,
+    print_json,
+)
 from blockstat.errors import InputError
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
     from blockstat.result import Result
-    from blockstat.sequence.order import OrderResult
-    from blockstat.sequence.plan import PlanVerdict
+    from blockstat.sequence.courses import Along
+    from blockstat.sequence.plan import Plan, PlanVerdict
 
 #: Blocks that a line names.
 FEW = 5
 
 
+PlanFile = Annotated[Path | None, typer.Option("--plan", help="Judge this plan (.json), step by step.")]
+HeldAtMost = Annotated[
+    int | None, typer.Option(min=1, help="Search a plan in which never more than so many blocks are held.")
+]
+Remove = Annotated[
+    bool, typer.Option("--remove-each", help="Take out each block in turn: which may go, and what falls with it.")
+]
+Stages = Annotated[
+    bool, typer.Option("--stages", help="Judge the stages of the scene file, with the forces of its centrings.")
+]
+Courses = Annotated[bool, typer.Option("--courses", help="Build by courses: how few blocks must be held after each.")]
+Directions = Annotated[
+    list[str] | None,
+    typer.Option(help="X,Y,Z in which courses follow each other, or GROUP=X,Y,Z, repeated in the order of building."),
+]
+Output = Annotated[
+    Path | None, typer.Option("-o", "--output", help="The plan found (.json), or a picture (.png, .svg, .pdf).")
+]
+Page = Annotated[bool, typer.Option("--page", help="Open the steps of a plan on a page, with a slider.")]
+Flow = Annotated[str, typer.Option(help="associated, or coulomb: no dilatancy and no self-stress.")]
+Reserve = Annotated[bool, typer.Option("--reserve", help="Also the least friction at which every step stands.")]
+Seconds = Annotated[float | None, typer.Option(help="Stop searching after so long; Ctrl-C does so, too.")]
+Insertion = Annotated[
+    bool, typer.Option("--insertion", help="Blocks must come in by a straight motion that collides with nothing.")
+]
+JournalFile = Annotated[
+    Path | None, typer.Option(help="Keep each judged state in this file; a search that was ended goes on from it.")
+]
+
+
 def sequence(
     file: FileArgument,
-    plan: Annotated[Path | None, typer.Option(help="Judge this plan (.json), step by step.")] = None,
-    held_at_most: Annotated[
-        int | None, typer.Option(min=1, help="Search a plan in which never more than so many blocks are held.")
-    ] = None,
-    remove: Annotated[
-        bool, typer.Option("--remove-each", help="Take out each block in turn: which may go, and what falls with it.")
-    ] = False,
-    stages: Annotated[
-        bool, typer.Option("--stages", help="Judge the stages of the scene file, with the forces of its centrings.")
-    ] = False,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="The plan found (.json), or a picture (.png, .svg, .pdf).")
-    ] = None,
-    page: Annotated[bool, typer.Option("--page", help="Open the steps of a plan on a page, with a slider.")] = False,
+    plan: PlanFile = None,
+    held_at_most: HeldAtMost = None,
+    remove: Remove = False,
+    stages: Stages = False,
+    courses: Courses = False,
+    along: Directions = None,
+    output: Output = None,
+    page: Page = False,
     friction: Friction = None,
     supports: Supports = None,
     units: Units = None,
     up: Up = None,
     gap: Gap = None,
-    flow: Annotated[str, typer.Option(help="associated, or coulomb: no dilatancy and no self-stress.")] = "associated",
-    reserve: Annotated[
-        bool, typer.Option("--reserve", help="Also the least friction at which every step stands.")
-    ] = False,
-    seconds: Annotated[float | None, typer.Option(help="Stop searching after so long; Ctrl-C does so, too.")] = None,
-    insertion: Annotated[
-        bool, typer.Option("--insertion", help="Blocks must come in by a straight motion that collides with nothing.")
-    ] = False,
-    journal: Annotated[
-        Path | None, typer.Option(help="Keep each judged state in this file; a search that was ended goes on from it.")
-    ] = None,
+    flow: Flow = "associated",
+    reserve: Reserve = False,
+    seconds: Seconds = None,
+    insertion: Insertion = False,
+    journal: JournalFile = None,
     as_json: AsJson = False,
 ) -> None:
     """Judge the steps in which an assembly is built, or search an order with few held blocks."""
     from blockstat.contact.interfaces import GAP
+    from blockstat.sequence.courses import build_by_courses
     from blockstat.sequence.order import find_order
     from blockstat.sequence.plan import assess_plan, read_plan
     from blockstat.sequence.stages import assess_stages
 
-    if (plan is not None) + (held_at_most is not None) + remove + stages != 1:
-        raise InputError("give one of --plan PLAN.json, --held-at-most K, --remove-each and --stages")
+    if (plan is not None) + (held_at_most is not None) + remove + stages + courses != 1:
+        raise InputError("give one of --plan PLAN.json, --held-at-most K, --courses, --remove-each and --stages")
     assembly = load(file, friction=friction, gravity=None, tilt=None, supports=supports, units=units, up=up)
     options: dict[str, Any] = {"gap": GAP if gap is None else gap_of(gap), "flow": flow}
     head = {"file": str(file)}
@@ -75,23 +106,43 @@ def sequence(
         result = judged = assess_plan(assembly, read_plan(plan, assembly), reserve=reserve, **options)
         head["verdict"] = judged.outcome.word
         _show(assembly, judged, output, page)
+    elif courses:
+        _refuse_flow(flow)
+        limits: dict[str, Any] = {"gap": options["gap"], "seconds": seconds, "journal": journal}
+        result = built = build_by_courses(assembly, along=_along(along), **limits)
+        _write(built.plan, file, output)
     else:
         options |= {"held_at_most": held_at_most, "seconds": seconds, "insertion": insertion, "journal": journal}
         result = found = find_order(assembly, **options)
-        _write(found, file, output)
+        _write(found.plan, file, output)
     if as_json:
         print_json({**head, **result.summary()})
     else:
         typer.echo(result.explain())
 
 
-def _write(found: OrderResult, file: Path, output: Path | None) -> None:
+def _refuse_flow(flow: str) -> None:
+    if flow != "associated":
+        raise InputError(f'--courses has flow "associated" alone, not "{flow}"; judge its plan with --plan and --flow')
+
+
+def _along(given: list[str] | None) -> Along:
+    """The directions of courses: one, or one a group."""
+    form = "X,Y,Z or GROUP=X,Y,Z"
+    split = [text.rpartition("=") for text in given or ()]
+    if len(split) > 1 and not all(group for group, _, _ in split):
+        raise InputError("--along is given twice; without GROUP= there is one direction for all")
+    directions = {group: numbers(direction, 3, "--along", form) for group, _, direction in split}
+    return directions.get("", directions or None)
+
+
+def _write(plan: Plan | None, file: Path, output: Path | None) -> None:
     """Write the plan that was found; it names the assembly beside it, or where that is."""
     from blockstat.sequence.plan import write_plan
 
-    if output is not None and found.plan is not None:
+    if output is not None and plan is not None:
         named = file.name if file.parent.resolve() == output.parent.resolve() else str(file.resolve())
-        write_plan(replace(found.plan, assembly=named), output)
+        write_plan(replace(plan, assembly=named), output)
 
 
 def _show(assembly: Assembly, judged: PlanVerdict, output: Path | None, page: bool) -> None:

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from time import process_time
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.contact.interfaces import GAP
 from blockstat.errors import InputError, known_options, no_such
 from blockstat.result import Result, finite
+from blockstat.sequence.props import Falsework, FalseworkOutcome, Prop, falls_on_props, held_by_props
 from blockstat.sequence.states import Whole
 from blockstat.system.reading import text_of
 from blockstat.system.writing import written_whole
@@ -18,6 +23,9 @@ from blockstat.system.writing import written_whole
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
+#: What a plan and a step may say; who holds a block ("robots") makes no difference.
+KEYS = ("steps", "boundary", "never_installed", "name", "assembly", "props")
+STEP_KEYS = ("install", "hold", "in", "out", "robots")
 #: Brackets of the least friction are narrowed to this.
 FRICTION_STEP = 1e-5
 #: Friction beyond which none helps: the cone is a half-space but for a hundredth of a degree.
@@ -30,6 +38,8 @@ class Step:
 
     install: tuple[str, ...] = ()  #: blocks put in now
     hold: tuple[str, ...] = ()  #: blocks held at the end of the step
+    props_in: tuple[str, ...] = ()  #: props set up now, by the names that the plan gives them
+    props_out: tuple[str, ...] = ()  #: props taken away now
 
 
 @dataclass(frozen=True)
@@ -42,11 +52,26 @@ class Plan:
     name: str = "plan"
     assembly: str = ""  #: the file of the assembly
     metadata: dict[str, Any] = field(default_factory=dict)  #: other keys of the file
+    props: Mapping[str, Prop] = field(default_factory=dict)  #: struts that push and never pull, by name
 
     @property
     def most_held(self) -> int:
         """The largest number of blocks held at once."""
         return max((len(step.hold) for step in self.steps), default=0)
+
+    def standing_props(self) -> list[tuple[str, ...]]:
+        """Return the props that stand after each step.
+
+        Returns
+        -------
+        list of tuple of str
+            Their names, one tuple a step.
+        """
+        standing, found = dict[str, None](), []
+        for step in self.steps:
+            standing = {name: None for name in (*standing, *step.props_in) if name not in step.props_out}
+            found.append(tuple(standing))
+        return found
 
     def states(self) -> list[tuple[tuple[str, ...], tuple[str, ...]]]:
         """Return the blocks present and fixed after each step.
@@ -71,6 +96,8 @@ def read_plan(path: str | Path, assembly: Assembly) -> Plan:
     path : str or Path
         A JSON file with `steps`, a list of `{"install": [...], "hold": [...]}`, and perhaps `boundary`,
         `never_installed`, `name` and `assembly`. Blocks are given by name; a number stands for the name of that number.
+        `props` gives struts by name, `{"block": ..., "point": [x, y, z], "direction": [x, y, z]}`; steps set them up
+        with `in` and take them away with `out`, lists of these names.
     assembly : Assembly
         The blocks.
 
@@ -93,7 +120,8 @@ def read_plan(path: str | Path, assembly: Assembly) -> Plan:
             _names(data.get("never_installed", ())),
             str(data.get("name", Path(path).stem)),
             str(data.get("assembly", "")),
-            {k: v for k, v in data.items() if k not in ("steps", "boundary", "never_installed", "name", "assembly")},
+            {k: v for k, v in data.items() if k not in KEYS},
+            {str(name): _prop(str(name), prop) for name, prop in data.get("props", {}).items()},
         )
         check_plan(plan, assembly)
     except OSError as error:
@@ -108,10 +136,24 @@ def read_plan(path: str | Path, assembly: Assembly) -> Plan:
 
 
 def _step(step: dict[str, Any], number: int) -> Step:
-    unknown = set(step) - {"install", "hold", "robots"}
+    unknown = set(step) - set(STEP_KEYS)
     if unknown:
-        raise InputError(f"step {number}: {no_such('key', min(unknown), ('install', 'hold', 'robots'))}")
-    return Step(_names(step.get("install", ())), _names(step.get("hold", ())))
+        raise InputError(f"step {number}: {no_such('key', min(unknown), STEP_KEYS)}")
+    return Step(*(_names(step.get(key, ())) for key in ("install", "hold", "in", "out")))
+
+
+def _prop(name: str, given: Any) -> Prop:
+    try:
+        point, direction = (tuple(float(x) for x in given[key]) for key in ("point", "direction"))
+        prop = Prop(str(given["block"]), point, direction)  # type: ignore[arg-type]
+        assert set(given) == {"block", "point", "direction"}
+        assert len(point) == len(direction) == 3
+        assert 0 < np.linalg.norm(direction) < np.inf
+        assert np.isfinite(point).all()
+    except (KeyError, TypeError, ValueError, AssertionError):
+        form = '{"block": NAME, "point": [x, y, z], "direction": [x, y, z]}'
+        raise InputError(f'prop "{name}" is {given!r}; it must read {form}') from None
+    return prop
 
 
 def _names(given: Any) -> tuple[str, ...]:
@@ -134,10 +176,18 @@ def write_plan(plan: Plan, path: str | Path) -> None:
         "name": plan.name, "assembly": plan.assembly, **plan.metadata,
         "boundary": plan.boundary, "never_installed": plan.never_installed,
     }  # fmt: skip
-    rows = [json.dumps({"install": step.install, "hold": step.hold}) for step in plan.steps]
+    if plan.props:
+        head["props"] = {name: asdict(prop) for name, prop in plan.props.items()}
+    rows = [json.dumps(_row(step)) for step in plan.steps]
     top = json.dumps(head)[:-1]
     with written_whole(path) as place:
         place.write_text(top + ', "steps": [\n' + ",\n".join(rows) + "\n]}\n")
+
+
+def _row(step: Step) -> dict[str, tuple[str, ...]]:
+    """A step as it is written; props where there are some."""
+    row = {"install": step.install, "hold": step.hold}
+    return row | {key: names for key, names in (("in", step.props_in), ("out", step.props_out)) if names}
 
 
 def check_plan(plan: Plan, assembly: Assembly) -> None:
@@ -154,7 +204,8 @@ def check_plan(plan: Plan, assembly: Assembly) -> None:
     ------
     InputError
         One sentence with the step: for a block that is unknown, put in twice, held or let go before it is put in, held
-        twice, or never put in.
+        twice, or never put in; for a prop that is unknown, set up twice, taken away before it is set up, or set up
+        under a block that is not there.
     """
     since: dict[str, str] = {}
     for where, blocks in (("the boundary", plan.boundary), ("never_installed", plan.never_installed)):
@@ -174,6 +225,7 @@ def check_plan(plan: Plan, assembly: Assembly) -> None:
                 raise InputError(f'step {k}: block "{block}" is held, but {later}')
         if len(set(step.hold)) < len(step.hold):
             raise InputError(f"step {k}: a block is held twice")
+    _check_props(plan, assembly)
     missing = [name for name in assembly.names if name not in since and name not in plan.never_installed]
     if missing:
         more = f" (nor are {len(missing) - 1} more)" if len(missing) > 1 else ""
@@ -194,20 +246,45 @@ def _check_put_in(plan: Plan, number: int, block: str, since: dict[str, str]) ->
         raise InputError(f'step {number}: block "{block}" is put in, but listed as never installed')
 
 
+def _check_props(plan: Plan, assembly: Assembly) -> None:
+    for name, prop in plan.props.items():
+        _check_names(assembly, f'prop "{name}"', (prop.block,))
+    standing = set[str]()
+    for k, (step, (present, _)) in enumerate(zip(plan.steps, plan.states(), strict=True)):
+        for name in (*step.props_in, *step.props_out):
+            if name not in plan.props:
+                raise InputError(f"step {k}: {no_such('prop', name, plan.props)}")
+        for name in step.props_in:
+            if name in standing:
+                raise InputError(f'step {k}: prop "{name}" is set up, but stands already')
+            block = plan.props[name].block
+            if block not in present:
+                raise InputError(f'step {k}: prop "{name}" is under block "{block}", which is not put in yet')
+            standing.add(name)
+        for name in step.props_out:
+            if name not in standing:
+                raise InputError(f'step {k}: prop "{name}" is taken away, but does not stand')
+            standing.remove(name)
+
+
 @dataclass(frozen=True, eq=False)
 class PlanVerdict(Result):
     """The verdicts on the steps of a plan."""
 
     outcome: Outcome  #: stable when every step is, else that of the first step which is not
     plan: Plan
-    verdicts: tuple[Verdict, ...]  #: one a step
+    verdicts: tuple[Verdict, ...]  #: one a step, without props
+    outcomes: tuple[Outcome, ...]  #: one a step, with its props
     friction: float
     least_friction: tuple[float, float] | None = None  #: some step falls at the first, all stand at the second
+    seconds: float = 0.0  #: process time of the verdicts, without the search for joints
+    #: the least total force of the props of a step that does not stand without them; None elsewhere
+    falsework: tuple[Falsework | None, ...] = ()
 
     @property
     def first_fall(self) -> int | None:
         """The number of the first step that is not stable; None where all are."""
-        return next((k for k, v in enumerate(self.verdicts) if v.outcome is not Outcome.STABLE), None)
+        return next((k for k, outcome in enumerate(self.outcomes) if outcome is not Outcome.STABLE), None)
 
     def rows(self) -> list[dict[str, Any]]:
         """Return one row a step.
@@ -215,23 +292,27 @@ class PlanVerdict(Result):
         Returns
         -------
         list of dict
-            With `step`, `install`, `present` (fixed blocks among them), `held`, `verdict`, `score` and `moving`.
+            With `step`, `install`, `present` (fixed blocks among them), `held`, `verdict`, `score` and `moving`; where
+            the plan has props also `props`, and `prop_force`, the least force of each [N] if they are needed.
         """
         found = []
-        for k, (step, verdict, state) in enumerate(
-            zip(self.plan.steps, self.verdicts, self.plan.states(), strict=True)
-        ):
-            found.append(
-                {
-                    "step": k,
-                    "install": list(step.install),
-                    "present": list(dict.fromkeys(state[0])),
-                    "held": list(step.hold),
-                    "verdict": verdict.outcome.word,
-                    "score": finite(verdict.score),
-                    "moving": [verdict.assembly.names[i] for i in verdict.moving],
-                }
-            )
+        states, props = self.plan.states(), self.plan.standing_props()
+        for k, (step, verdict) in enumerate(zip(self.plan.steps, self.verdicts, strict=True)):
+            propped = self.falsework[k] if self.falsework else None
+            stands = self.outcomes[k] is Outcome.STABLE
+            row: dict[str, Any] = {
+                "step": k,
+                "install": list(step.install),
+                "present": list(dict.fromkeys(states[k][0])),
+                "held": list(step.hold),
+                "verdict": self.outcomes[k].word,
+                "score": 0.0 if stands and propped is not None else finite(verdict.score),
+                "moving": [] if stands else [verdict.assembly.names[i] for i in verdict.moving],
+            }
+            if self.plan.props:
+                row["props"] = list(props[k])
+                row["prop_force"] = None if propped is None else [finite(force) for force in propped.force]
+            found.append(row)
         return found
 
     def summary(self) -> dict[str, Any]:
@@ -248,6 +329,7 @@ class PlanVerdict(Result):
             "friction": finite(self.friction),
             "held_at_most": self.plan.most_held,
             "first_fall": self.first_fall,
+            "seconds": self.seconds,
             "least_friction": self.least_friction and [finite(value) for value in self.least_friction],
             "steps": self.rows(),
         }
@@ -268,7 +350,9 @@ class PlanVerdict(Result):
         rows = self.rows()
         bad = [row for row in rows if row["verdict"] != "stable"]
         held = self.plan.most_held
-        lines = [f"{self.plan.name}: {len(rows)} steps, at most {held} held, friction {self.friction:g}"]
+        each = 1e3 * self.seconds / max(len(rows), 1)
+        head = f"{self.plan.name}: {len(rows)} steps, at most {held} held, friction {self.friction:g}"
+        lines = [f"{head}; {each:.1f} ms a step"]
         if not bad:
             lines.append("Every step is stable.")
         else:
@@ -279,6 +363,9 @@ class PlanVerdict(Result):
             moving = ", ".join(row["moving"][:limit]) + (" ..." if len(row["moving"]) > limit else "")
             held_now = ", ".join(row["held"]) or "nothing"
             lines.append(f"{row['step']:>5} {row['verdict']:<10} {score:>9}  {held_now}; {moving}")
+        loads = [one.peak for one in self.falsework if one is not None and one.outcome is FalseworkOutcome.HELD]
+        if loads:
+            lines.append(f"{len(loads)} steps stand on props; these props carry at most {max(loads):.6g} N each.")
         if self.least_friction is not None:
             low, high = self.least_friction
             reserve = self.friction / high if high > 0 else float("inf")
@@ -305,7 +392,7 @@ def assess_plan(
     plan : Plan
         The plan; it is checked first.
     friction, flow, gap
-        As of `assess_states`.
+        As of `assess_states`. A step that stands only on its props is judged by limit analysis whatever the flow.
     reserve : bool, optional
         Whether the least friction at which every step stands is sought, too. It takes the time of a second run.
 
@@ -332,10 +419,33 @@ def assess_plan(
     check_plan(plan, assembly)
     whole = Whole(assembly, friction=friction, gap=gap)
     states = [whole.state_of(*state, f"step {k}") for k, state in enumerate(plan.states())]
+    if plan.props and reserve:
+        raise InputError("reserve=True is for plans without props")
+    began = process_time()
     verdicts = tuple(whole.assess(*state, flow=flow) for state in states)
-    worst = next((v.outcome for v in verdicts if v.outcome is not Outcome.STABLE), Outcome.STABLE)
+    propped = [_on_props(whole, plan, k, verdict, states[k]) for k, verdict in enumerate(verdicts)]
+    seconds = process_time() - began
+    outcomes, falsework = zip(*propped, strict=True) if propped else ((), ())
+    worst = next((outcome for outcome in outcomes if outcome is not Outcome.STABLE), Outcome.STABLE)
     least = least_friction(whole, states) if reserve else None
-    return PlanVerdict(worst, plan, verdicts, whole.assembly.friction, least)
+    return PlanVerdict(worst, plan, verdicts, outcomes, whole.assembly.friction, least, seconds, falsework)
+
+
+def _on_props(
+    whole: Whole, plan: Plan, step: int, verdict: Verdict, state: tuple[np.ndarray, np.ndarray]
+) -> tuple[Outcome, Falsework | None]:
+    """The outcome of a step with its props, and their least total force where it does not stand without them."""
+    assembly, (present, fixed) = whole.assembly, state
+    standing = [plan.props[name] for name in plan.standing_props()[step]] if plan.props else []
+    there, held = ([name for name, on in zip(assembly.names, mask, strict=True) if on] for mask in (present, fixed))
+    props = [prop for prop in standing if prop.block not in held]  # a held block loads no prop
+    if verdict.outcome is Outcome.STABLE or not props:
+        return verdict.outcome, None
+    options: dict[str, Any] = {"interfaces": whole.interfaces, "gap": whole.gap, "least": "total"}
+    problem, found, twist = held_by_props(assembly, (there, held), props, **options)
+    if found.outcome is FalseworkOutcome.HELD:
+        return Outcome.STABLE, found
+    return Outcome.UNSTABLE if falls_on_props(problem, props, twist) else Outcome.UNDECIDED, found
 
 
 def least_friction(whole: Whole, states: list[Any]) -> tuple[float, float]:

@@ -19,7 +19,7 @@ from scipy import sparse
 
 from blockstat.analysis.problem import Problem
 from blockstat.analysis.verdict import Verdict
-from blockstat.certificate.check import force_errors
+from blockstat.certificate.check import FORCE_LIMIT, force_errors, power
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError, check_choice, known_options
 from blockstat.program.penalty import PenaltyProgram
@@ -328,6 +328,32 @@ def pushes_of(problem: Problem, props: Sequence[Prop]) -> Floats:
     own = wrench[problem.eq.blocks]
     own[:, 3:] /= problem.program.length_unit
     return own.reshape(6 * len(own), len(props))
+
+
+def falls_on_props(problem: Problem, props: Sequence[Prop], twist: Floats) -> bool:
+    """Return whether a twist is a mechanism of a state that neither joints nor props resist.
+
+    Parameters
+    ----------
+    problem : Problem
+        The state.
+    props : sequence of Prop
+        Its props.
+    twist : array of float, shape (6 n,)
+        In the units of the program, as `held_by_props` gives it.
+
+    Returns
+    -------
+    bool
+        True where it would take forces beyond `FORCE_LIMIT` weights to resist it, as of a verdict.
+    """
+    size = np.abs(twist).max(initial=0.0)
+    if problem.program is None or not size > 0:
+        return False
+    unit = twist / size
+    work, closing = power(problem.program, unit)
+    pushed = -float((pushes_of(problem, props).T @ unit).min(initial=0.0))
+    return work > max(closing, pushed) * FORCE_LIMIT * problem.program.total_load
 
 
 @known_options

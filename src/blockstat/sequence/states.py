@@ -29,7 +29,7 @@ from blockstat.errors import InputError, check_choice, known_options, no_such
 from blockstat.program.equilibrium import Columns, Equilibrium, equilibrium, split_floating, weight
 from blockstat.program.penalty import PenaltyProgram, penalty_program
 from blockstat.program.planar import find_plane
-from blockstat.sequence.nearby import nearby_evidence
+from blockstat.sequence.nearby import AT_REST, nearby_evidence, nearby_optimum, unbalanced
 from blockstat.solve.answer import Answer, Status
 from blockstat.typing import Floats, Ints
 
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 State = tuple[Sequence[str], Sequence[str]]
 #: Force fields and mechanisms of earlier states that are tried on the next one.
 FIELDS, MECHANISMS = 2, 4
-#: Blocks from which it pays to look around a change first: for forces and mechanisms, and for forces alone.
+#: Blocks from which earlier forces are tried before a solve, and from which forces are looked for around a change.
 FEW, MANY = 12, 120
 
 
@@ -216,7 +216,13 @@ class Whole:
         return np.array([self._number[name] for name in names], dtype=np.int64)
 
     def assess(
-        self, present: np.ndarray, fixed: np.ndarray, *, flow: str = "associated", score: bool = True
+        self,
+        present: np.ndarray,
+        fixed: np.ndarray,
+        *,
+        flow: str = "associated",
+        score: bool = True,
+        stands: bool = False,
     ) -> Verdict:
         """Return the verdict on one state.
 
@@ -226,6 +232,8 @@ class Whole:
             Which blocks are there, and which of them cannot move.
         flow, score
             As in `assess_states`.
+        stands
+            Whether the state is likely to stand; it makes no difference but in time.
 
         Returns
         -------
@@ -233,7 +241,7 @@ class Whole:
             The certified verdict.
         """
         problem, points = self.problem(present & ~fixed, present)
-        self.evidence.state(problem, points, score=score)
+        self.evidence.state(problem, points, score=score, stands=stands)
         guess = self.evidence.guess()
         return judged(problem, flow=flow, memory=self.evidence, score=score, reserve=False, guess=guess)
 
@@ -332,7 +340,7 @@ class Evidence(Memory):
         self._n_blocks, self._n_points = n_blocks, n_points
         self._forces: list[Floats] = []
         self._motions: list[Floats] = []
-        self._points, self._score = np.empty(0, dtype=np.int64), True
+        self._points, self._score, self._stands = np.empty(0, dtype=np.int64), True, False
         self._problem: Problem | None = None
         self._pinned = False
 
@@ -340,7 +348,7 @@ class Evidence(Memory):
         """Keep the last forces to begin with: the next states are neighbours of this one, not of each other."""
         self._pinned = bool(self._forces)
 
-    def state(self, problem: Problem, points: Ints, *, score: bool) -> None:
+    def state(self, problem: Problem, points: Ints, *, score: bool, stands: bool = False) -> None:
         """Say which state is judged next.
 
         Parameters
@@ -351,8 +359,10 @@ class Evidence(Memory):
             The number of each of its contact points among those of the whole.
         score : bool
             Whether a score is asked for, which no earlier mechanism has.
+        stands : bool, optional
+            Whether the state is likely to stand.
         """
-        self._problem, self._score = problem, score
+        self._problem, self._score, self._stands = problem, score, stands
         self._points = points[problem.eq.points]
 
     def guess(self) -> Floats | None:
@@ -386,11 +396,20 @@ class Evidence(Memory):
             return None
         for force in self._forces:
             own = force[self._points] / program.force_unit
+            if unbalanced(program, own).any():
+                continue
             found = _recalled(program, own, 0 * program.load, "forces")
             if outcome_of(found.certificate) is Outcome.STABLE:
                 self.statistics["forces"] += 1
                 return found
-        for motion in () if self._score else self._motions:
+        fallen = self._recall_mechanism(problem, program)
+        if fallen is not None and not self._score:
+            return fallen
+        return self._recall_nearby(program, fallen)
+
+    def _recall_mechanism(self, problem: Problem, program: PenaltyProgram) -> Answer | None:
+        """An earlier mechanism that is one of this state."""
+        for motion in self._motions:
             if not motion[problem.eq.blocks].any():
                 continue
             twist = (motion[problem.eq.blocks] * np.repeat([1.0, program.length_unit], 3)).reshape(-1)
@@ -399,18 +418,23 @@ class Evidence(Memory):
                 continue
             found = _recalled(program, np.zeros((len(program.friction), 3)), twist, "mechanism")
             if outcome_of(found.certificate) is Outcome.UNSTABLE:
-                self.statistics["mechanism"] += 1
+                self.statistics["mechanism"] += not self._score
                 return found
-        return self._recall_nearby(program)
+        return None
 
-    def _recall_nearby(self, program: PenaltyProgram) -> Answer | None:
-        """The evidence around what has changed since the last forces."""
-        if not self._forces or len(program.load) < 6 * (MANY if self._score else FEW):
+    def _recall_nearby(self, program: PenaltyProgram, fallen: Answer | None) -> Answer | None:
+        """The evidence around what has changed since the last forces, or with the score of a known mechanism."""
+        n = len(program.load) // 6
+        if not self._forces or n < FEW:
             return None
         own = self._forces[0][self._points] / program.force_unit
-        for force, twist in nearby_evidence(program, own, mechanisms=not self._score):
-            kind = "mechanism" if twist.any() else "forces"
-            found = _recalled(program, force, twist, kind)
+        if fallen is None:
+            proposed = nearby_evidence(program, own, small=n < MANY, score=self._score, stands=self._stands)
+        else:
+            speed = np.linalg.norm(fallen.twist.reshape(n, 6), axis=1)
+            proposed = nearby_optimum(program, own, speed > AT_REST * speed.max())
+        for one in proposed:
+            found = _recalled(program, one.force, one.twist, "forces", one.adhesion)
             outcome = outcome_of(found.certificate)
             if outcome is not Outcome.UNDECIDED:
                 self.statistics["nearby"] += 1
@@ -443,10 +467,12 @@ class Evidence(Memory):
             self._motions = [self._problem.to_blocks(answer.twist), *self._motions][:MECHANISMS]
 
 
-def _recalled(program: PenaltyProgram, force: Floats, twist: Floats, kind: str) -> Answer:
+def _recalled(
+    program: PenaltyProgram, force: Floats, twist: Floats, kind: str, adhesion: Floats | None = None
+) -> Answer:
     checked = certificate.check(program, force, twist)
-    unknown = np.full(program.n_points, np.nan)
-    return Answer(force, twist, Status.RECALLED, 0, f"earlier {kind}", adhesion=unknown, certificate=checked)
+    own = np.full(program.n_points, np.nan) if adhesion is None else adhesion
+    return Answer(force, twist, Status.RECALLED, 0, f"earlier {kind}", adhesion=own, certificate=checked)
 
 
 def _of_state(pairs: Ints, free: np.ndarray, present: np.ndarray) -> np.ndarray:

@@ -31,8 +31,9 @@ STEP, LEAST = 0.95, 0.2
 #: Points with a slack of many weights move no further for more: forces are compared with this many mean weights.
 SATURATED = 10.0
 MOST = 25  #: factorisations
-#: Of the search for a motion that opens every joint: factorisations, and its proximal terms.
-MOST_OPENING, OPENING_PULL = 10, 1e-9
+#: Of the search for a motion that opens every joint: factorisations, its proximal terms, and the slack of a row that
+#: touches all blocks, next to 1 of the others.
+MOST_OPENING, OPENING_PULL, FREE = 10, 1e-9, 1e6
 BALANCED = 1e-13  #: of the largest load, what may be left unbalanced
 #: Joints whose normal makes less than this cosine with the loads carry nothing down.
 STEEP = 0.1
@@ -163,7 +164,8 @@ def find_motion(program: ConicProgram, kkt: KktSolver) -> tuple[Floats | None, i
         How many it took.
     """
     cones, x, s = kkt.cones, 0 * program.cost, kkt.cones.unit.copy()
-    two_blocks = np.arange(len(s)) < len(program.local)  # the border is left out
+    two_blocks = np.arange(len(s)) < len(program.local)
+    s[~two_blocks] = FREE  # the border holds nothing back
     for k in range(1, MOST_OPENING + 1):
         kkt.update(cones.scaling(s, cones.quotient(s, cones.unit)), pull=OPENING_PULL, shift=OPENING_PULL)
         rest = np.where(two_blocks, program.matrix @ x + s, 0.0)

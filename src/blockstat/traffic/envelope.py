@@ -20,15 +20,15 @@ from blockstat.analysis.problem import Problem
 from blockstat.analysis.thrust import standing
 from blockstat.analysis.verdict import unit_motion
 from blockstat.certificate import check as certificate
-from blockstat.certificate.interior_motions import with_interior_motion
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError, known_options
 from blockstat.loading.faces import selected, up_of
 from blockstat.loading.on_faces import facing
+from blockstat.program.conic import conic_program
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.result import Result, Sentence, finite
-from blockstat.solve.answer import Status
 from blockstat.solve.penalty import solve_penalty
+from blockstat.solve.phase_one import find_forces
 from blockstat.traffic.places import Road, road_along, train_loads
 from blockstat.typing import Floats, Ints
 
@@ -262,29 +262,19 @@ class _Search:
                 left[k] = False
 
     def _bears(self, k: int, goal: float) -> bool:
-        """Whether forces carry a multiplier at a place; a mechanism that moves there bounds all places."""
-        guess = self._borrowed(k, goal)
+        """Whether forces are found that carry a multiplier at a place; finding none proves nothing."""
+        guess, nothing = self._borrowed(k, goal), np.zeros_like(self.program.load)
         at = replace(self.program, load=self.program.load + goal * self.loads[k])
-        force, nothing = certificate.balance(at, guess), np.zeros_like(at.load)
+        conic = conic_program(at, -at.load)
+        found = find_forces(conic, conic.multipliers(guess), stands=True).found if conic.has_structure else None
+        if found is None:
+            force = solve_penalty(at, solver=self.solver, motions=self.problem.motions, score=False, guess=guess).force
+        else:
+            force = certificate.balance(at, conic.forces(found))
         if not certificate.check(at, force, nothing).proves_stable:
-            motions = self.problem.motions
-            answer = solve_penalty(at, solver=self.solver, motions=motions, score=False, guess=guess)
-            force = answer.force
-            if answer.status is Status.MECHANISM:
-                self._bound(answer.twist, k)
-                return False
-            if not certificate.check(at, force, nothing).proves_stable:
-                return False
+            return False
         self.lower[k], self.fields[k] = goal, force
         return True
-
-    def _bound(self, twist: Floats, k: int) -> None:
-        """Bound all places from above by a mechanism that moves at one of them."""
-        twist = with_interior_motion(self.program, twist, self.problem.motions())
-        work = float(self.loads[k] @ twist)
-        done, closing = certificate.power(self.program, twist)
-        if work > 0 and closing == 0.0:
-            self._note(twist, -done / work, k)
 
     def _borrowed(self, k: int, goal: float) -> Floats:
         """The forces of the nearest place with some, mixed with those under the dead load to carry a multiplier."""

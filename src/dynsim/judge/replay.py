@@ -153,7 +153,7 @@ def sequence(
     Raises
     ------
     InputError
-        For a plan that cannot be carried out, for joint laws and for a scene that Bullet cannot simulate.
+        For a plan that cannot be carried out or has props, for joint laws and for a scene that Bullet cannot simulate.
 
     Examples
     --------
@@ -167,6 +167,8 @@ def sequence(
     ['stands', 'stands', 'falls']
     """
     check_plan(plan, assembly)
+    if plan.props:
+        raise InputError(f'sequences are carried out without props; this plan has "{next(iter(plan.props))}"')
     assembly = assembly if friction is None else assembly.with_(friction=friction)
     if assembly.joints:
         raise InputError("sequences are carried out with dry joints; this assembly has joint laws")

@@ -1,0 +1,146 @@
+"""Building by courses: what must be held after each, and why no fewer blocks will do."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from itertools import combinations
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from blockstat import InputError, assess_plan, assess_states, build, build_by_courses, load_scene, write
+from blockstat.cli.commands import app
+from blockstat.sequence.courses import courses_of
+from building_sites import arch, tee
+
+ROOT = Path(__file__).parents[2]
+
+
+def example(name):
+    return build(load_scene(ROOT / "examples" / f"{name}.toml"))
+
+
+def test_a_symmetric_arch_holds_what_the_reference_holds():
+    """Stones placed 2, 4, 6, 7 from both sides: 0, 2, 2, 0 held (independent enumeration, exact cones)."""
+    found = build_by_courses(arch())
+    assert [len(course.blocks) for course in found.courses] == [2, 2, 2, 1]
+    assert [len(course.held) for course in found.courses] == [0, 2, 2, 0]
+    assert [course.at_least for course in found.courses] == [0, 2, 2, 0]
+    assert (found.most_held, found.at_least) == (2, 2)
+
+
+def test_a_lower_bound_is_what_all_sets_of_held_blocks_say():
+    """An arch from one side holds one stone at rest (independent enumeration); so do all subsets tried here."""
+    assembly = arch()
+    found = build_by_courses(assembly, along=(1, 0, 0))
+    assert [len(course.held) for course in found.courses] == [0, 1, 1, 1, 1, 1, 0]
+    for assembly, along in ((arch(), (1, 0, 0)), (tee(), None), (tee(), (1, 0, 0))):
+        present = []
+        for course in build_by_courses(assembly, along=along).courses:
+            present += course.blocks
+
+            def holds(number, assembly=assembly, present=tuple(present)):
+                states = [(present, held) for held in combinations(present, number)]
+                return any(v.outcome.word == "stable" for v in assess_states(assembly, states, score=False))
+
+            exact = next(number for number in range(len(present) + 1) if holds(number))
+            assert course.at_least <= exact <= len(course.held)
+
+
+@pytest.mark.parametrize("name", ["chapel", pytest.param("bridge", marks=pytest.mark.slow)])
+def test_the_plan_of_an_example_is_proven_step_by_step(name):
+    assembly = example(name)
+    found = build_by_courses(assembly)
+    assert found.outcome.word == "built"
+    assert found.most_held == found.at_least > 0
+    assert found.plan.steps[-1].hold == ()
+    assert assess_plan(assembly, found.plan).outcome.word == "stable"
+
+
+def test_all_blocks_of_a_course_are_held_until_it_is_complete():
+    """The states within a course: nothing but earlier blocks, in balance, and blocks that are held."""
+    assembly = arch()
+    courses = build_by_courses(assembly).courses
+    before, states = [], []
+    for course, previous in zip(courses, ((), *(c.held for c in courses)), strict=False):
+        for count in range(1, len(course.blocks) + 1):
+            new = list(course.blocks[:count])
+            states.append(([*before, *new], [*previous, *new]))
+        before += course.blocks
+        states.append((before[:], [*previous, *course.blocks, *course.held]))
+    assert {verdict.outcome.word for verdict in assess_states(assembly, states)} == {"stable"}
+
+
+def test_groups_follow_each_other_each_along_its_direction():
+    chapel = example("chapel")
+    courses = courses_of(chapel, {"wall": (0, 0, 1), "vault": (1, 0, 0)})
+    kinds = ["".join(sorted({chapel.groups[k].split(".")[0] for k in course})) for course in courses]
+    assert [kind for k, kind in enumerate(kinds) if k == 0 or kinds[k - 1] != kind] == ["wall", "vault", "buttress"]
+    vault = [chapel.centroid[course, 0] for course, kind in zip(courses, kinds, strict=True) if kind == "vault"]
+    assert all(one.max() < two.min() for one, two in zip(vault, vault[1:], strict=False))
+
+
+def test_bad_directions_and_groups_are_named():
+    with pytest.raises(InputError, match=r"along is \(0, 0, 0\); it must be a direction"):
+        build_by_courses(arch(), along=(0, 0, 0))
+    with pytest.raises(InputError, match='no group "roof"'):
+        build_by_courses(example("chapel"), along={"roof": (0, 0, 1)})
+
+
+KILLED = """
+import os, signal
+from blockstat import build_by_courses
+from blockstat.sequence.search import Journal
+from building_sites import arch
+note, calls = Journal.note, []
+
+def killed(self, *what):
+    note(self, *what)
+    calls.append(what)
+    if len(calls) == 4:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+Journal.note = killed
+build_by_courses(arch(15), journal={path!r})
+"""
+
+
+def test_a_building_that_was_killed_goes_on_with_nothing_lost(tmp_path):
+    path = tmp_path / "journal.jsonl"
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "tests"), *sys.path])}
+    ended = subprocess.run([sys.executable, "-c", KILLED.format(path=str(path))], env=environment, check=False)
+    assert ended.returncode == -signal.SIGKILL
+    kept = path.read_text().splitlines()
+    assert len(kept) == 5
+    fresh = build_by_courses(arch(15))
+    found = build_by_courses(arch(15), journal=path)
+    assert found.courses == fresh.courses
+    assert 0 < found.states < fresh.states
+    assert path.read_text().splitlines()[:5] == kept
+    assert build_by_courses(arch(15), journal=path).states == 0
+
+
+def test_a_building_that_ran_out_of_time_keeps_its_courses():
+    found = build_by_courses(arch(), seconds=0.0)
+    assert (found.outcome.word, found.plan, found.courses) == ("stopped", None, ())
+
+
+def test_the_command_prints_the_courses_and_writes_the_plan(tmp_path):
+    write(arch(), tmp_path / "arch.json")
+    command = ["sequence", str(tmp_path / "arch.json"), "--courses"]
+    answer = CliRunner().invoke(app, [*command, "--json", "-o", str(tmp_path / "plan.json")])
+    found = json.loads(answer.stdout)
+    assert (found["outcome"], found["most_held"], found["at_least"]) == ("built", 2, 2)
+    judged = CliRunner().invoke(app, ["sequence", str(tmp_path / "arch.json"), "--plan", str(tmp_path / "plan.json")])
+    assert "Every step is stable." in judged.stdout
+    assert "no fewer than 1 will do" in CliRunner().invoke(app, [*command, "--along", "1,0,0"]).stdout
+    for options, message in (
+        (["--along", "1,0"], '--along is "1,0"'),
+        (["--along", "1,0,0", "--along", "0,0,1"], "--along is given twice"),
+        (["--flow", "coulomb"], '--courses has flow "associated" alone'),
+    ):
+        bad = CliRunner().invoke(app, [*command, *options])
+        assert message in str(bad.exception)
