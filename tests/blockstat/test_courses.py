@@ -8,13 +8,16 @@ import sys
 from itertools import combinations
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from blockstat import InputError, assess_plan, assess_states, build, build_by_courses, load_scene, write
+from blockstat import Assembly, InputError, assess_plan, assess_states, build, build_by_courses, load_scene, write
 from blockstat.cli.commands import app
 from blockstat.sequence.courses import courses_of
-from building_sites import arch, tee
+from blockstat.sequence.nearby import nearby_evidence, unbalanced
+from blockstat.sequence.states import Whole
+from building_sites import arch, slab, tee
 
 ROOT = Path(__file__).parents[2]
 
@@ -88,6 +91,21 @@ def test_bad_directions_and_groups_are_named():
         build_by_courses(arch(), along=(0, 0, 0))
     with pytest.raises(InputError, match='no group "roof"'):
         build_by_courses(example("chapel"), along={"roof": (0, 0, 1)})
+
+
+def test_a_block_that_touches_only_free_blocks_beside_it_has_no_forces_of_its_own():
+    """Raised between two others, on head joints alone: nothing is below it, and all its joints lead to blocks beside."""
+    shapes = [(-3, 3, -1, 0, "ground"), (-2, -0.5, 0, 1, "left"), (0.5, 2, 0, 1, "right"), (-0.5, 0.5, 0.2, 0.8, "key")]
+    assembly = Assembly.from_blocks([slab(*shape) for shape in shapes], supports=["ground"], friction=0.6)
+    whole = Whole(assembly)
+    program = whole.problem(~assembly.support, np.ones(4, dtype=bool))[0].program
+    balanced = whole.assess(np.arange(4) != 3, assembly.support)
+    assert balanced.outcome.word == "stable"
+    force = np.zeros((len(program.friction), 3))
+    key = (program.point_blocks == 2).any(axis=1)
+    force[~key] = balanced.forces / program.force_unit
+    for proposed in nearby_evidence(program, force, small=False, score=False):
+        assert not (proposed.force.any() and unbalanced(program, proposed.force).any())
 
 
 KILLED = """

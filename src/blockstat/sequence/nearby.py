@@ -208,6 +208,8 @@ def _forces_inside(program: PenaltyProgram, force: Floats, near: np.ndarray, *, 
     is_near = np.append(near, False)[sides]
     boundary: Any = is_near.any(axis=1) & (sides >= 0).all(axis=1) & ~is_near.all(axis=1)
     inner = np.flatnonzero(is_near.any(axis=1) & ~boundary)
+    if not len(inner):
+        return None
     kept = np.where(boundary[:, None], force, 0.0)
     load = program.load + program.matrix @ kept.reshape(-1)
     part = _part(program, near, inner, load)
