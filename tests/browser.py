@@ -96,7 +96,7 @@ class Tab:
     @property
     def outside(self):
         """Requests that left this machine."""
-        host = self.address.partition("//")[2]
+        host = self.address.partition("//")[2].partition("/")[0]
         inside = (f"http://{host}", f"ws://{host}", f"blob:http://{host}", "data:")
         return [url for url in self.requests if not url.startswith(inside)]
 

@@ -17,6 +17,7 @@ from blockstat.errors import HUGE, InputError, InputWarning, check_density, chec
 from blockstat.geometry.polyhedron import Polyhedra
 from blockstat.geometry.validity import check_geometry
 from blockstat.joint import JointLaw, Tie, check_laws
+from blockstat.system.reading import check_words
 from blockstat.typing import Floats, Ints
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
@@ -137,6 +138,9 @@ class Assembly(Polyhedra):
         if not blocks:
             raise InputError("the assembly has no blocks")
         names = _unique_names(blocks)
+        check_words("block", tuple(names))
+        check_words("the group of block", tuple(str(block.group) for block in blocks))
+        check_words("assembly", (name,))
         vertices = [_vertex_array(block, label) for block, label in zip(blocks, names, strict=True)]
         _check_coordinates(vertices, names)
         vertex_start = np.concatenate([[0], np.cumsum([len(v) for v in vertices])])

@@ -39,7 +39,7 @@ def test_a_slider_shows_the_blocks_of_a_step_and_says_what_falls():
 
     assembly = arch()
     plan = Plan((Step(("s0",), ("s0",)), Step(("s1",)), *(Step((f"s{k}",)) for k in range(2, 7))))
-    server = start_viser(port=0)
+    server, _ = start_viser(port=0)
     try:
         page = StepSlider(server, assembly, assess_plan(assembly, plan))
         assert "step 0: stable" in page.words.content

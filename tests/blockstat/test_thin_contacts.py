@@ -258,7 +258,7 @@ def test_a_page_in_three_dimensions_draws_and_removes_them():
     from blockstat.view.three_d.canvas import Canvas
     from blockstat.view.three_d.page import interactive_html, start_viser, stop_viser
 
-    server = start_viser(port=0)
+    server, _ = start_viser(port=0)
     try:
         canvas, drawn = Canvas(server), []
         for scene in (on_ridges(), on_keels(), on_ridges()):

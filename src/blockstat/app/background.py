@@ -5,8 +5,11 @@ from __future__ import annotations
 import multiprocessing
 import threading
 from collections.abc import Callable
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
+
+from blockstat.system.process import end_with_parent
 
 #: Imported once by the process that all workers are forked from, so that each starts in milliseconds.
 PRELOADED = (
@@ -18,6 +21,44 @@ PRELOADED = (
     "scipy.spatial",
     "pypardiso",
 )
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What work for the page may use before it is stopped.
+
+    Attributes
+    ----------
+    seconds : float
+        Of one verdict, of its slower results, and of reading an uploaded file [s].
+    gigabytes : float
+        Of memory in each process [GB = 1e9 bytes]. The system holds a process to it on Linux only.
+    """
+
+    seconds: float = 300.0
+    gigabytes: float = 4.0
+
+    @property
+    def too_long(self) -> str:
+        """What is said of work that took too long."""
+        return f"stopped after {self.seconds:g} s; `--most-seconds` of the command allows more"
+
+    @property
+    def too_large(self) -> str:
+        """What is said of work that needs too much memory."""
+        return f"stopped at {self.gigabytes:g} GB of memory; `--most-gigabytes` of the command allows more"
+
+    def hold(self) -> None:
+        """Hold this process to the memory."""
+        try:
+            import resource
+        except ImportError:  # Windows has none
+            return
+        if hasattr(resource, "RLIMIT_DATA"):
+            most = int(self.gigabytes * 1e9)
+            _, hard = resource.getrlimit(resource.RLIMIT_DATA)
+            least = most if hard == resource.RLIM_INFINITY else min(most, hard)
+            resource.setrlimit(resource.RLIMIT_DATA, (least, hard))
 
 
 class Channel:
@@ -73,7 +114,7 @@ class Ended:
 
 
 class Crashed(Ended):
-    """The worker raised an exception, or was killed by something else.
+    """The worker raised an exception, was killed by something else, or used more than its limits allow.
 
     Parameters
     ----------
@@ -97,14 +138,25 @@ class Worker:
     report : callable
         Called as ``report(worker, message)`` with each message of the worker, and at last with an `Ended`. It runs in a
         thread that waits for messages. It is not called after `stop`.
+    limits : Limits, optional
+        The memory that the process may use.
+    timed : bool, optional
+        Whether the worker is also stopped when it has said nothing for as long as the limits allow.
     """
 
-    def __init__(self, work: Callable[..., None], *arguments: Any, report: Callable[[Worker, Any], None]) -> None:
+    def __init__(
+        self,
+        work: Callable[..., None],
+        *arguments: Any,
+        report: Callable[[Worker, Any], None],
+        limits: Limits | None = None,
+        timed: bool = False,
+    ) -> None:
         context: Any = multiprocessing.get_context(_method())
         parent_end, child_end = context.Pipe()
         self._connection, self._report = parent_end, report
-        self._stopped = False
-        self._process = context.Process(target=_run, args=(work, child_end, arguments), daemon=True)
+        self._stopped, self._limits, self._timed = False, limits or Limits(), timed
+        self._process = context.Process(target=_run, args=(work, child_end, arguments, self._limits), daemon=True)
         self._process.start()
         child_end.close()
         threading.Thread(target=self._listen, daemon=True).start()
@@ -136,6 +188,10 @@ class Worker:
         last: Ended = Crashed("the worker was ended from outside")
         while True:
             try:
+                if not self._connection.poll(self._limits.seconds if self._timed else None):
+                    last = Crashed(self._limits.too_long)
+                    self._process.kill()
+                    break
                 message = self._connection.recv()
             except (EOFError, OSError):
                 break
@@ -162,15 +218,19 @@ def _method() -> str:
     return "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
 
 
-def _run(work: Callable[..., None], connection: Connection, arguments: tuple) -> None:
+def _run(work: Callable[..., None], connection: Connection, arguments: tuple, limits: Limits) -> None:
     import signal
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C in the terminal is the page's business
+    end_with_parent()
     channel = Channel(connection)
+    limits.hold()
     try:
         work(channel, *arguments)
         channel.send(Ended())
     except (EOFError, BrokenPipeError, OSError):
         pass  # the page is gone
+    except MemoryError:
+        channel.send(Crashed(limits.too_large))
     except Exception as error:
         channel.send(Crashed(f"{type(error).__name__}: {error}"))

@@ -147,7 +147,7 @@ class Model:
         return with_values(self.scene, {path: value for path, value in values.items() if path in own})
 
 
-def open_model(path: str | Path, *, supports: str = "") -> Model:
+def open_model(path: str | Path, *, supports: str = "", folder: Path | None = None) -> Model:
     """Open a scene (.toml) or an assembly (.json, .obj, .glb).
 
     A scene that cannot be built is opened all the same; the page then says why it cannot be built.
@@ -158,6 +158,8 @@ def open_model(path: str | Path, *, supports: str = "") -> Model:
         The file.
     supports : str, optional
         Names of blocks that cannot move, separated by commas. A mesh needs them; a scene ignores them.
+    folder : Path, optional
+        Where the files are that a scene may name, and nowhere else; without it they are beside the scene or anywhere.
 
     Returns
     -------
@@ -175,7 +177,7 @@ def open_model(path: str | Path, *, supports: str = "") -> Model:
     if path.suffix.lower() == ".toml":
         from blockstat.spec import load_scene
 
-        scene = load_scene(path)
+        scene = load_scene(path, folder=folder)
         ranges = parameters(scene)
         model = Model(scene.name, scene, None, ranges)
         try:

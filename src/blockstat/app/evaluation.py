@@ -52,6 +52,11 @@ def evaluated(question: Question, memory: Memory) -> Judged | Failed:
     -------
     Judged or Failed
         The answer. Bad input and a fault of the program both give `Failed`.
+
+    Raises
+    ------
+    MemoryError
+        For a design that needs more memory than the process may use.
     """
     begin = process_time()
     try:
@@ -60,6 +65,8 @@ def evaluated(question: Question, memory: Memory) -> Judged | Failed:
         verdict = assess(assembly, memory=memory)
     except InputError as error:
         return Failed(question.number, str(error))
+    except MemoryError:
+        raise  # the worker says what it may use
     except Exception as error:
         return Failed(question.number, f"internal error ({type(error).__name__}: {error})", is_internal=True)
     now = process_time()

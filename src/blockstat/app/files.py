@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from blockstat.app.background import Channel
 from blockstat.app.design import Model, open_model
 from blockstat.errors import InputError
 
@@ -16,7 +17,23 @@ if TYPE_CHECKING:
 Saved = tuple[str, bytes]  #: name of a file and what is in it
 
 
-def read_upload(name: str, content: bytes, supports: str) -> Model:
+def send_upload(channel: Channel, name: str, content: bytes, supports: str, folder: Path | None) -> None:
+    """Read a file that a browser sent, in a process that can be ended.
+
+    Parameters
+    ----------
+    channel : Channel
+        The model is sent through it, or else a text that says why there is none.
+    name, content, supports, folder
+        As of `read_upload`.
+    """
+    try:
+        channel.send(read_upload(name, content, supports, folder=folder))
+    except InputError as error:
+        channel.send(str(error))
+
+
+def read_upload(name: str, content: bytes, supports: str, *, folder: Path | None = None) -> Model:
     """Return the model in a file that a browser sent.
 
     Parameters
@@ -27,6 +44,8 @@ def read_upload(name: str, content: bytes, supports: str) -> Model:
         What is in the file.
     supports : str
         Names of blocks that cannot move, separated by commas; a mesh needs them.
+    folder : Path, optional
+        Where the files are that an uploaded scene may name; without one it may name none.
 
     Returns
     -------
@@ -42,11 +61,12 @@ def read_upload(name: str, content: bytes, supports: str) -> Model:
         path = Path(directory) / (Path(name).name or "file")
         path.write_bytes(content)
         try:
-            return open_model(path, supports=supports)
+            return open_model(path, supports=supports, folder=folder or Path(directory))
         except InputError as error:
             raise InputError(str(error).replace(str(path), path.name)) from None
         except (OSError, ValueError, KeyError, IndexError, TypeError) as error:
-            raise InputError(f"{path.name}: cannot be read ({type(error).__name__}: {error})") from None
+            # What the error says may quote the file, or another that it names.
+            raise InputError(f"{path.name}: cannot be read ({type(error).__name__})") from None
 
 
 def scene_file(model: Model, values: dict[str, float], known: Known) -> Saved:

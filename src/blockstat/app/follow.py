@@ -7,7 +7,7 @@ from dataclasses import replace
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from blockstat.app.background import Crashed, Ended, Worker
+from blockstat.app.background import Crashed, Ended, Limits, Worker
 from blockstat.app.design import Began, Failed, Judged, Model, Question
 from blockstat.app.evaluation import evaluate_designs, slower_results
 
@@ -32,10 +32,19 @@ class Follower:
         Puts a call without arguments into the page's queue; called from any thread.
     tell : callable
         Called in the page's thread with each message that is not out of date.
+    limits : Limits, optional
+        What a verdict and its slower results may use. An evaluator beyond them is ended, and the question fails.
     """
 
-    def __init__(self, post: Callable[[Callable[[], None]], None], tell: Callable[[Any], None]) -> None:
-        self._post, self._tell = post, tell
+    def __init__(
+        self,
+        post: Callable[[Callable[[], None]], None],
+        tell: Callable[[Any], None],
+        *,
+        limits: Limits | None = None,
+    ) -> None:
+        self._post, self._tell, self._limits = post, tell, limits or Limits()
+        self._begun_at = 0.0
         self._evaluator: Worker | None = None
         self._slower: Worker | None = None
         self._question: Question | None = None
@@ -72,7 +81,7 @@ class Follower:
         if self._overdue is None:
             self._overdue = monotonic()
         if self._evaluator is None or not self._evaluator.running:
-            self._evaluator = Worker(evaluate_designs, report=self._reported)
+            self._evaluator = self._new_evaluator()
         self._evaluator.send(self._question)
         return number
 
@@ -98,18 +107,32 @@ class Follower:
         if stuck and self._question is not None and self._answered < self._began < self._question.number:
             if self._evaluator is not None:
                 self._evaluator.stop()
-            self._evaluator, self._overdue = Worker(evaluate_designs, report=self._reported), now
+            self._evaluator, self._overdue = self._new_evaluator(), now
             self._evaluator.send(self._question)
+        if self._answered < self._began and now - self._begun_at > self._limits.seconds:
+            self._give_up()
         if self._due is not None and now >= self._due[0] and self._question is not None:
             verdict, self._due = self._due[1], None
             number, push = self._question.number, self._question.push
-            self._slower = Worker(slower_results, number, verdict, push, report=self._reported)
+            self._slower = Worker(
+                slower_results, number, verdict, push, report=self._reported, limits=self._limits, timed=True
+            )
 
     def stop(self) -> None:
         """End both workers."""
         self._stop_slower()
         if self._evaluator is not None:
             self._evaluator.stop()
+
+    def _new_evaluator(self) -> Worker:
+        return Worker(evaluate_designs, report=self._reported, limits=self._limits)
+
+    def _give_up(self) -> None:
+        """End an evaluator that took too long over the newest question."""
+        if self._evaluator is not None:
+            self._evaluator.stop()
+        self._answered = self._began
+        self._tell(Failed(self._answered, f"this design cannot be judged here: {self._limits.too_long}"))
 
     def _stop_slower(self) -> None:
         if self._slower is not None:
@@ -125,10 +148,10 @@ class Follower:
         if isinstance(message, Ended):
             if isinstance(message, Crashed) and worker is self._evaluator:
                 self._answered = self._question.number
-                self._tell(Failed(self._answered, f"the worker ended: {message.message}", is_internal=True))
+                self._tell(Failed(self._answered, f"this design cannot be judged here: {message.message}", True))
             return
         if isinstance(message, Began):
-            self._began = message.number
+            self._began, self._begun_at = message.number, monotonic()
             self._overdue = None if message.number == self._question.number else self._overdue
             return
         if worker is self._evaluator:

@@ -7,7 +7,7 @@ from html import escape
 from typing import TYPE_CHECKING, Any, Protocol
 
 from blockstat.app.design import PUSHES, SUFFIXES, Model
-from blockstat.app.files import SAVES, read_upload
+from blockstat.app.files import SAVES
 from blockstat.app.words import NO_BLOCK, Known, waiting
 from blockstat.errors import InputError
 from blockstat.view.three_d.colouring import CHOICES
@@ -52,6 +52,20 @@ class Host(Protocol):
         ----------
         model : Model
             The scene or the assembly to show.
+        """
+        ...
+
+    def upload(self, name: str, content: bytes, supports: str) -> None:
+        """Show what is in a file that a browser sent.
+
+        Parameters
+        ----------
+        name : str
+            Name of the file; its suffix says the format.
+        content : bytes
+            What is in the file.
+        supports : str
+            Names of blocks that cannot move, separated by commas.
         """
         ...
 
@@ -184,13 +198,7 @@ class Layout:
         @upload.on_upload
         def _(event: viser.GuiEvent) -> None:
             given = event.target.value
-            try:
-                model = read_upload(given.name, given.content, supports.value)
-            except InputError as error:
-                text = str(error)
-                page.post(lambda: page.say(text))
-                return
-            page.post(lambda: page.open(model))
+            page.post(lambda: page.upload(given.name, given.content, supports.value))
 
         for label, make in SAVES.items():
             gui.add_button(label).on_click(lambda event, make=make: self._save(event, make))

@@ -7,12 +7,14 @@ import queue
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from pathlib import Path
 from time import monotonic, process_time
 from typing import TYPE_CHECKING, Any, Protocol
 
-from blockstat.app.background import Worker
+from blockstat.app.background import Crashed, Limits, Worker
 from blockstat.app.controls import Controls
 from blockstat.app.design import Failed, Judged, Model, Pushed, Scored, Slipped, Weakest
+from blockstat.app.files import send_upload
 from blockstat.app.follow import Follower
 from blockstat.app.layout import Layout
 from blockstat.app.view import View
@@ -73,9 +75,21 @@ class Page:
         The scene or the assembly to show first.
     panels : sequence of Panel, optional
         What other packages add to the page.
+    folder : Path, optional
+        Where the files are that an uploaded scene may name.
+    limits : Limits, optional
+        What work for the page may use before it is stopped.
     """
 
-    def __init__(self, server: viser.ViserServer, model: Model, *, panels: Sequence[Panel] = ()) -> None:
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        model: Model,
+        *,
+        panels: Sequence[Panel] = (),
+        folder: Path | None = None,
+        limits: Limits | None = None,
+    ) -> None:
         self.server, self.model = server, model
         self.values: dict[str, float] = {}
         self.known: Known | None = None
@@ -83,7 +97,9 @@ class Page:
         self._asked_at = 0.0
         self._fresh = True  # the next design is the first of its model
         self._workers: list[Worker] = []
-        self.follower = Follower(self.post, self._told)
+        self._folder, self._limits = folder, limits or Limits()
+        self._reader: Worker | None = None
+        self.follower = Follower(self.post, self._told, limits=self._limits)
         self.layout = Layout(server, self)
         self.view = View(Canvas(server), self.layout)
         self.player = Player(self.view.pose)
@@ -133,6 +149,31 @@ class Page:
         for panel in self._panels:
             panel.opened()
         self.ask()
+
+    def upload(self, name: str, content: bytes, supports: str) -> None:
+        """Read a file that a browser sent, in a process of its own, and show it.
+
+        Parameters
+        ----------
+        name : str
+            Name of the file; its suffix says the format.
+        content : bytes
+            What is in the file.
+        supports : str
+            Names of blocks that cannot move, separated by commas; a mesh needs them.
+        """
+        if self._reader is not None:
+            self._reader.stop()
+        reading = (send_upload, name, content, supports, self._folder)
+        self._reader = self.start(*reading, report=lambda found: self._read(name, found), timed=True)
+
+    def _read(self, name: str, found: Any) -> None:
+        if isinstance(found, Model):
+            self.open(found)
+        elif isinstance(found, str):
+            self.say(found)
+        elif isinstance(found, Crashed):
+            self.say(f"{name}: cannot be read here: {found.message}")
 
     def change(self, path: str, value: float) -> None:
         """Move one parameter; a value that it has already asks for nothing.
@@ -210,7 +251,9 @@ class Page:
         """
         self.layout.trouble.content = trouble(message)
 
-    def start(self, work: Callable[..., None], *arguments: Any, report: Callable[[Any], None]) -> Worker:
+    def start(
+        self, work: Callable[..., None], *arguments: Any, report: Callable[[Any], None], timed: bool = False
+    ) -> Worker:
         """Run a function of a channel in another process.
 
         Parameters
@@ -221,13 +264,21 @@ class Page:
             Further arguments of `work`; they can be pickled.
         report : callable
             Called with each message of the worker, and at last with an `Ended`, in the page's thread.
+        timed : bool, optional
+            Whether it is stopped when it has said nothing for as long as the limits of the page allow.
 
         Returns
         -------
         Worker
             It is stopped when the page closes.
         """
-        worker = Worker(work, *arguments, report=lambda _, message: self.post(lambda: report(message)))
+        worker = Worker(
+            work,
+            *arguments,
+            report=lambda _, message: self.post(lambda: report(message)),
+            limits=self._limits,
+            timed=timed,
+        )
         self._workers.append(worker)
         return worker
 

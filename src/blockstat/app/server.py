@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from blockstat.app.background import prepare
+from blockstat.app.background import Limits, prepare
 from blockstat.app.design import Model, open_model
 from blockstat.view.three_d.page import start_viser, stop_viser
 
@@ -21,7 +21,14 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def running(model: Model, *, port: int = 0, panels: Sequence[Panel] = ()) -> Iterator[tuple[Page, str]]:
+def running(
+    model: Model,
+    *,
+    port: int = 0,
+    panels: Sequence[Panel] = (),
+    folder: Path | None = None,
+    limits: Limits | None = None,
+) -> Iterator[tuple[Page, str]]:
     """Run a page for as long as the body of a `with` statement runs.
 
     Parameters
@@ -32,13 +39,17 @@ def running(model: Model, *, port: int = 0, panels: Sequence[Panel] = ()) -> Ite
         Of the page on this machine; 0 for any free one.
     panels : sequence of Panel, optional
         What other packages add to the page.
+    folder : Path, optional
+        Where the files are that an uploaded scene may name.
+    limits : Limits, optional
+        What work for the page may use before it is stopped.
 
     Yields
     ------
     page : Page
         The live page.
     address : str
-        Where a browser finds it.
+        Where a browser finds it, with the token that admits it.
 
     Raises
     ------
@@ -48,16 +59,24 @@ def running(model: Model, *, port: int = 0, panels: Sequence[Panel] = ()) -> Ite
     from blockstat.app.page import Page
 
     prepare()
-    server = start_viser(port=port, label=model.name)
-    page = Page(server, model, panels=panels)
+    server, address = start_viser(port=port, label=model.name)
+    page = Page(server, model, panels=panels, folder=folder, limits=limits)
     try:
-        yield page, f"http://127.0.0.1:{server.get_port()}"
+        yield page, address
     finally:
         page.close()
         stop_viser(server)
 
 
-def serve(path: str | Path, *, supports: str = "", port: int = 0, panels: Sequence[Panel] = ()) -> None:
+def serve(
+    path: str | Path,
+    *,
+    supports: str = "",
+    port: int = 0,
+    panels: Sequence[Panel] = (),
+    folder: Path | None = None,
+    limits: Limits | None = None,
+) -> None:
     """Open a file on the page, print its address, and wait to be interrupted.
 
     Parameters
@@ -70,6 +89,10 @@ def serve(path: str | Path, *, supports: str = "", port: int = 0, panels: Sequen
         Of the page on this machine. The next free one is taken when it is in use, any free one for 0.
     panels : sequence of Panel, optional
         What other packages add to the page.
+    folder : Path, optional
+        Where the files are that an uploaded scene may name; by default the folder of the file.
+    limits : Limits, optional
+        What work for the page may use before it is stopped.
 
     Raises
     ------
@@ -78,8 +101,9 @@ def serve(path: str | Path, *, supports: str = "", port: int = 0, panels: Sequen
     """
     model = open_model(path, supports=supports)
     logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(name)s: %(message)s")
+    inside = folder or Path(path).parent
     try:
-        with running(model, port=port, panels=panels) as (_, address):
+        with running(model, port=port, panels=panels, folder=inside, limits=limits) as (_, address):
             print(f"{model.name}: {address}  (Ctrl-C ends it)", flush=True)
             threading.Event().wait()
     except KeyboardInterrupt:

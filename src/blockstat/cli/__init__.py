@@ -1,5 +1,6 @@
 """The command `blockstat`.
 
 This room imports `analysis`, `app`, `chance`, `contact`, `geometry_repair`, `imperfection`, `io`, `large_displacement`,
-`loading`, `proof`, `sequence`, `spec`, `studies` and `view`, each inside the command that needs it, and the root.
+`loading`, `model`, `proof`, `sequence`, `spec`, `studies`, `system` and `view`, each inside the command that needs it,
+and the root.
 """

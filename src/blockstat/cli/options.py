@@ -13,9 +13,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from blockstat.errors import InputError, InputWarning
+from blockstat.system.process import INTERRUPTED
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
+    from blockstat.system.process import Interruptions
 
 FileArgument = Annotated[Path, typer.Argument(help="Assembly (.json, .obj, .glb, .stl, .ply, directory) or scene.")]
 Friction = Annotated[
@@ -38,6 +40,11 @@ Gap = Annotated[
 ]
 PORT = 8321
 Port = Annotated[int, typer.Option(min=1, max=65535, help="Of the page on 127.0.0.1; the next free one if taken.")]
+Folder = Annotated[
+    Path | None, typer.Option(help="Where files are that uploaded scenes name; that of FILE by default.")
+]
+MostSeconds = Annotated[float, typer.Option(min=1, help="A verdict that takes longer is stopped.")]
+MostGigabytes = Annotated[float, typer.Option(min=0.5, help="Memory of one process of the page, on Linux.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
 
 #: What typer raises for arguments that it cannot read; it exports only this child of it.
@@ -275,6 +282,20 @@ def _say_version(wanted: bool) -> None:
         raise typer.Exit
 
 
+def _allow_blocks(most: float | None) -> None:
+    if most is not None:
+        import os
+
+        from blockstat.model.size import ALLOWED, most_blocks
+
+        os.environ[ALLOWED] = f"{most:g}"  # processes that this one starts build as much
+        most_blocks()
+
+
+MostBlocks = Annotated[
+    float | None,
+    typer.Option("--most-blocks", metavar="N", help="Blocks that a scene may have.", callback=_allow_blocks),
+]
 Version = Annotated[
     bool, typer.Option("--version", help="Print the version and end.", callback=_say_version, is_eager=True)
 ]
@@ -296,15 +317,28 @@ def run_app(app: typer.Typer, prog: str) -> None:
         Always: with 0 on success, 2 on bad input, 1 on a failure of the program, 130 when interrupted, or the status
         that the command asks for.
     """
+    from blockstat.system.process import Interruptions, end_now
+
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")  # a name of a file may be of no encoding
     with warnings.catch_warnings():
         warnings.simplefilter("default", InputWarning)
         warnings.showwarning = _show_warning
-        sys.exit(_status(lambda: app(prog_name=prog, standalone_mode=False), prog))
+        interruptions = Interruptions()
+        interruptions.heed()
+        status = _status(lambda: app(prog_name=prog, standalone_mode=False), prog, interruptions)
+        interruptions.ignore()  # what is left is to clean up
+        if status == INTERRUPTED:
+            end_now(status)
+        sys.exit(status)
 
 
-def _status(call: Callable[[], Any], prog: str) -> int:
+def _status(call: Callable[[], Any], prog: str, interruptions: Interruptions | None = None) -> int:
     try:
         ended = call()
+        if ended == INTERRUPTED:  # as typer reports it
+            raise KeyboardInterrupt
         return ended if isinstance(ended, int) else 0
     except InputError as error:
         print(f"{prog}: {error}", file=sys.stderr)
@@ -314,7 +348,7 @@ def _status(call: Callable[[], Any], prog: str) -> int:
         return 2
     except (KeyboardInterrupt, typer.Abort):
         print(f"{prog}: interrupted", file=sys.stderr)
-        return 130
+        return INTERRUPTED
     except SystemExit as ended:
         return ended.code if isinstance(ended.code, int) else 0
     except OSError as error:
@@ -324,6 +358,9 @@ def _status(call: Callable[[], Any], prog: str) -> int:
         print(f"{prog}: not enough memory for a scene of this size", file=sys.stderr)
         return 1
     except Exception as error:
+        if interruptions is not None and interruptions.came:
+            print(f"{prog}: interrupted", file=sys.stderr)
+            return INTERRUPTED
         print(f"{prog}: internal error ({type(error).__name__}: {error}); please report it", file=sys.stderr)
         return 1
 

@@ -105,9 +105,9 @@ def _show(assembly: Assembly, judged: PlanVerdict, output: Path | None, page: bo
         plot_plan(assembly, judged, output)
     if not page:
         return
-    server = start_viser()
+    server, address = start_viser()
     StepSlider(server, assembly, judged)
-    typer.echo(f"http://127.0.0.1:{server.get_port()} (Ctrl-C stops it)", err=True)
+    typer.echo(f"{address} (Ctrl-C stops it)", err=True)
     try:
         Event().wait()
     except KeyboardInterrupt:

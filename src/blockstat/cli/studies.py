@@ -25,6 +25,7 @@ from blockstat.cli.options import (
 )
 from blockstat.cli.options import load as load_assembly
 from blockstat.errors import InputError
+from blockstat.system.writing import written_whole
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -166,7 +167,9 @@ def write_report(
         raise InputError(f"{output}: no such directory: {output.parent}")
     options: dict[str, Any] = {"units": units or "m", "directions": directions, "verify": verify}
     found = assess_fully(assembly, source=str(file), gap=GAP if gap is None else gap, **options)
-    output.write_text(assessment_html(found), encoding="utf-8")
+    text = assessment_html(found)
+    with written_whole(output) as place:
+        place.write_text(text, encoding="utf-8")
     typer.echo(str(output))
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from blockstat.result import Result, Sentence
@@ -50,7 +52,38 @@ class SearchOutcome(Sentence):
 
     FOUND = "Found: the search has a design that stands."
     NONE_STANDS = "None stands: no design of the space stood."
+    FAILED = "Failed: no design could be judged."
     INTERRUPTED = "Interrupted: the search was ended before all designs were evaluated."
+
+
+def failures(rows: Iterable[Mapping[str, Any]]) -> str:
+    """Say how many designs have no verdict, and why.
+
+    Parameters
+    ----------
+    rows : iterable of mapping
+        With the static verdict under "static", and a note.
+
+    Returns
+    -------
+    str
+        One sentence with the commonest reasons; empty where no design failed.
+
+    Examples
+    --------
+    >>> failures([{"static": "stable"}, {"static": "error", "note": "wall.height: too low"}])
+    '1 of 2 designs could not be judged: wall.height: too low (1).'
+    """
+    notes, number = Counter[str](), 0
+    for row in rows:
+        number += 1
+        if row.get("static") == ERROR:
+            notes[str(row.get("note") or "no reason is known")] += 1
+    if not notes:
+        return ""
+    said = "; ".join(f"{note} ({count})" for note, count in notes.most_common(3))
+    others = f"; and {len(notes) - 3} other reasons" if len(notes) > 3 else ""
+    return f"{sum(notes.values())} of {number} designs could not be judged: {said}{others}."
 
 
 @dataclass(frozen=True)
@@ -70,6 +103,8 @@ class SearchResult(Result):
         """Whether the search was finished, and whether any design stood."""
         if not self.finished:
             return SearchOutcome.INTERRUPTED
+        if self.history and all(c.static == ERROR for c in self.history):
+            return SearchOutcome.FAILED
         return SearchOutcome.FOUND if self.best is not None else SearchOutcome.NONE_STANDS
 
     def explain(self) -> str:
@@ -87,6 +122,8 @@ class SearchResult(Result):
             f"{len(self.history)} designs: {self.static_solves} static solves, {self.certificates_reused} decided by "
             f"earlier certificates, {pruned} pruned, {self.dynamic_runs} simulated."
         )
+        if failed := failures(asdict(c) for c in self.history):
+            lines.append(failed)
         if self.disagreements:
             lines.append(f"Statics and dynamics disagree on {len(self.disagreements)}.")
         return "\n".join(lines)

@@ -21,9 +21,12 @@ import msgspec
 
 from blockstat.analysis.assess import assess
 from blockstat.analysis.certificate_cache import Memory
+from blockstat.design_search.candidate import ERROR, failures
 from blockstat.errors import InputError, known_options, no_such
 from blockstat.result import Result, Sentence
 from blockstat.spec import Scene, build, parameters, scene_from, with_values
+from blockstat.system.lock import locked
+from blockstat.system.writing import written_whole
 
 Values = Mapping[str, float]
 #: Evaluates a design: plain values, of which a line of the file is made.
@@ -36,6 +39,7 @@ class SweepOutcome(Sentence):
     """The answers of `sweep`; each value is the sentence a user reads."""
 
     COMPLETE = "Complete: every design has a row in the file."
+    FAILED = "Failed: no design could be judged; every row says why."
     RESUMED = "Resumed: every design has a row in the file, some of them from an earlier run."
 
 
@@ -46,10 +50,14 @@ class SweepResult(Result):
     path: Path
     designs: int  #: that were asked for
     computed: int  #: in this run; the others were there
+    failed: int = 0  #: rows that say "error" in place of a verdict
+    reasons: str = ""  #: why, in one sentence
 
     @property
     def outcome(self) -> SweepOutcome:
-        """Whether rows of an earlier run were kept."""
+        """Whether any design could be judged, and whether rows of an earlier run were kept."""
+        if self.designs and self.failed == self.designs:
+            return SweepOutcome.FAILED
         return SweepOutcome.COMPLETE if self.computed == self.designs else SweepOutcome.RESUMED
 
     def explain(self) -> str:
@@ -59,7 +67,8 @@ class SweepResult(Result):
         -------
         str
         """
-        return f"{self.outcome.value}\n{self.path}: {self.designs} designs, {self.computed} computed in this run."
+        rows = f"{self.path}: {self.designs} designs, {self.computed} computed in this run."
+        return "\n".join(filter(None, (self.outcome.value, rows, self.reasons)))
 
     def summary(self) -> dict[str, Any]:
         """Return plain values for JSON.
@@ -67,7 +76,7 @@ class SweepResult(Result):
         Returns
         -------
         dict of str to object
-            The outcome and its sentence, the path, and the numbers of designs and of those computed.
+            The outcome and its sentence, the path, and the numbers of designs, of those computed and of those failed.
         """
         return {
             "outcome": self.outcome.word,
@@ -75,6 +84,7 @@ class SweepResult(Result):
             "path": str(self.path),
             "designs": self.designs,
             "computed": self.computed,
+            "failed": self.failed,
         }
 
     def rows(self) -> list[dict[str, Any]]:
@@ -204,7 +214,7 @@ def verdict_row(scene: Scene, memory: Memory) -> dict[str, Any]:
         assembly = build(scene)
         verdict = assess(assembly, memory=memory)
     except InputError as error:
-        return {"static": "error", "note": str(error)}
+        return {"static": ERROR, "note": str(error)}
     return {
         "static": verdict.outcome.word,
         "score": verdict.score if isfinite(verdict.score) else None,
@@ -269,9 +279,23 @@ def sweep(
     >>> [row["static"] for row in sweep(scene, grid(scene), "hut.jsonl", jobs=1).rows()]
     ['stable', 'stable']
     """
+    path = Path(path)
+    with locked(path.parent, name=f".{path.name}-lock"):
+        return _swept(scene, designs, path, measure, jobs, batch, progress)
+
+
+def _swept(
+    scene: Scene,
+    designs: Iterable[dict[str, float]],
+    path: Path,
+    measure: Measure,
+    jobs: int | None,
+    batch: int,
+    progress: Callable[[int], None] | None,
+) -> SweepResult:
+    """Append the rows that are missing to the file."""
     from joblib import Parallel, delayed
 
-    path = Path(path)
     head = {"scene": scene.name, "digest": _digest(scene, measure)}
     done = _opened(path, head, list(parameters(scene)))
     data = msgspec.to_builtins(scene)
@@ -298,7 +322,8 @@ def sweep(
             computed += len(rows)
             if progress is not None:
                 progress(len(done) + computed)
-    return SweepResult(path, counted, computed)
+    rows = _read(path)[1]
+    return SweepResult(path, counted, computed, sum(row.get("static") == ERROR for row in rows), failures(rows))
 
 
 def _evaluated(
@@ -346,7 +371,8 @@ def _opened(path: Path, head: dict[str, Any], names: list[str]) -> dict[int, int
         if not data.endswith(b"\n"):
             os.truncate(path, data.rfind(b"\n") + 1)
     if not path.is_file() or not path.stat().st_size:
-        path.write_text(json.dumps(head) + "\n")
+        with written_whole(path) as place:
+            place.write_text(json.dumps(head) + "\n")
         return {}
     found, rows = _read(path)
     if found != head:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from blockstat.errors import InputError, known_options
+from blockstat.system.writing import written_whole
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -147,16 +148,22 @@ def write(
         from blockstat.io.folder import write_folder
 
         write_folder(assembly, path, f".{format or formats[0]}")
-    elif format in ("compas-assembly", "compas-model"):
+        return path
+    with written_whole(path) as place:
+        blaming(path, lambda: _write_file(assembly, place, format, values or {}))
+    return path
+
+
+def _write_file(assembly: Assembly, path: Path, format: str | None, values: Mapping[str, Any]) -> None:
+    if format in ("compas-assembly", "compas-model"):
         from blockstat.io.compas_write import write_compas
 
         write_compas(assembly, path, format)
-    elif suffix == ".json":
+    elif path.suffix.lower() == ".json":
         from blockstat.io.native import write_json
 
         write_json(assembly, path)
     else:
         from blockstat.io.mesh import write_mesh
 
-        write_mesh(assembly, path, values or {})
-    return path
+        write_mesh(assembly, path, values)

@@ -15,6 +15,7 @@ from blockstat.errors import InputError
 from blockstat.io.mesh import block_mesh, read_whole
 from blockstat.io.names import distinct_names
 from blockstat.io.parts import Parts, chosen_supports
+from blockstat.system.writing import written_whole
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -78,7 +79,8 @@ def write_folder(assembly: Assembly, path: Path, suffix: str) -> None:
     for block, (name, group) in enumerate(zip(assembly.names, assembly.groups, strict=True)):
         directory = path.joinpath(*map(_quoted, group.split("."))) if group else path
         directory.mkdir(parents=True, exist_ok=True)
-        block_mesh(assembly, block).export(directory / f"{_quoted(name)}{suffix}")
+        with written_whole(directory / f"{_quoted(name)}{suffix}") as place:
+            block_mesh(assembly, block).export(place)
 
 
 def _natural(path: Path) -> list[tuple[int, str]]:

@@ -7,7 +7,7 @@ extras of GLB's nodes (Blender's custom properties) and in comments of OBJ, and 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,6 +20,7 @@ from blockstat.geometry.triangulation import triangulate
 from blockstat.io.names import distinct_names
 from blockstat.io.obj import closed_runs, read_obj, split_solids, write_obj
 from blockstat.io.parts import Parts, chosen_supports
+from blockstat.system.reading import check_file
 
 if TYPE_CHECKING:
     import trimesh
@@ -89,10 +90,7 @@ def _solids(path: Path) -> tuple[list[_Solid], dict[str, Any]]:
         if len(solids) == 1 and "support" not in solids[0].extras:  # not ours: perhaps all blocks put together
             solids = split_solids(solids[0])
         return [_Solid(*solid) for solid in solids], shared
-    try:
-        scene = trimesh.load_scene(path, process=False)
-    except Exception as error:
-        raise InputError(f"cannot be read as a mesh: {error}") from None
+    scene = loaded(path, trimesh.load_scene)
     found: dict[str, list[_Solid]] = {}
     for node in scene.graph.nodes_geometry:
         transform, geometry = scene.graph[node]
@@ -109,6 +107,46 @@ def _solids(path: Path) -> tuple[list[_Solid], dict[str, Any]]:
             label = f"{name}.{number}" if len(parts) > 1 else name
             found.setdefault(str(geometry), []).append(_Solid(label, *_polygons(part), extras=extras))
     return [solid for geometry in scene.geometry for solid in found.get(str(geometry), [])], scene.metadata
+
+
+def loaded(path: Path, load: Callable[..., Any]) -> Any:
+    """Read a mesh file with trimesh; other files that it names, such as buffers of a GLB, are beside it or refused.
+
+    Parameters
+    ----------
+    path : Path
+        A .glb, .stl or .ply file.
+    load : callable
+        `trimesh.load_scene` or `trimesh.load_mesh`.
+
+    Returns
+    -------
+    trimesh.Scene or trimesh.Trimesh
+        As `load` returns it.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be read. The message never quotes what is in a file.
+    """
+    from trimesh.resolvers import FilePathResolver
+
+    class Beside(FilePathResolver):
+        def get(self, name: str) -> bytes:
+            if Path(name).name != name or set(name) & set("/\\:\0") or (path.parent / name).is_symlink():
+                raise InputError("it names a file that is not beside it; files that a mesh names must be beside it")
+            check_file(path.parent / name)
+            return (path.parent / name).read_bytes()
+
+    check_file(path)
+    try:
+        return load(path, process=False, resolver=Beside(str(path)))
+    except InputError:
+        raise
+    except MemoryError:
+        raise
+    except Exception as error:  # trimesh raises whatever its parsers do
+        raise InputError(f"cannot be read as a mesh ({type(error).__name__})") from None
 
 
 def _closed_runs(mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
@@ -160,9 +198,9 @@ def read_whole(path: Path) -> tuple[np.ndarray, list[list[int]]]:
     import trimesh
 
     try:
-        mesh = trimesh.load_mesh(path, process=False)
-    except Exception as error:
-        raise InputError(f"{path.name}: cannot be read as a mesh: {error}") from None
+        mesh = loaded(path, trimesh.load_mesh)
+    except InputError as error:
+        raise InputError(f"{path.name}: {error}") from None
     if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
         raise InputError(f"{path.name}: is no surface of faces")
     mesh.merge_vertices(merge_tex=True, merge_norm=True, digits_vertex=_digits(mesh))
@@ -224,7 +262,7 @@ def write_mesh(assembly: Assembly, path: Path, values: Mapping[str, Any]) -> Non
 
     suffix = path.suffix.lower()
     if values and suffix not in (".glb", ".obj"):
-        raise InputError(f"{path}: values are written to .glb and .obj only")
+        raise InputError("values are written to .glb and .obj only")
     extras = [_described(assembly, i, values) for i in range(assembly.n_blocks)]
     shared = {"friction": assembly.friction, "gravity": assembly.gravity.tolist()}
     if suffix == ".obj":

@@ -23,6 +23,7 @@ from blockstat.errors import InputError
 from blockstat.io.names import distinct_names
 from blockstat.io.parts import Parts
 from blockstat.joint import JointLaw, Tie
+from blockstat.system.reading import check_depth, text_of
 
 
 class _BlockRecord(msgspec.Struct):
@@ -83,14 +84,17 @@ def load_json(path: Path) -> Any:
     InputError
         With the line of bad JSON.
     """
+    text = text_of(path)
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
+        data = json.loads(text)
     except json.JSONDecodeError as error:
         raise InputError(f"line {error.lineno}, column {error.colno}: not valid JSON ({error.msg})") from None
     except RecursionError:
         raise InputError("the JSON is nested too deeply") from None
-    except UnicodeDecodeError:
-        raise InputError("not a text file in UTF-8") from None
+    except ValueError:  # Python reads no integer of so many digits
+        raise InputError("holds a number of thousands of digits") from None
+    check_depth(data)
+    return data
 
 
 def native_parts(
@@ -204,5 +208,5 @@ def write_json(assembly: Assembly, path: Path) -> None:
     try:
         text = json.dumps(data)
     except (TypeError, ValueError) as error:
-        raise InputError(f"{path}: the metadata cannot be written as JSON ({error})") from None
+        raise InputError(f"the metadata cannot be written as JSON ({error})") from None
     path.write_text(text, encoding="utf-8")

@@ -16,6 +16,7 @@ import numpy as np
 
 from blockstat.errors import InputError
 from blockstat.geometry.components import connected_components
+from blockstat.system.reading import check_file
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -57,7 +58,8 @@ def read_obj(path: Path) -> tuple[list[Solid], dict[str, Any]]:
     labels: dict[str, list[str]] = {"o": [], "g": []}
     notes: dict[int, dict[str, Any]] = {}
     faces: list[tuple[int, int, list[int]]] = []
-    for number, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), 1):
+    check_file(path)
+    for number, line in enumerate(path.read_text(encoding="utf-8-sig", errors="replace").splitlines(), 1):
         word, *rest = line.split("#")[0].split() or [""]
         try:
             if word == "v":
@@ -74,7 +76,7 @@ def read_obj(path: Path) -> tuple[list[Solid], dict[str, Any]]:
             elif line.startswith(NOTE):
                 notes.setdefault(len(labels["o"]), dict(json.loads(line[len(NOTE) - 1 :])))
         except ValueError:
-            raise InputError(f"line {number}: cannot read {line.strip()!r}") from None
+            raise InputError(f'line {number}: cannot be read as "{word or "# blockstat"}" of an OBJ file') from None
     objects = bool(labels["o"])
     names = ["", *labels["o" if objects else "g"]]
     own: dict[int, list[list[int]]] = {}

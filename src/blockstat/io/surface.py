@@ -70,12 +70,12 @@ def _of_obj(path: Path) -> tuple[Floats, list[list[int]]]:
 def _of_mesh(path: Path) -> tuple[Floats, list[list[int]]]:
     import trimesh
 
-    from blockstat.io.mesh import Y_UP
+    from blockstat.io.mesh import Y_UP, loaded
 
     try:
-        mesh = trimesh.load_mesh(path, process=False)
-    except Exception as error:  # trimesh raises whatever its parsers do
-        raise InputError(f"{path}: cannot be read: {error}") from None
+        mesh = loaded(path, trimesh.load_mesh)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
     corners = np.asarray(mesh.vertices, dtype=float)
     if path.suffix.lower() == ".glb":
         corners = corners @ Y_UP[:3, :3]

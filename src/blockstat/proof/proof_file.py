@@ -26,6 +26,7 @@ from blockstat.proof.motions import BOUND, driven_motion
 from blockstat.proof.rational import Exact, exact, text, written
 from blockstat.proof.structure import Structure, structure
 from blockstat.result import Result, Sentence
+from blockstat.system.writing import written_whole
 from blockstat.typing import Floats
 
 if TYPE_CHECKING:
@@ -101,7 +102,8 @@ class ProofFile(Result):
         path
             Of a JSON file.
         """
-        Path(path).write_text(json.dumps(self.content, separators=(",", ":")) + "\n", encoding="utf-8")
+        with written_whole(path) as place:
+            place.write_text(json.dumps(self.content, separators=(",", ":")) + "\n", encoding="utf-8")
 
 
 @known_options

@@ -12,6 +12,8 @@ from blockstat.contact.interfaces import GAP
 from blockstat.errors import InputError, known_options, no_such
 from blockstat.result import Result, finite
 from blockstat.sequence.states import Whole
+from blockstat.system.reading import text_of
+from blockstat.system.writing import written_whole
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -83,7 +85,7 @@ def read_plan(path: str | Path, assembly: Assembly) -> Plan:
         For a file that is no plan, and for what `check_plan` finds.
     """
     try:
-        data = json.loads(Path(path).read_text())
+        data = json.loads(text_of(Path(path)))
         steps = tuple(_step(step, k) for k, step in enumerate(data["steps"]))
         plan = Plan(
             steps,
@@ -134,7 +136,8 @@ def write_plan(plan: Plan, path: str | Path) -> None:
     }  # fmt: skip
     rows = [json.dumps({"install": step.install, "hold": step.hold}) for step in plan.steps]
     top = json.dumps(head)[:-1]
-    Path(path).write_text(top + ', "steps": [\n' + ",\n".join(rows) + "\n]}\n")
+    with written_whole(path) as place:
+        place.write_text(top + ', "steps": [\n' + ",\n".join(rows) + "\n]}\n")
 
 
 def check_plan(plan: Plan, assembly: Assembly) -> None:

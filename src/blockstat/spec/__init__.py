@@ -3,7 +3,7 @@
 A file has one of two forms: the short form of a chapel, and compositions of elements. Both become a `Plan` of elements
 in numbers (`resolve`, `lowered`), and `build` puts the blocks of its elements together.
 
-This room imports `model`, `io`, `loading`, `contact` and the root.
+This room imports `model`, `io`, `loading`, `contact`, `system` and the root.
 """
 
 from blockstat.spec.chapel import WALLS, Brick, Building, Buttress, Opening, Vault, Wall, lowered

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 import msgspec
 
 from blockstat.errors import InputError
+from blockstat.model.size import blocks_asked, check_number
 from blockstat.model.walling import run as walling
 from blockstat.spec.composition import Plan, load_tables, ties_of
 from blockstat.spec.element import Element
@@ -91,9 +92,6 @@ class Building(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
 
     def __post_init__(self) -> None:
         check_name(self.name)
-
-
-MOST_BLOCKS = 300_000
 
 
 def lowered(building: Building) -> Plan:
@@ -213,13 +211,19 @@ def _courses(height: float, nominal: float) -> int:
 
 
 def _check_size(building: Building) -> None:
-    brick = value_of(building.brick.length) * value_of(building.brick.height)
+    """Refuse too many courses, voussoirs, windows or buttresses, which are lists before they are blocks."""
     length, height = value_of(building.length), value_of(building.wall.height)
-    about = 2 * (length + value_of(building.span)) * height / brick
+    bricks = {"brick": (value_of(building.brick.length), value_of(building.brick.height))}
+    round_all = [(0.0, 0.0), (2 * (length + value_of(building.span)), 0.0)]
+    run = walling.Run(path=round_all, thickness=value_of(building.wall.thickness), height=height)
+    about = blocks_asked("walls", {"runs": {"": run}, **bricks})
     if building.vault is not None:
-        about += value_of(building.vault.voussoirs) * length / value_of(building.brick.length)
-    if about > MOST_BLOCKS:
-        raise InputError(f"brick, wall and vault make about {about:.2g} blocks; at most {MOST_BLOCKS} are built")
+        voussoirs = round(value_of(building.vault.voussoirs))
+        about += blocks_asked("barrel", {"voussoirs": voussoirs, "length": length, "brick": bricks["brick"][0]})
+    check_number("brick, wall and vault", about)
+    for key, tables in (("doors", building.doors), ("windows", building.windows), ("buttresses", building.buttresses)):
+        for side, table in tables.items():
+            check_number(f"{key}.{side}.number", value_of(table.number))
     thickness = value_of(building.wall.thickness)
     if 2 * thickness > length * (1 + 1e-9):
         raise InputError(f"wall.thickness: end walls of {thickness:g} m overlap in a building of {length:g} m length")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from fnmatch import fnmatchcase
 from itertools import product
+from math import prod
 from typing import Any
 
 import msgspec
@@ -16,13 +17,13 @@ from blockstat.errors import InputError
 from blockstat.joint import JointLaw
 from blockstat.model.ground import ground
 from blockstat.model.placing import moved, rotation
+from blockstat.model.size import blocks_asked, check_number
 from blockstat.spec.chapel import lowered
 from blockstat.spec.composition import GROUND, Composition, Plan, resolve
 from blockstat.spec.element import Element, Repeat, repeats_of
-from blockstat.spec.elements import blocks_of
+from blockstat.spec.elements import blocks_of, kind_of
 from blockstat.spec.scene import Scene, parameters
 
-MOST_COPIES = 10_000
 #: Depth of an overlap of elements that is an error, relative to the smaller block; rounding makes less.
 OVERLAP = 1e-4
 #: A block stands on the ground when its foot is as near to z = 0 as this, relative to its height.
@@ -59,6 +60,7 @@ def build(scene: Scene) -> Assembly:
     """
     plan = resolve(scene) if isinstance(scene, Composition) else lowered(scene)
     try:
+        _check_numbers(plan)
         blocks = [block for name, element in plan.elements.items() for block in _placed(name, element)]
     except InputError as error:
         raise InputError(_said(str(error), plan.keys)) from None
@@ -98,6 +100,17 @@ def _said(message: str, keys: Mapping[str, str]) -> str:
     return message
 
 
+def _check_numbers(plan: Plan) -> None:
+    """Refuse a scene of too many blocks before the first is built."""
+    total = 0.0
+    for name, element in plan.elements.items():
+        copies = prod(min(repeat.number, 10**15) for repeat in repeats_of(element))
+        own = blocks_asked(kind_of(element), msgspec.structs.asdict(element)) * float(min(copies, 10**100))
+        check_number(f"elements.{name}", own)
+        total += own
+    check_number("elements", total)
+
+
 def _placed(name: str, element: Element) -> Iterator[Block]:
     """The blocks of an element and its copies, in place."""
     try:
@@ -106,8 +119,6 @@ def _placed(name: str, element: Element) -> Iterator[Block]:
         raise InputError(f"elements.{name}: {error}") from None
     repeats = repeats_of(element)
     copies = list(product(*(range(repeat.number) for repeat in repeats)))
-    if len(copies) > MOST_COPIES:
-        raise InputError(f"elements.{name}.repeat: it makes {len(copies)} copies; at most {MOST_COPIES} are built")
     for number, steps in enumerate(copies, 1):
         parts = [name if element.prefix is None else element.prefix, str(number) if len(copies) > 1 else ""]
         prefix = "".join(f"{part}." for part in parts if part)

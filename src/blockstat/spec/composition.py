@@ -22,6 +22,8 @@ from blockstat.spec.ranges import Range, is_range
 from blockstat.spec.reading import check_name, entries, joined, read_as
 
 GROUND = "ground"  #: among the supports: a slab under all that stands at z = 0
+#: Parameters that follow from one another before the next is known: each takes some frames of Python's stack.
+DEEPEST = 50
 NAME = r"[A-Za-z_][A-Za-z0-9_-]*"
 
 
@@ -208,6 +210,8 @@ class _Names:
             if name in self.asked:
                 circle = " -> ".join([*self.asked[self.asked.index(name) :], name])
                 raise InputError(f"parameters.{name}: it depends on itself: {circle}")
+            if len(self.asked) > DEEPEST:
+                raise InputError(f"parameters.{self.asked[0]}: it follows from more than {DEEPEST} others in a row")
             self.asked.append(name)
             self.values[name] = float(_plain(self.parameters[name], f"parameters.{name}", self))
             self.asked.pop()

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Iterable
-from pathlib import Path
+from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
-
-import tomllib
 
 from blockstat.assembly import Assembly
 from blockstat.errors import InputError, known_options
@@ -15,19 +14,28 @@ from blockstat.io.files import blaming, read_parts
 from blockstat.spec.compose import build
 from blockstat.spec.composition import load_tables
 from blockstat.spec.scene import Scene, scene_from
+from blockstat.system.reading import check_depth, text_of
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
 
 #: Tables whose errors name the line.
 LOCATED = ("loads", "cases", "ties")
 BLOCKS = (".json", ".obj", ".glb", ".stl", ".ply")  #: suffixes of files that are no scenes
 
 
-def load_scene(path: str | Path) -> Scene:
+@known_options
+def load_scene(path: str | Path, *, folder: str | Path | None = None) -> Scene:
     """Read a scene; a mesh file named in it is looked for beside it.
 
     Parameters
     ----------
     path : str or Path
         A file in TOML.
+    folder : str or Path, optional
+        For a scene of someone else: the files that it names are inside this folder, at relative paths without "..".
 
     Returns
     -------
@@ -37,7 +45,7 @@ def load_scene(path: str | Path) -> Scene:
     Raises
     ------
     InputError
-        With the line for bad TOML and the key for a bad value.
+        With the line for bad TOML and the key for a bad value, and for a file outside `folder`.
 
     Examples
     --------
@@ -49,20 +57,31 @@ def load_scene(path: str | Path) -> Scene:
     True
     """
     path = Path(path)
-    if not path.is_file():
-        raise InputError(f"{path}: no such file")
     if path.suffix.lower() in BLOCKS:
         raise InputError(f"{path}: a scene file (.toml) is needed; this holds blocks, which have no parameters")
     data = _tables(path)
     data.setdefault("name", path.stem)
     elements = data.get("elements")
-    for element in elements.values() if isinstance(elements, dict) else ():
+    for name, element in elements.items() if isinstance(elements, dict) else ():
         if isinstance(element, dict) and isinstance(element.get("file"), str):
-            element["file"] = str(path.parent / element["file"])
+            if folder is not None and not _is_inside(Path(folder), element["file"]):
+                raise InputError(
+                    f"{path}: elements.{name}.file: a file of this scene is named by a relative path inside the folder "
+                    "that was chosen at the start"
+                )
+            element["file"] = str(Path(folder or path.parent) / element["file"])
     try:
         return scene_from(data)
     except InputError as error:
         raise located(path, error) from None
+
+
+def _is_inside(folder: Path, name: str) -> bool:
+    """Whether a name stays in a folder, in the words of any system and after all links are followed."""
+    ways = (PurePosixPath(name), PureWindowsPath(name))
+    if "\0" in name or any(way.anchor or ".." in way.parts for way in ways):
+        return False
+    return (folder / name).resolve().is_relative_to(folder.resolve())
 
 
 def load_file(path: str | Path) -> dict[str, dict[str, Any]]:
@@ -96,12 +115,17 @@ def load_file(path: str | Path) -> dict[str, dict[str, Any]]:
 
 def _tables(path: Path) -> dict[str, Any]:
     """What a file in TOML says."""
-    if not path.is_file():
-        raise InputError(f"{path}: no such file")
+    text = text_of(path)
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
         raise InputError(f"{path}: not valid TOML: {error}") from None
+    except RecursionError:
+        raise InputError(f"{path}: tables and lists are nested too deeply") from None
+    except ValueError:  # Python reads no integer of so many digits
+        raise InputError(f"{path}: holds a number of thousands of digits") from None
+    blaming(path, lambda: check_depth(data))
+    return data
 
 
 def located(path: str | Path, error: InputError) -> InputError:
@@ -129,7 +153,7 @@ def located(path: str | Path, error: InputError) -> InputError:
     key = str(error).partition(":")[0]
     if path.suffix.lower() != ".toml" or key.partition(".")[0] not in LOCATED:
         return InputError(f"{path}: {error}")
-    line = _line_of(path.read_text(encoding="utf-8"), key.split("."))
+    line = _line_of(text_of(path), key.split("."))
     return InputError(f"{path}, line {line}: {error}" if line else f"{path}: {error}")
 
 

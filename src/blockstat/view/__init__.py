@@ -1,5 +1,5 @@
 """Pictures, animations, attributes and reports of what the statics say.
 
 This room imports `analysis`, `large_displacement`, `design_search`, `sensitivity`, `sequence`, `studies`, `spec`, `io`,
-`contact`, `geometry` and the root.
+`contact`, `geometry`, `system` and the root.
 """

@@ -17,6 +17,7 @@ import numpy as np
 from blockstat.analysis.verdict import corner_speed
 from blockstat.errors import InputError
 from blockstat.geometry.triangulation import triangulate
+from blockstat.system.writing import written_whole
 from blockstat.typing import Floats
 from blockstat.view.plot import MOVED, SUPPORT, moving_twist
 
@@ -170,7 +171,8 @@ def write_motion(
     animation = _animation(assembly, times, displacement, quaternion, _shown(assembly, come, gone), buffer)
     if animation["channels"]:
         content["animations"] = [{"name": name, **animation}]
-    path.write_bytes(_glb(content | buffer.described(), buffer.data))
+    with written_whole(path) as place:
+        place.write_bytes(_glb(content | buffer.described(), buffer.data))
     return path
 
 

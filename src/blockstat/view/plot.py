@@ -15,6 +15,7 @@ from blockstat.analysis.limit_load import LimitLoad, LoadOutcome
 from blockstat.analysis.verdict import Verdict, corner_speed
 from blockstat.errors import InputError, known_options
 from blockstat.sensitivity.parameters import stone_sensitivity
+from blockstat.system.writing import written_whole
 from blockstat.typing import Floats, Ints
 from blockstat.view.painter import posed, view_of, visible, with_copies
 
@@ -138,11 +139,30 @@ def plot(
     if overlay is not None:
         overlay(axes)
     if figure is not None:
-        try:
-            figure.savefig(str(place))
-        except ValueError as error:
-            raise InputError(f"{place}: {error}") from None
+        save_figure(figure, place)
     return place
+
+
+def save_figure(figure: Any, path: Any) -> None:
+    """Write a picture whole or not at all.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        The picture.
+    path : str or Path
+        The file; its suffix is the format.
+
+    Raises
+    ------
+    InputError
+        For a format that matplotlib does not write, or a disk that is full.
+    """
+    with written_whole(path) as beside:
+        try:
+            figure.savefig(str(beside))
+        except ValueError as error:
+            raise InputError(f"{path}: {error}") from None
 
 
 def fresh_figure(path: Path) -> Figure:

@@ -10,7 +10,7 @@ import numpy as np
 from blockstat.analysis.limit_load import LoadOutcome
 from blockstat.errors import InputError
 from blockstat.studies.directions import DirectionalLimits, DirectionOutcome
-from blockstat.view.plot import Place, fresh_figure
+from blockstat.view.plot import Place, fresh_figure, save_figure
 
 LINE, WEAKEST = "#0072B2", "#D55E00"  #: blue and orange, which colour-blind readers tell apart
 
@@ -50,7 +50,7 @@ def plot_directions(found: DirectionalLimits, place: Place) -> Place:
     if isinstance(place, (str, Path)):
         figure = fresh_figure(Path(place))
         _draw(found, figure.add_subplot(projection="polar"))
-        figure.savefig(str(place))
+        save_figure(figure, place)
     else:
         _draw(found, place)
     return place

@@ -13,6 +13,7 @@ from blockstat.design_search.search import PRUNED, Candidate, SearchResult
 from blockstat.io.files import write
 from blockstat.spec import build, parameters, with_values
 from blockstat.studies.directions import DirectionOutcome, limit_load_by_direction
+from blockstat.system.writing import written_whole
 from blockstat.view.document import image, page
 from blockstat.view.plot import DEMAND, plot, plot_verdict
 from blockstat.view.polar import plot_directions
@@ -72,7 +73,9 @@ def write_designs(
             figures.append(Figure(path, f"Limit loads of the best design along +-x and +-y; the least is {words}."))
         if available():
             turning = directory / "view.html"
-            turning.write_text(interactive_html(verdict), encoding="utf-8")
+            text = interactive_html(verdict)
+            with written_whole(turning) as place:
+                place.write_text(text, encoding="utf-8")
             figures.append(Figure(turning, "The same, to turn with the mouse."))
     pruned = [c for c in result.history if c.dynamic == PRUNED]
     if pruned:
@@ -128,7 +131,8 @@ def write_report(
         body.append("<h2>Volume against reserve</h2>" + _front_table(result.front))
     body.append("<h2>History</h2>" + _history_table(history))
     path = directory / "report.html"
-    path.write_text(page(f"{result.building.name}: design search", body), encoding="utf-8")
+    with written_whole(path) as place:
+        place.write_text(page(f"{result.building.name}: design search", body), encoding="utf-8")
     return path
 
 

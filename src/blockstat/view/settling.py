@@ -11,7 +11,7 @@ from blockstat.large_displacement.capacity_curve import CapacityCurve
 from blockstat.studies.foundations import Settlement
 from blockstat.typing import Floats
 from blockstat.view.painter import view_of
-from blockstat.view.plot import Place, draw_joints, extent, fresh_figure, plot
+from blockstat.view.plot import Place, draw_joints, extent, fresh_figure, plot, save_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -127,7 +127,7 @@ def plot_capacity(found: CapacityCurve, place: Place) -> Place:
     if isinstance(place, (str, Path)):
         figure = fresh_figure(Path(place))
         _draw(found, figure.add_subplot())
-        figure.savefig(str(place))
+        save_figure(figure, place)
     else:
         _draw(found, place)
     return place

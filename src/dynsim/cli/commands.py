@@ -16,6 +16,7 @@ from blockstat.cli.options import (
     FileArgument,
     Friction,
     Gravity,
+    MostBlocks,
     Supports,
     Tilt,
     Units,
@@ -62,7 +63,7 @@ app.command("app")(open_page)
 
 
 @app.callback()
-def about(version: Version = False) -> None:
+def about(version: Version = False, most_blocks: MostBlocks = None) -> None:
     """Dynamics of masonry in Bullet or LMGC90: verdicts, limits, comparisons, design search."""
 
 

@@ -74,6 +74,8 @@ def optimise(
 
 def _print_result(result: SearchResult, report: Path, as_json: bool) -> None:
     """Print the best design and where its report is, or all of the history as JSON."""
+    from blockstat.design_search.candidate import failures
+
     if as_json:
         print_json(
             {
@@ -90,6 +92,10 @@ def _print_result(result: SearchResult, report: Path, as_json: bool) -> None:
     else:
         best = result.best_parameters
         words = ", ".join(f"{k} = {v:g}" for k, v in best.items()) if best else "no design stood"
+        if not result.finished:
+            typer.echo("interrupted: the same command goes on from here")
+        if failed := failures(asdict(candidate) for candidate in result.history):
+            typer.echo(failed)
         typer.echo(f"best: {words}\nreport: {report}")
 
 

@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
-from blockstat.cli.options import PORT, FileArgument, Port, Supports
+from blockstat.cli.options import PORT, FileArgument, Folder, MostGigabytes, MostSeconds, Port, Supports
 
 
-def open_page(file: FileArgument, supports: Supports = None, port: Port = PORT) -> None:
+def open_page(
+    file: FileArgument,
+    supports: Supports = None,
+    port: Port = PORT,
+    folder: Folder = None,
+    most_seconds: MostSeconds = 300.0,
+    most_gigabytes: MostGigabytes = 4.0,
+) -> None:
     """Open the live page with Bullet: "Let it fall" and "Optimise" beside the static verdict."""
+    from blockstat.app.background import Limits
     from blockstat.app.server import serve
     from dynsim.panel import FallPanel, OptimisePanel
 
-    serve(file, supports=supports or "", port=port, panels=[FallPanel(), OptimisePanel()])
+    limits, panels = Limits(most_seconds, most_gigabytes), [FallPanel(), OptimisePanel()]
+    serve(file, supports=supports or "", port=port, panels=panels, folder=folder, limits=limits)

@@ -10,6 +10,7 @@ import typer
 
 from blockstat.cli.options import AsJson, FileArgument, Friction, Supports, Units, load, print_json
 from blockstat.errors import InputError
+from blockstat.system.reading import text_of
 from dynsim.cli.criteria import Preset
 from dynsim.cli.loads import Output
 
@@ -64,9 +65,9 @@ def sequence(
 def _assembly_of(plan: Path) -> Path:
     """The assembly that a plan names, beside it."""
     try:
-        named = json.loads(plan.read_text()).get("assembly", "")
-    except OSError as error:
-        raise InputError(f"{plan}: cannot be read ({error.strerror})") from None
+        named = json.loads(text_of(plan)).get("assembly", "")
+    except InputError:
+        raise
     except (ValueError, AttributeError):
         named = ""
     if not named:

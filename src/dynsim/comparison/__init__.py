@@ -1,5 +1,5 @@
 """Static and dynamic verdicts side by side, and why they differ.
 
-This room imports the root, `engine`, `judge`, `parallel`, and of `blockstat` the root, `contact`, `analysis` and
-`sequence`.
+This room imports the root, `engine`, `judge`, `parallel`, and of `blockstat` the root, `contact`, `analysis`,
+`sequence` and `system`.
 """

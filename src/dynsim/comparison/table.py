@@ -13,6 +13,7 @@ from typing import Any
 
 from blockstat.errors import InputError
 from blockstat.result import Result, Sentence
+from blockstat.system.writing import written_whole
 
 STATICS = ("static", "coulomb")
 
@@ -198,7 +199,7 @@ class Comparisons(Result):
             The file.
         """
         path = Path(path)
-        with path.open("w", newline="") as file:
+        with written_whole(path) as place, place.open("w", newline="") as file:
             writer = csv.DictWriter(file, list(Comparison.__dataclass_fields__))
             writer.writeheader()
             writer.writerows([{k: "" if v is None else v for k, v in row.summary().items()} for row in self])
@@ -218,7 +219,8 @@ class Comparisons(Result):
             The file.
         """
         path = Path(path)
-        path.write_text(json.dumps(self.summary(), indent=1) + "\n")
+        with written_whole(path) as place:
+            place.write_text(json.dumps(self.summary(), indent=1) + "\n")
         return path
 
     def _repr_html_(self) -> str:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
@@ -13,6 +14,8 @@ from blockstat.contact.interfaces import Interfaces
 from blockstat.design_search.search import Candidate, Margin, SearchResult, check_strategy, search
 from blockstat.errors import known_options
 from blockstat.spec import Scene, build, with_values
+from blockstat.system.lines import PlainLines
+from blockstat.system.lock import locked
 from blockstat.view.plot import Place, plot
 from blockstat.view.report import Figure, write_designs, write_report
 from dynsim.comparison.causes import likely_reason
@@ -80,21 +83,10 @@ def optimise(
     InputError
         As `blockstat.search` does. Also for an option that does not exist.
     """
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
     check_strategy(strategy, over, margin, snap)
     memory, jobs = Memory(), jobs_checked(jobs)
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True)) as bar:
-        task = bar.add_task("searching", total=None)
-
-        def progress(done: int, expected: int, last: Candidate) -> None:
-            word = f"{last.static} / {last.dynamic}" if last.dynamic else last.note or last.static
-            values = " ".join(f"{value:g}" for value in last.parameters.values())
-            bar.update(task, completed=done, total=expected, description=f"{values}: {word}")
-
-        with SpeculativeRuns(partial(verify, settings=settings), jobs) as dynamic:
+    with locked(directory):
+        with shown_search() as progress, SpeculativeRuns(partial(verify, settings=settings), jobs) as dynamic:
 
             def begin(assembly: Assembly, interfaces: Interfaces | None = None) -> None:
                 dynamic.begin(assembly, interfaces=interfaces)
@@ -118,10 +110,41 @@ def optimise(
                 snap=snap,
                 points=points,
             )
-    figures = write_designs(result, directory, under=under)
-    figures += _moved(result, directory, settings, under)
-    notes = [f"Judged with {conditions}.", NOTE] if conditions else [NOTE]
-    return result, write_report(result, directory, figures, notes=notes)
+        figures = write_designs(result, directory, under=under)
+        figures += _moved(result, directory, settings, under)
+        notes = [f"Judged with {conditions}.", NOTE] if conditions else [NOTE]
+        return result, write_report(result, directory, figures, notes=notes)
+
+
+@contextmanager
+def shown_search() -> Iterator[Callable[[int, int, Candidate], None]]:
+    """Show how far a search is on standard error: a bar on a terminal, and elsewhere a line every two seconds.
+
+    Yields
+    ------
+    callable
+        As `progress` of `blockstat.search`.
+    """
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    def words(last: Candidate) -> str:
+        word = f"{last.static} / {last.dynamic}" if last.dynamic else last.note or last.static
+        return f"{' '.join(f'{value:g}' for value in last.parameters.values())}: {word}"
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        line = PlainLines()
+        yield lambda done, expected, last: line(f"searching: {done} of at most {expected} designs; {words(last)}")
+        return
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console) as bar:
+        task = bar.add_task("searching", total=None)
+
+        def progress(done: int, expected: int, last: Candidate) -> None:
+            bar.update(task, completed=done, total=expected, description=words(last))
+
+        yield progress
 
 
 def _moved(

@@ -7,6 +7,7 @@ import os
 import sys
 from typing import Any
 
+from blockstat.errors import InputError
 from blockstat.typing import Floats
 
 #: Engine settings, measured: docs/dynamics.md.
@@ -21,6 +22,12 @@ ENGINE: dict[str, Any] = {
 }
 
 
+MISSING = (
+    "Bullet needs pybullet: pip install 'blockstat[dynamics]' on Linux x86-64 with Python 3.10 or 3.11, and elsewhere "
+    "conda install -c conda-forge pybullet"
+)
+
+
 def import_bullet() -> Any:
     """Import pybullet without its greeting, which it writes past Python's own streams.
 
@@ -28,6 +35,11 @@ def import_bullet() -> Any:
     -------
     module
         The module pybullet.
+
+    Raises
+    ------
+    InputError
+        When pybullet is not installed; it says how to get it.
     """
     if "pybullet" in sys.modules:
         return sys.modules["pybullet"]
@@ -38,6 +50,8 @@ def import_bullet() -> Any:
         for stream, _ in kept:
             os.dup2(nowhere, stream)
         return importlib.import_module("pybullet")
+    except ImportError:
+        raise InputError(MISSING) from None
     finally:
         for stream, copy in kept:
             os.dup2(copy, stream)

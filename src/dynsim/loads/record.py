@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from blockstat.errors import InputError
+from blockstat.system.reading import text_of
 from dynsim.checks import vector_of
 from dynsim.loads.ground import Record
 
@@ -66,14 +67,7 @@ def read_record(path: str | Path, *, direction: Sequence[float] = (1.0, 0.0, 0.0
 
 
 def _rows(path: Path) -> list[list[float]]:
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: not a text file in UTF-8") from None
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror}") from None
+    text = text_of(path)
     rows: list[list[float]] = []
     headed = False
     for number, line in enumerate(text.splitlines(), start=1):

@@ -14,10 +14,12 @@ from collections.abc import Callable
 from typing import Any
 
 from blockstat.errors import InputError, InputWarning
+from blockstat.system.process import end_with_parent
 
 
 def main() -> None:
     """Do tasks (function, argument) until the input ends; each answer is (result, what went wrong or "", warnings)."""
+    end_with_parent()
     source = sys.stdin.buffer
     # What libraries print must not get between the answers.
     answers = os.fdopen(os.dup(1), "wb")

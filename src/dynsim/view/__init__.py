@@ -1,4 +1,4 @@
 """Runs as files: animated GLB, NPZ, film strips.
 
-This room imports `judge`, and of `blockstat` the root, `io`, `spec` and `view`.
+This room imports `judge`, and of `blockstat` the root, `io`, `spec`, `view` and `system`.
 """

@@ -13,6 +13,7 @@ from blockstat.assembly import Assembly
 from blockstat.errors import InputError
 from blockstat.io.files import write
 from blockstat.spec import read
+from blockstat.system.writing import written_whole
 from blockstat.typing import Floats
 from dynsim.judge.run import Contacts, Run
 from dynsim.view.film import film_strip
@@ -122,7 +123,7 @@ def write_npz(run: Run, path: str | Path) -> Path:
         The file.
     """
     path = check_path(path)
-    with path.open("wb") as file:
+    with written_whole(path) as place, place.open("wb") as file:
         np.savez_compressed(
             file,
             format=FORMAT,

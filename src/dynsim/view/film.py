@@ -10,7 +10,7 @@ import numpy as np
 from blockstat.errors import InputError
 from blockstat.typing import Floats, Ints
 from blockstat.view.painter import posed, view_of, visible
-from blockstat.view.plot import SUPPORT
+from blockstat.view.plot import SUPPORT, save_figure
 from dynsim.judge.run import Run
 
 #: The picture holds what falls up to this far beyond the blocks as built, and a margin, as shares of their larger
@@ -97,10 +97,7 @@ def film_strip(
         axes.set_title(f"{run.times[frame]:.2f} s", fontsize=9)
         axes.axis("off")
     figure.colorbar(shown, ax=list(panels), label="moved [mm]", shrink=0.8, aspect=30)
-    try:
-        figure.savefig(path)
-    except ValueError as error:
-        raise InputError(f"{path}: {error}") from None
+    save_figure(figure, path)
     return path
 
 

@@ -44,7 +44,7 @@ class StepSlider:
 
     >>> from blockstat.view.building.slider import StepSlider
     >>> from blockstat.view.three_d.page import start_viser
-    >>> page = StepSlider(start_viser(), assembly, found)  # doctest: +SKIP
+    >>> page = StepSlider(start_viser()[0], assembly, found)  # doctest: +SKIP
     >>> page.to(5)  # doctest: +SKIP
     """
 

@@ -11,7 +11,7 @@ from blockstat.analysis.verdict import Outcome
 from blockstat.errors import InputError
 from blockstat.typing import Floats, Ints
 from blockstat.view.painter import posed, view_of, visible
-from blockstat.view.plot import STONE, SUPPORT, fresh_figure
+from blockstat.view.plot import STONE, SUPPORT, fresh_figure, save_figure
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -82,10 +82,7 @@ def plot_plan(
         axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
         axes.axis("off")
         axes.set_title(f"step {step}: {found.verdicts[step].outcome.word}", fontsize=9)
-    try:
-        figure.savefig(str(path))
-    except ValueError as error:
-        raise InputError(f"{path}: {error}") from None
+    save_figure(figure, path)
     return path
 
 

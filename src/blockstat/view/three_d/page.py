@@ -15,6 +15,7 @@ from blockstat.view.three_d.arrows import force_arrows
 from blockstat.view.three_d.canvas import Canvas
 from blockstat.view.three_d.colouring import colouring
 from blockstat.view.three_d.geometry import contacts_without_area
+from blockstat.view.three_d.guard import HERE, Guard
 
 if TYPE_CHECKING:
     import viser
@@ -28,8 +29,8 @@ DOT = 0.008  #: radius of a contact at a corner, relative to the extent of the f
 HEIGHT = 480  #: of the view in a report or a notebook [px]
 
 
-def start_viser(**options: Any) -> viser.ViserServer:
-    """Start a viser server on this machine only, without its greeting.
+def start_viser(**options: Any) -> tuple[viser.ViserServer, str]:
+    """Start a viser server on this machine only, which answers only those who know its address, without its greeting.
 
     Parameters
     ----------
@@ -38,8 +39,10 @@ def start_viser(**options: Any) -> viser.ViserServer:
 
     Returns
     -------
-    viser.ViserServer
-        The server; `stop_viser` stops it.
+    server : viser.ViserServer
+        `stop_viser` stops it.
+    address : str
+        Where a browser finds it, with the token that admits it.
 
     Raises
     ------
@@ -50,8 +53,10 @@ def start_viser(**options: Any) -> viser.ViserServer:
         import viser
     except ImportError:
         raise InputError(MISSING) from None
-    with redirect_stdout(StringIO()):
-        return viser.ViserServer(host="127.0.0.1", verbose=False, **options)
+    guard = Guard()
+    with redirect_stdout(StringIO()), guard.over_the_next_server():
+        server = viser.ViserServer(host=HERE[0], verbose=False, **options)
+    return server, guard.address(server.get_port())
 
 
 def stop_viser(server: viser.ViserServer) -> None:
@@ -112,7 +117,7 @@ def interactive_html(verdict: Verdict, *, choice: str = "verdict", forces: bool 
     >>> page = interactive_html(verdict, choice="demand")  # doctest: +SKIP
     >>> written = Path("verdict.html").write_text(page)  # doctest: +SKIP
     """
-    server = start_viser(port=0)
+    server, _ = start_viser(port=0)
     try:
         canvas = Canvas(server)
         canvas.recentre(verdict.assembly)

@@ -1,0 +1,119 @@
+"""Commands that show: the live page and pictures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from blockstat.cli.options import (
+    PORT,
+    FileArgument,
+    Folder,
+    Friction,
+    Gravity,
+    MostGigabytes,
+    MostSeconds,
+    Port,
+    Supports,
+    Tilt,
+    Units,
+    numbers,
+)
+from blockstat.cli.options import load as load_assembly
+from blockstat.errors import InputError
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+
+def app_command(
+    file: FileArgument,
+    supports: Supports = None,
+    port: Port = PORT,
+    folder: Folder = None,
+    most_seconds: MostSeconds = 300.0,
+    most_gigabytes: MostGigabytes = 4.0,
+) -> None:
+    """Open the live page: move a parameter and see the verdict change, in the browser, on this machine only."""
+    from blockstat.app.background import Limits
+    from blockstat.app.server import serve
+
+    serve(file, supports=supports or "", port=port, folder=folder, limits=Limits(most_seconds, most_gigabytes))
+
+
+def plot_command(
+    file: FileArgument,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Picture to write (.png, .svg, .pdf, with --mechanism .glb).")
+    ],
+    friction: Friction = None,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
+    supports: Supports = None,
+    units: Units = None,
+    plain: Annotated[bool, typer.Option("--plain", help="Only the blocks, no verdict.")] = False,
+    forces: Annotated[bool, typer.Option("--forces", help="The forces of the joints instead.")] = False,
+    joints: Annotated[bool, typer.Option("--joints", help="How much of each joint's capacity is used.")] = False,
+    mechanism: Annotated[
+        bool, typer.Option("--mechanism", help="The mechanism and a ghost; -o FILE.glb for an animation.")
+    ] = False,
+    stone: Annotated[bool, typer.Option("--stone", help="Where a stone more helps most; needs --load.")] = False,
+    load: Annotated[
+        str | None,
+        typer.Option(metavar="AX,AY,AZ", help="With --mechanism or --stone: of the limit load in this direction."),
+    ] = None,
+    view: Annotated[str, typer.Option(metavar="AZIMUTH,ELEVATION", help="Where to look from, in degrees.")] = "-55,25",
+) -> None:
+    """Draw the blocks, coloured by the static verdict or as the options ask."""
+    from blockstat.analysis.assess import assess
+    from blockstat.analysis.limit_load import limit_load
+    from blockstat.view.plot import plot, plot_forces, plot_stone_sensitivity, plot_verdict
+    from blockstat.view.utilisation import plot_utilisation
+
+    azimuth, elevation = numbers(view, 2, "--view", "AZIMUTH,ELEVATION")
+    look: dict[str, Any] = {"azimuth": azimuth, "elevation": elevation}
+    choices = {"--plain": plain, "--forces": forces, "--joints": joints, "--mechanism": mechanism, "--stone": stone}
+    asked = [name for name, on in choices.items() if on]
+    if len(asked) > 1:
+        raise InputError(f"{' and '.join(asked)} are different pictures; ask for one of them")
+    if load is not None and not (mechanism or stone):
+        raise InputError("--load goes with --mechanism or --stone")
+    if stone and load is None:
+        raise InputError("--stone asks what raises a limit load; give its direction by --load AX,AY,AZ")
+    direction = None if load is None else numbers(load, 3, "--load", "AX,AY,AZ")
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units)
+    if plain:
+        plot(assembly, output, title=assembly.name, **look)
+    elif stone and direction is not None:
+        limit = limit_load(assembly, direction, optimum=True)
+        plot_stone_sensitivity(limit, direction, output, **look)
+    elif mechanism:
+        _plot_mechanism(assembly, direction, output, look)
+    else:
+        draw = plot_forces if forces else plot_utilisation if joints else plot_verdict
+        draw(assess(assembly), output, **look)
+    typer.echo(str(output))
+
+
+def _plot_mechanism(assembly: Assembly, direction: list[float] | None, output: Path, look: dict[str, Any]) -> None:
+    """The mechanism of the verdict, or with a load that of its limit, as a picture or as an animation."""
+    from blockstat.analysis.assess import assess
+    from blockstat.analysis.limit_load import limit_load
+    from blockstat.view.animation import write_mechanism
+    from blockstat.view.plot import plot_mechanism
+
+    if direction is None:
+        result = assess(assembly)
+        if not result.mechanism.any():
+            raise InputError(
+                f"{assembly.name} is {result.outcome.word} and has no mechanism; "
+                "give --load AX,AY,AZ for that of its limit load"
+            )
+    else:
+        result = limit_load(assembly, direction)
+    if output.suffix.lower() == ".glb":
+        write_mechanism(result, output)
+    else:
+        plot_mechanism(result, output, **look)

@@ -1,0 +1,83 @@
+"""Processes that end when they should: with the program that started them, and when they are interrupted."""
+
+from __future__ import annotations
+
+import atexit
+import os
+import signal
+import sys
+import threading
+import time
+from typing import Any
+
+INTERRUPTED = 130  #: exit status of a program that SIGINT ended, as shells have it
+BEAT = 0.5  #: how often a process looks after its parent [s]
+
+
+def end_with_parent() -> None:
+    """Let this process end soon after the one that started it, whatever it is doing.
+
+    An orphan is given another parent by the system; on Windows, where it is not, nothing happens.
+    """
+    parent = os.getppid()
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(BEAT)
+        os._exit(INTERRUPTED)
+
+    threading.Thread(target=watch, name="parent", daemon=True).start()
+
+
+def end_when_interrupted(prog: str) -> None:
+    """Let SIGINT end this process with one line, even while it imports or cleans up.
+
+    Parameters
+    ----------
+    prog : str
+        The name of the command, which begins the line.
+    """
+
+    def end(*_: Any) -> None:
+        os.write(sys.__stderr__.fileno() if sys.__stderr__ else 2, f"{prog}: interrupted\n".encode())
+        os._exit(INTERRUPTED)
+
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGINT, end)
+
+
+def end_now(status: int) -> None:
+    """End this process with a status, after what was registered for its end.
+
+    Python gives a status of its own where the interrupt passed through code that was compiled on the spot.
+
+    Parameters
+    ----------
+    status : int
+        For the shell.
+    """
+    atexit._run_exitfuncs()
+    for stream in (sys.stdout, sys.stderr):
+        stream.flush()
+    os._exit(status)
+
+
+class Interruptions:
+    """Whether SIGINT came: libraries turn the KeyboardInterrupt that it raises into errors of their own."""
+
+    def __init__(self) -> None:
+        self.came = False
+
+    def heed(self) -> None:
+        """Raise KeyboardInterrupt at SIGINT from now on, and remember it."""
+        if threading.current_thread() is threading.main_thread():
+            signal.signal(signal.SIGINT, self._interrupt)
+
+    def ignore(self) -> None:
+        """Let SIGINT do nothing from now on, to the very end of the process."""
+        if threading.current_thread() is threading.main_thread():
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def _interrupt(self, *_: Any) -> None:
+        self.came = True
+        raise KeyboardInterrupt

@@ -1,0 +1,64 @@
+"""Files are written beside their place and renamed: whoever looks finds the old file or the new one, never a half."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from secrets import token_hex
+
+from blockstat.errors import InputError
+
+
+@contextmanager
+def written_whole(path: str | Path) -> Iterator[Path]:
+    """Give a place to write to, which takes the place of a file when the body of a `with` statement ends well.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file to be; one that is there is kept until the new one is complete. A device is written directly.
+
+    Yields
+    ------
+    Path
+        In the same directory and with the same suffix.
+
+    Raises
+    ------
+    InputError
+        When the disk is full or refuses; it names the file, and says whether an old one is kept.
+
+    Examples
+    --------
+    >>> with written_whole("note.txt") as place:
+    ...     _ = place.write_text("done")
+    >>> Path("note.txt").read_text()
+    'done'
+    """
+    path = Path(path)
+    final = path.resolve() if path.is_symlink() else path
+    if final.exists() and not final.is_file():
+        yield path
+        return
+    beside = final.with_name(f".{final.stem[:40]}-{token_hex(4)}{final.suffix}")
+    try:
+        try:
+            yield beside
+            if beside.exists():
+                _settle(beside, final)
+        finally:
+            beside.unlink(missing_ok=True)
+    except OSError as error:
+        kept = "; the file that was there is kept" if final.exists() else ""
+        raise InputError(f"{path}: cannot be written ({error.strerror or error}){kept}") from None
+
+
+def _settle(beside: Path, final: Path) -> None:
+    with beside.open("rb") as file:
+        os.fsync(file.fileno())
+    if final.exists():
+        shutil.copymode(final, beside)
+    os.replace(beside, final)

@@ -1,0 +1,147 @@
+"""Full disks, two searches in one place, parents that die and Ctrl-C at any moment."""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from blockstat import InputError, read, write
+from blockstat.system.lock import locked
+from blockstat.system.writing import written_whole
+from browser import CHAPEL
+from evidence.scenes.small import stack
+
+resource = pytest.importorskip("resource")
+
+SUFFIXES = (".json", ".obj", ".glb", ".stl", ".ply")
+
+
+@pytest.fixture
+def full_disk():
+    """Files of this process may not grow beyond 500 bytes; Python gets an OSError as of a full disk."""
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (500, limits[1]))
+    yield
+    resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_a_full_disk_keeps_the_old_file(suffix, tmp_path, request):
+    path = write(stack(2), tmp_path / f"stack{suffix}")
+    old = path.read_bytes()
+    request.getfixturevalue("full_disk")
+    with pytest.raises(InputError) as refused:
+        write(stack(30), path)
+    assert str(refused.value).startswith(f"{path}: cannot be written (")
+    assert str(refused.value).endswith("; the file that was there is kept")
+    assert path.read_bytes() == old
+    assert [place.name for place in tmp_path.iterdir()] == [path.name]
+
+
+def test_a_new_file_on_a_full_disk_leaves_nothing(tmp_path, full_disk):
+    with pytest.raises(InputError, match=r"new\.json: cannot be written \(File too large\)$"):
+        write(stack(30), tmp_path / "new.json")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_file_is_the_old_one_until_the_new_one_is_whole(tmp_path):
+    path = tmp_path / "a.txt"
+    path.write_text("old")
+    path.chmod(0o600)
+    (tmp_path / "link.txt").symlink_to(path)
+    with written_whole(tmp_path / "link.txt") as place:
+        place.write_text("new")
+        assert path.read_text() == "old"
+    assert path.read_text() == "new"
+    assert (tmp_path / "link.txt").is_symlink()
+    assert path.stat().st_mode & 0o777 == 0o600
+    with pytest.raises(KeyboardInterrupt):
+        write_half(path)
+    assert path.read_text() == "new"
+    assert len(list(tmp_path.iterdir())) == 2
+    with written_whole(os.devnull) as place:
+        place.write_text("a device is written to")
+    assert not os.path.isfile(os.devnull)
+
+
+def write_half(path):
+    with written_whole(path) as place:
+        place.write_text("half")
+        raise KeyboardInterrupt
+
+
+def test_a_directory_has_one_writer(tmp_path):
+    code = "from blockstat.system.lock import locked\n"
+    code += f"with locked({str(tmp_path)!r}): print('has it', flush=True); input()"
+    with subprocess.Popen([sys.executable, "-c", code], stdin=-1, stdout=-1, text=True) as other:
+        assert other.stdout.readline() == "has it\n"
+        with pytest.raises(InputError, match=f"process {other.pid} writes there"), locked(tmp_path):
+            pass
+        other.kill()
+    with locked(tmp_path):  # the system freed it
+        pass
+
+
+def test_a_second_search_in_one_place_says_so(tmp_path):
+    pytest.importorskip("pybullet")
+    from blockstat.cli.options import _status
+    from dynsim.cli.commands import app
+
+    scene, out = tmp_path / "hut.toml", tmp_path / "out"
+    scene.write_text(CHAPEL)
+    out.mkdir()
+    with locked(out), pytest.raises(InputError, match="writes there"):
+        app(["optimise", str(scene), "-o", str(out)], standalone_mode=False)
+    assert _status(lambda: None, "dynsim") == 0
+    assert not (out / "history.csv").exists()
+
+
+def gone(pid):
+    try:
+        with open(f"/proc/{pid}/stat") as file:
+            return file.read().split()[2] == "Z"
+    except FileNotFoundError:
+        return True
+
+
+@pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="needs /proc")
+def test_workers_end_with_their_parent(tmp_path):
+    task = (
+        "import subprocess, sys; print(subprocess.Popen([sys.executable, '-c', sys.argv[1]]).pid, flush=True); input()"
+    )
+    busy = "from blockstat.system.process import end_with_parent; end_with_parent()\nwhile True: pass"
+    parent = subprocess.Popen([sys.executable, "-c", task, busy], stdin=-1, stdout=-1, text=True)
+    child = int(parent.stdout.readline())
+    time.sleep(1.5)
+    assert not gone(child)
+    parent.kill()
+    parent.wait()
+    end = time.monotonic() + 20
+    while not gone(child) and time.monotonic() < end:
+        time.sleep(0.05)
+    assert gone(child)
+
+
+@pytest.mark.parametrize("module", ["blockstat", "dynsim"])
+def test_an_interrupt_at_any_moment_is_one_line(module, tmp_path):
+    path = write(stack(2), tmp_path / "a.json")
+    assert read(path).n_blocks == 3
+    # The clock begins when Python runs code of ours: what comes before is Python's own.
+    code = "from blockstat.system.process import end_when_interrupted as e; e('x')\n"
+    code += f"import {module}.__main__ as m; print('began', flush=True); m.main()"
+    words = ["limit", str(path), "--load", "1,0,0"] if module == "blockstat" else ["verify", str(path)]
+    waits = random.Random(7)
+    for _ in range(6):
+        process = subprocess.Popen([sys.executable, "-c", code, *words], stdout=-1, stderr=-1, text=True)
+        assert process.stdout.readline() == "began\n"
+        time.sleep(waits.uniform(0.0, 1.0))
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+        assert process.returncode in (0, 130)  # it may have been done
+        assert "Traceback" not in errors
+        if process.returncode:
+            assert errors.endswith("interrupted\n")
