@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from blockstat import limit_load
+from blockstat import Tie, limit_load
 from dynsim import (
     DynamicOutcome,
     Pulse,
@@ -32,6 +32,7 @@ from dynsim import (
 from dynsim.view.film import film_strip
 from evidence import results
 from evidence.bisection import bisect
+from evidence.scenes.arches import barrel_on_piers
 from evidence.scenes.small import arch, assembly, box, running_bond, stack
 from evidence.tables import head, row
 
@@ -121,6 +122,31 @@ def limits() -> Iterator[str]:
     yield "\n" + thinner
 
 
+def tied() -> Iterator[str]:
+    """Limits of tied scenes, whose ties bear so many weights of all free blocks."""
+    tower, portal = stack(4, 0.5, 0.5, friction=2.0), barrel_on_piers(0.6, 2.5)
+    across = ("pier-1", "pier1"), ((-2.25, 0.5, 2.5), (2.25, 0.5, 2.5))
+    scenes = [
+        (f"stack of 4 with a central tendon of {f:g} W", tower, tendon(tower, f * tower.free_weight))
+        for f in (0.5, 1.0, 2.0)
+    ]
+    unit = float(portal.density[-1] * np.linalg.norm(portal.gravity))
+    yields = 0.36598887
+    scenes.append((f"arch on piers, tie that yields at {yields:g} gamma", portal, Tie(*across, greatest=yields * unit)))
+    for name, bare, tie in scenes:
+        found = limit(bare.with_(ties=[tie]), (1, 0, 0))
+        yield row([name, f"{found.lower:.4f} to {found.upper:.4f}", f"{found.ratio:.3f}", len(found.trials)])
+
+
+def tendon(asm, force: float) -> Tie:
+    """A constant force along the axis of a stack, from its top to the ground."""
+    top = int(asm.free[-1])
+    low, high = asm.vertices[asm.vertex_start[top] : asm.vertex_start[top + 1]].min(axis=0), asm.bounds[1][top]
+    middle = (low + high) / 2
+    ends = ((middle[0], middle[1], high[2]), (middle[0], middle[1], asm.bounds[0][asm.free].min(axis=0)[2]))
+    return Tie((top, int(np.flatnonzero(asm.support)[0])), ends, least=force, greatest=force)
+
+
 def thickness(lost: float) -> str:
     """How much thinner an arch would be that statics make weaker by that share."""
     thin, thick = (limit_load(arch(15, 0.15 * factor), (1, 0, 0)).lower for factor in (0.99, 1.01))
@@ -167,6 +193,7 @@ HEADS = {
     "closed_forms": [head(["load", "closed form", "Bullet / closed form"])],
     "hinges": [head(["support moves", "verdict", "the three joints that turn most, degrees", "the fourth"])],
     "limits": [head(["scene", "Bullet", "/ associated", "/ zero dilatancy", "runs", "s", "warnings"])],
+    "tied": [head(["scene", "Bullet", "/ statics", "runs"])],
     "forces": [head(["at rest", "carried by the supports / weight", "worst balance of a block / its weight"])],
     "side_by_side": [],
 }
@@ -178,7 +205,7 @@ def main() -> None:
     given = parser.parse_args()
     lines = {
         "closed_forms": [*tipping(), *overturning(), *sliding()], "hinges": [*hinges()], "limits": [*limits()],
-        "forces": [*forces()], "side_by_side": [*side_by_side()],
+        "tied": [*tied()], "forces": [*forces()], "side_by_side": [*side_by_side()],
     }  # fmt: skip
     parts = {name: "\n".join([*HEADS[name], *found]) for name, found in lines.items()}
     results.report(given, lines, parts)

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from blockstat.chance.first_order import FirstOrder, FirstOrderOutcome, first_order
     from blockstat.chance.monte_carlo import Reliability, ReliabilityOutcome, fragility, reliability
     from blockstat.chance.variables import Random
-    from blockstat.code_check.linear import CheckOutcome, LinearCheck, linear_check
+    from blockstat.code_check.linear import CheckOutcome, LinearCheck, linear_check, side_wall_friction
     from blockstat.code_check.nonlinear import LimitState, NonlinearCheck, RockingBlock, nonlinear_check
     from blockstat.code_check.spectrum import Floor, Site, SpectrumTable
     from blockstat.contact.interfaces import Dropped, Interfaces, find_interfaces
@@ -134,7 +134,8 @@ __all__ = [
     "plot_removal", "plot_settlement", "plot_stone_sensitivity", "plot_thrust", "plot_utilisation", "plot_verdict",
     "point_load", "prove", "prove_limit", "prove_verdict", "read", "read_plan", "reliability", "remove_each",
     "repair", "scene_from", "scene_text", "score_by_point", "score_gradient", "search", "settle",
-    "settle_to_collapse", "settlement", "shared_points", "show", "space_of", "stone_sensitivity", "surface_load",
+    "settle_to_collapse", "settlement", "shared_points", "show",
+    "side_wall_friction", "space_of", "stone_sensitivity", "surface_load",
     "sweep", "tendon_load", "thrust_range", "tie_gain", "tie_range", "tilt_limit", "utilisation", "with_values",
     "write", "write_mechanism", "write_motion", "write_plan", "write_verdict",
 ]
@@ -180,7 +181,7 @@ _HOMES = {
         "traffic.envelope": "MovingLoad MovingOutcome moving_load",
         "code_check.nonlinear": "LimitState NonlinearCheck RockingBlock nonlinear_check",
         "code_check.spectrum": "Floor Site SpectrumTable",
-        "code_check.linear": "CheckOutcome LinearCheck linear_check",
+        "code_check.linear": "CheckOutcome LinearCheck linear_check side_wall_friction",
         "loads": "acceleration point_load",
         "model.solids": "box",
         "program.bonds": "Bonds",

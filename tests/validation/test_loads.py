@@ -27,6 +27,7 @@ from blockstat import (
     moving_load,
     patch_load,
     point_load,
+    side_wall_friction,
     surface_load,
     tendon_load,
     tie_gain,
@@ -334,3 +335,47 @@ def test_a_bell_gable_on_a_building():
     assert found.acceleration == pytest.approx(1.211111, rel=1e-6)
     assert found.ag_damage == pytest.approx(0.011301, rel=5e-5)
     assert found.ag_life == pytest.approx(0.022603, rel=5e-5)
+
+
+def test_friction_of_side_walls_by_the_code_is_four_fifths_of_the_sum_over_the_joints():
+    # references_3.md section 4.2: n 12, h_b .30, l .25 (Phi 1.2), t_s .5, mu .577, w 18 kN/m3: 24.303240 kN.
+    wall = {"height": 0.3, "overlap": 0.25, "thickness": 0.5, "unit_weight": 18.0, "friction": 0.577}
+    assert side_wall_friction(courses=12, **wall) == pytest.approx(24.303240, rel=1e-7)
+    assert side_wall_friction(courses=12, phi=0.6, **wall) == pytest.approx(12.151620, rel=1e-7)
+    joints = [0.577 * (k * 0.3 * 0.25 * 0.5 * 18.0) for k in range(1, 6)]
+    assert side_wall_friction(courses=5, **wall) == pytest.approx(0.8 * sum(joints))
+    for key in wall:
+        with pytest.raises(InputError, match=key):
+            side_wall_friction(courses=12, **{**wall, key: 0.0})
+    with pytest.raises(InputError, match="courses is 0"):
+        side_wall_friction(courses=0, **wall)
+
+
+def test_the_envelope_alone_has_the_worst_place_of_the_whole_line_and_all_places_carry_as_much():
+    asm = arch(20, 0.2)
+    weight, y = float(asm.density[-1]) * 0.5, 0.25
+    train = [(0, weight), (0.2, weight)], [(-0.9, y, 1.5), (0.9, y, 1.5)]
+    whole = moving_load(asm, *train, friction=0.7, tolerance=1e-4, positions=15)
+    alone = moving_load(asm, *train, friction=0.7, tolerance=1e-4, positions=15, only_worst=True)
+    least = whole.upper.min()
+    assert alone.upper[alone.worst] == pytest.approx(least, rel=2e-4)
+    assert (alone.lower >= least * (1 - 3e-4)).all()
+    assert (alone.lower <= whole.upper * (1 + 1e-9)).all()
+    assert (alone.upper >= whole.lower * (1 - 1e-9)).all()
+    assert alone.solves < whole.solves
+    for k in (0, 7, len(alone.place) - 1):
+        # Bounds at a place from a program of its own.
+        load = train_at(asm, *train, alone.place[k], alone.side[k])
+        if load.any() and np.isfinite(alone.lower[k]):
+            assert limit_load(asm, load, friction=0.7, tolerance=1e-6).upper >= alone.lower[k] * (1 - 1e-9)
+
+
+def train_at(asm, axles, path, place, side):
+    from blockstat.contact.interfaces import find_interfaces
+    from blockstat.loading.faces import selected, up_of
+    from blockstat.loading.on_faces import facing
+    from blockstat.traffic.places import road_along, train_loads
+
+    faces = facing(asm, selected(asm, None, None), up_of(asm), find_interfaces(asm))
+    road = road_along(asm, path, faces)
+    return train_loads(road, np.array(axles), np.array([place]), np.array([side]), spread=None, footprint=(0, 0))[0]

@@ -351,7 +351,7 @@ def _bracket(problem: Problem, direction: Floats, solver: str, tolerance: float,
         force, twist = np.zeros((eq.n_columns, 3)), np.zeros(6 * eq.n_blocks)
         return LoadOutcome.DEAD_LOAD_UNSTABLE, -np.inf, -np.inf, force, twist, 0
     options = {"solver": solver, "motions": problem.motions}
-    dead = decide(program, solve_penalty(program, **options), **options)
+    dead = decide(program, solve_penalty(program, **options, stands=True), **options)
     outcome = outcome_of(dead.certificate)
     if outcome is not Outcome.STABLE:
         word = LoadOutcome.DEAD_LOAD_UNSTABLE if outcome is Outcome.UNSTABLE else LoadOutcome.UNDECIDED

@@ -196,6 +196,79 @@ def linear_check(
     )
 
 
+def side_wall_friction(
+    *,
+    courses: int,
+    height: float,
+    overlap: float,
+    thickness: float,
+    unit_weight: float,
+    friction: float,
+    phi: float | None = None,
+) -> float:
+    """Return the friction force of one side wall that a facade tears itself from, by the Circolare 7/2019, C8.7.1.2.
+
+    Parameters
+    ----------
+    courses : int
+        n, the courses above the hinge in which facade and side wall interlock.
+    height : float
+        Height of a course [m].
+    overlap : float
+        l, length by which the blocks of two courses overlap [m].
+    thickness : float
+        t_s of the side wall [m].
+    unit_weight : float
+        W of its masonry [N/m3].
+    friction : float
+        mu.
+    phi : float, optional
+        The coefficient Phi of the formula; height / overlap by default (see the notes).
+
+    Returns
+    -------
+    float
+        F [N]. As a permanent load against the push, 2/3 of these courses below their top, it enters a limit load.
+
+    Raises
+    ------
+    InputError
+        For a number that is not above 0, and for courses that are not a whole number.
+
+    Notes
+    -----
+    `F = 0.4 n (n + 1) Phi mu l^2 t_s W` (C8.7.1.2). The k-th joint from the top bears k courses of the stepped crack on
+    its area l t_s, so that friction in all of them is
+
+        mu W h l t_s (1 + ... + n) = 0.5 n (n + 1) (h / l) mu l^2 t_s W.
+
+    The Circolare takes four fifths of it. The force of a joint grows with its depth, so the resultant lies at 2/3.
+
+    References
+    ----------
+    Circolare 21 gennaio 2019, n. 7 C.S.LL.PP., C8.7.1.2.1.
+
+    Examples
+    --------
+    >>> from blockstat import side_wall_friction
+    >>> wall = {"courses": 12, "height": 0.30, "overlap": 0.25, "thickness": 0.5}
+    >>> round(side_wall_friction(**wall, unit_weight=18e3, friction=0.577), 2)
+    24303.24
+    """
+    if not isinstance(courses, int) or courses < 1:
+        raise InputError(f"courses is {courses!r}; it must be a whole number of at least 1")
+    phi = height / overlap if phi is None and overlap > 0 else phi
+    numbers = {
+        "height": height, "overlap": overlap, "thickness": thickness, "unit_weight": unit_weight,
+        "friction": friction, "phi": phi,
+    }  # fmt: skip
+    for name, value in numbers.items():
+        if value is None or not (np.isfinite(value) and value > 0):
+            raise InputError(f"{name} is {value!r}; it must be above 0")
+    assert phi is not None
+    return 0.4 * courses * (courses + 1) * phi * friction * overlap**2 * thickness * unit_weight
+
+
 def moving_bodies(limit: LimitLoad) -> list[Ints]:
     """Return the bodies of a mechanism: moving blocks that touch and move as one.
 

@@ -443,16 +443,17 @@ def position(
     array of int, shape (n, m)
         `OUTSIDE`, `RIM` or `INSIDE`.
     """
-    side = (np.roll(polygon, -1, axis=1) - polygon)[:, None]
-    offset = points[:, :, None] - polygon[:, None]
-    square = (side**2).sum(axis=3)
-    share = np.clip((offset * side).sum(axis=3) / np.where(square > 0, square, 1.0), 0.0, 1.0)
-    distance = np.linalg.norm(offset - share[..., None] * side, axis=3)
+    # Component by component: numpy takes several times as long to sum over an axis of two.
+    side_x, side_y = np.moveaxis((np.roll(polygon, -1, axis=1) - polygon)[:, None], 3, 0)
+    x, y = (points[:, :, None, k] - polygon[:, None, :, k] for k in (0, 1))
+    square = side_x**2 + side_y**2
+    share = np.clip((x * side_x + y * side_y) / np.where(square > 0, square, 1.0), 0.0, 1.0)
+    distance = np.sqrt((x - share * side_x) ** 2 + (y - share * side_y) ** 2)
     near = distance <= rounding[:, None, None]
-    above = offset[..., 1] >= 0
-    leaves = (offset - side)[..., 1] >= 0
+    above = y >= 0
+    leaves = y - side_y >= 0
     with np.errstate(divide="ignore", invalid="ignore"):
-        crossing = offset[..., 0] - offset[..., 1] * side[..., 0] / side[..., 1] < 0
+        crossing = x - y * side_x / side_y < 0
     inside = ((above != leaves) & crossing).sum(axis=2) % 2 == 1
     # A side without length repeats a corner, which belongs to the true sides next to it.
     rim = (rim & (square[:, 0] > 0))[:, None]

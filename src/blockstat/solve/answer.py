@@ -60,6 +60,7 @@ class EarlyEnd:
     #: before the iteration (see `blockstat.solve.phase_one`). None leaves phase one out.
     guess: Floats | None = None
     brief: bool = False  #: whether phase one ends where forces are not found easily
+    stands: bool = False  #: whether forces are expected, so that phase one looks for them longer
     optimise: bool = True  #: whether the iteration follows where phase one finds none
     #: Told twist, forces and multiplier of each iterate; True ends with `ACCEPTED`. The iteration then starts at
     #: `inside`, forces inside their cones that balance the cost, shape (m, 3), and a motion that opens every joint.

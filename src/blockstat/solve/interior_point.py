@@ -32,8 +32,9 @@ INSIDE = 0.1  #: depth of a start at multipliers, in mean weights, and its compl
 LARGE = 1e3  #: multipliers beyond this change the proximal term of their own no more
 #: Correctors of centrality (Gondzio: Multiple centrality corrections in a primal-dual method for linear programming,
 #: 1996): each asks for a step so much longer, and for products s o z within a factor of NEAR of their target.
-#: FEW of the cones may hinder the predictor without a say in the target.
-CORRECTORS, FURTHER, NEAR, FEW = 2, 0.3, 0.1, 3e-3
+#: FEW of the cones may hinder the predictor without a say in the target. A corrector costs about a tenth of an
+#: iteration (COST), so the next is made where the last has made the step longer by more than that.
+CORRECTORS, FURTHER, NEAR, FEW, COST = 8, 0.3, 0.3, 3e-3, 0.1
 #: A start inside: the gap between the bounds, in weights that move as fast as the load, and the first multiplier.
 FIRST_GAP, FIRST_MULTIPLIER, DEEP = 1.0, 0.1, 1e-3
 #: Far from the end solves need not be as good: a share of the iterate's own error, at most the second.
@@ -73,7 +74,7 @@ def solve(program: ConicProgram, early: EarlyEnd = AT_THE_OPTIMUM) -> Answer:
         return _solve_inside(program, early)
     first = NOTHING
     if early.guess is not None:
-        first = find_forces(program, program.multipliers(early.guess), brief=early.brief)
+        first = find_forces(program, program.multipliers(early.guess), brief=early.brief, stands=early.stands)
         if first.found is not None and early.forces is not None and early.forces(program.forces(first.found)):
             return _read(program, 0 * program.cost, first.found, Status.ACCEPTED, first.factorisations)
     if not early.optimise:
@@ -343,9 +344,10 @@ def _step(
         longer = newton.longest(trial)
         if longer > alpha:
             best = trial
-        gain, alpha = longer - alpha, max(alpha, longer)
-        if gain < NEAR * FURTHER:
+        if longer < (1.0 + COST) * alpha:
+            alpha = max(alpha, longer)
             break
+        alpha = longer
     dx, ds, dz, d_tau, d_kappa = best
     alpha *= STEP
     return _State(

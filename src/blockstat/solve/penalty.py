@@ -36,6 +36,7 @@ def solve_penalty(
     motions: Motions = no_motions,
     score: bool = True,
     guess: Floats | None = None,
+    stands: bool = False,
 ) -> Answer:
     """Minimise the penalty `1/2 ||E'A'u||^2` less the work of the load over the admissible twists.
 
@@ -54,6 +55,8 @@ def solve_penalty(
     guess
         Forces from which to look for forces in balance first, shape (m, 3), inside their cones or on their boundaries;
         by default those of a load path.
+    stands
+        Whether the assembly is expected to stand: the search for forces is then given up later.
 
     Returns
     -------
@@ -61,8 +64,8 @@ def solve_penalty(
         Forces, adhesion and mechanism.
     """
     if len(program.load) >= COMPONENTS and program.plane is None and guess is None:
-        return solve_by_components(program, partial(solve_whole, solver=solver, score=score), motions)
-    return solve_whole(program, motions, solver=solver, score=score, guess=guess)
+        return solve_by_components(program, partial(solve_whole, solver=solver, score=score, stands=stands), motions)
+    return solve_whole(program, motions, solver=solver, score=score, guess=guess, stands=stands)
 
 
 def solve_whole(
@@ -72,12 +75,13 @@ def solve_whole(
     solver: str = "auto",
     score: bool = True,
     guess: Floats | None = None,
+    stands: bool = False,
 ) -> Answer:
     """Solve a penalty program as one.
 
     Parameters
     ----------
-    program, motions, solver, score, guess
+    program, motions, solver, score, guess, stands
         As in `solve_penalty`.
 
     Returns
@@ -105,6 +109,7 @@ def solve_whole(
         guess=guess,
         # Who asks for no score expects most designs to fall, and then it is mostly in vain to look for forces for long.
         brief=not score,
+        stands=stands,
     )
     answer = solve(conic_program(program, -program.load, penalty=True), solver=solver, early=early)
     if answer.status.is_proven:

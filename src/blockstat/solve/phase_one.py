@@ -54,7 +54,7 @@ class PhaseOne:
 NOTHING = PhaseOne(None, None, 0)
 
 
-def find_forces(program: ConicProgram, start: Floats, *, brief: bool = False) -> PhaseOne:
+def find_forces(program: ConicProgram, start: Floats, *, brief: bool = False, stands: bool = False) -> PhaseOne:
     """Look for multipliers in the cones that balance the cost; finding none proves nothing.
 
     Parameters
@@ -66,6 +66,8 @@ def find_forces(program: ConicProgram, start: Floats, *, brief: bool = False) ->
     brief
         Leave out the second attempt, from the least multipliers that balance. It takes more steps and may get there
         where the first does not.
+    stands
+        Forces are expected to exist, so that the second attempt is made however short the steps of the first become.
 
     Returns
     -------
@@ -74,7 +76,7 @@ def find_forces(program: ConicProgram, start: Floats, *, brief: bool = False) ->
     """
     try:
         with np.errstate(over="raise", invalid="raise", divide="raise"):
-            return _Search(program.feasibility()).run(start, brief)
+            return _Search(program.feasibility()).run(start, brief, stands)
     except (ArithmeticError, np.linalg.LinAlgError):
         return NOTHING
 
@@ -87,11 +89,11 @@ class _Search:
         self._kkt = KktSolver(program)
         self._factorisations = 0
 
-    def run(self, start: Floats, brief: bool) -> PhaseOne:
+    def run(self, start: Floats, brief: bool, stands: bool) -> PhaseOne:
         """Walk from the start, then from the least multipliers that balance."""
         cones = self._kkt.cones
         found, step = self._walk(start + INSIDE * cones.unit, growing=True)
-        if found is not None or step < LEAST or brief:
+        if found is not None or brief or (step < LEAST and not stands):
             return PhaseOne(None, found, self._factorisations)
         least = self._change(0 * self._program.bound, cones.unit)
         before = self._factorisations

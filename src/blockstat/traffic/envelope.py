@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.analysis.decision import lower_bound
 from blockstat.analysis.limit_load import LoadOutcome, bracket
 from blockstat.analysis.problem import Problem
 from blockstat.analysis.thrust import standing
@@ -26,11 +25,10 @@ from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError, known_options
 from blockstat.loading.faces import selected, up_of
 from blockstat.loading.on_faces import facing
-from blockstat.program.conic import conic_program
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.result import Result, Sentence, finite
-from blockstat.solve import interior_point
-from blockstat.solve.answer import EarlyEnd
+from blockstat.solve.answer import Status
+from blockstat.solve.penalty import solve_penalty
 from blockstat.traffic.places import Road, road_along, train_loads
 from blockstat.typing import Floats, Ints
 
@@ -106,6 +104,7 @@ def moving_load(
     *,
     positions: int = 100,
     joints: bool = True,
+    only_worst: bool = False,
     spread: float | None = None,
     footprint: Sequence[float] = (0.0, 0.0),
     group: str | None = None,
@@ -132,6 +131,10 @@ def moving_load(
     joints : bool, optional
         Further places where an axle passes from a block to the next, on both sides. The worst of all places is among
         them. Without a spread only.
+    only_worst : bool, optional
+        Ask for the envelope alone: the bracket of the worst place is as narrow as `tolerance` says, and every other
+        place is proven to carry as much. Elsewhere the upper bounds are those of the mechanisms found, and may be far
+        above the multiplier there; the influence line is not computed.
     spread, footprint : optional
         As in `blockstat.dispersed_load`: the axles stand on fill, whose surface is the path.
     group : str, optional
@@ -175,7 +178,10 @@ def moving_load(
     place, side, joint = _places(road, train, positions, joints and spread is None)
     wrenches = train_loads(road, train, place, side, spread=spread, footprint=footprint)
     search = _Search(problem, inside, wrenches, place, joint, solver, tolerance)
-    search.run()
+    if only_worst:
+        search.run_worst()
+    else:
+        search.run()
     return search.result(side)
 
 
@@ -240,22 +246,65 @@ class _Search:
             if self._open(k) and not self._carried(k):
                 self._solve(k)
 
+    def run_worst(self) -> None:
+        """Solve the place with the least upper bound, until all others are proven to carry as much."""
+        left = np.ones(len(self.place), dtype=bool)
+        while True:
+            least = float(self.upper.min())
+            goal = (1.0 - self.tolerance) * least if np.isfinite(least) else np.inf
+            short = np.flatnonzero((self.lower < goal) & left)
+            if not len(short):
+                return
+            # Without a mechanism yet, the place in the middle; a train there is on the path for certain.
+            k = int(short[np.argmin(self.upper[short])] if np.isfinite(goal) else short[len(short) // 2])
+            if not np.isfinite(goal) or not self._bears(k, goal):
+                self._solve(k)
+                left[k] = False
+
+    def _bears(self, k: int, goal: float) -> bool:
+        """Whether forces carry a multiplier at a place; a mechanism that moves there bounds all places."""
+        guess = self._borrowed(k, goal)
+        at = replace(self.program, load=self.program.load + goal * self.loads[k])
+        force, nothing = certificate.balance(at, guess), np.zeros_like(at.load)
+        if not certificate.check(at, force, nothing).proves_stable:
+            motions = self.problem.motions
+            answer = solve_penalty(at, solver=self.solver, motions=motions, score=False, guess=guess)
+            force = answer.force
+            if answer.status is Status.MECHANISM:
+                self._bound(answer.twist, k)
+                return False
+            if not certificate.check(at, force, nothing).proves_stable:
+                return False
+        self.lower[k], self.fields[k] = goal, force
+        return True
+
+    def _bound(self, twist: Floats, k: int) -> None:
+        """Bound all places from above by a mechanism that moves at one of them."""
+        twist = with_interior_motion(self.program, twist, self.problem.motions())
+        work = float(self.loads[k] @ twist)
+        done, closing = certificate.power(self.program, twist)
+        if work > 0 and closing == 0.0:
+            self._note(twist, -done / work, k)
+
+    def _borrowed(self, k: int, goal: float) -> Floats:
+        """The forces of the nearest place with some, mixed with those under the dead load to carry a multiplier."""
+        if not self.fields:
+            return self.inside
+        near = min(self.fields, key=lambda other: abs(self.place[other] - self.place[k]))
+        share = min(goal / self.lower[near], 1.0) if self.lower[near] > 0 else 0.0
+        return share * self.fields[near] + (1.0 - share) * self.inside
+
     def _open(self, k: int) -> bool:
         return not (np.isinf(self.lower[k]) or _close(self.lower[k], self.upper[k], self.tolerance))
 
     def _solve(self, k: int) -> None:
         self.solves += 1
-        load = self.loads[k]
-        near = _Near(self.problem, load, self.inside, self.tolerance)
-        if self.solver in ("auto", "interior-point") and near.solve():
-            lower, upper, force, twist = near.lower, near.upper, near.force, near.twist
-        else:
-            found = bracket(self.problem, self.inside, self.wrenches[k], self.solver, self.tolerance)
-            if found[0] is LoadOutcome.UNBOUNDED:
-                self.lower[k] = np.inf
-                self.unbounded.add(k)
-                return
-            _, lower, upper, force, twist, _ = found
+        found = bracket(self.problem, self.inside, self.wrenches[k], self.solver, self.tolerance)
+        if found[0] is LoadOutcome.UNBOUNDED:
+            self.lower[k] = np.inf
+            self.unbounded.add(k)
+            return
+        _, lower, upper, force, twist, _ = found
         self.lower[k] = max(self.lower[k], lower)
         self.fields[k] = force
         self._note(twist, upper, k)
@@ -325,51 +374,6 @@ class _Search:
             solves=self.solves,
             assembly=self.problem.assembly,
         )
-
-
-class _Near:
-    """One limit load that ends as soon as its bounds are close enough."""
-
-    def __init__(self, problem: Problem, load: Floats, inside: Floats, tolerance: float) -> None:
-        assert problem.program is not None
-        self._problem, self._program, self._inside, self._tolerance = problem, problem.program, inside, tolerance
-        size = float(np.linalg.norm(load.reshape(-1, 6)[:, :3], axis=1).sum())
-        self._unit = size / problem.program.total_load
-        self._load = load / self._unit
-        self._last = np.zeros_like(load)
-        self.lower, self.upper = 0.0, np.inf
-        self.force, self.twist = inside, self._last
-
-    def solve(self) -> bool:
-        """Whether the bounds came close enough."""
-        conic = conic_program(self._program, -self._program.load, pinned=self._load)
-        if not conic.has_structure:
-            return False
-        interior_point.solve(conic, EarlyEnd(forces=self._proves, twist=self._noted))
-        self.lower, self.upper = self.lower / self._unit, self.upper / self._unit
-        return _close(self.lower, self.upper, self._tolerance)
-
-    def _noted(self, twist: Floats) -> bool:
-        self._last = twist
-        return False
-
-    def _proves(self, force: Floats) -> bool:
-        """Whether this iterate proves both bounds."""
-        rest = self._program.matrix @ force.reshape(-1) + self._program.load
-        guess = -float(rest @ self._load) / float(self._load @ self._load)
-        if not guess > 0:
-            return False
-        twist = with_interior_motion(self._program, self._last, self._problem.motions())
-        work = float(self._load @ twist)
-        power, closing = certificate.power(self._program, twist)
-        if work > 0 and closing == 0.0 and -power / work < self.upper:
-            self.upper, self.twist = -power / work, twist
-        if not _close(guess, self.upper, self._tolerance):
-            return False
-        found = lower_bound(self._program, self._load, force, min(guess, self.upper), self._inside)
-        if found is not None and found.value > self.lower:
-            self.lower, self.force = found.value, found.evidence
-        return _close(self.lower, self.upper, self._tolerance)
 
 
 def _close(lower: float, upper: float, tolerance: float) -> bool:

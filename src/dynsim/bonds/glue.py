@@ -30,23 +30,24 @@ from blockstat.program.bonds import bonded
 from blockstat.typing import Floats
 from dynsim.bonds.joint_motion import Poses, apply_on_pairs, at_points, reach, removed
 from dynsim.bonds.springs import Springs, spring_set
+from dynsim.bonds.ties import TieForces
 from dynsim.engine.world import Action, World
 
 
 def bonds_of(assembly: Assembly, *, interfaces: Interfaces | None = None) -> tuple[Action, ...]:
-    """Return the actions that stand for the joint laws of an assembly.
+    """Return the actions that stand for the joint laws and the ties of an assembly.
 
     Parameters
     ----------
     assembly : Assembly
-        Blocks and joint laws.
+        Blocks, joint laws and ties.
     interfaces : Interfaces, optional
         Joints of the assembly; searched for when None.
 
     Returns
     -------
     tuple of Action
-        Bonds and cohesive preloads; none for dry joints.
+        Ties, bonds and cohesive preloads; none for dry joints without ties.
 
     Raises
     ------
@@ -63,12 +64,12 @@ def bonds_of(assembly: Assembly, *, interfaces: Interfaces | None = None) -> tup
     >>> len(bonds_of(pillar)), len(bonds_of(glued(pillar, 1000.0)))
     (0, 1)
     """
+    actions: list[Action] = [TieForces(assembly)] if assembly.ties else []
     if not assembly.joints:
-        return ()
+        return tuple(actions)
     interfaces = find_interfaces(assembly) if interfaces is None else interfaces
     law = point_law(assembly, interfaces)
     _check(assembly, interfaces, law)
-    actions: list[Action] = []
     if law.shift.any():
         actions.append(CohesivePreload(interfaces, law.shift))
     if len(bonded(assembly, interfaces)[0]):

@@ -57,10 +57,6 @@ def check_assembly(assembly: Assembly) -> None:
         _refuse(assembly, ~(volume > 0), "has no volume or is inside out")
         _refuse(assembly, ~(np.isfinite(mass) & (mass > 0)), "has a mass that is not a positive number")
         _refuse(assembly, ~(thickness(assembly) > 0), "is flat")
-    if assembly.ties:
-        raise InputError(
-            f'"{assembly.name}": ties are not simulated; give their forces as loads (`blockstat.tendon_load`)'
-        )
     _check_ratios(assembly)
 
 
