@@ -21,8 +21,8 @@ LONGEST_STEP = 1 / 60
 SHOWN = 1 / 8
 #: Default threshold of blocks of 0.3 m [m]: a thirtieth of their size.
 THRESHOLD = 0.01
-#: A free run is at least this many windows long: blocks let go settle in the first, and show what they do in the rest.
-WINDOWS = 3
+#: A free run is at least this many windows long, so that a rest has some time to show.
+WINDOWS = 1.5
 
 
 @dataclass(frozen=True)

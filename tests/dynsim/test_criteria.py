@@ -84,3 +84,13 @@ def test_a_slab_that_spins_in_place_falls():
     assert verdict.max_drop < 0.1 * verdict.brick_threshold
     assert np.radians(verdict.max_rotation) * ARM * asm.size[1] >= verdict.brick_threshold
     assert verdict.first_block == asm.names[1]
+
+
+def test_a_block_that_fell_over_has_fallen_whatever_the_threshold():
+    # A pillar that tips over turns by a right angle, and its centre moves by half a metre.
+    ground, pillar = box((-5, -5, -1), (5, 5, 0)), box((0, 0, 0), (0.3, 0.3, 0.9))
+    tips = assembly([ground, pillar], friction=2.0, gravity=(4.0, 0, -9.0))
+    verdict = verify(tips, settings=Settings(brick_threshold=2.0, roof_threshold=2.0))
+    assert verdict.max_displacement < 2.0
+    assert verdict.max_rotation == pytest.approx(90, abs=5)
+    assert verdict.outcome is DynamicOutcome.FALLS

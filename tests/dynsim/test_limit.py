@@ -62,6 +62,14 @@ def test_loads_without_a_limit_and_assemblies_without_a_stand():
     assert thin.summary()["lower"] is None
 
 
+def test_a_load_that_statics_carry_without_bound_says_so():
+    found = limit(stack(2), (0, 0, -1), check=False)
+    assert found.outcome is LimitOutcome.UNBOUNDED
+    assert found.summary()["upper"] is None
+    assert "Statics carry the load without bound." in found.explain()
+    assert "without bound" not in limit(stack(1), (1, 0, 0), width=0.5, check=False).explain()
+
+
 def test_verdicts_that_change_more_than_once_are_told():
     trials = [Trial(m, v, 0.0, 1.0, 1.0) for m, v in ((0.5, "falls"), (0.9, "stands"), (1.0, "falls"), (1.1, "stands"))]
     below, above = _warnings(trials, 0.9, 1.0)

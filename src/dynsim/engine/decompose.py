@@ -18,10 +18,17 @@ if TYPE_CHECKING:
     from scipy.spatial import ConvexHull
 
 #: What is tried in turn: a reflex edge shallower than the first figure, relative to the block's size, is a warped
-#: face and the hull stands for it; pieces whose total volume is off by more than the second have failed.
-ATTEMPTS = ((5e-3, 0.02), (2e-2, 0.1))
-#: Corners this close to a cutting plane, relative to size, lie on it.
-ON_PLANE = 1e-9
+#: face and the hull stands for it; corners as close to a cutting plane as the second lie on it; pieces whose total
+#: volume is off by more than the third have failed. Cuts of planar faces are exact. A block with warped faces comes
+#: apart at its own corners, which no cutting plane hits exactly.
+ATTEMPTS = (
+    (5e-3, 1e-9, 1e-4),
+    (5e-3, 5e-3, 0.02),
+    (2e-2, 2e-2, 0.1),
+    (0.1, 0.1, 0.05),
+    (5e-3, 1e-9, 0.02),
+    (2e-2, 1e-9, 0.1),
+)
 #: More pieces than this and the cutting has failed.
 MOST_PIECES = 40
 
@@ -45,14 +52,14 @@ def convex_pieces(vertices: Floats, triangles: Ints, size: float) -> list[Floats
     """
     surface = vertices[triangles]
     volume = float(np.einsum("ij,ij->i", surface[:, 0], np.cross(surface[:, 1], surface[:, 2])).sum()) / 6
-    for shallow, error in ATTEMPTS:
-        pieces = _cut_up(surface, shallow * size, size)
+    for shallow, near, error in ATTEMPTS:
+        pieces = _cut_up(surface, shallow * size, near * size, size)
         if pieces is not None and abs(sum(hull.volume for hull in pieces) / volume - 1.0) <= error:
             return [hull.points[hull.vertices] for hull in pieces]
     return None
 
 
-def _cut_up(surface: Floats, shallow: float, size: float) -> list[ConvexHull] | None:
+def _cut_up(surface: Floats, shallow: float, near: float, size: float) -> list[ConvexHull] | None:
     """Hulls of the pieces without reflex edges deeper than `shallow` [m]; None if there are too many or flat ones."""
     from scipy.spatial import ConvexHull, QhullError
 
@@ -63,7 +70,7 @@ def _cut_up(surface: Floats, shallow: float, size: float) -> list[ConvexHull] | 
         if edge is None:
             done.append(_distinct(soup.reshape(-1, 3), size))
         else:
-            waiting += [part for side in _best_cut(soup, *edge, size) for part in _connected(side, size)]
+            waiting += [part for side in _best_cut(soup, *edge, near) for part in _connected(side, size)]
         if len(waiting) + len(done) > MOST_PIECES:
             return None
     try:
@@ -112,16 +119,15 @@ def _deepest_reflex_edge(soup: Floats, shallow: float, size: float) -> tuple[Flo
     return best
 
 
-def _best_cut(soup: Floats, start: Floats, end: Floats, one: Floats, two: Floats, size: float) -> list[Floats]:
+def _best_cut(soup: Floats, start: Floats, end: Floats, one: Floats, two: Floats, near: float) -> list[Floats]:
     """Both sides of the plane through an edge (bisecting, or along either face) that cuts fewest triangles."""
     along = (end - start) / np.linalg.norm(end - start)
     planes = [np.cross(along, one + two), one, two]
     planes = [plane / np.linalg.norm(plane) for plane in planes if np.linalg.norm(plane) > 1e-9]
     heights = [np.einsum("nkj,j->nk", soup - start, plane) for plane in planes]
-    tolerance = ON_PLANE * size
-    cuts = [int(((h > tolerance).any(axis=1) & (h < -tolerance).any(axis=1)).sum()) for h in heights]
+    cuts = [int(((h > near).any(axis=1) & (h < -near).any(axis=1)).sum()) for h in heights]
     height = heights[int(np.argmin(cuts))]
-    height = np.where(np.abs(height) <= tolerance, 0.0, height)
+    height = np.where(np.abs(height) <= near, 0.0, height)
     return [_above(soup, height), _above(soup, -height)]
 
 

@@ -80,7 +80,10 @@ class DynamicLimit(Result):
         lines = [self.outcome.value]
         if self.outcome is LimitOutcome.LIMIT:
             lines.append(f"Multiplier between {self.lower:.5g} and {self.upper:.5g}.")
-        lines.append(f"Static bracket: {self.static[0]:.5g} to {self.static[1]:.5g}.")
+        if np.isinf(self.static[0]) and self.static[0] > 0:
+            lines.append("Statics carry the load without bound.")
+        else:
+            lines.append(f"Static bracket: {self.static[0]:.5g} to {self.static[1]:.5g}.")
         if self.ratio is not None and self.outcome is LimitOutcome.LIMIT:
             lines.append(f"Bullet / static: {self.ratio:.3f}.")
         lines += [f"{t.multiplier:.5g}: {t.verdict}, {1e3 * t.max_displacement:.2g} mm" for t in self.trials]
@@ -124,7 +127,8 @@ def limit(
 ) -> DynamicLimit:
     """Bracket the multiplier of a load at which an assembly ceases to stand in Bullet.
 
-    The search starts from the static limit load. Whatever is not "stands" counts as beyond the limit.
+    The search starts from the static limit load. Whatever is not "stands" counts as beyond the limit; where statics
+    carry the load without bound, only "falls" does.
 
     Parameters
     ----------
@@ -175,7 +179,10 @@ def limit(
     static = limit_load(assembly, load, loads=loads, interfaces=interfaces)
     if interfaces is None and static.interfaces.share is None:
         interfaces = static.interfaces  # as they were found, not divided into cells for a joint law
-    search = _Search(assembly, force, as_loads(assembly, loads), settings, interfaces, width, progress)
+    search = _Search(
+        assembly, force, as_loads(assembly, loads), settings, interfaces, width, progress,
+        unbounded=static.outcome is LoadOutcome.UNBOUNDED,
+    )  # fmt: skip
     if static.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE and not search.stands(0.0):
         outcome, lower, upper = LimitOutcome.DEAD_LOAD_FALLS, -np.inf, -np.inf
     else:
@@ -211,10 +218,13 @@ class _Search:
         interfaces: Interfaces | None,
         width: float,
         progress: Callable[[Trial], None] | None,
+        *,
+        unbounded: bool,
     ) -> None:
         self._assembly, self._force, self._settings = assembly, force, settings
         self._permanent = permanent
         self._interfaces, self._width, self._progress = interfaces, width, progress
+        self._unbounded = unbounded
         self.trials: list[Trial] = []
 
     def stands(self, multiplier: float) -> bool:
@@ -228,7 +238,9 @@ class _Search:
         self.trials.append(trial)
         if self._progress is not None:
             self._progress(trial)
-        return verdict.outcome is DynamicOutcome.STANDS
+        # What statics carry without bound, blocks that creep have not ceased to carry: only a fall is a limit there.
+        creeps = self._unbounded and verdict.outcome is DynamicOutcome.CREEPS
+        return creeps or verdict.outcome is DynamicOutcome.STANDS
 
     def bracket(self, guess: float | None) -> tuple[LimitOutcome, float, float]:
         """Outcome and bounds, from a guess of the limit or from nothing."""

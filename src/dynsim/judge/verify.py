@@ -174,6 +174,7 @@ class _Evaluator:
         limit = threshold_under(assembly, loads)
         self._roof = settings.roof_threshold or limit
         self._brick = settings.brick_threshold or limit
+        self._turned = limit
         self._hold = max(last_change(loads), 0.0)
         self._threshold = default_threshold(assembly)
         self._loads, self._actions = loads, actions
@@ -213,7 +214,7 @@ class _Evaluator:
         turned = np.zeros_like(length)
         turned[:, judged] = angles(run.rotation)[:, judged]
         group_drop, max_drop = self._group_drop(run), float(drops(assembly, since[-1]).max())
-        beyond = (length >= self._brick) | (turned * ARM * assembly.size >= self._brick)
+        beyond = (length >= self._brick) | (turned * ARM * assembly.size >= self._turned)
         ever = np.flatnonzero(beyond.any(axis=0))
         speed = rate(run.times, since, settings.window / run.pace)
         outcome = DynamicOutcome.STANDS if at_rest else DynamicOutcome.CREEPS
