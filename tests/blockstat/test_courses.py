@@ -97,7 +97,8 @@ def test_a_block_that_touches_only_free_blocks_beside_it_has_no_forces_of_its_ow
     """Raised between two others, on head joints alone: nothing is below it, and all its joints lead to blocks beside."""
     shapes = [(-3, 3, -1, 0, "ground"), (-2, -0.5, 0, 1, "left"), (0.5, 2, 0, 1, "right")]
     shapes.append((-0.5, 0.5, 0.2, 0.8, "key"))
-    assembly = Assembly.from_blocks([slab(*shape) for shape in shapes], supports=["ground"], friction=0.6)
+    blocks = [slab(*shape) for shape in shapes]
+    assembly = Assembly.from_blocks(blocks, supports=["ground"], friction=0.6)
     whole = Whole(assembly)
     program = whole.problem(~assembly.support, np.ones(4, dtype=bool))[0].program
     balanced = whole.assess(np.arange(4) != 3, assembly.support)
