@@ -111,11 +111,18 @@ def check_moving_load(found, *, loads=None, faces=None):
 
 
 def check_plan(found):
-    """Raise AssertionError unless the verdict on each step of a plan is proven and the outcome follows from them."""
-    for verdict in found.verdicts:
+    """Raise AssertionError unless the verdict on each step of a plan is proven and the outcome follows from them.
+
+    Props may hold a step that does not stand without them; their forces are not checked here.
+    """
+    for k, (verdict, outcome) in enumerate(zip(found.verdicts, found.outcomes, strict=True)):
         independent.check_verdict(verdict)
-    falls = [verdict.outcome for verdict in found.verdicts if verdict.outcome.word != "stable"]
-    assert found.outcome is (falls[0] if falls else found.verdicts[0].outcome)
+        if found.falsework and found.falsework[k] is not None:
+            assert verdict.outcome.word != "stable"
+        else:
+            assert outcome is verdict.outcome
+    falls = [outcome for outcome in found.outcomes if outcome.word != "stable"]
+    assert found.outcome is (falls[0] if falls else found.outcomes[0])
 
 
 def install():

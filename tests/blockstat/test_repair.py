@@ -195,7 +195,7 @@ def test_bad_tolerances():
     for bad in ({"gap": 0.5}, {"merge": -1}, {"warp": "x"}, {"gap": float("nan")}):
         with pytest.raises(InputError, match=f"{next(iter(bad))} is .*; it must be at least 0 and below"):
             repair(stack(2), **bad)
-    with pytest.raises(InputError, match="units are those of a file"):
+    with pytest.raises(InputError, match="units and up are those of a file"):
         repair(stack(2), units="mm")
 
 

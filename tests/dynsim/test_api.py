@@ -129,7 +129,7 @@ def test_an_unknown_setting_is_refused_with_the_settings_there_are():
         (dynsim.optimise, "names, settings, jobs, under, conditions, strategy, over, margin, snap, points"),
         (dynsim.buttress_loop, "progress"),
         (blockstat.find_interfaces, "gap, near"),
-        (blockstat.read, "supports, units"),
+        (blockstat.read, "supports, units, up"),
         (blockstat.write, "format, values"),
     ],
     ids=lambda value: value.__name__ if callable(value) else "",

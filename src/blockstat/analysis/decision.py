@@ -327,7 +327,7 @@ def narrowed(
     tuple
         The bounds and the iterations spent. They are wider than the tolerance where a verdict is undecided.
     """
-    spent, tried = 0, 0
+    spent, tried, ceiling, moves = 0, 0, high, np.zeros_like(load)
     while low.value < most and not is_closed(low.value, high.value, tolerance) and tried < len(FRACTIONS):
         trial = low.value + FRACTIONS[tried] * (high.value - low.value)
         if np.isinf(high.value):
@@ -336,23 +336,23 @@ def narrowed(
         answer = solve_penalty(loaded, solver=solver, motions=motions)
         answer = decide(loaded, answer, solver=solver, motions=motions)
         spent += answer.iterations
-        closer = _told(program, load, trial, answer, low)
-        tried = 0 if any(low.value < bound.value < high.value for bound in closer) else tried + 1
-        low = max(low, closer[0], key=lambda bound: bound.value)
-        high = min(high, closer[1], key=lambda bound: bound.value)
+        word, before = outcome_of(answer.certificate), (low, high)
+        if word is Outcome.STABLE:
+            low = Bound(trial, answer.force)
+        elif word is Outcome.UNSTABLE:
+            ceiling = min(ceiling, Bound(trial, answer.twist), key=lambda bound: bound.value)
+        # A mechanism bounds the limit, whatever the verdict was, for forces that grow with those of the lower bound.
+        bounds = [_bound_by(program, load, twist, low) for twist in (moves, answer.twist)]
+        nearest = min(bounds, key=lambda bound: bound.value)
+        moves, high = nearest.evidence, min(ceiling, nearest, key=lambda bound: bound.value)
+        tried = 0 if low.value > before[0].value or high.value < before[1].value else tried + 1
     return low, high, spent
 
 
-def _told(program: PenaltyProgram, load: Floats, trial: float, answer: Answer, low: Bound) -> tuple[Bound, Bound]:
-    """What a verdict on one multiplier tells of the limit; its mechanism bounds it, whatever the verdict."""
-    word = outcome_of(answer.certificate)
-    if word is Outcome.STABLE:
-        return Bound(trial, answer.force), Bound(np.inf, answer.twist)
-    none = Bound(-np.inf, answer.force)
-    moves = Bound(trial if word is Outcome.UNSTABLE else np.inf, answer.twist)
-    total = float(np.linalg.norm(low.evidence, axis=1).sum())
-    proven = _proven(program, load, answer.twist, total)
-    return none, moves if proven is None or not low.value <= proven.value < moves.value else proven
+def _bound_by(program: PenaltyProgram, load: Floats, twist: Floats, low: Bound) -> Bound:
+    """What a mechanism proves beside a lower bound; infinite where it is below that, and proves nothing."""
+    found = _proven(program, load, twist, float(np.linalg.norm(low.evidence, axis=1).sum()))
+    return found if found is not None and found.value >= low.value else Bound(np.inf, twist)
 
 
 def _proven(program: PenaltyProgram, load: Floats, twist: Floats, total: float) -> Bound | None:

@@ -67,7 +67,7 @@ class LimitLoad(Result):
     outcome: LoadOutcome
     lower: float  #: multiplier that `forces` carry
     upper: float  #: multiplier at which `mechanism` moves
-    forces: Floats  #: shape (n_points, 3) [N], admissible and in equilibrium with dead load + lower x load
+    forces: Floats  #: shape (n_points, 3) [N], balance dead load + lower x load; the dead load alone where unbounded
     mechanism: Floats  #: shape (n_blocks, 6), scaled so that the fastest corner moves by 1 m
     interfaces: Interfaces
     assembly: Assembly
@@ -359,19 +359,19 @@ def _bracket(problem: Problem, direction: Floats, solver: str, tolerance: float,
         return word, -np.inf, upper, dead.force, dead.twist, dead.iterations
     found = bracket(problem, dead.force, direction, solver, tolerance, **how)
     if found[0] is LoadOutcome.UNDECIDED and len(program.load) <= CHEAP:
-        found = _by_verdicts(problem.scaled(direction), program, found, tolerance, options)
+        found = _by_verdicts(problem.scaled(direction), program, dead.force, found, tolerance, options)
     return *found[:-1], found[-1] + dead.iterations
 
 
 def _by_verdicts(
-    load: Floats, program: PenaltyProgram, found: Found, tolerance: float, options: dict[str, Any]
+    load: Floats, program: PenaltyProgram, dead: Floats, found: Found, tolerance: float, options: dict[str, Any]
 ) -> Found:
     """A bracket that the optimum leaves undecided, narrowed by verdicts on single multipliers."""
     load, unit = _as_strong_as_the_weight(program, load)
     ends = Bound(found[1] * unit, found[3]), Bound(found[2] * unit, found[4])
     low, high, spent = narrowed(program, load, *ends, tolerance=tolerance, most=UNBOUNDED, **options)
     if low.value >= UNBOUNDED:
-        return LoadOutcome.UNBOUNDED, np.inf, np.inf, low.evidence, np.zeros_like(load), found[-1] + spent
+        return LoadOutcome.UNBOUNDED, np.inf, np.inf, dead, np.zeros_like(load), found[-1] + spent
     outcome = LoadOutcome.LIMIT if is_closed(low.value, high.value, tolerance) else LoadOutcome.UNDECIDED
     return outcome, low.value / unit, high.value / unit, low.evidence, high.evidence, found[-1] + spent
 
@@ -442,7 +442,7 @@ def bracket(
             low = max((bound for bound in (low, second[0]) if bound), key=lambda bound: bound.value, default=None)
             high = min((bound for bound in (high, second[1]) if bound), key=lambda bound: bound.value, default=None)
     if low and low.value >= UNBOUNDED:
-        return LoadOutcome.UNBOUNDED, np.inf, np.inf, low.evidence, np.zeros_like(load), iterations
+        return LoadOutcome.UNBOUNDED, np.inf, np.inf, dead, np.zeros_like(load), iterations
     # The dead load is carried, so a negative bound contradicts forces that are proven, and proves nothing.
     low, high = (bound if bound and bound.value >= -ROUNDING else None for bound in (low, high))
     lower, field = (low.value, low.evidence) if low else (0.0, dead)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import sys
@@ -335,7 +336,7 @@ def run_app(app: typer.Typer, prog: str) -> None:
     from blockstat.system.process import Interruptions, end_now
 
     for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):
+        if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a name of a file may be of no encoding
     with warnings.catch_warnings():
         warnings.simplefilter("default", InputWarning)

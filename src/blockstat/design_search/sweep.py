@@ -286,7 +286,7 @@ def sweep(
 
 def _swept(
     scene: Scene,
-    designs: Iterable[dict[str, float]],
+    designs: Iterable[Values],
     path: Path,
     measure: Measure,
     jobs: int | None,

@@ -136,7 +136,7 @@ def doubts(assembly: Assembly) -> list[str]:
             f"the blocks weigh {assembly.free_weight / 1e3:.2g} kN, more than the largest pyramid; see --units"
         )
     low, high = assembly.density[free].min(), assembly.density[free].max()
-    if low < DENSITIES[0] or high > DENSITIES[1]:
+    if (low < DENSITIES[0] or high > DENSITIES[1]) and not low == high == 1.0:  # 1 stands for no density at all
         found.append(f"densities go from {low:g} to {high:g} kg/m3; those of a file are in kg/m3")
     return found + _sideways(assembly)
 

@@ -213,7 +213,7 @@ def courses_of(assembly: Assembly, along: Along = None) -> list[Ints]:
     """
     upwards = (-assembly.gravity).tolist()
     if along is None or isinstance(along, Mapping):
-        directions: dict[str | None, Sequence[float]] = {**(along or {}), None: upwards}
+        directions: dict[str | None, Sequence[float]] = {**({} if along is None else along), None: upwards}
     else:
         directions = {None: along}
     left, found = ~assembly.support, list[Ints]()
