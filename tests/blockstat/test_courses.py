@@ -94,7 +94,7 @@ def test_bad_directions_and_groups_are_named():
 
 
 def test_a_block_that_touches_only_free_blocks_beside_it_has_no_forces_of_its_own():
-    """Raised between two others, on head joints alone: nothing is below it, and all its joints lead to blocks beside."""
+    """Raised between two others, on head joints alone: nothing is below it, and its joints lead to blocks beside."""
     shapes = [(-3, 3, -1, 0, "ground"), (-2, -0.5, 0, 1, "left"), (0.5, 2, 0, 1, "right")]
     shapes.append((-0.5, 0.5, 0.2, 0.8, "key"))
     blocks = [slab(*shape) for shape in shapes]
