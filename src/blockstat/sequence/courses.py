@@ -212,10 +212,10 @@ def courses_of(assembly: Assembly, along: Along = None) -> list[Ints]:
         As of `build_by_courses`.
     """
     upwards = (-assembly.gravity).tolist()
-    if along is None or isinstance(along, Mapping):
-        directions: dict[str | None, Sequence[float]] = {**({} if along is None else along), None: upwards}
-    else:
-        directions = {None: along}
+    directions: dict[str | None, Sequence[float]] = {}
+    if isinstance(along, Mapping):
+        directions.update(along)
+    directions[None] = upwards if along is None or isinstance(along, Mapping) else along
     left, found = ~assembly.support, list[Ints]()
     for group, direction in directions.items():
         axis = np.array(direction, dtype=float)
