@@ -53,7 +53,7 @@ fuzz: evidence  ## 20,000 random scenes against an independent judge
 SAMPLE ?= 300
 SEED ?= 1
 mutants: $(STAMP)  ## put small bugs into the source and count those that no test notices
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e ".[mutation]"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[mutation]"
 	$(BIN)/python -m evidence.mutation.run --sample $(SAMPLE) --seed $(SEED) --write docs/mutants.md
 
 validation: ONLY := validation dynamics-validation

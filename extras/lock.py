@@ -98,5 +98,5 @@ def faults() -> list[str]:
 
 if __name__ == "__main__":
     if sys.argv[1:] == ["--check"]:
-        sys.exit("\n".join(faults()))
+        sys.exit("\n".join(faults()) or 0)
     renew({name: version for name, (version, _) in locked().items()} if sys.argv[1:] == ["--same"] else installed())
