@@ -15,7 +15,7 @@ export BLOCKSTAT_COMPAS_PYTHON := $(COMPAS)
 ONLY ?=
 MISSING ?=
 
-.PHONY: help demo test test-all notebooks lint benchmark evidence fuzz mutants validation pages docs lock clean
+.PHONY: help demo test test-all notebooks lint benchmark evidence fuzz mutants validation pages docs lock wheel blender clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*  ## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 20
@@ -66,6 +66,14 @@ pages: $(STAMP)  ## fill the pages from docs/results
 docs: $(STAMP)  ## build the pages into build/docs
 	$(BIN)/python -m sphinx -W --keep-going -q docs build/docs
 	@echo build/docs/index.html
+
+# make wheel PYTHONS="python3.10 python3.13": in fresh environments, without MKL, Bullet and the live page.
+PYTHONS ?= $(PYTHON)
+wheel: $(STAMP)  ## build the wheel and test the statics from it with each of PYTHONS
+	$(BIN)/python extras/try_wheel.py $(PYTHONS)
+
+blender: $(STAMP)  ## build the zips of the Blender extension in build/blender
+	$(BIN)/python extras/blender/build.py
 
 clean:  ## remove what was built or installed
 	rm -rf $(VENV) out build dist src/*.egg-info

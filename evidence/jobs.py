@@ -61,6 +61,7 @@ JOBS: Sequence[Job] = (
     result("coulomb", 90, "comparisons.coulomb --engines bullet,lmgc90", "docs/results/coulomb.json"),
     result("experiments", 12, "experiments.predict"),
     result("experiments_measured", 0.1, "experiments.compare"),
+    result("scatter", 0.1, "experiments.scatter"),
     result("architecture", 0.1, "pages.architecture", "docs/architecture.png"),
     pictures("pictures", 1, "pages.pictures", "docs/chapel*.png"),
     pictures("screenshots", 5, "pages.screenshots", "docs/app-*.png"),
@@ -69,6 +70,7 @@ JOBS: Sequence[Job] = (
     result("stiffness", 2, "dynamics.stiffness"),
     result("loads", 1, "dynamics.loads --strips docs", "docs/strip-*.png"),
     result("iterations", 2, "dynamics.iterations"),
+    result("plans", 30, "dynamics.plans"),
     result("search", 24, "benchmarks.search --sample 16 --lighter --reasons"),
     result("soundness", 3, "comparisons.soundness"),
     result("rubble", 0.1, "comparisons.rubble"),
@@ -76,6 +78,7 @@ JOBS: Sequence[Job] = (
     result("sweep", 0.3, "benchmarks.sweep"),
     result("live_page", 1.5, "benchmarks.live_page"),
     result("proofs", 6, "checks.proofs"),
+    result("chance", 8, "checks.chance"),
     result("solvers", 11, "benchmarks.solvers"),
     result("solvers_large", 10, "benchmarks.solvers --large --limit 300"),
 )  # fmt: skip

@@ -13,6 +13,7 @@ import json
 import re
 import shlex
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -37,16 +38,19 @@ def report(options: argparse.Namespace, figures: Any, parts: dict[str, str]) -> 
         save(options.write, parts)
 
 
-def command() -> str:
-    """The command line of this process, as one would type it at the root of the project."""
+def command(arguments: Sequence[str]) -> str:
+    """The command line of this process with these arguments, as one would type it at the root of the project."""
     module = Path(sys.argv[0]).resolve().relative_to(ROOT).with_suffix("")
     names = [name for name in module.parts if name != "__main__"]
-    return shlex.join(["python", "-m", ".".join(names), *sys.argv[1:]])
+    return shlex.join(["python", "-m", ".".join(names), *arguments])
 
 
-def save(path: Path, parts: dict[str, str]) -> None:
-    """Write the parts, Markdown by one-word names, to a file."""
-    text = f"# {path.stem}\n\nWritten by `{command()}`.\n"
+def save(path: Path, parts: dict[str, str], arguments: Sequence[str] | None = None) -> None:
+    """Write the parts, Markdown by one-word names, to a file.
+
+    arguments : those that make the whole file, where this process renewed a part of it
+    """
+    text = f"# {path.stem}\n\nWritten by `{command(sys.argv[1:] if arguments is None else arguments)}`.\n"
     text += "".join(f"\n## {name}\n\n{part.strip()}\n" for name, part in parts.items())
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text)

@@ -65,8 +65,8 @@ class Log(logging.Handler):
 class Tab:
     """One page of the browser, with what a user does on it; it keeps every request and every console error."""
 
-    def __init__(self, browser, address):
-        self.page = browser.new_page(viewport={"width": 1000, "height": 700})
+    def __init__(self, browser, address, size=(1000, 700)):
+        self.page = browser.new_page(viewport={"width": size[0], "height": size[1]})
         self.page.set_default_timeout(PATIENCE)
         self.address, self.requests, self.errors = address, [], []
         self.page.on("request", lambda request: self.requests.append(request.url))
@@ -76,11 +76,11 @@ class Tab:
         self.page.goto(address)
 
     def sees(self, text, *, exact=False):
-        self.page.get_by_text(text, exact=exact).first.wait_for()
+        self.page.get_by_text(text, exact=exact).locator("visible=true").first.wait_for()
 
     def number(self, index, value):
         """Type a value into a slider's box, counted from the top of the tab on show."""
-        box = self.page.get_by_role("textbox").locator("visible=true").nth(index)
+        box = self.page.locator("input[inputmode=decimal]").locator("visible=true").nth(index)
         box.fill(str(value))
         box.press("Enter")
 
@@ -116,8 +116,8 @@ def live(path, capfd, *, panels=(), supports=""):
         with running(open_model(path, supports=supports), panels=panels) as (page, address), sync_playwright() as play:
             browser = play.chromium.launch(executable_path=executable, args=list(FLAGS))
 
-            def open_tab():
-                tabs.append(Tab(browser, address))
+            def open_tab(**options):
+                tabs.append(Tab(browser, address, **options))
                 return tabs[-1]
 
             yield page, open_tab

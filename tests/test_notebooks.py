@@ -16,10 +16,10 @@ def text(cell: dict) -> str:
     return "".join(cell["source"])
 
 
-def test_the_nine_are_there():
+def test_the_ten_are_there():
     assert {path.stem for path in NOTEBOOKS} == {
         "first_wall", "openings_and_buttresses", "vaults_and_meshes", "limit_load_and_mechanism", "static_dynamic",
-        "search", "paper", "speed_error", "building_a_cathedral",
+        "search", "paper", "speed_error", "building_a_cathedral", "how_sure",
     }  # fmt: skip
 
 

@@ -28,7 +28,7 @@ def strengths(asm, faces):
     rows = []
     for i, law in enumerate(last_law(asm, faces)):
         if law is None:
-            rows.append((asm.friction, 0.0, 0.0, np.inf))
+            rows.append((friction_of(asm, faces, i), 0.0, 0.0, np.inf))
             continue
         mu = friction_of(asm, faces, i)
         area = faces.area[i]
@@ -45,7 +45,9 @@ def strengths(asm, faces):
 
 
 def friction_of(asm, faces, interface):
-    """The friction of one joint: of the last fitting law that says so."""
+    """The friction of one joint: its own, or of the last fitting law that says so."""
+    if faces.friction is not None:
+        return faces.friction[interface]
     groups = [asm.groups[b] for b in faces.pair[interface]]
 
     def fits(name, group):

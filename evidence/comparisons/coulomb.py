@@ -2,6 +2,7 @@
 
     python -m evidence.comparisons.coulomb [--engines NAMES] [--most BLOCKS] [--random N] [--again] [--write FILE]
     python -m evidence.comparisons.coulomb --monotone
+    python -m evidence.comparisons.coulomb --cost
 
 Real assemblies of other projects, the scenes of examples/, the elements of the gallery and random domes, groin, sail
 and fan vaults about as thick as the least they need. What was found is kept in docs/results/coulomb.json, and a run
@@ -10,7 +11,7 @@ fills in what is missing there, so one that was interrupted goes on where it sto
 of up to `--most` blocks. `--again` makes the statics of all anew. `--write` makes the page.
 
 `--monotone` judges the assemblies of other projects at friction of .4 to 1.5 and counts those that are stable at one
-and held by self-stress at a greater one.
+and held by self-stress at a greater one. `--cost` times the verdict on vaults and chapels of some sizes.
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ from evidence.paths import CASES, DOCS, EXAMPLES
 from evidence.references.walls import ZERO_DILATANCY, wall
 from evidence.references.wedges import WEDGES, wedge
 from evidence.results import save
+from evidence.scenes.sized import SCENES
 from evidence.tables import table
 
 SEED = 20
@@ -48,6 +50,8 @@ FIELDS = "force fields"
 HEAD = ["", "blocks", FIELDS, "Coulomb", *ENGINES.values(), "held so", "programs", "times the plain verdict"]
 #: Programs of a search at which it is said to settle at once, and in all.
 AT_ONCE, MOST = 5, 40
+#: What `--cost` times: a scene of `evidence.scenes.sized` and its blocks, about.
+SIZES = [("vault", 100), ("vault", 400), ("chapel", 335), ("chapel", 1000)]
 Found = dict[str, Any]
 
 
@@ -232,6 +236,15 @@ def monotone() -> None:
     print(f"{count} assemblies; less stable by more friction: {len(losing)} {', '.join(losing)}")
 
 
+def cost() -> None:
+    """What both verdicts say of the benchmarks' vaults and chapels, and the seconds of that without dilatancy."""
+    for kind, blocks in SIZES:
+        asm = SCENES[kind](blocks)
+        found = statics(asm)
+        words = f"{found[FIELDS]}, {found['Coulomb']}, programs: {found['programs']}"
+        print(f"{kind:8} {found['blocks']:5} blocks {found['seconds']:7.2f} s  {words}", flush=True)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--engines", default="none")
@@ -240,6 +253,7 @@ def main() -> None:
     parser.add_argument("--again", action="store_true")
     parser.add_argument("--write", type=Path, metavar="FILE")
     parser.add_argument("--monotone", action="store_true")
+    parser.add_argument("--cost", action="store_true")
     options = parser.parse_args()
     engines = [] if options.engines == "none" else options.engines.split(",")
     if wrong := [name for name in engines if name not in ENGINES]:
@@ -249,6 +263,9 @@ def main() -> None:
     warnings.simplefilter("ignore")
     if options.monotone:
         monotone()
+        return
+    if options.cost:
+        cost()
         return
     rows = fill(options.random, engines, options.most, options.again)
     whole = table(HEAD, [[name, *cells(row)] for name, row in rows.items()])

@@ -1,8 +1,8 @@
 """The pictures of the README and the docs."""
 
-from blockstat import assess, build, limit_load, load_scene, with_values
+from blockstat import assess, build, limit_load, load_scene, reserve_map, with_values
 from blockstat.view.plot import plot_mechanism, plot_stone_sensitivity, plot_verdict
-from blockstat.view.utilisation import plot_utilisation
+from blockstat.view.utilisation import LABELS, plot_reserve_map, plot_utilisation
 from evidence.paths import DOCS, EXAMPLES
 
 ACROSS = (0, 1, 0)
@@ -20,6 +20,8 @@ def main() -> None:
     limit = limit_load(assembly, ACROSS)
     pictures.append(plot_mechanism(limit, DOCS / "chapel-pushed.png"))
     pictures.append(plot_stone_sensitivity(limit, ACROSS, DOCS / "chapel-stone.png"))
+    found = reserve_map(limit_load(assembly, ACROSS, optimum=True), ACROSS)
+    pictures += [plot_reserve_map(found, what, DOCS / f"chapel-by-{what}.png") for what in LABELS]
     print(*pictures, sep="\n")
 
 

@@ -7,7 +7,7 @@ import msgspec
 
 from blockstat.model.expression import CONSTANTS, FUNCTIONS
 from blockstat.model.walling import run
-from blockstat.spec import Composition, Joint, Material, Range, chapel, elements
+from blockstat.spec import Composition, Joint, Material, Range, chapel, elements, material
 from blockstat.spec.element import Element, Repeat
 from blockstat.spec.meanings import meanings
 from evidence.paths import DOCS
@@ -116,7 +116,8 @@ def page() -> str:
             shared = (("buttresses", run.Buttress), ("openings", run.Opening), ("coping", run.Coping))
             parts += [section(f"`{name}`", own, 4) for name, own in (*shared, ("through", run.Through))]
     parts.append("## Both forms\n")
-    parts += [section("`material`", Material), section("`joints`", Joint), section("A range", Range)]
+    parts += [section("`material`", Material), section("`joints`", Joint)]
+    parts += [section("`uncertain.KEY`", material.Uncertain), section("A range", Range)]
     parts.append(section("The short form", chapel.Building, 2))
     short = (("brick", chapel.Brick), ("wall", chapel.Wall), ("doors.WALL, windows.WALL", chapel.Opening),
              ("buttresses.WALL", chapel.Buttress), ("vault", chapel.Vault))  # fmt: skip

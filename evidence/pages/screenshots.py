@@ -121,7 +121,7 @@ def _settled(tab, page) -> None:
 
 
 def _number(tab, index: int, value: float) -> None:
-    box = tab.get_by_role("textbox").locator("visible=true").nth(index)
+    box = tab.locator("input[inputmode=decimal]").locator("visible=true").nth(index)
     box.fill(str(value))
     box.press("Enter")
 

@@ -6,9 +6,9 @@ Every name that a user is handed is in this module. A room is imported when one 
 `import blockstat` costs next to nothing. Builders of walls, arches and vaults are in `blockstat.model`.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from blockstat.system.on_demand import on_demand
 
+TYPE_CHECKING = False  # as typing has it, which takes longer to import than all of this module
 if TYPE_CHECKING:
     from blockstat.analysis.assess import assess
     from blockstat.analysis.certificate_cache import Memory
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from blockstat.certificate.check import Certificate
     from blockstat.chance.first_order import FirstOrder, FirstOrderOutcome, first_order
     from blockstat.chance.monte_carlo import Reliability, ReliabilityOutcome, fragility, reliability
-    from blockstat.chance.variables import Random
+    from blockstat.chance.variables import Random, random_variables
     from blockstat.code_check.linear import CheckOutcome, LinearCheck, linear_check, side_wall_friction
     from blockstat.code_check.nonlinear import LimitState, NonlinearCheck, RockingBlock, nonlinear_check
     from blockstat.code_check.spectrum import Floor, Site, SpectrumTable
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from blockstat.design_search.search import search
     from blockstat.design_search.space import Space, space_of
     from blockstat.design_search.sweep import SweepOutcome, SweepResult, grid, latin_hypercube, sweep
+    from blockstat.design_search.target import FailureTarget
     from blockstat.errors import InputError, InputWarning
     from blockstat.geometry_repair.repair import Change, RepairOutcome, RepairReport, repair
     from blockstat.imperfection.imperfections import Imperfections
@@ -57,10 +58,19 @@ if TYPE_CHECKING:
     from blockstat.reinforcement.ties import TieOutcome, TieRange, anchor_plate, tendon_load, tie_gain, tie_range
     from blockstat.result import Result, Sentence
     from blockstat.sensitivity.parameters import limit_load_gradient, score_gradient, stone_sensitivity
+    from blockstat.sensitivity.reserve import ReserveMap, reserve_map
     from blockstat.sensitivity.vertices import PointGradient, limit_load_by_point, score_by_point, shared_points
     from blockstat.sequence.courses import Course, CoursesOutcome, CoursesResult, build_by_courses
     from blockstat.sequence.lowering import Decentring, decentring
-    from blockstat.sequence.order import OrderCount, OrderOutcome, OrderResult, count_orders, find_order
+    from blockstat.sequence.order import (
+        OrderCount,
+        OrderOutcome,
+        OrderResult,
+        SafestOrder,
+        count_orders,
+        find_order,
+        safest_order,
+    )
     from blockstat.sequence.plan import Plan, PlanVerdict, Step, assess_plan, check_plan, read_plan, write_plan
     from blockstat.sequence.prop_sets import CentringOrder, fewest_props, least_centring
     from blockstat.sequence.props import (
@@ -93,6 +103,7 @@ if TYPE_CHECKING:
     from blockstat.view.animation import write_mechanism, write_motion
     from blockstat.view.assessment import Assessment, assess_fully, assessment_html
     from blockstat.view.attributes import write_verdict
+    from blockstat.view.building.film import write_plan_film
     from blockstat.view.building.removal import plot_removal
     from blockstat.view.building.steps import plot_plan
     from blockstat.view.plot import (
@@ -107,7 +118,7 @@ if TYPE_CHECKING:
     from blockstat.view.settling import plot_capacity, plot_settlement
     from blockstat.view.three_d.page import interactive_html, show
     from blockstat.view.thrust_lines import plot_thrust
-    from blockstat.view.utilisation import plot_utilisation, utilisation
+    from blockstat.view.utilisation import plot_reserve_map, plot_utilisation, utilisation
 
 __version__ = "0.1.0"
 # fmt: off
@@ -115,29 +126,30 @@ __all__ = [
     "Assembly", "Assessment", "Block", "Bonds", "Bracket", "BracketOutcome", "Building", "Candidate",
     "CapacityCurve", "CapacityOutcome", "CapacityPoint", "CentringOrder", "Certificate", "Change", "CheckOutcome",
     "Composition", "CoulombState", "Course", "CoursesOutcome", "CoursesResult", "Crack", "Decentring",
-    "DirectionOutcome", "DirectionalLimits", "DomainOutcome", "Dropped", "Falsework", "FalseworkOutcome",
-    "FirstOrder", "FirstOrderOutcome", "Floor", "Foundation", "Imperfections", "InputError", "InputWarning",
-    "Interfaces", "JointLaw", "LimitLoad", "LimitState", "LinearCheck", "LoadCase", "LoadDomain", "LoadOutcome",
-    "Margin", "Memory", "MovingLoad", "MovingOutcome", "NonlinearCheck", "OrderCount", "OrderOutcome",
-    "OrderResult", "Outcome", "PathEvent", "PathOutcome", "Plan", "PlanVerdict", "PointGradient", "ProofFile",
-    "ProofOutcome", "Prop", "Random", "Range", "Reliability", "ReliabilityOutcome", "RepairOutcome",
-    "RepairReport", "Result", "RockingBlock", "Scene", "SearchOutcome", "SearchResult", "Sentence", "Settlement",
-    "SettlementOutcome", "SettlementPath", "Site", "Space", "SpectrumTable", "Step", "SweepOutcome", "SweepResult",
-    "ThrustOutcome", "ThrustRange", "Tie", "TieOutcome", "TieRange", "Verdict", "acceleration", "anchor_plate",
-    "assess", "assess_fully", "assess_plan", "assess_stages", "assess_states", "assessment_html", "body_load",
-    "box", "build", "build_by_courses", "capacity", "centring", "check_plan", "count_orders", "decentring",
-    "dispersed_load", "falsework", "fewest_props", "fill_load", "find_interfaces", "find_order", "first_order",
-    "fluid_pressure", "fragility", "friction_limit", "glued", "grid", "hoists", "interactive_html",
-    "latin_hypercube", "least_centring", "limit_load", "limit_load_by_direction", "limit_load_by_point",
-    "limit_load_gradient", "line_load", "linear_check", "load_case", "load_cases", "load_domain", "load_scene",
-    "mechanism_pose", "moving_load", "nonlinear_check", "overlaps", "parameters", "patch_load", "plot",
-    "plot_capacity", "plot_directions", "plot_forces", "plot_mechanism", "plot_plan", "plot_removal",
-    "plot_settlement", "plot_stone_sensitivity", "plot_thrust", "plot_utilisation", "plot_verdict", "point_load",
-    "prove", "prove_limit", "prove_verdict", "read", "read_plan", "reliability", "remove_each", "repair",
-    "scene_from", "scene_text", "score_by_point", "score_gradient", "search", "settle", "settle_to_collapse",
-    "settlement", "shared_points", "show", "side_wall_friction", "space_of", "stone_sensitivity", "surface_load",
-    "sweep", "tendon_load", "thrust_range", "tie_gain", "tie_range", "tilt_limit", "utilisation", "with_values",
-    "write", "write_mechanism", "write_motion", "write_plan", "write_verdict",
+    "DirectionOutcome", "DirectionalLimits", "DomainOutcome", "Dropped", "FailureTarget", "Falsework",
+    "FalseworkOutcome", "FirstOrder", "FirstOrderOutcome", "Floor", "Foundation", "Imperfections", "InputError",
+    "InputWarning", "Interfaces", "JointLaw", "LimitLoad", "LimitState", "LinearCheck", "LoadCase", "LoadDomain",
+    "LoadOutcome", "Margin", "Memory", "MovingLoad", "MovingOutcome", "NonlinearCheck", "OrderCount",
+    "OrderOutcome", "OrderResult", "Outcome", "PathEvent", "PathOutcome", "Plan", "PlanVerdict", "PointGradient",
+    "ProofFile", "ProofOutcome", "Prop", "Random", "Range", "Reliability", "ReliabilityOutcome", "RepairOutcome",
+    "RepairReport", "ReserveMap", "Result", "RockingBlock", "SafestOrder", "Scene", "SearchOutcome", "SearchResult",
+    "Sentence", "Settlement", "SettlementOutcome", "SettlementPath", "Site", "Space", "SpectrumTable", "Step",
+    "SweepOutcome", "SweepResult", "ThrustOutcome", "ThrustRange", "Tie", "TieOutcome", "TieRange", "Verdict",
+    "acceleration", "anchor_plate", "assess", "assess_fully", "assess_plan", "assess_stages", "assess_states",
+    "assessment_html", "body_load", "box", "build", "build_by_courses", "capacity", "centring", "check_plan",
+    "count_orders", "decentring", "dispersed_load", "falsework", "fewest_props", "fill_load", "find_interfaces",
+    "find_order", "first_order", "fluid_pressure", "fragility", "friction_limit", "glued", "grid", "hoists",
+    "interactive_html", "latin_hypercube", "least_centring", "limit_load", "limit_load_by_direction",
+    "limit_load_by_point", "limit_load_gradient", "line_load", "linear_check", "load_case", "load_cases",
+    "load_domain", "load_scene", "mechanism_pose", "moving_load", "nonlinear_check", "overlaps", "parameters",
+    "patch_load", "plot", "plot_capacity", "plot_directions", "plot_forces", "plot_mechanism", "plot_plan",
+    "plot_removal", "plot_reserve_map", "plot_settlement", "plot_stone_sensitivity", "plot_thrust",
+    "plot_utilisation", "plot_verdict", "point_load", "prove", "prove_limit", "prove_verdict", "random_variables",
+    "read", "read_plan", "reliability", "remove_each", "repair", "reserve_map", "safest_order", "scene_from",
+    "scene_text", "score_by_point", "score_gradient", "search", "settle", "settle_to_collapse", "settlement",
+    "shared_points", "show", "side_wall_friction", "space_of", "stone_sensitivity", "surface_load", "sweep",
+    "tendon_load", "thrust_range", "tie_gain", "tie_range", "tilt_limit", "utilisation", "with_values", "write",
+    "write_mechanism", "write_motion", "write_plan", "write_plan_film", "write_verdict",
 ]
 # fmt: on
 
@@ -156,7 +168,7 @@ _HOMES = {
         "certificate.check": "Certificate",
         "chance.first_order": "FirstOrder FirstOrderOutcome first_order",
         "chance.monte_carlo": "Reliability ReliabilityOutcome fragility reliability",
-        "chance.variables": "Random",
+        "chance.variables": "Random random_variables",
         "contact.interfaces": "Dropped Interfaces find_interfaces",
         "contact.penetration": "overlaps",
         "design_search.candidate": "Candidate SearchOutcome SearchResult",
@@ -164,6 +176,7 @@ _HOMES = {
         "design_search.search": "search",
         "design_search.space": "Space space_of",
         "design_search.sweep": "SweepOutcome SweepResult grid latin_hypercube sweep",
+        "design_search.target": "FailureTarget",
         "errors": "InputError InputWarning",
         "geometry_repair.repair": "Change RepairOutcome RepairReport repair",
         "imperfection.imperfections": "Imperfections",
@@ -187,12 +200,13 @@ _HOMES = {
         "program.bonds": "Bonds",
         "result": "Result Sentence",
         "sensitivity.parameters": "limit_load_gradient score_gradient stone_sensitivity",
+        "sensitivity.reserve": "ReserveMap reserve_map",
         "sensitivity.vertices": "PointGradient limit_load_by_point score_by_point shared_points",
         "sequence.props": "Falsework FalseworkOutcome Prop centring falsework hoists remove_each",
         "sequence.courses": "Course CoursesOutcome CoursesResult build_by_courses",
         "sequence.lowering": "Decentring decentring",
         "sequence.prop_sets": "CentringOrder fewest_props least_centring",
-        "sequence.order": "OrderCount OrderOutcome OrderResult count_orders find_order",
+        "sequence.order": "OrderCount OrderOutcome OrderResult SafestOrder count_orders find_order safest_order",
         "sequence.plan": "Plan PlanVerdict Step assess_plan check_plan read_plan write_plan",
         "sequence.stages": "assess_stages",
         "sequence.states": "assess_states",
@@ -202,6 +216,7 @@ _HOMES = {
         "view.animation": "write_mechanism write_motion",
         "view.assessment": "Assessment assess_fully assessment_html",
         "view.attributes": "write_verdict",
+        "view.building.film": "write_plan_film",
         "view.building.removal": "plot_removal",
         "view.building.steps": "plot_plan",
         "view.plot": "mechanism_pose plot plot_forces plot_mechanism plot_stone_sensitivity plot_verdict",
@@ -209,25 +224,11 @@ _HOMES = {
         "view.settling": "plot_capacity plot_settlement",
         "view.three_d.page": "interactive_html show",
         "view.thrust_lines": "plot_thrust",
-        "view.utilisation": "plot_utilisation utilisation",
+        "view.utilisation": "plot_reserve_map plot_utilisation utilisation",
     }.items()
     for name in names.split()
 }
-
-
-def __getattr__(name: str) -> Any:
-    """Return a public name, or a module of this package, on its first use."""
-    if name in _HOMES:
-        value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
-        globals()[name] = value
-        return value
-    if not name.startswith("_"):
-        try:
-            return import_module(f"{__name__}.{name}")
-        except ModuleNotFoundError as error:
-            if error.name != f"{__name__}.{name}":
-                raise
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__ = on_demand(__name__, _HOMES, globals())
 
 
 def __dir__() -> list[str]:

@@ -1,4 +1,4 @@
-"""The one exception that bad input raises, and checks of options and of single values that raise it."""
+"""The exception that bad input raises, and checks of options and of single values that raise it."""
 
 from __future__ import annotations
 
@@ -19,6 +19,10 @@ class InputError(ValueError):
 
     The command line prints the message on one line and exits with status 2.
     """
+
+
+class NoSupportError(InputError):
+    """Blocks without a support; the message names some, and whoever asks a person can ask again."""
 
 
 class InputWarning(UserWarning):

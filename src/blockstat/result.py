@@ -72,3 +72,29 @@ def finite(value: float) -> float | None:
         None for what is infinite or not a number.
     """
     return float(value) if np.isfinite(value) else None
+
+
+def plain(value: float, digits: int = 3) -> str:
+    """Return a number as engineers write it: significant digits, thousands apart, no power of ten for large numbers.
+
+    Parameters
+    ----------
+    value : float
+        In the unit that follows it.
+    digits : int, optional
+        Significant digits; a number of more digits before its point is rounded to whole ones.
+
+    Returns
+    -------
+    str
+        The number without its unit.
+
+    Examples
+    --------
+    >>> from blockstat.result import plain
+    >>> [plain(number) for number in (1020.0, 295.04, 0.0123, 2.5e-7, 1.4e6)]
+    ['1,020', '295', '0.0123', '2.5e-07', '1,400,000']
+    >>> plain(1170.3, 4), plain(250.1, 2)
+    ('1,170', '250')
+    """
+    return f"{value:,.0f}" if abs(value) >= min(1000, 10**digits) else f"{value:.{digits}g}"

@@ -133,7 +133,7 @@ def test_a_model_moves_its_parameters_and_its_material(hut):
 
 def test_an_assembly_has_only_its_material_to_move(tmp_path):
     model = open_model(write(stack(2), tmp_path / "stones.json"))
-    assert set(model.ranges) == {"friction", "density"}
+    assert set(model.ranges) == {"friction", "density", "rounded_edges"}
     with pytest.raises(InputError, match="has no scene"):
         model.moved(model.start)
 
@@ -149,9 +149,30 @@ def test_a_question_that_cannot_be_built_is_answered_with_its_reason(hut):
     assert good.verdict.outcome is assess(model.built(model.start)).outcome
 
 
+def test_the_slider_of_rounded_edges_asks_for_joints_without_them(tmp_path):
+    """A block half as wide as high, tilted by .45: it falls once its joint has lost a tenth of its width in all."""
+    tilted = stack(1, 1.0, 2.0).with_(gravity=np.array([0.45, 0.0, -1.0]))
+    model = open_model(write(tilted, tmp_path / "block.json"))
+    assert named("rounded_edges") == ("material", "rounded edges")
+    memory = Memory()
+    words = {}
+    for lost in (0.0, 20.0):  # mm of a block of 1 m: it still stands
+        found = evaluated(Question(1, model, {**model.start, "rounded_edges": lost}), memory)
+        words[lost] = found.verdict.outcome.word
+        assert ("joints lose 20 mm at each edge" in headline(Known(found.verdict))) == (lost > 0)
+    assert set(words.values()) == {"stable"}
+    small = tilted.with_(vertices=0.3 * tilted.vertices)
+    model = open_model(write(small, tmp_path / "small.json"))
+    outcomes = [
+        evaluated(Question(1, model, {**model.start, "rounded_edges": lost}), memory).verdict.outcome.word
+        for lost in (14.5, 15.5)  # (300 - 2 x 15) / 600 = .45
+    ]
+    assert outcomes == ["stable", "unstable"]
+
+
 def test_the_words_say_what_the_verdict_says():
     verdict = assess(arch(11, 0.08))
-    known = Known(verdict, "+y")
+    known = Known(verdict)
     first = verdict.assembly.names[verdict.moving[0]]
     assert "Unstable" in headline(known)
     assert first in headline(known)
@@ -240,7 +261,7 @@ def test_the_newest_question_wins(hut):
     model = open_model(hut)
     try:
         for value in np.linspace(0.6, 0.35, 20):
-            last = follower.ask(model, {**model.start, "wall.thickness": float(value)}, "+y")
+            last = follower.ask(model, {**model.start, "wall.thickness": float(value)})
         wait(lambda: answered(calls, follower))
     finally:
         follower.stop()
@@ -258,11 +279,11 @@ def test_an_evaluator_that_is_killed_is_replaced(hut):
     model = open_model(hut)
 
     try:
-        follower.ask(model, model.start, "+y")
+        follower.ask(model, model.start)
         wait(lambda: answered(calls, follower))
         follower._evaluator._process.kill()
         wait(lambda: not follower._evaluator.running)
-        follower.ask(model, {**model.start, "wall.thickness": 0.5}, "+y")
+        follower.ask(model, {**model.start, "wall.thickness": 0.5})
         wait(lambda: answered(calls, follower))
     finally:
         follower.stop()
@@ -275,7 +296,7 @@ def test_the_scores_that_memory_leaves_open_come_later(hut):
     evaluated(Question(1, model, thin), memory)
     again = evaluated(Question(2, model, thin), memory)
     assert isnan(again.verdict.score)
-    assert "…" in numbers(Known(again.verdict, "+y"))
+    assert "…" in numbers(Known(again.verdict))
     assert "not known yet" in colouring("tension", again.verdict).legend
 
 

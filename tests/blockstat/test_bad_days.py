@@ -9,6 +9,7 @@ import time
 
 import pytest
 
+import blockstat
 from blockstat import InputError, read, write
 from blockstat.system.lock import locked
 from blockstat.system.writing import written_whole
@@ -124,6 +125,19 @@ def test_workers_end_with_their_parent(tmp_path):
     while not gone(child) and time.monotonic() < end:
         time.sleep(0.05)
     assert gone(child)
+
+
+@pytest.mark.parametrize("module", ["blockstat", "dynsim"])
+def test_nothing_is_imported_before_an_interrupt_is_heeded(module):
+    """An interrupt leaves a stack trace while a command imports what comes before its first line: next to nothing."""
+    place = os.path.dirname(os.path.dirname(os.path.abspath(blockstat.__file__)))
+    code = f"import os, sys; before = set(sys.modules); import {module}.__main__\n"
+    code += "print(*sorted(set(sys.modules) - before))"
+    command, only = [sys.executable, "-S", "-c", code], {"PYTHONPATH": place}
+    found = subprocess.run(command, env=only, capture_output=True, text=True, check=True)
+    others = {name for name in found.stdout.split() if name.split(".")[0] not in ("blockstat", "dynsim")}
+    assert others <= {"__future__"}
+    assert len(found.stdout.split()) <= 8
 
 
 @pytest.mark.parametrize("module", ["blockstat", "dynsim"])

@@ -1,14 +1,27 @@
 """Pictures and commands of building and taking down."""
 
 import json
+import os
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from blockstat import InputError, Plan, Step, assess_plan, plot_plan, plot_removal, remove_each, write, write_plan
+from blockstat import (
+    InputError,
+    Plan,
+    Step,
+    assess_plan,
+    plot_plan,
+    plot_removal,
+    remove_each,
+    write,
+    write_plan,
+    write_plan_film,
+)
 from blockstat.cli.commands import app
 from blockstat.view.building.removal import weight_lost
+from browser import FLAGS, Tab, browser_path
 from building_sites import arch, tee
 
 
@@ -30,6 +43,55 @@ def test_a_strip_of_a_plan_has_the_first_step_that_falls(tmp_path):
     assert plot_plan(arch(), found, tmp_path / "plan.svg", frames=2).read_text().count("step") >= 0
     with pytest.raises(InputError, match="frames is 0"):
         plot_plan(arch(), found, tmp_path / "plan.png", frames=0)
+
+
+def test_a_film_shows_blocks_from_their_step_on_and_moves_those_that_fall(tmp_path):
+    plan = Plan(tuple(Step((f"s{k}",)) for k in range(7)))
+    path = write_plan_film(arch(), assess_plan(arch(), plan), tmp_path / "plan.glb", seconds=2.0)
+    data = path.read_bytes()
+    content = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])
+    channels = [channel["target"] for channel in content["animations"][0]["channels"]]
+    appear = {target["node"] - 1 for target in channels if target["path"] == "scale"}
+    assert appear == set(range(1, 7))  # the first stone is there from the beginning
+    moved = {target["node"] - 1 for target in channels if target["path"] == "translation"}
+    assert {1, 2, 3, 4, 5} <= moved <= set(range(6))
+    times = [
+        accessor["max"][0] for accessor in content["accessors"] if "max" in accessor and "SCALAR" in accessor["type"]
+    ]
+    assert max(times) == pytest.approx(14.0)
+    with pytest.raises(InputError, match=r"written as \.glb"):
+        write_plan_film(arch(), assess_plan(arch(), plan), tmp_path / "plan.gif")
+
+
+def test_a_reader_moves_the_slider_in_a_browser(tmp_path):
+    executable = browser_path()
+    from playwright.sync_api import sync_playwright
+
+    from blockstat.view.building.slider import StepSlider
+    from blockstat.view.three_d.page import start_viser, stop_viser
+
+    assembly = arch()
+    plan = Plan((Step(("s0",), ("s0",)), *(Step((f"s{k}",)) for k in range(1, 7))))
+    server, address = start_viser(port=0)
+    try:
+        StepSlider(server, assembly, assess_plan(assembly, plan))
+        with sync_playwright() as play:
+            browser = play.chromium.launch(executable_path=executable, args=list(FLAGS))
+            tab = Tab(browser, address)
+            tab.sees("step 0: stable")
+            tab.sees("held: s0")
+            tab.number(0, 1)
+            tab.sees("step 1: unstable")
+            tab.sees("first to move: s1")
+            tab.number(0, 6)
+            tab.sees("step 6: stable")
+            if picture := os.environ.get("STEP_PICTURE"):
+                tab.page.screenshot(path=picture)
+            assert not tab.errors
+            assert not tab.outside
+            browser.close()
+    finally:
+        stop_viser(server)
 
 
 def test_a_slider_shows_the_blocks_of_a_step_and_says_what_falls():

@@ -3,11 +3,14 @@ import math
 import re
 import subprocess
 import sys
+import time
 from importlib.metadata import version
 
 import pytest
 
-from blockstat import read, write
+from blockstat import Assembly, box, limit_load_by_direction, read, write
+from blockstat.cli import progress
+from blockstat.system import lines
 from evidence.scenes.small import arch, stack
 
 
@@ -81,7 +84,7 @@ def test_an_unstable_answer_names_what_moves_and_exits_with_zero(tmp_path):
         (["check", "{stones}", "--tilt", "x"], '--tilt is "x"; it must read AXIS,DEGREES'),
         (["limit", "{stones}", "--load", "0,0,0"], "load direction is [0.0, 0.0, 0.0]"),
         (["plot", "{stones}", "--mechanism", "-o", "x.png"], "is stable and has no mechanism; give --load AX,AY,AZ"),
-        (["plot", "{stones}", "--load", "1,0,0", "-o", "x.png"], "--load goes with --mechanism or --stone"),
+        (["plot", "{stones}", "--load", "1,0,0", "-o", "x.png"], "--load goes with --mechanism, --stone or --reserve"),
         (["plot", "{stones}", "--stone", "-o", "x.png"], "give its direction by --load AX,AY,AZ"),
         (["plot", "{stones}", "--plain", "--forces", "-o", "x.png"], "ask for one of them"),
         (["plot", "{stones}", "-o", "x.xyz"], 'x.xyz: no picture is written as ".xyz"; a picture is .png,'),
@@ -189,3 +192,24 @@ def test_coulomb_options_of_the_command_line(tmp_path):
         answer = run("check", path, *wrong)
         assert answer.returncode == 2
         assert "--tightnesses is" in answer.stderr
+
+
+def test_long_work_is_told_in_plain_lines_where_there_is_no_terminal(capsys, monkeypatch):
+    monkeypatch.setattr(progress, "BEAT", 0.01)
+    monkeypatch.setattr(lines, "EVERY", 0.02)
+    with progress.at_work("judging 3 blocks") as say:
+        time.sleep(0.5)
+        say("drawing")
+        time.sleep(0.5)
+    told = capsys.readouterr().err.splitlines()
+    assert told[0] == "judging 3 blocks, 0 s"
+    assert told[-1].startswith("drawing, ")
+    assert "\x1b" not in "".join(told)
+
+
+def test_every_direction_of_the_horizon_is_told():
+    told = []
+    slab = Assembly.from_blocks([box((-1, -1, -1), (2, 2, 0)), box((0, 0, 0), (1, 0.5, 2))], supports=[0])
+    limit_load_by_direction(slab, 4, refine=False, progress=lambda *state: told.append(state))
+    assert [(done, name) for done, name, _ in told] == [(1, "+x"), (2, "+y"), (3, "-x"), (4, "-y")]
+    assert told[1][2].upper == pytest.approx(0.25)

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from blockstat import InputError, InputWarning, build, load_scene, read, write
+from blockstat import Assembly, InputError, InputWarning, assess, box, build, load_scene, read, write, write_verdict
 from compas_files import FILES, assert_same
 from evidence.scenes.small import arch
 
@@ -165,3 +165,52 @@ def test_unknown_formats(tmp_path):
         write(arch(3, 0.2), tmp_path / "a.json", format="ifc")
     with pytest.raises(InputError, match='cannot be written as "compas-model"'):
         write(arch(3, 0.2), tmp_path / "a.obj", format="compas-model")
+
+
+def net_force(data, block):
+    """Force on a block by the joints of a COMPAS file: those that point into it, less those that point out."""
+    graph = data["data"]["graph"]
+    net = np.zeros(3)
+    for u, others in graph.get("data", graph)["edge"].items():
+        for v, edge in others.items():
+            for joint in next(value for key, value in edge.items() if key in ("interfaces", "contacts")):
+                own = joint["data"]
+                x, y = (np.array(own["frame"]["data"][axis]) for axis in ("xaxis", "yaxis"))
+                for f in own["forces"]:
+                    force = (f["c_np"] - f["c_nn"]) * np.cross(x, y) + f["c_u"] * x + f["c_v"] * y
+                    net += force * ((int(v) == block) - float(int(u) == block))
+    return net
+
+
+@pytest.mark.parametrize("format", ["compas-assembly", "compas-model"])
+@pytest.mark.parametrize("shift", [0.2, 0.7])
+def test_a_verdict_travels_with_joints_forces_and_motion(tmp_path, format, shift):
+    blocks = [
+        box((-2, -2, -1), (2, 2, 0), name="ground"),
+        box((0, 0, 0), (1, 1, 1), name="base", group="wall.north"),
+        box((shift, 0, 1), (1 + shift, 1, 2), name="top", group="wall"),
+    ]
+    asm = Assembly.from_blocks(blocks, supports=["ground"], density=1000.0, gravity=(0.0, 0.0, -10.0))
+    path = write_verdict(assess(asm), tmp_path / "tower.json", format=format)
+    data = json.loads(path.read_text())
+    # Residual tension counts as a force: with it the upper block balances even where nothing admissible holds it.
+    np.testing.assert_allclose(net_force(data, 1), [0, 0, 10e3], atol=1e-3)
+    np.testing.assert_allclose(net_force(data, 2), [0, 0, 10e3], atol=1e-3)
+    graph = data["data"]["graph"].get("data", data["data"]["graph"])
+    tip = np.array(graph["node"]["2"]["displacement"])
+    attributes = data["data"]["attributes"] if format == "compas-assembly" else graph["attributes"]
+    if shift < 0.5:
+        assert attributes["verdict"]["outcome"] == "stable"
+        assert not tip.any()
+    else:
+        assert attributes["verdict"]["outcome"] == "unstable"
+        assert tip[4] > 0  # it tips about y, over the edge on the side of +x
+    assert read(path).names == asm.names
+
+
+def test_a_verdict_is_written_in_formats_of_compas_only(tmp_path):
+    verdict = assess(arch(3, 0.2))
+    with pytest.raises(InputError, match="format is 'native'; it must be one of: compas-assembly, compas-model"):
+        write_verdict(verdict, tmp_path / "a.json", format="native")
+    with pytest.raises(InputError, match="no such directory"):
+        write_verdict(verdict, tmp_path / "none" / "a.json")

@@ -223,11 +223,11 @@ def test_a_design_that_takes_too_long_fails_and_the_next_is_judged(tmp_path):
             time.sleep(0.005)
         assert isinstance(told[-1], kind)
 
-    follower.ask(model, model.start, "+y")
+    follower.ask(model, model.start)
     until(Failed)
     assert "stopped after 0 s" in told[-1].message
     follower._limits = Limits()
-    follower.ask(model, model.start, "+y")
+    follower.ask(model, model.start)
     until(Judged)
     follower.stop()
 
@@ -248,5 +248,5 @@ def test_an_upload_is_read_in_a_process_of_its_own(tmp_path):
     model = sent("stones.json", content, "")
     assert isinstance(model, Model)
     assert model.assembly.n_blocks == 3
-    assert sent("stones.json", b"{}", "") == "stones.json: Object missing required field `blocks`"
+    assert str(sent("stones.json", b"{}", "")) == "stones.json: Object missing required field `blocks`"
     assert Path("stones.json").exists() is False

@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 
 from blockstat import InputError, Plan, Prop, Step, assess_plan, read_plan, write, write_plan
 from blockstat.cli.commands import app
-from building_sites import arch, tee
+from building_sites import tee
 
 
 def plan(**changes):
@@ -117,11 +117,6 @@ def test_bad_props_get_one_sentence_with_the_step(tmp_path, steps, sentence):
         read_plan(path, tee())
 
 
-def test_bullet_and_the_least_friction_refuse_props():
-    from dynsim import sequence
-
+def test_the_least_friction_refuses_props():
     with pytest.raises(InputError, match="without props"):
         assess_plan(tee(), plan(), reserve=True)
-    with pytest.raises(InputError, match='"west"'):
-        sequence(tee(), plan())
-    assert sequence(arch(), Plan((Step(tuple(arch().names[:7])),))).first_fall is None

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from shapely import Point, Polygon
 
-from blockstat import Assembly, InputError, Outcome, assess, limit_load
+from blockstat import Assembly, InputError, Outcome, assess, limit_load, reserve_map
 from blockstat.model import assemble, dome, pavilion_vault
 from blockstat.view.painter import face_order, paint_order, view_of, visible, with_copies
 from blockstat.view.plot import (
@@ -16,7 +16,7 @@ from blockstat.view.plot import (
     plot_verdict,
     resultants,
 )
-from blockstat.view.utilisation import plot_utilisation
+from blockstat.view.utilisation import plot_reserve_map, plot_utilisation
 from evidence.scenes.small import arch, assembly, box, running_bond, stack
 
 
@@ -133,6 +133,7 @@ def test_an_unknown_option_of_a_picture_is_refused_and_the_known_ones_are_named(
         (plot_forces, (stands,)),
         (plot_utilisation, (stands,)),
         (plot_stone_sensitivity, (limit, (1, 0, 0))),
+        (plot_reserve_map, (reserve_map(limit, (1, 0, 0)), "edge")),
     ]
     for draw, what in pictures:
         with pytest.raises(InputError, match=r'unknown option "azimut"; options are: values, .*azimuth, elevation'):
@@ -236,6 +237,27 @@ def test_the_picture_of_help_is_blue_where_a_stone_helps(tmp_path):
     assert len(blue) > 1000
     assert len(red) > 1000
     assert red.max() <= blue.min()
+
+
+def test_the_map_of_the_reserve_is_red_at_the_joint_that_matters(tmp_path):
+    # A tower of three blocks tips about its foot: the other beds do not count, and friction nowhere.
+    tower = assembly([box((-3, -3, -1), (3, 3, 0)), *(box((0, 0, k), (1, 1, k + 1)) for k in range(3))], friction=2.0)
+    found = reserve_map(limit_load(tower, (1, 0, 0), optimum=True), (1, 0, 0))
+    options = {"azimuth": -90.0, "elevation": 20.0}
+    pixels = pixels_of(plot_reserve_map(found, "edge", tmp_path / "edge.png", **options))
+    pixels = pixels[:, : int(0.8 * pixels.shape[1])]  # without the colour bar
+    red = np.argwhere((pixels[..., 0] > 0.4) & (pixels[..., 1] < 0.3))[:, 0]
+    assert len(red) > 100
+    assert red.min() > 0.5 * pixels.shape[0]
+    assert found.most("edge") == [('"block0" and "block1"', pytest.approx(-2 / 3, rel=1e-5))]
+    assert found.most("corner", 1)[0][1] > 0
+    for what in ("friction", "corner"):
+        assert plot_reserve_map(found, what, tmp_path / f"{what}.png").is_file()
+    with pytest.raises(InputError, match="must be one of: edge, friction, corner"):
+        plot_reserve_map(found, "edges", tmp_path / "x.png")
+    bare = reserve_map(limit_load(tower, (1, 0, 0), optimum=True), (1, 0, 0), corners=False)
+    with pytest.raises(InputError, match="without corners"):
+        plot_reserve_map(bare, "corner", tmp_path / "x.png")
 
 
 def test_a_plot_of_a_stable_verdict_takes_the_options_of_plot(tmp_path):

@@ -10,9 +10,22 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import norm
 
-from blockstat import InputError, Random, acceleration, first_order, fragility, reliability, write
+from blockstat import (
+    Assembly,
+    InputError,
+    Random,
+    acceleration,
+    box,
+    find_interfaces,
+    first_order,
+    fragility,
+    read,
+    reliability,
+    write,
+)
 from blockstat.chance.first_order import FirstOrderOutcome
 from blockstat.chance.monte_carlo import _binomial
+from blockstat.chance.population import Population
 from evidence.scenes.small import arch, stack
 
 SIDE = (1, 0, 0)
@@ -161,7 +174,7 @@ def test_a_heavier_block_and_a_permanent_load_are_random_too():
     ("uncertain", "message"),
     [
         ({}, "nothing is uncertain"),
-        ({"mu": Random("normal", 1, 1)}, 'uncertain "mu"; keys are: friction, edge, push'),
+        ({"mu": Random("normal", 1, 1)}, 'uncertain "mu"; keys are: friction, edge, corner, push'),
         ({"density.nave": Random("normal", 1, 1)}, 'no group "nave"'),
         ({"loads.*": Random("normal", 1, 1)}, "there are no permanent loads"),
         ({"push": Random("normal", 1, 1)}, "load=, which is not given"),
@@ -204,3 +217,172 @@ def test_the_command_prints_a_probability(tmp_path):
 def run(*arguments):
     code = "from blockstat.cli.commands import main; main()"
     return subprocess.run([sys.executable, "-c", code, *map(str, arguments)], capture_output=True, text=True)
+
+
+def per_joint(correlation):
+    return Random("normal", 0.6, 0.1, "joint", correlation)
+
+
+def slabs(number):
+    """Slabs side by side on the ground: any of them slides by itself."""
+    blocks = [box((-1, -1, -1), (4 * number, 3, 0))]
+    blocks += [box((3 * k, 0, 0), (3 * k + 2, 2, 0.5), name=f"slab{k}", group=f"row{k % 2}") for k in range(number)]
+    return Assembly.from_blocks(blocks, supports=[0], friction=0.6)
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.5, 1.0])
+def test_the_weakest_of_many_joints_decides(correlation):
+    """Four slabs pushed by half their weight; equicorrelated friction: an integral over what is common."""
+    scene = slabs(4)
+    found = reliability(scene, {"friction": per_joint(correlation)}, load=load_of(scene, 0.5), draws=400)
+    own = math.sqrt(1 - correlation)
+
+    def stand(common):
+        level = -1.0 - math.sqrt(correlation) * common
+        return norm.pdf(common) * (norm.sf(level / own) if own else float(level < 0)) ** 4
+
+    exact = 1 - quad(stand, -8, 8, points=[-1.0], limit=200)[0]
+    assert found.interval[0] <= exact <= found.interval[1]
+
+
+def test_values_belong_to_joints_blocks_courses_and_groups():
+    tower = stack(3, 1.0, 0.5).with_(groups=("ground", "wall", "wall", "top"))
+    faces = find_interfaces(tower)
+    counts = {"all": 1, "group": 2, "course": 3, "block": 3, "joint": 3}
+    for each, count in counts.items():
+        population = Population(tower, faces, None, {"friction": Random("normal", 0.6, 0.1, each)})
+        assert population.size == count, each
+    shared = Population(tower, faces, None, {"edge": Random("uniform", 0, 0.1, "joint", 0.3)})
+    assert shared.size == 4
+    two = slabs(4)  # one height, two groups
+    for each, count in {"course": 2, "block": 4, "group": 2}.items():
+        weights = {"density.*": Random("normal", 2000, 100, each)}
+        assert Population(two, find_interfaces(two), None, weights).size == count, each
+
+
+def test_correlated_values_have_their_correlation():
+    scene = slabs(4)
+    population = Population(scene, find_interfaces(scene), None, {"friction": per_joint(0.3)})
+    rng = np.random.default_rng(0)
+    values = np.array([population.realise(z).interfaces.friction for z in rng.standard_normal((4000, population.size))])
+    np.testing.assert_allclose(np.corrcoef(values.T), 0.3 + 0.7 * np.eye(4), atol=0.06)
+    np.testing.assert_allclose(values.std(axis=0), 0.1, rtol=0.05)
+
+
+def test_a_corner_out_of_place_moves_the_hinge():
+    """A column tips at (b + e) / h about its toe, e the lesser displacement of the two corners of the toe, to first
+    order; between the corners the column turns about one of them."""
+    column = stack(1, 0.5, 2.0, friction=2.0)
+    uncertain = {"corner": Random("normal", 0.0, 0.002)}
+    found = fragility(column, uncertain, load_of(column, 1.0), draws=60, seed=4)
+    assert found.mean() == pytest.approx(0.25, abs=2e-3)
+    assert 2e-4 < found.std() < 2e-3
+    judged = reliability(column, uncertain, load=load_of(column, 0.25), draws=60, seed=4)
+    assert judged.failures == (found < 0.25).sum()
+    assert judged.undecided == 0
+
+
+def test_first_order_shares_name_the_joint_that_matters():
+    """Of three joints of a stack that slides, the lowest carries most and slips first; by the exact derivatives."""
+    tower = stack(3, 2.0, 0.5, friction=0.6)
+    load = 0.4 * acceleration(tower, SIDE)  # on the masses as drawn
+    one = first_order(tower, {"friction": Random("normal", 0.6, 0.1)}, load)
+    assert one.beta == pytest.approx(2.0, rel=1e-4)
+    heavy = np.array([1.0, 3.0, 1.0, 1.0]) * tower.density
+    lowest = np.zeros((4, 6))
+    lowest[1, 0], lowest[1, 4] = 1.0, -0.25  # pushes the lowest block at its foot: mu times all the weight above
+    found = first_order(tower.with_(density=heavy), {"friction": per_joint(0.0)}, lowest)
+    total = float(heavy[1:] @ tower.volume[1:] * np.linalg.norm(tower.gravity))
+    assert found.values["friction"] == pytest.approx((1.0 / total + 0.6 + 0.6) / 3, rel=1e-3)  # of three joints
+    np.testing.assert_allclose(found.shares_by_value["friction"], [1.0, 0.0, 0.0], atol=1e-6)
+
+
+def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path):
+    file = tmp_path / "draws.jsonl"
+    uncertain = {"push": Random("normal", 0.3, 0.15)}
+
+    def stop(done, draws):
+        if done >= 100:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        reliability(TALL, uncertain, load=SIDE, draws=200, file=file, progress=stop)
+    assert len(file.read_text().splitlines()) == 101
+    file.write_text(file.read_text() + '{"draw": 1')  # killed while it wrote
+    done = []
+    found = reliability(TALL, uncertain, load=SIDE, draws=200, file=file, progress=lambda *own: done.append(own))
+    assert done[0] == (120, 200)
+    whole = reliability(TALL, uncertain, load=SIDE, draws=200)
+    assert (found.failures, found.interval) == (whole.failures, whole.interval)
+    more = reliability(TALL, uncertain, load=SIDE, draws=250, file=file, jobs=2)
+    assert more.failures == reliability(TALL, uncertain, load=SIDE, draws=250).failures
+    with pytest.raises(InputError, match="draws of something else"):
+        reliability(TALL, uncertain, load=SIDE, draws=200, file=file, seed=1)
+    file.write_text(file.read_text().replace("outcome", "outcme", 1))
+    with pytest.raises(InputError, match="a line is damaged"):
+        reliability(TALL, uncertain, load=SIDE, draws=200, file=file)
+
+
+@pytest.mark.slow
+def test_draws_go_to_a_cluster(tmp_path):
+    distributed = pytest.importorskip("distributed")
+    import joblib
+
+    uncertain = {"push": Random("normal", 0.3, 0.15)}
+    options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None, "silence_logs": 50}
+    with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
+        client.run(sys.path.extend, [p for p in sys.path if p])
+        with joblib.parallel_config(backend="dask"):
+            found = reliability(TALL, uncertain, load=SIDE, draws=200, file=tmp_path / "draws.jsonl", jobs=2)
+    assert found.failures == reliability(TALL, uncertain, load=SIDE, draws=200).failures
+
+
+SCENE = """
+name = "post"
+[elements.post]
+kind = "pier"
+size = [0.5, 0.5]
+height = 1.0
+courses = 2
+[uncertain]
+push = { kind = "normal", mean = 0.3, deviation = 0.05, direction = [1, 0, 0] }
+friction = { kind = "lognormal", mean = 2.0, deviation = 0.01, each = "joint", correlation = 0.5 }
+[uncertain.density]
+post = { kind = "uniform", least = 1900, most = 2100, each = "course" }
+"""
+
+
+def test_a_scene_says_what_is_uncertain(tmp_path):
+    file = tmp_path / "post.toml"
+    file.write_text(SCENE)
+    found = reliability(read(file), draws=100)
+    answer = run("reliability", file, "--draws", "100", "--json", "-o", tmp_path / "draws.jsonl")
+    assert answer.returncode == 0, answer.stderr
+    told = json.loads(answer.stdout)
+    assert (told["failures"], told["interval"]) == (found.failures, list(found.interval))
+    assert first_order(read(file)).beta == pytest.approx(4.0, rel=0.02)  # tips at b / h = .5
+    again = run("reliability", file, "--draws", "100", "--json", "-o", tmp_path / "draws.jsonl")
+    assert json.loads(again.stdout)["seconds"] == told["seconds"]
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "message"),
+    [
+        ('"normal", mean', '"gamma", mean', "uncertain.push.kind: Invalid enum value 'gamma'"),
+        ("deviation = 0.05, ", "", "uncertain.push.deviation: it is needed; normal has mean and deviation"),
+        ("least = 1900", "mean = 1", "uncertain.density.post.mean: it does not belong here; uniform has least and"),
+        ("uncertain.density", "uncertain.weight", 'uncertain "weight.post"; keys are: friction, edge, corner, push'),
+        ("post = {", "roof = {", 'no group "roof"'),
+        ('each = "joint"', 'each = "stone"', "uncertain.friction.each: Invalid enum value 'stone'"),
+        (", direction = [1, 0, 0]", "", "push is a factor on a load; give it by --load AX,AY,AZ"),
+        ("correlation = 0.5 }", "correlation = 0.5, direction = [1, 0, 0] }", "uncertain.friction.direction: push"),
+    ],
+)
+def test_errors_of_a_scene_name_the_key(tmp_path, before, after, message):
+    file = tmp_path / "post.toml"
+    assert before in SCENE
+    file.write_text(SCENE.replace(before, after, 1))
+    answer = run("reliability", file, "--draws", "10")
+    assert answer.returncode == 2
+    assert message in " ".join(answer.stderr.split())
+    assert "Traceback" not in answer.stderr

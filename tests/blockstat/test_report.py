@@ -8,10 +8,10 @@ from datetime import date
 import numpy as np
 import pytest
 
-from blockstat import Assembly, JointLaw, assess, assess_fully, assessment_html, box, write
+from blockstat import Assembly, JointLaw, assess, assess_fully, assessment_html, box, load_scene, write
 from blockstat.view.thrust_lines import thrust_lines
 from evidence.scenes.small import arch
-from tests.browser import FLAGS, browser_path
+from tests.browser import CHAPEL, FLAGS, browser_path
 
 
 def slab(**options):
@@ -100,6 +100,15 @@ def test_the_command_writes_the_page_and_refuses_other_files(tmp_path):
         command = [sys.executable, "-c", code, "report", *map(str, arguments)]
         return subprocess.run(command, capture_output=True, text=True)
 
+    # A slab tips at depth / height = .25 of its weight; with .9 of the weight to hold it down, at .225.
+    loads = tmp_path / "loads.toml"
+    loads.write_text('[cases.light]\nweight = 0.9\n[cases.heavy]\ndescription = "snow"\nweight = 1.1\n')
+    answer = run(file, "-o", tmp_path / "light.html", "--directions", 4, "--loads", loads, "--case", "light")
+    assert answer.returncode == 0, answer.stderr
+    text = words((tmp_path / "light.html").read_text())
+    assert "is 0.225 times gravity" in text
+    assert "loads light: 0.9 weight " in text
+    assert "heavy snow (1.1 weight) stable no live loads" in text
     answer = run(file, "-o", tmp_path / "report.html", "--directions", 4, "--friction", 0.5)
     assert answer.returncode == 0, answer.stderr
     assert "friction 0.5 " in words((tmp_path / "report.html").read_text())
@@ -126,4 +135,29 @@ def test_the_page_fits_a_screen_and_a_telephone(page, tmp_path, width):
         assert len(columns) == (2 if width > 640 else 1)
         assert tab.pdf(format="A4").startswith(b"%PDF")
         assert all(url.startswith(("file:", "data:")) for url in requests)
+        browser.close()
+
+
+@pytest.mark.slow
+def test_the_report_of_a_search_fits_a_telephone(tmp_path):
+    executable = browser_path()
+    from types import SimpleNamespace
+
+    from playwright.sync_api import sync_playwright
+
+    from blockstat.design_search.search import search
+    from blockstat.view.report import write_report
+
+    scene = tmp_path / "hut.toml"
+    scene.write_text(CHAPEL)
+    stands = SimpleNamespace(outcome=SimpleNamespace(word="stands"))
+    result = search(load_scene(scene), static=assess, verify=lambda _: stands, names=["wall.thickness"])
+    file = write_report(result, tmp_path, [])
+    with sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=executable, args=list(FLAGS))
+        tab = browser.new_page(viewport={"width": 390, "height": 844})
+        tab.goto(file.as_uri())
+        # The history has eight columns: it scrolls by itself, and the page does not.
+        assert tab.evaluate("document.documentElement.scrollWidth") <= 390
+        assert tab.evaluate("[...document.querySelectorAll('.wide')].some(part => part.scrollWidth > 390)")
         browser.close()

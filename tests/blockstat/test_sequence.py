@@ -69,6 +69,19 @@ def test_a_corbel_is_built_course_by_course_without_a_hand_at_rest():
     assembly = corbel()
     assert numbers(count_orders(assembly, interfaces=beds_only(assembly))) == (23, 46, 0, 1)
     assert find_order(assembly, held_at_most=1).outcome.word == "found"
+    with_heads = count_orders(assembly)  # self-stress between the bricks lets two more states stand
+    assert (with_heads.stable, with_heads.orders, with_heads.rest) == (25, 46, 0)
+
+
+def test_states_side_by_side_have_the_verdicts_that_they_have_one_after_the_other():
+    assembly = arch()
+    names = [f"s{k}" for k in range(7)]
+    states = [(names[:count], names[:held]) for count in range(1, 8) for held in (0, 1)]
+    one, two = (assess_states(assembly, states, jobs=jobs) for jobs in (1, 2))
+    assert [v.outcome for v in one] == [v.outcome for v in two]
+    assert [v.score for v in one] == pytest.approx([v.score for v in two], abs=1e-6)
+    with pytest.raises(InputError, match="jobs is 0"):
+        assess_states(assembly, states, jobs=0)
 
 
 def test_each_state_has_the_verdict_of_its_own_assembly():
@@ -149,6 +162,22 @@ def test_a_plan_is_read_as_it_was_written(tmp_path):
     plan = Plan((Step(("base",), ("base",)), Step(("left", "right"), ("left",)), Step(("top",))), name="tee")
     write_plan(plan, tmp_path / "plan.json")
     assert read_plan(tmp_path / "plan.json", tee()).steps == plan.steps
+
+
+def test_the_tilt_of_a_step_is_that_of_friction_or_of_the_edge():
+    """A cube slides at the arctangent of its friction, .6; a pillar twice as high as wide tips at that of .5."""
+    blocks = [slab(-3, 3, -1, 0, "ground"), slab(-2, -1, 0, 1, "cube"), slab(1, 2, 0, 2, "pillar")]
+    assembly = Assembly.from_blocks(blocks, supports=["ground"], friction=0.6)
+    plan = Plan((Step(("cube",), ("cube",)), Step(), Step(("pillar",))))
+    tilt = assess_plan(assembly, plan, tilt=True).tilt
+    assert tilt == pytest.approx([90.0, np.degrees(np.arctan(0.6)), np.degrees(np.arctan(0.5))], abs=1e-4)
+    falls = assess_plan(
+        arch(),
+        Plan((Step(("s0",)), Step(tuple(f"s{k}" for k in range(1, 4)))), never_installed=("s4", "s5", "s6")),
+        tilt=True,
+    )
+    assert falls.rows()[1]["tilt"] == 0.0
+    assert "least at step 1" in falls.explain()
 
 
 def test_the_first_step_that_falls_is_named_with_the_stones_that_move():

@@ -9,10 +9,26 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
-from blockstat import Assembly, InputError, assess_plan, box, build, find_interfaces, find_order, load_scene
+from blockstat import (
+    Assembly,
+    InputError,
+    Plan,
+    Step,
+    assess_plan,
+    box,
+    build,
+    find_interfaces,
+    find_order,
+    friction_limit,
+    load_scene,
+    safest_order,
+    write,
+)
+from blockstat.cli.commands import app
 from blockstat.sequence.insertion import insertion_direction
-from building_sites import arch, slab, tee
+from building_sites import arch, prism, slab, tee
 
 
 def drawer():
@@ -107,6 +123,56 @@ def test_a_search_that_was_killed_goes_on_with_nothing_lost(tmp_path):
     assert len(lines) - 1 == found.states
     assert placed(found) == placed(find_order(arch(), held_at_most=2, journal=tmp_path / "fresh.jsonl"))
     assert find_order(arch(), held_at_most=2, journal=path).solved == 0
+
+
+def slope(tangent=0.3):
+    """Two cubes on a slope, the lower one against a stop, all square to the slope."""
+    turn = np.arctan(tangent)
+
+    def turned(points):
+        x, z = np.transpose(points)
+        return list(zip(x * np.cos(turn) - z * np.sin(turn), x * np.sin(turn) + z * np.cos(turn), strict=True))
+
+    def cube(x, name):
+        return prism(turned([(x, 0), (x + 0.5, 0), (x + 0.5, 0.5), (x, 0.5)]), name)
+
+    blocks = [prism(turned([(-0.5, -0.5), (2, -0.5), (2, 0), (0, 0), (0, 0.5), (-0.5, 0.5)]), "ground")]
+    blocks += [cube(0, "low"), cube(0.5, "high")]
+    return Assembly.from_blocks(blocks, supports=["ground"], friction=0.6)
+
+
+def test_the_safest_order_on_a_slope_begins_at_the_stop():
+    """Alone on the slope the upper cube needs a friction of .3, its tangent; against the lower one it needs none."""
+    found = safest_order(slope(), held_at_most=1)
+    assert placed(found.found) == ["low", "high"]
+    assert found.least_friction == (0.0, 0.0)
+    assert found.reserve == np.inf
+    other = Plan((Step(("high",)), Step(("low",))))
+    assert assess_plan(slope(), other, reserve=True).least_friction[1] == pytest.approx(0.3, abs=1e-4)
+
+
+def test_no_order_of_an_arch_needs_less_friction_than_the_arch():
+    found = safest_order(arch(), held_at_most=2)
+    low, high = found.least_friction
+    needed = friction_limit(arch())
+    assert low < needed.stands
+    assert needed.falls < high <= low + 1e-3
+    assert found.reserve == pytest.approx(0.6 / high)
+    assert assess_plan(arch(), found.found.plan, friction=1.001 * high).outcome.word == "stable"
+
+
+def test_an_assembly_that_falls_when_finished_has_no_order():
+    assert find_order(arch(), held_at_most=2, friction=0.2).outcome.word == "none"
+    assert safest_order(arch(), held_at_most=2, friction=0.2).least_friction is None
+
+
+def test_the_command_writes_the_safest_order(tmp_path):
+    write(slope(), tmp_path / "slope.json")
+    command = ["sequence", str(tmp_path / "slope.json"), "--held-at-most", "1", "--reserve"]
+    answer = CliRunner().invoke(app, [*command, "--json", "-o", str(tmp_path / "plan.json")])
+    assert json.loads(answer.stdout)["least_friction"] == [0.0, 0.0]
+    assert json.loads((tmp_path / "plan.json").read_text())["steps"][0]["install"] == ["low"]
+    assert "takes neither --flow coulomb" in str(CliRunner().invoke(app, [*command, "--flow", "coulomb"]).exception)
 
 
 def test_a_journal_of_something_else_is_refused(tmp_path):

@@ -129,7 +129,7 @@ def test_words_count_contacts_by_kind():
     verdict = assess(asm, interfaces=contacts(asm, rules))
     assert verdict.summary()["contacts"] == {"face": 0, "edge": 2, "corner": 0, "crossing": 0}
     assert "Contacts: 2 edge." in verdict.explain()
-    assert "2 edge" in numbers(Known(verdict, "x"))
+    assert "2 edge" in numbers(Known(verdict))
     assert "left (edge)" in block_card(verdict, 2)
     limit = found(on_keels(), (1, 0, 0))
     assert limit.summary()["contacts"]["crossing"] == 4

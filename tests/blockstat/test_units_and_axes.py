@@ -61,6 +61,11 @@ def test_doubts_name_what_to_type():
     assert doubts(swapped) == [
         "the blocks are beside their supports, along y, and not above them; if y is up, give --up y"
     ]
+    # The other way along the axis; and of a GLB, whose y is up as a rule, the axis that its coordinates have.
+    hanging = placed(stack(4), np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]))
+    assert doubts(hanging)[0].endswith("if -y is up, give --up -y")
+    assert doubts(hanging, up="y")[0].endswith("if z is up, give --up z")
+    assert doubts(swapped, up="y")[0].endswith("if -z is up, give --up -z")
     assert "densities go from 2.7" in doubts(stack(2).with_(density=np.full(3, 2.7)))[0]
 
 
@@ -87,3 +92,25 @@ def test_the_command_warns_and_the_options_mend_it(tmp_path, capsys, recwarn):
     status, warned = run("--units", "mm", "--up", "y")
     assert (status, warned) == (0, "")
     assert "Stable" in capsys.readouterr().out
+
+
+def test_a_glb_written_with_z_up_stands_when_that_is_said(tmp_path):
+    """Millimetres, z up and gaps of 2 mm, as trimesh writes a model that was drawn so."""
+    trimesh = pytest.importorskip("trimesh")
+    scene = trimesh.Scene()
+    for k in range(4):
+        stone = trimesh.creation.box(extents=(400.0, 300.0, 500.0))
+        stone.apply_translation((0.0, 0.0, 502.0 * k))
+        scene.add_geometry(stone, node_name=f"stone{k}", geom_name=f"stone{k}")
+    path = tmp_path / "pier.glb"
+    scene.export(path)
+    pier = read(path, supports=["stone0"], units="mm", up="z")
+    assert pier.centroid[:, 2] == pytest.approx([0.0, 0.502, 1.004, 1.506])
+    assert assess(pier).outcome.word == "stable"
+    assert doubts(pier) == []
+    # As its format says, y is up: the pier lies on its side, and nothing carries it.
+    lying = read(path, supports=["stone0"], units="mm")
+    assert np.ptp(lying.centroid[:, 2]) == pytest.approx(0.0, abs=1e-12)
+    assert assess(lying).outcome.word == "unstable"
+    assert doubts(lying, up="y")[0].endswith("if z is up, give --up z")
+    assert (read(path, supports=["stone0"], units="mm", up="y").vertices == lying.vertices).all()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from blockstat import Block, InputError, assess, find_interfaces, repair, write
+from blockstat import Assembly, Block, InputError, assess, find_interfaces, overlaps, repair, write
 from blockstat.model import arch, assemble
 from dynsim import Settings, compare, simulate, verify
 from dynsim.cli.commands import app
@@ -148,3 +148,44 @@ def test_the_command_line_tells_the_largest_move(tmp_path):
     assert (answer.exit_code, told["verdict"]) == (0, "stands")
     assert told["corners_moved"] == pytest.approx(2e-3, rel=0.1)
     assert "moving corners by up to 2 mm" in told["warnings"][0]
+
+
+def overlapping(depth, support=False):
+    """Two cubes of 1 m on a ground, the upper one sunk into the lower one, or the lower one into the ground."""
+    low = -depth if support else 0.0
+    blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, low), (1, 1, low + 1), name="low")]
+    top = low + 1 - (0.0 if support else depth)
+    blocks += [box((0, 0, top), (1, 1, top + 1), name="high")]
+    return Assembly.from_blocks(blocks, supports=["ground"])
+
+
+@pytest.mark.parametrize("support", [False, True])
+def test_deep_overlaps_are_cut_back_to_one_plane_and_masses_stay(support):
+    given = overlapping(0.12, support)
+    scene = closed_scene(given, find_interfaces(given))
+    assert scene.assembly.mass == pytest.approx(given.mass)
+    assert not len(overlaps(scene.assembly, gap=1e-6)[0])
+    # Each loses half of the overlap, but a support none of it.
+    cut = given.volume - scene.assembly.volume
+    assert cut == pytest.approx([0, 0.12, 0] if support else [0, 0.06, 0.06])
+    dynamic = verify(given)
+    assert dynamic.outcome.word == "stands"
+    assert dynamic.settling < 1e-3
+    assert any("cut back by up to" in text for text in dynamic.warnings)
+
+
+def test_an_overlap_that_would_make_another_block_of_one_is_refused_with_what_to_do():
+    with pytest.raises(InputError, match=r'"low" and "high" .* would lose 300 mm of 1,000 mm: draw them'):
+        verify(overlapping(0.6))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_ring_with_corners_moved_by_thirty_millimetres_gets_a_verdict_that_says_what_was_cut(seed):
+    drawn = assemble(arch(span=4.0, thickness=0.5, depth=1.0, voussoirs=13, springers=0.3), friction=0.7)
+    move = np.random.default_rng(seed).uniform(-0.03, 0.03, drawn.vertices.shape)
+    move[drawn.support[drawn.vertex_block]] = 0.0
+    moved = drawn.with_(vertices=drawn.vertices + move)
+    dynamic = verify(moved)
+    assert any("cut back by up to" in text for text in dynamic.warnings)
+    assert dynamic.settling < dynamic.brick_threshold
+    assert 0.01 < dynamic.corners_moved < 0.06

@@ -1,12 +1,20 @@
 """Concave blocks as convex pieces, also where their faces are warped."""
 
+from dataclasses import replace
+from importlib.util import find_spec
+
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 
-from blockstat import Assembly, Block
-from blockstat.model import assemble, dome
+from blockstat import Assembly, Block, assess, box, find_interfaces
+from blockstat.geometry.triangulation import triangulate
+from blockstat.model import assemble, dome, fan_vault, sail_vault
 from dynsim import verify
 from dynsim.engine.bodies import shapes
+from dynsim.engine.decompose import star_pieces
+
+needs_lmgc90 = pytest.mark.skipif(find_spec("compas_lmgc90") is None, reason="compas_lmgc90 is not installed")
 
 
 def warped_dome(amount: float, rings: int = 9, voussoirs: int = 10) -> Assembly:
@@ -27,6 +35,18 @@ def warped_dome(amount: float, rings: int = 9, voussoirs: int = 10) -> Assembly:
     )
 
 
+def warped_vault(kind: str) -> Assembly:
+    """A thin vault of doubly curved stones, whose beds are two triangles each and stand on those of the next stone."""
+    if kind == "fan":
+        blocks = fan_vault(
+            spans=[4.66, 4.66], rise=2.33, foot=0.58, rings=3, voussoirs=4, thickness=0.2, springers=0.3
+        )  # fmt: skip
+    else:
+        blocks = sail_vault(spans=[5, 5], rise=1.5, thickness=0.15, courses=4, voussoirs=2, springers=0.3)
+    supports = [block.name for block in blocks if "springer" in block.name]
+    return Assembly.from_blocks(blocks, supports=supports, friction=0.7)
+
+
 @pytest.mark.parametrize("amount", [0.0, 1e-3])
 def test_bent_voussoirs_come_apart_at_their_bend_also_where_they_are_warped(amount):
     # A voussoir in running bond lies on two others, and is bent in the middle of its bed: two hexahedra.
@@ -34,6 +54,89 @@ def test_bent_voussoirs_come_apart_at_their_bend_also_where_they_are_warped(amou
     assert [len(shape.pieces) for shape in found] == [2] * len(found)
     corners = [len(piece) for shape in found for piece in shape.pieces]
     assert np.mean(corners) < 8.5  # eight each, and at a few cuts a corner of a warped face
+
+
+def boundary(pieces, corners: np.ndarray) -> float:
+    """How far any corner of a block lies inside one of its pieces."""
+    inside = [(corners @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1) for hull in pieces]
+    return float(-np.min(inside))
+
+
+@pytest.mark.parametrize("kind", ["fan", "sail"])
+def test_pieces_of_warped_stones_fill_their_block_and_leave_the_next_one_alone(kind):
+    vault = warped_vault(kind)
+    hulls = [[ConvexHull(piece @ shape.rotation.T + middle) for piece in shape.pieces]
+             for shape, middle in zip(shapes(vault, exact=True), vault.centroid, strict=True)]  # fmt: skip
+    # The volume of the hulls is that of the pieces, as they are convex.
+    volume = np.array([sum(hull.volume for hull in own) for own in hulls])
+    assert np.abs(volume / vault.volume - 1).max() < 6e-3
+    deepest = [
+        boundary(hulls[one], vault.block_vertices(other)) / vault.size[one]
+        for pair in find_interfaces(vault).pair for one, other in (pair, pair[::-1])
+    ]  # fmt: skip
+    assert len(deepest) > 50
+    assert max(deepest) < 2e-3
+
+
+def test_a_star_is_cut_without_moving_a_face():
+    # A cube with a pyramid cut out of its top, whose apex lies low: five pieces about a point under the apex.
+    corners = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)] + [[0.5, 0.5, 0.6]], dtype=float)
+    faces = [[0, 2, 1], [1, 2, 3], [0, 1, 4], [1, 5, 4], [1, 3, 5], [3, 7, 5], [3, 2, 7], [2, 6, 7], [2, 0, 6],
+             [0, 4, 6], [4, 5, 8], [5, 7, 8], [7, 6, 8], [6, 4, 8]]  # fmt: skip
+    pieces = star_pieces(corners[np.array(faces)], 1.0)
+    hulls = [ConvexHull(piece) for piece in pieces]
+    assert sum(hull.volume for hull in hulls) == pytest.approx(1 - 0.4 / 3, rel=1e-9)
+    assert boundary(hulls, corners) < 1e-7
+    assert len(hulls) <= 8  # of 14 tetrahedra
+
+
+def test_a_block_of_which_no_point_sees_all_faces_is_no_star():
+    # The L is one, as seen from its corner; the Z has no such point.
+    assert star_pieces(prism([(0, 0), (2, 0), (2, 1), (1, 1), (1, 3), (0, 3)]), 1.0) is not None
+    assert star_pieces(prism([(0, 0), (2, 0), (2, 2), (3, 2), (3, 3), (1, 3), (1, 1), (0, 1)]), 1.0) is None
+
+
+def prism(outline) -> np.ndarray:
+    """Triangles of a prism of unit height on a plane outline."""
+    low = np.column_stack([np.array(outline, dtype=float), np.zeros(len(outline))])
+    corners, n = np.concatenate([low, low + [0, 0, 1]]), len(outline)
+    sides = [[k, (k + 1) % n, (k + 1) % n + n, k + n] for k in range(n)]
+    return corners[triangulate(corners, [*map(np.array, sides), np.arange(n)[::-1], np.arange(n, 2 * n)])]
+
+
+@pytest.mark.slow
+@needs_lmgc90
+@pytest.mark.parametrize("kind", ["fan", "sail"])
+def test_thin_vaults_of_warped_stones_stand_as_statics_say(kind):
+    # Hulls of such stones stand out of their hollow faces.
+    vault = warped_vault(kind)
+    assert assess(vault, flow="coulomb").outcome.word == "stable"
+    assert verify(vault, engine="lmgc90").outcome.word == "stands"
+
+
+@needs_lmgc90
+@pytest.mark.parametrize(("degrees", "outcome"), [(25, "stands"), (28, "falls")])
+def test_a_slab_in_pieces_slides_on_a_stone_in_pieces_as_whole_ones_do(monkeypatch, degrees, outcome):
+    # tan 26.57 deg = .5. The pieces of one meet those of the other along the diagonals of both faces. In Bullet such a
+    # slab stays at 40 deg.
+    def in_pieces(assembly, *, exact):
+        return [
+            replace(shape, half_extents=None, pieces=tuple(star_of_a_box(shape.pieces[0])))
+            for shape in shapes(assembly, exact=exact)
+        ]
+
+    monkeypatch.setattr("dynsim.engine.lmgc90.shapes", in_pieces)
+    blocks = [box((-0.5, -0.4, -0.3), (0.5, 0.4, 0), name="stone"), box((-0.5, -0.4, 0), (0.5, 0.4, 0.2), name="slab")]
+    down = np.radians(degrees)
+    gravity = 9.81 * np.array([np.sin(down), 0.0, -np.cos(down)])
+    slab = Assembly.from_blocks(blocks, supports=["stone"], friction=0.5, gravity=gravity)
+    assert verify(slab, engine="lmgc90").outcome.word == outcome
+
+
+def star_of_a_box(corners: np.ndarray) -> list[np.ndarray]:
+    """A tetrahedron on each triangle of its surface, with the centre."""
+    hull = ConvexHull(corners)
+    return [np.vstack([corners[triangle], corners.mean(axis=0)]) for triangle in hull.simplices]
 
 
 @pytest.mark.slow

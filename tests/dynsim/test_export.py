@@ -159,7 +159,7 @@ def test_film_strips(falling, tmp_path):
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda run, d: write_run(run, d / "run.mp4"), r'cannot write "\.mp4"; a run is written as: \.glb, \.npz'),
+        (lambda run, d: write_run(run, d / "run.avi"), r'cannot write "\.avi"; a run is written as: \.glb, \.npz'),
         (lambda run, d: write_run(run, d / "no" / "run.glb"), "no such directory"),
         (lambda run, d: film_strip(run, d / "x.png", frames=0), "frames is 0"),
         (lambda run, d: film_strip(run, d / "x.png", times=[-1.0]), "must lie between 0 and"),
@@ -223,7 +223,7 @@ def test_load_options(tmp_path, options, word):
         (["--remove", "voussoir4@soon"], '--remove is "soon"; it must read NAME'),
         (["--settle", "right"], '--settle is "right"; it must read NAME'),
         (["--tilt-to", "w,3"], "AXIS one of x, y, z"),
-        (["-o", "run.mp4"], "a run is written as"),
+        (["-o", "run.avi"], "a run is written as"),
     ],
 )
 def test_bad_load_options(tmp_path, options, message):

@@ -52,7 +52,7 @@ def corners(function):
         (lambda: pile(cube(), cube(1, "b"), cube(2, "giant", 200.0)), 'block "giant" is more than 100 times as large'),
         (lambda: pile(cube(), cube(1, "lead", density=1e4)), '"lead" is 1e\\+04 times as heavy as "cube"'),
         (lambda: pile(cube(), cube(1, "b"), box((0, 0, 2), (2, 2, 2.005), name="slab")), 'block "slab" is thinner'),
-        (lambda: pile(cube(), cube(0.94, "deep")), "overlap by 60 mm"),
+        (lambda: pile(cube(), cube(0.4, "deep")), '"deep" overlap by so much'),
     ],
 )
 def test_what_bullet_would_swallow_is_refused(scene, message):

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from blockstat import Plan, Step, assess_plan, find_order, write, write_plan
+from blockstat import Plan, Prop, Step, assess_plan, find_order, write, write_plan
 from blockstat.errors import InputError
 from building_sites import arch, tee
-from dynsim import read_run, sequence, write_run
+from dynsim import Settings, World, read_run, sequence, write_run
+from dynsim.bonds.props import PropForces
 from dynsim.cli.commands import app
+from dynsim.comparison.steps import compare_steps
 
 
 @pytest.fixture(scope="module")
@@ -53,6 +55,47 @@ def test_a_run_of_a_plan_is_written_and_read_with_the_times_of_its_blocks(one_si
     assert (np.diff(found.run.placed[:7]) > 0).all()
     for suffix in (".glb", ".png"):
         assert write_run(found.run, tmp_path / f"plan{suffix}").stat().st_size > 1000
+
+
+PROPS = {
+    "west": Prop("left", (-0.7, 0.5, 0.25), (0.0, 0.0, 1.0)),
+    "east": Prop("right", (0.7, 0.5, 0.25), (0.0, 0.0, 1.0)),
+}
+ARMS = (Step(("base",)), Step(("left",), props_in=("west",)), Step(("right",), props_in=("east",)), Step(("top",)))
+
+
+def test_arms_stand_on_props_until_the_top_holds_them():
+    """The same plan falls without its props, and where they go before the top is there."""
+    found = sequence(tee(), Plan((*ARMS, Step(props_out=("west", "east"))), props=PROPS))
+    assert [step.outcome.word for step in found.steps] == 5 * ["stands"]
+    assert max(step.max_displacement for step in found.steps) < 0.1 * found.threshold
+    early = sequence(tee(), Plan((*ARMS[:2], Step(props_out=("west",)), *ARMS[2:]), props=PROPS))
+    assert [step.outcome.word for step in early.steps[:3]] == ["stands", "stands", "falls"]
+    compared = compare_steps(tee(), early)
+    assert (compared.differ, compared.static[2].word) == ([], "unstable")
+
+
+def test_a_prop_pushes_with_what_the_lever_says_and_never_pulls():
+    """The arm turns about the edge of the base at .5; its centroid is .1 beyond, the prop .2: half the weight.
+
+    A second prop, above the other end of the arm, which would have to pull, carries nothing.
+    """
+    assembly = tee()
+    left, points = assembly.names.index("left"), [(-0.7, 0.5, 0.25), (-0.2, 0.5, 0.25)]
+    props = PropForces(assembly, [left, left], points, [(0, 0, 1), (0, 0, 1)])
+    present = [assembly.names.index(name) for name in ("ground", "base", "left")]
+    settings = Settings()
+    with World(assembly, settings, [props]) as world:
+        for block in set(range(assembly.n_blocks)) - set(present):
+            world.remove(block)
+        world.hold(assembly.names.index("base"))
+        props.stand(world, np.array([True, True]))
+        world.damp(1.0)
+        for _ in range(20):
+            world.advance()
+    weight = 9.81 * assembly.mass[left]
+    assert props.force[0] == pytest.approx(0.5 * weight, rel=0.02)
+    assert props.force[1] < 0.02 * weight
 
 
 def test_the_command_compares_each_step_with_statics(tmp_path):

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from blockstat import assess, build, find_interfaces
+from blockstat import Assembly, assess, box, build, find_interfaces
 from blockstat.spec import scene_from
 from dynsim import Settings, verify
 from dynsim.judge.rest import RestDetection
 from dynsim.judge.stages import chain, stages
+from dynsim.judge.static_reserve import FINE, StaticReserve
 from evidence.references.dynamics import out_of_plane, thinner_arch
 from evidence.scenes.small import arch, stack
 
@@ -121,3 +122,45 @@ def test_motion_that_dies_away_far_from_where_it_began_is_no_rest_yet():
         if rest.look(float(time), moved):
             break
     assert time == pytest.approx(3 * np.log(1 / (3 * 0.0375)) + 0.25, abs=0.03)
+
+
+def pillar(width):
+    """A pillar of 1 m that tips where the ground accelerates by its width in metres times g."""
+    ground = box((-1, -1, -1), (2, 2, 0), name="ground")
+    return Assembly.from_blocks([ground, box((0, 0, 0), (width, width, 1.0), name="pillar")], supports=["ground"])
+
+
+def test_a_rest_counts_sooner_where_statics_prove_a_reserve_beyond_the_error_of_bullet():
+    stout, slender = verify(pillar(0.1), statics=True), verify(pillar(0.015), statics=True)
+    assert stout.outcome.word == slender.outcome.word == "stands"
+    assert stout.resolution == Settings().resolution
+    assert slender.resolution == FINE
+    assert slender.run.times[-1] > 2 * stout.run.times[-1]
+    assert verify(pillar(0.015)).resolution == Settings().resolution  # not asked: independent of statics
+
+
+def test_the_reserve_is_the_least_of_four_directions():
+    blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.1, 0.3, 1.0), name="slab")]
+    slab = Assembly.from_blocks(blocks, supports=["ground"])
+    found = StaticReserve(slab, find_interfaces(slab))
+    assert found.sideways == pytest.approx(0.1, rel=0.02)
+    assert found.equilibrium
+    assert found.resolution(1e-5) == 1e-5
+
+
+def test_looks_before_a_longer_window_count_for_it():
+    rest = RestDetection(0.01, 0.2)
+    still = np.zeros((2, 3))
+    looks = [k for k in range(100) if rest.look(0.02 * k, still)]
+    assert looks[0] == 10
+    rest.lengthen(2.5)
+    assert not rest.reached
+    assert next(k for k in range(100, 200) if rest.look(0.02 * k, still)) == 125
+
+
+def test_a_late_fall_needs_no_finer_run_where_no_equilibrium_is_found():
+    hut = build(scene_from(HUT))
+    assert not StaticReserve(hut, find_interfaces(hut)).equilibrium
+    found = verify(hut, statics=True)
+    assert found.outcome.word == "falls"
+    assert found.run.time_step == Settings().time_step

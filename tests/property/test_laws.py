@@ -56,7 +56,8 @@ def assert_no_weaker(weak, strong, load):
         return
     assert assess(strong).outcome is Outcome.STABLE
     if load[strong.free].any():
-        assert limit_load(strong, load).upper >= limit_load(weak, load).lower
+        # Bounds hold to the rounding of their certificates, which shows where the limit is zero.
+        assert limit_load(strong, load).upper >= limit_load(weak, load).lower - 1e-9
 
 
 @FEW
@@ -120,6 +121,7 @@ def test_one_more_support_never_destabilises(scene, push, pick):
 
 @FEW
 @given(SCENE, PUSH, st.floats(0.0, 1.5), st.floats(0.0, 1.5))
+@example(SCENES[0], (-0.6, 0.8, 0), 0.0, 1.5e-301)
 def test_less_friction_never_stabilises(scene, push, one, two):
     asm = posed(scene)
     low, high = sorted((one, two))

@@ -24,7 +24,7 @@ from blockstat import (
     with_values,
 )
 from blockstat.analysis import coulomb
-from blockstat.analysis.coulomb import FAMILY, MOST_SOLVES, coulomb_state, settling_share
+from blockstat.analysis.coulomb import FAMILY, MOST_SOLVES, _Member, coulomb_state, settling_share
 from evidence.scenes.bonded import bonded_scene, program_of
 from evidence.scenes.small import arch, flat_arch, running_bond, stack
 
@@ -258,3 +258,20 @@ def test_unequal_joints_are_open_by_amounts_that_differ_by_a_factor_of_two_to_ei
     (opening,) = openings
     assert ((opening >= 0.5) & (opening <= 2.0)).all()
     assert opening.min() < 1.0 < opening.max()
+
+
+def test_a_slip_that_goes_back_and_forth_takes_what_the_secant_method_says():
+    # s -> 1 - 2 s has the fixed point 1/3 and leads away from it; one that does not alternate is left as it is.
+    member = _Member(np.ones(2), 1.0, np.array([0.0, 0.0]))
+    for _ in range(12):
+        member._relax(np.array([1.0 - 2.0 * member.slip[0], 1.0 + 0.5 * member.slip[1]]) - member.slip)
+    assert member.slip[0] == pytest.approx(1 / 3, abs=1e-6)
+    assert member.slip[1] == pytest.approx(2.0 * (1.0 - 0.5**12), rel=1e-12)
+
+
+@pytest.mark.slow
+def test_a_few_stones_that_go_back_and_forth_do_not_keep_an_aqueduct_from_its_state(root):
+    # Without less of their slips these few of 3,155 blocks alternate, and 40 programs end undecided.
+    verdict = assess(build(load_scene(root / "examples" / "aqueduct.toml")), flow="coulomb")
+    assert verdict.outcome is Outcome.STABLE
+    assert verdict.coulomb.certificate.proves_settled

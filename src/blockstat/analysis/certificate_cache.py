@@ -76,18 +76,18 @@ class Memory:
             Forces or a mechanism with their certificate on the new problem; None if nothing known proves anything.
         """
         program = problem.program
-        known = self._known.get(_kind(program)) if program is not None else None
+        known = self._known.get(joined_blocks(program)) if program is not None else None
         if program is None or known is None:
             return None
         no_force, no_twist = np.zeros((len(program.friction), 3)), np.zeros_like(program.load)
         for twist in known.twists:
             with_opening = with_interior_motion(program, twist, problem.motions())
-            found = _evidence(program, no_force, with_opening, "mechanism")
+            found = evidence(program, no_force, with_opening, "mechanism")
             if outcome_of(found.certificate) is Outcome.UNSTABLE:
                 self.statistics["mechanism"] += 1
                 return found
         for force in known.forces:
-            found = _evidence(program, certificate.settle(program, force), no_twist, "forces")
+            found = evidence(program, certificate.settle(program, force), no_twist, "forces")
             if outcome_of(found.certificate) is Outcome.STABLE:
                 self.statistics["forces"] += 1
                 return found
@@ -107,7 +107,7 @@ class Memory:
         program, outcome = problem.program, outcome_of(answer.certificate)
         if program is None or outcome is Outcome.UNDECIDED:
             return
-        kind = _kind(program)
+        kind = joined_blocks(program)
         known = self._known.setdefault(kind, _Evidence())
         self._known.move_to_end(kind)
         while len(self._known) > KINDS:
@@ -118,15 +118,43 @@ class Memory:
         known.twists = [answer.twist, *known.twists][:MECHANISMS]
 
 
-def _evidence(program: PenaltyProgram, force: Floats, twist: Floats, kind: str) -> Answer:
-    """Forces (m, 3) and a twist (6 n,) of an earlier design with the certificate that they have on this one."""
+def evidence(program: PenaltyProgram, force: Floats, twist: Floats, kind: str) -> Answer:
+    """Return forces and a mechanism of an earlier design with the certificate that they have on this one.
+
+    Parameters
+    ----------
+    program
+        The penalty program of this design.
+    force
+        Shape (m, 3), in its units.
+    twist
+        Shape (6 n,).
+    kind
+        What they are, in a word.
+
+    Returns
+    -------
+    Answer
+        Its solver says that it is earlier evidence.
+    """
     checked = certificate.check(program, force, twist)
     unknown = np.full(program.n_points, np.nan)
     return Answer(force, twist, Status.RECALLED, 0, f"earlier {kind}", adhesion=unknown, certificate=checked)
 
 
-def _kind(program: PenaltyProgram) -> bytes:
-    """The blocks that each contact point and bond joins: what evidence of another design must share."""
+def joined_blocks(program: PenaltyProgram) -> bytes:
+    """Return a digest of the blocks that each contact point and bond joins: what evidence of another design must share.
+
+    Parameters
+    ----------
+    program
+        The penalty program.
+
+    Returns
+    -------
+    bytes
+        The same for programs whose forces and mechanisms have the same places.
+    """
     digest = hashlib.sha256(np.ascontiguousarray(program.point_blocks).tobytes())
     digest.update(f"{len(program.load)} {program.n_points}".encode())
     return digest.digest()

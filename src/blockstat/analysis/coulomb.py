@@ -42,6 +42,8 @@ EARLY = 6
 #: After so many programs they have no bound when the changes shrink no faster than those of a harmonic series, whose
 #: sum is unbounded: over the last third of n programs 1/k has the mean `ln(3/2) / ln 2` of that over the third before.
 LATE, HARMONIC = 12, float(np.log(1.5) / np.log(2.0))
+#: Least share of its change that a slip takes, so that it is not held where it happens to be.
+LEAST_SHARE = 0.1
 NOWHERE = np.empty(0, dtype=np.int64)
 
 
@@ -56,6 +58,9 @@ class _Member:
     changes: list[float] = field(default_factory=list)
     last: Iterate | None = None
     lost: bool = False  #: whether the solver has found no forces
+    step: Floats | None = None  #: by how much the slips would have changed in the last program, shape (m,)
+    turned: np.ndarray | bool = False  #: which slips last went back
+    share: Floats | float = 1.0  #: of its change that the slip of each point takes
 
     @property
     def grows(self) -> bool:
@@ -79,9 +84,24 @@ class _Member:
         if found is None:
             self.lost = True
             return False
-        self.slip, self.last = found.slip, found
+        self._relax(found.slip - self.slip)
+        self.last = found
         self.changes.append(found.change)
         return found.certificate.proves_settled
+
+    def _relax(self, step: Floats) -> None:
+        """Take the new slips, but less of those that go back and forth, of each what the secant method says.
+
+        One block that may slip on either of two joints can alternate for ever where thousands of others have settled.
+        """
+        if self.step is not None:
+            turned = self.step * step < 0
+            secant = self.share * self.step / np.where(turned, self.step - step, 1.0)
+            smaller = np.maximum(secant, LEAST_SHARE)
+            self.share = np.where(turned, np.where(self.turned, smaller, self.share), np.minimum(2.0 * self.share, 1.0))
+            self.turned = turned
+        self.step = step
+        self.slip = self.slip + self.share * step
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -10,7 +11,11 @@ if TYPE_CHECKING:
 
     from blockstat.spec import Range
 
-UNITS = {"density": "kg/m³", "friction": "coefficient", "number": "count", "voussoirs": "count", "present": "yes or no"}
+#: Units by the last name of a path; all others are lengths.
+UNITS = {
+    "density": "kg/m³", "rounded_edges": "mm", **dict.fromkeys(("skew", "start", "end", "turn"), "°"),
+    **dict.fromkeys(("friction", "present", "number", "courses", "voussoirs", "rings", "leaves", "segment"), ""),
+}  # fmt: skip
 LENGTH = "m"
 
 
@@ -103,9 +108,48 @@ def named(path: str) -> tuple[str, str]:
     return " ".join(parents) or "material", label.replace("_", " ")
 
 
-def _control(gui: viser.GuiApi, label: str, path: str, found: Range) -> Any:
+def outside(path: str, value: float, found: Range, used: float) -> str:
+    """Return that a number lies outside its range, and what is used instead.
+
+    Parameters
+    ----------
+    path : str
+        Dotted path of the parameter.
+    value : float
+        The number that was typed.
+    found : Range
+        Its bounds.
+    used : float
+        The value of the design on show.
+
+    Returns
+    -------
+    str
+        HTML.
+
+    Examples
+    --------
+    >>> from blockstat.app.controls import outside
+    >>> from blockstat.spec import Range
+    >>> print(outside("wall.thickness", 5.0, Range(0.6, 0.3, 0.8, 0.1), 0.6).partition(">")[2])
+    wall.thickness: 5 m is outside 0.3 to 0.8 m; 0.6 m is used</div>
+    """
+    unit = _unit(path)
+    words = f"{path}: {value:g}{unit} is outside {found.min:g} to {found.max:g}{unit}; {used:g}{unit} is used"
+    box = "border-left:4px solid #D55E00;background:#fdf3ec;padding:.4em .6em;margin:0 10px .6em;font-size:.85em"
+    return f'<div role="alert" style="{box}">{escape(words)}</div>'
+
+
+def _unit(path: str) -> str:
+    """The unit of a parameter with a space before it, empty for a pure number."""
     unit = UNITS.get(path.rpartition(".")[2], LENGTH)
-    hint = f"{path} [{unit}], {found.min:g} to {found.max:g}"
+    return f" {unit}" if unit not in ("", "°") else unit
+
+
+def _control(gui: viser.GuiApi, label: str, path: str, found: Range) -> Any:
+    unit = _unit(path)
+    hint = f"{path}, {found.min:g} to {found.max:g}{unit}"
+    label = f"{label} [{unit.strip()}]" if unit else label
     if (found.min, found.max, found.step) == (0, 1, 1):
         return gui.add_checkbox(label, bool(found.value), hint=hint)
     whole = all(float(value).is_integer() for value in (found.min, found.max, found.step, found.value))

@@ -5,7 +5,6 @@ This is the one place that knows how a scene is loaded, moved and built.
 
 from __future__ import annotations
 
-import math
 import warnings
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -16,12 +15,17 @@ import numpy as np
 from blockstat.analysis.limit_load import LimitLoad
 from blockstat.analysis.verdict import Verdict
 from blockstat.assembly import Assembly
-from blockstat.errors import InputError, InputWarning
+from blockstat.errors import InputError, InputWarning, NoSupportError
 from blockstat.spec import Range, parameters, with_values
 
 #: Directions of the limit load, as accelerations in units of gravity.
 PUSHES = {"+x": (1, 0, 0), "-x": (-1, 0, 0), "+y": (0, 1, 0), "-y": (0, -1, 0)}
-FRICTION, DENSITY = "friction", "density"
+#: When a mechanism is shown to and fro: of a design that falls (not while arrows are shown), of any, or of none.
+FALLING, ALWAYS, NEVER = "what falls", "always", "never"
+LEAST = "least"  #: the weakest of `PUSHES`
+FRICTION, DENSITY, EDGES = "friction", "density", "rounded_edges"
+#: Greatest loss of joints at each edge that the page offers, and its step [mm].
+ROUND, ROUND_STEP = 20.0, 0.5
 NO_SCENE = '"{}" was read as blocks and has no scene; open a .toml scene for that'
 SUFFIXES = (".toml", ".json", ".obj", ".glb")
 
@@ -39,7 +43,8 @@ class Model:
     assembly : Assembly or None
         The assembly; None for a scene.
     ranges : dict of str to Range
-        Parameters that may move, by dotted path, with "friction" and "density" where the page adds them.
+        Parameters that may move, by dotted path, with "friction", "density" and "rounded_edges" where the page adds
+        them.
     """
 
     name: str
@@ -198,12 +203,18 @@ def open_model(
     named = [name.strip() for name in supports.split(",") if name.strip()] or None
     assembly = read(path, supports=named, units=units, up=up)
     if not assembly.support.any():
-        raise InputError(f'{path.name}: no block is a support; name some under "supports" and open the file again')
+        some = ", ".join(assembly.names[:6])
+        raise NoSupportError(
+            f"{path.name}: no block is a support; give names of blocks that cannot move (blocks: {some})"
+        )
     return Model(assembly.name, None, assembly, _material(assembly, {}))
 
 
 def _material(assembly: Assembly, ranges: dict[str, Range]) -> dict[str, Range]:
-    """Ranges of the intrinsic parameters that the scene does not move itself; of density only if there is one."""
+    """Ranges of the intrinsic parameters that the scene does not move itself, and of what joints lose at their edges.
+
+    Of density only if there is one.
+    """
     found: dict[str, Range] = {}
     friction = assembly.friction
     if np.isfinite(friction) and f"material.{FRICTION}" not in ranges:
@@ -212,6 +223,7 @@ def _material(assembly: Assembly, ranges: dict[str, Range]) -> dict[str, Range]:
     if len(density) == 1 and f"material.{DENSITY}" not in ranges:
         value = float(density[0])
         found[DENSITY] = Range(value, min(500.0, value), max(4000.0, value), 1.0)
+    found[EDGES] = Range(0.0, 0.0, ROUND, ROUND_STEP)
     return found
 
 
@@ -227,14 +239,11 @@ class Question:
         The scene or the assembly.
     values : dict of str to float
         Values of its parameters, by dotted path.
-    push : str
-        Direction of the limit load, a key of `PUSHES`.
     """
 
     number: int
     model: Model = field(repr=False)
     values: dict[str, float]
-    push: str = "+y"  #: a key of `PUSHES`
 
 
 @dataclass(frozen=True)
@@ -306,12 +315,14 @@ class Failed:
 
 @dataclass(frozen=True, eq=False)
 class Pushed:
-    """The limit load of a question.
+    """The limit load of a question in one direction.
 
     Attributes
     ----------
     number : int
         Number of the question.
+    push : str
+        The direction, a key of `PUSHES`.
     limit : LimitLoad or None
         The bracket on the multiplier; None when there is none.
     reason : str
@@ -321,28 +332,10 @@ class Pushed:
     """
 
     number: int
+    push: str
     limit: LimitLoad | None
     reason: str = ""
     seconds: float = 0.0
-
-
-@dataclass(frozen=True)
-class Weakest:
-    """The weakest of the directions `PUSHES`.
-
-    Attributes
-    ----------
-    number : int
-        Number of the question.
-    name : str
-        The direction, a key of `PUSHES`; empty when the design does not stand or no direction has a limit.
-    multiplier : float
-        Its limit load [-]; nan without one.
-    """
-
-    number: int
-    name: str = ""
-    multiplier: float = math.nan
 
 
 @dataclass(frozen=True)

@@ -11,11 +11,11 @@ from blockstat.analysis.limit_load import limit_load
 from blockstat.analysis.tilt_friction import friction_limit
 from blockstat.analysis.verdict import Verdict
 from blockstat.app.background import Channel
-from blockstat.app.design import PUSHES, Began, Failed, Judged, Pushed, Question, Scored, Slipped, Weakest
+from blockstat.app.design import EDGES, PUSHES, Began, Failed, Judged, Pushed, Question, Scored, Slipped
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError
-from blockstat.studies.directions import DirectionOutcome, limit_load_by_direction
+from blockstat.imperfection.imperfections import Imperfections
 
 #: The least friction is found this closely: a bisection to the last digit would take twice as long.
 NEAR = 2e-3
@@ -62,7 +62,10 @@ def evaluated(question: Question, memory: Memory) -> Judged | Failed:
     try:
         assembly = question.model.built(question.values)
         built = process_time()
-        verdict = assess(assembly, memory=memory)
+        lost = 1e-3 * question.values.get(EDGES, 0.0)
+        rounded = Imperfections(edge=lost) if lost else None
+        # Evidence of sharp edges is none of rounded ones. The score of a design that falls follows later.
+        verdict = assess(assembly, score=False, imperfections=rounded, memory=None if lost else memory)
     except InputError as error:
         return Failed(question.number, str(error))
     except MemoryError:
@@ -75,7 +78,7 @@ def evaluated(question: Question, memory: Memory) -> Judged | Failed:
     return Judged(question.number, verdict, seconds)
 
 
-def slower_results(channel: Channel, number: int, verdict: Verdict, push: str) -> None:
+def slower_results(channel: Channel, number: int, verdict: Verdict) -> None:
     """Send the limit loads and the least friction of a design that was evaluated, each as it comes.
 
     The verdict with its score comes before them, where an earlier mechanism had decided and left the score open.
@@ -83,25 +86,23 @@ def slower_results(channel: Channel, number: int, verdict: Verdict, push: str) -
     Parameters
     ----------
     channel : Channel
-        `Scored` (only for an open score), `Pushed`, `Slipped` and `Weakest` are sent through it.
+        `Scored` (only for an open score), a `Pushed` for each of `PUSHES`, and `Slipped` are sent through it.
     number : int
         Number of the question.
     verdict : Verdict
         The static verdict on the design.
-    push : str
-        Direction of the limit load, a key of `PUSHES`.
     """
     assembly, interfaces = verdict.assembly, verdict.interfaces
     if isnan(verdict.score):
         channel.send(Scored(number, assess(assembly, interfaces=interfaces)))
-    channel.send(_pushed(number, assembly, interfaces, push))
+    for push in PUSHES:
+        channel.send(_pushed(number, assembly, interfaces, push))
     begin = process_time()
     try:
-        least = friction_limit(assembly, width=NEAR).value
+        least = friction_limit(assembly, width=NEAR, interfaces=interfaces).value
     except InputError:
         least = nan
     channel.send(Slipped(number, least, process_time() - begin))
-    channel.send(_weakest(number, assembly, interfaces))
 
 
 def _pushed(number: int, assembly: Assembly, interfaces: Interfaces, push: str) -> Pushed:
@@ -109,15 +110,5 @@ def _pushed(number: int, assembly: Assembly, interfaces: Interfaces, push: str) 
     try:
         limit = limit_load(assembly, PUSHES[push], interfaces=interfaces)
     except InputError as error:
-        return Pushed(number, None, str(error), process_time() - begin)
-    return Pushed(number, limit, "", process_time() - begin)
-
-
-def _weakest(number: int, assembly: Assembly, interfaces: Interfaces) -> Weakest:
-    try:
-        found = limit_load_by_direction(assembly, len(PUSHES), refine=False, interfaces=interfaces)
-    except InputError:
-        return Weakest(number)
-    if found.outcome is not DirectionOutcome.LIMIT:
-        return Weakest(number)
-    return Weakest(number, found.names[found.weakest], found.least.lower)
+        return Pushed(number, push, None, str(error), process_time() - begin)
+    return Pushed(number, push, limit, "", process_time() - begin)

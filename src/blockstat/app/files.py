@@ -18,21 +18,27 @@ Saved = tuple[str, bytes]  #: name of a file and what is in it
 
 
 def send_upload(
-    channel: Channel, name: str, content: bytes, supports: str, units: str, up: str, folder: Path | None
+    channel: Channel,
+    name: str,
+    content: bytes,
+    supports: str,
+    units: str | None,
+    up: str | None,
+    folder: Path | None,
 ) -> None:
     """Read a file that a browser sent, in a process that can be ended.
 
     Parameters
     ----------
     channel : Channel
-        The model is sent through it, or else a text that says why there is none.
+        The model is sent through it, or else the error that says why there is none.
     name, content, supports, units, up, folder
         As of `read_upload`.
     """
     try:
         channel.send(read_upload(name, content, supports, units=units, up=up, folder=folder))
     except InputError as error:
-        channel.send(str(error))
+        channel.send(error)
 
 
 def read_upload(
@@ -40,8 +46,8 @@ def read_upload(
     content: bytes,
     supports: str,
     *,
-    units: str = "m",
-    up: str = "z",
+    units: str | None = None,
+    up: str | None = None,
     folder: Path | None = None,
 ) -> Model:
     """Return the model in a file that a browser sent.
@@ -75,7 +81,7 @@ def read_upload(
         try:
             return open_model(path, supports=supports, units=units, up=up, folder=folder or Path(directory))
         except InputError as error:
-            raise InputError(str(error).replace(str(path), path.name)) from None
+            raise type(error)(str(error).replace(str(path), path.name)) from None
         except (OSError, ValueError, KeyError, IndexError, TypeError) as error:
             # What the error says may quote the file, or another that it names.
             raise InputError(f"{path.name}: cannot be read ({type(error).__name__})") from None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
@@ -57,7 +56,7 @@ class Follower:
         """Whether the newest question is still open."""
         return self._question is not None and self._answered < self._question.number
 
-    def ask(self, model: Model, values: dict[str, float], push: str) -> int:
+    def ask(self, model: Model, values: dict[str, float]) -> int:
         """Ask for the verdict on a design.
 
         Parameters
@@ -66,8 +65,6 @@ class Follower:
             The scene or the assembly.
         values : dict of str to float
             Values of its parameters, by dotted path.
-        push : str
-            Direction of the limit load, a key of `PUSHES`.
 
         Returns
         -------
@@ -75,7 +72,7 @@ class Follower:
             Number of the question.
         """
         number = self._question.number + 1 if self._question is not None else 1
-        self._question = Question(number, model, dict(values), push)
+        self._question = Question(number, model, dict(values))
         self._due = None
         self._stop_slower()
         if self._overdue is None:
@@ -84,21 +81,6 @@ class Follower:
             self._evaluator = self._new_evaluator()
         self._evaluator.send(self._question)
         return number
-
-    def again(self, verdict: Verdict, push: str) -> None:
-        """Ask for the slower results of the design on show once more, with another push.
-
-        Parameters
-        ----------
-        verdict : Verdict
-            The static verdict on the design on show.
-        push : str
-            Direction of the limit load, a key of `PUSHES`.
-        """
-        assert self._question is not None
-        self._question = replace(self._question, push=push)
-        self._stop_slower()
-        self._due = monotonic(), verdict
 
     def tick(self) -> None:
         """Replace an evaluator that still works on an old question, and start the slower results when it is quiet."""
@@ -113,9 +95,8 @@ class Follower:
             self._give_up()
         if self._due is not None and now >= self._due[0] and self._question is not None:
             verdict, self._due = self._due[1], None
-            number, push = self._question.number, self._question.push
             self._slower = Worker(
-                slower_results, number, verdict, push, report=self._reported, limits=self._limits, timed=True
+                slower_results, self._question.number, verdict, report=self._reported, limits=self._limits, timed=True
             )
 
     def stop(self) -> None:

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from html import escape
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Protocol
 
-from blockstat.app.design import PUSHES, SUFFIXES, Model
+from blockstat.app.design import ALWAYS, FALLING, LEAST, NEVER, PUSHES, SUFFIXES, Model
 from blockstat.app.files import SAVES
 from blockstat.app.words import NO_BLOCK, Known, waiting
 from blockstat.errors import InputError
 from blockstat.io.parts import UNITS, UP
 from blockstat.view.three_d.colouring import CHOICES
+from blockstat.view.three_d.dress import ON_NARROW, ON_WIDE, named
 
 if TYPE_CHECKING:
     import viser
 
 LEFT, RIGHT = 300, 330  #: widths [px]
+MESHES = (".obj", ".glb")  #: files that do not say which blocks are supports, nor their units
 
 
 class Host(Protocol):
@@ -56,7 +59,7 @@ class Host(Protocol):
         """
         ...
 
-    def upload(self, name: str, content: bytes, supports: str, units: str, up: str) -> None:
+    def upload(self, name: str, content: bytes, supports: str, units: str | None, up: str | None) -> None:
         """Show what is in a file that a browser sent.
 
         Parameters
@@ -67,8 +70,8 @@ class Host(Protocol):
             What is in the file.
         supports : str
             Names of blocks that cannot move, separated by commas.
-        units, up : str
-            Of the coordinates in the file.
+        units, up : str or None
+            Of the coordinates in the file; None for what the file says.
         """
         ...
 
@@ -102,9 +105,33 @@ class Host(Protocol):
         """
         ...
 
-    def push_changed(self) -> None:
-        """Ask for the limit load in another direction."""
+    def choose(self, name: str) -> None:
+        """Choose a block by its name.
+
+        Parameters
+        ----------
+        name : str
+            Of the block.
+        """
         ...
+
+
+class _Told:
+    """A text that stands beside the picture on a wide screen, and above all controls on a narrow one."""
+
+    def __init__(self, beside: viser.GuiHtmlHandle, above: viser.GuiHtmlHandle) -> None:
+        self._beside, self._above = beside, above
+
+    @property
+    def content(self) -> str:
+        """The text as HTML."""
+        return self._content
+
+    @content.setter
+    def content(self, text: str) -> None:
+        self._content = text
+        self._beside.content = f'<div class="{ON_WIDE}">{text}</div>' if text else ""
+        self._above.content = f'<div class="{ON_NARROW}">{text}</div>' if text else ""
 
 
 class Layout:
@@ -122,23 +149,27 @@ class Layout:
         self._page, gui = page, server.gui
         self._gui = gui
         gui.configure_theme(show_logo=False, show_share_button=False, brand_color=(0, 114, 178))
+        above = [gui.add_html("") for _ in range(4)]
         left = gui.add_panel()
         with left.add_tab("Verdict"):
-            self.title = gui.add_html("")
-            self.headline = gui.add_html(waiting("Assessing …"))
-            self.trouble = gui.add_html("")
-            self._busy = gui.add_html("")
+            beside = [gui.add_html("") for _ in range(4)]
+            self.title, self.headline, self.trouble, self._busy = map(_Told, beside, above)
+            self.headline.content = waiting("Assessing …")
             self.numbers = gui.add_html("")
             with gui.add_folder("Colours"):
                 self.legend = gui.add_html("")
             with gui.add_folder("Block"):
+                self.chosen = gui.add_text("name", "", hint="of a block to look at; or click on it")
                 self.block = gui.add_html(NO_BLOCK)
+        self.chosen.on_update(lambda _: page.post(lambda: page.choose(self.chosen.value)))
         left.dock_left()
         left.set_width(LEFT)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(RIGHT)
         self.tabs = gui.add_tab_group()
         self.design = self.tabs.add_tab("Design")
+        with self.design:
+            self.note = gui.add_html("")
         with self.tabs.add_tab("View"):
             self._view_controls(gui)
         with self.tabs.add_tab("File"):
@@ -147,7 +178,7 @@ class Layout:
 
     @property
     def push(self) -> str:
-        """The direction of the limit load, a key of `PUSHES`."""
+        """The direction of the limit load whose mechanism is shown, a key of `PUSHES` or `LEAST`."""
         return self._push.value
 
     def name(self, text: str) -> None:
@@ -159,7 +190,7 @@ class Layout:
             The name.
         """
         self._gui.set_panel_label(text)
-        self.title.content = f'<div style="margin:.3em 10px 0;color:#666">{escape(text)}</div>'
+        self.title.content = named(text)
 
     def busy(self, text: str) -> None:
         """Show what the page is waiting for.
@@ -172,7 +203,7 @@ class Layout:
         if text != getattr(self, "_said", ""):
             self._said = text
             self._busy.content = (
-                f'<div style="margin:0 10px;color:#666;font-size:.85em">{escape(text)}</div>' if text else ""
+                f'<div style="margin:0 10px;color:#5c5f66;font-size:.85em">{escape(text)}</div>' if text else ""
             )
 
     def _view_controls(self, gui: viser.GuiApi) -> None:
@@ -187,28 +218,59 @@ class Layout:
             self.amplitude = gui.add_slider(
                 "amplitude", 0.0, 0.25, 0.005, 0.0, hint="way of the fastest corner, relative to the building's extent"
             )
-            self.swing = gui.add_checkbox("animate", False, hint="to and fro")
-        for control in (self.amplitude, self.swing):
+            self.swing = gui.add_dropdown(
+                "animate", (FALLING, ALWAYS, NEVER), hint="to and fro; what falls rests while arrows are shown"
+            )
+            self._push = gui.add_dropdown(
+                "limit load", (LEAST, *PUSHES), hint="direction of the one whose mechanism is shown when nothing falls"
+            )
+        for control in (self.amplitude, self.swing, self._push):
             control.on_update(lambda _: page.post(page.animate))
-        self._push = gui.add_dropdown("limit load along", tuple(PUSHES), initial_value="+y")
-        self._push.on_update(lambda _: page.post(page.push_changed))
 
     def _file_controls(self, gui: viser.GuiApi) -> None:
         page = self._page
-        supports = gui.add_text("supports", "", hint="blocks of a mesh that cannot move, separated by commas")
-        units = gui.add_dropdown("units", tuple(UNITS), hint="of the coordinates in a mesh")
-        up = gui.add_dropdown(
-            "up", UP, initial_value="z", hint="the axis of a mesh that points up; a GLB is turned already"
-        )
         upload = gui.add_upload_button("Open …", hint=f"a file: {', '.join(SUFFIXES)}")
 
         @upload.on_upload
         def _(event: viser.GuiEvent) -> None:
             given = event.target.value
-            page.post(lambda: page.upload(given.name, given.content, supports.value, units.value, up.value))
+            if PurePath(given.name).suffix.lower() in MESHES:
+                page.post(lambda: self.ask_supports(given.name, given.content))
+            else:
+                page.post(lambda: page.upload(given.name, given.content, "", None, None))
 
         for label, make in SAVES.items():
             gui.add_button(label).on_click(lambda event, make=make: self._save(event, make))
+
+    def ask_supports(self, name: str, content: bytes, why: str = "") -> None:
+        """Ask what a file of blocks does not say, and open it.
+
+        Parameters
+        ----------
+        name : str
+            Name of the file.
+        content : bytes
+            What is in it.
+        why : str, optional
+            What was missing, in plain text.
+        """
+        gui, page = self._gui, self._page
+        dialogue = gui.add_modal(f"Open {name}")
+        with dialogue:
+            text = why or "A mesh does not say which blocks cannot move. Leave the names empty if this one does."
+            gui.add_html(f'<div style="margin:0 10px .6em">{escape(text)}</div>')
+            supports = gui.add_text("supports", "", hint="names of blocks that cannot move, separated by commas")
+            units = gui.add_dropdown("units", tuple(UNITS), hint="of the coordinates")
+            first = "y" if name.lower().endswith(".glb") else "z"
+            up = gui.add_dropdown("up", UP, initial_value=first, hint="the axis that points up; in GLB y, unless said")
+            go, leave = gui.add_button("Open"), gui.add_button("Cancel", color="gray")
+
+        @go.on_click
+        def _(_: viser.GuiEvent) -> None:
+            dialogue.close()
+            page.post(lambda: page.upload(name, content, supports.value, units.value, up.value))
+
+        leave.on_click(lambda _: dialogue.close())
 
     def _save(self, event: Any, make: Any) -> None:
         """Make a file and hand it to the page that asked for it."""

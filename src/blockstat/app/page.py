@@ -12,13 +12,14 @@ from time import monotonic, process_time
 from typing import TYPE_CHECKING, Any, Protocol
 
 from blockstat.app.background import Crashed, Limits, Worker
-from blockstat.app.controls import Controls
-from blockstat.app.design import Failed, Judged, Model, Pushed, Scored, Slipped, Weakest
+from blockstat.app.controls import Controls, outside
+from blockstat.app.design import Failed, Judged, Model, Pushed, Scored, Slipped
 from blockstat.app.files import send_upload
 from blockstat.app.follow import Follower
 from blockstat.app.layout import Layout
 from blockstat.app.view import View
-from blockstat.app.words import Known, headline, numbers, trouble, waiting
+from blockstat.app.words import Known, headline, numbers, refusal, trouble, waiting
+from blockstat.errors import InputError, NoSupportError
 from blockstat.typing import Floats
 from blockstat.view.three_d.canvas import Canvas
 from blockstat.view.three_d.player import Player
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
 LOG = logging.getLogger("blockstat.app")
 #: The thread looks after its workers and films this often when nothing is posted [s].
 BEAT, FILM_BEAT = 0.1, 0.02
+#: A number outside its range is told when it has stood for so long; until then it may be half typed [s].
+TYPING = 0.8
 #: A verdict that takes longer than this is announced [s].
 SLOW = 0.7
 LAST_GOOD = " (the picture shows the last design that could be judged)"
@@ -95,6 +98,7 @@ class Page:
         self.known: Known | None = None
         self._calls: queue.Queue[Callable[[], None] | None] = queue.Queue()
         self._asked_at = 0.0
+        self._outside: tuple[str, float, float] | None = None  # a number outside its range: path, value and when
         self._fresh = True  # the next design is the first of its model
         self._workers: list[Worker] = []
         self._folder, self._limits = folder, limits or Limits()
@@ -142,6 +146,7 @@ class Page:
         self.model, self.values, self._fresh = model, model.start, True
         self.stop_film()
         self.layout.name(model.name)
+        self._outside, self.layout.note.content = None, ""
         if self.controls is not None:
             self.controls.remove()
         with self.layout.design:
@@ -150,7 +155,7 @@ class Page:
             panel.opened()
         self.ask()
 
-    def upload(self, name: str, content: bytes, supports: str, units: str, up: str) -> None:
+    def upload(self, name: str, content: bytes, supports: str, units: str | None, up: str | None) -> None:
         """Read a file that a browser sent, in a process of its own, and show it.
 
         Parameters
@@ -161,21 +166,28 @@ class Page:
             What is in the file.
         supports : str
             Names of blocks that cannot move, separated by commas; a mesh needs them.
-        units, up : str
-            Of the coordinates in the file.
+        units, up : str or None
+            Of the coordinates in the file; None for what the file says.
         """
         if self._reader is not None:
             self._reader.stop()
         reading = (send_upload, name, content, supports, units, up, self._folder)
-        self._reader = self.start(*reading, report=lambda found: self._read(name, found), timed=True)
+        self._reader = self.start(*reading, report=lambda found: self._read(name, content, found), timed=True)
 
-    def _read(self, name: str, found: Any) -> None:
+    def _read(self, name: str, content: bytes, found: Any) -> None:
         if isinstance(found, Model):
             self.open(found)
-        elif isinstance(found, str):
-            self.say(found)
+        elif isinstance(found, NoSupportError):
+            self.layout.ask_supports(name, content, str(found))
+        elif isinstance(found, InputError):
+            self._refuse(str(found))
         elif isinstance(found, Crashed):
-            self.say(f"{name}: cannot be read here: {found.message}")
+            self._refuse(f"{name}: cannot be read here: {found.message}")
+
+    def _refuse(self, message: str) -> None:
+        """Say why a file was not opened, where the verdict stands until the next one."""
+        self.say("")
+        self.layout.headline.content = refusal(message, self.known, self.model.name)
 
     def change(self, path: str, value: float) -> None:
         """Move one parameter; a value that it has already asks for nothing.
@@ -193,8 +205,25 @@ class Page:
 
     def _moved(self, path: str) -> None:
         value = self.controls.value(path) if self.controls is not None else None
-        if value is not None:
+        if value is None:
+            return
+        limits = self.model.ranges[path]
+        if limits.min <= value <= limits.max:
+            corrected = self._outside is not None and self._outside[0] == path and value in (limits.min, limits.max)
+            if not corrected:
+                self._outside, self.layout.note.content = None, ""
             self.change(path, value)
+        elif self._outside is None or self._outside[:2] != (path, value):
+            self._outside = path, value, monotonic()
+
+    def _tell_outside(self) -> None:
+        """Say that a number lies outside its range, once it is clear that no further digit follows."""
+        if self._outside is None or monotonic() - self._outside[2] < TYPING:
+            return
+        path, value, _ = self._outside
+        text = outside(path, value, self.model.ranges[path], self.values[path])
+        if self.layout.note.content != text:
+            self.layout.note.content = text
 
     def set_values(self, values: dict[str, float]) -> None:
         """Move several parameters at once, the controls with them.
@@ -212,20 +241,16 @@ class Page:
             self.ask()
 
     def ask(self) -> None:
-        """Ask for the verdict on the present values."""
+        """Ask for the verdict on the present values; a mechanism in motion waits for it where it is."""
         self._asked_at = monotonic()
-        self.follower.ask(self.model, self.values, self.layout.push)
-
-    def push_changed(self) -> None:
-        """Ask for the limit load in another direction."""
-        if self.known is not None and not self.follower.pending:
-            self.known = replace(self.known, push=self.layout.push, pushed=None, slipped=None)
-            self.layout.numbers.content = numbers(self.known)
-            self.follower.again(self.known.verdict, self.layout.push)
+        if self.view.moved is None:
+            self.player.stop()
+        self.follower.ask(self.model, self.values)
 
     def repaint(self) -> None:
         """Draw the same design after a control of the picture was moved."""
         self.view.again()
+        self.animate()
 
     def animate(self) -> None:
         """Show the mechanism as its controls say."""
@@ -242,6 +267,16 @@ class Page:
             Where the ray goes.
         """
         self.view.click(origin, direction)
+
+    def choose(self, name: str) -> None:
+        """Choose a block by its name.
+
+        Parameters
+        ----------
+        name : str
+            Of the block; one that is not there leaves none chosen.
+        """
+        self.view.choose(name)
 
     def say(self, message: str) -> None:
         """Show what went wrong.
@@ -316,7 +351,7 @@ class Page:
     def _show(self, judged: Judged) -> None:
         """A new verdict: its words first, then the picture, then what the picture cost."""
         begin = process_time()
-        self.known = known = Known(judged.verdict, self.layout.push, judged.seconds)
+        self.known = known = Known(judged.verdict, judged.seconds)
         self.layout.headline.content = headline(known)
         self.say("")
         self.server.flush()
@@ -339,12 +374,10 @@ class Page:
             self.known = replace(self.known, verdict=message.verdict)
             self.view.show(self.known)
         elif isinstance(message, Pushed):
-            self.known = replace(self.known, pushed=message)
+            self.known = replace(self.known, pushed={**self.known.pushed, message.push: message})
             self.view.learned(self.known, self.player)
         elif isinstance(message, Slipped):
             self.known = replace(self.known, slipped=message)
-        elif isinstance(message, Weakest):
-            self.known = replace(self.known, weakest=message)
         self.layout.numbers.content = numbers(self.known)
 
     def _run(self) -> None:
@@ -368,5 +401,6 @@ class Page:
     def _tick(self) -> None:
         self.follower.tick()
         self.player.tick()
+        self._tell_outside()
         late = monotonic() - self._asked_at if self.follower.pending else 0.0
         self.layout.busy(f"judging the newest change, {late:.0f} s" if late > SLOW else "")

@@ -59,7 +59,7 @@ def running(
     from blockstat.app.page import Page
 
     prepare()
-    server, address = start_viser(port=port, label=model.name)
+    server, address = start_viser(port=port, title=model.name, label=model.name)
     page = Page(server, model, panels=panels, folder=folder, limits=limits)
     try:
         yield page, address

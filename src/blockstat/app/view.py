@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from blockstat.app.design import ALWAYS, FALLING, LEAST, Pushed
 from blockstat.app.words import NO_BLOCK, Known, block_card
+from blockstat.result import plain
 from blockstat.typing import Floats
 from blockstat.view.plot import extent
 from blockstat.view.three_d.arrows import force_arrows, thrust_arrows
@@ -18,6 +20,8 @@ from blockstat.view.three_d.player import Player, swing
 
 if TYPE_CHECKING:
     from blockstat.app.layout import Layout
+
+GENTLE = 1 / 24  #: way of the fastest corner when no amplitude is chosen, relative to the extent
 
 
 class View:
@@ -35,7 +39,7 @@ class View:
         self.canvas, self._layout = canvas, layout
         self.known: Known | None = None
         self.moved: Floats | None = None  #: distances of a dynamic run on show, shape (n_blocks,) [m]
-        self._chosen: str | None = None
+        self._chosen = ""
         self._pose: Floats | None = None
 
     def show(self, known: Known) -> None:
@@ -58,15 +62,16 @@ class View:
             self._rest()
 
     def pose(self, vertices: Floats) -> None:
-        """Move the blocks; the arrows stay where they were drawn, and the mark of the chosen block goes.
+        """Move the blocks; the arrows go, for they belong to the blocks at rest.
 
         Parameters
         ----------
         vertices : array of float, shape (n_vertices, 3)
             Where the vertices go [m].
         """
+        if self._pose is None:
+            self.canvas.hide_arrows()
         self._pose = vertices
-        self.canvas.choose(None)
         self.canvas.pose(vertices)
 
     def learned(self, known: Known, player: Player) -> None:
@@ -80,8 +85,7 @@ class View:
             Moves the blocks.
         """
         self.known = known
-        self._describe_mechanism()
-        if self._layout.amplitude.value or self._layout.swing.value:
+        if not player.playing or self._mechanism() is not known.verdict:
             self.animate(player)
 
     def animate(self, player: Player) -> None:
@@ -94,16 +98,26 @@ class View:
         """
         if self.known is None or self.moved is not None:
             return
+        self._describe_mechanism()
         result = self._mechanism()
-        if self._layout.swing.value and result is not None:
-            share = self._layout.amplitude.value or 1 / 12
+        if result is not None and self._swings(result):
+            share = self._layout.amplitude.value or GENTLE
             player.play(swing(result, share * extent(self.known.verdict.assembly)))
             return
         player.stop()
         still = self._still()
-        if still is not self._pose:
-            self.pose(self.known.verdict.assembly.vertices if still is None else still)
-            self._pose = still
+        if still is None and self._pose is not None:
+            self.canvas.pose(self.known.verdict.assembly.vertices)
+            self._pose = None
+            self._rest()
+        elif still is not None:
+            self.pose(still)
+
+    def _swings(self, result: Any) -> bool:
+        """Whether a mechanism is shown to and fro: that of a design that falls at once, another when asked for."""
+        wanted = self._layout.swing.value
+        falls = self.known is not None and result is self.known.verdict
+        return wanted == ALWAYS or (wanted == FALLING and falls and self._opacity == 1.0)
 
     def click(self, origin: Any, direction: Any) -> None:
         """Say what is known of the block that a ray hits, and mark it.
@@ -120,8 +134,21 @@ class View:
         if self.known is None:
             return
         block = block_at(self.canvas.shape, self.canvas.vertices, *self.canvas.ray(origin, direction))
-        self._chosen = None if block is None else self.known.verdict.assembly.names[block]
-        self._mark()
+        self.choose("" if block is None else self.known.verdict.assembly.names[block])
+
+    def choose(self, name: str) -> None:
+        """Say what is known of a block, and mark it.
+
+        Parameters
+        ----------
+        name : str
+            Name of the block; one that is not there leaves none chosen.
+        """
+        self._chosen = name
+        if self._layout.chosen.value != name:
+            self._layout.chosen.value = name
+        if self.known is not None:
+            self._mark()
 
     def _mark(self) -> None:
         """Mark the chosen block and describe it; a design without a block of that name has none chosen."""
@@ -136,8 +163,10 @@ class View:
         """Arrows, the mark and the words about the mechanism."""
         assert self.known is not None
         verdict = self.known.verdict
-        found = {arrows.name: arrows for arrows in force_arrows(verdict)} if self._layout.forces.value else {}
-        if self._layout.thrust.value:
+        at_rest, found = self._pose is None, {}
+        if self._layout.forces.value and at_rest:
+            found = {arrows.name: arrows for arrows in force_arrows(verdict)}
+        if self._layout.thrust.value and at_rest:
             found["thrust"] = thrust_arrows(verdict)
         for name in ("forces", "tension", "thrust"):
             arrows = found.get(name)
@@ -148,7 +177,9 @@ class View:
         shown = verdict.interfaces if found else verdict.interfaces.subset(np.empty(0, dtype=np.int64))
         self.canvas.contacts(*contacts_without_area(shown), DOT * extent(verdict.assembly))
         if found:
-            words = [f"longest arrow of {name}: {a.longest / 1e3:.3g} kN" for name, a in found.items() if len(a.tail)]
+            words = [
+                f"longest arrow of {name}: {plain(a.longest / 1e3)} kN" for name, a in found.items() if len(a.tail)
+            ]
             self._layout.legend.content += "".join(
                 f'<div style="font-size:.85em;margin:0 8px">{text}</div>' for text in words
             )
@@ -167,22 +198,26 @@ class View:
 
     def _mechanism(self) -> Any:
         """The result whose mechanism there is to show: of the verdict, else of the limit load."""
-        known = self.known
-        if known is None:
-            return None
-        if known.verdict.mechanism.any():
-            return known.verdict
-        limit = known.pushed.limit if known.pushed is not None else None
-        return limit if limit is not None and limit.mechanism.any() else None
+        if self.known is None or self.known.verdict.mechanism.any():
+            return None if self.known is None else self.known.verdict
+        pushed = self._pushed()
+        return pushed.limit if pushed is not None and pushed.limit is not None else None
+
+    def _pushed(self) -> Pushed | None:
+        """The limit load whose mechanism was asked for, if it has one."""
+        assert self.known is not None
+        push = self._layout.push
+        found = self.known.weakest if push == LEAST else self.known.pushed.get(push)
+        has_one = found is not None and found.limit is not None and found.limit.mechanism.any()
+        return found if has_one else None
 
     def _describe_mechanism(self) -> None:
-        known, result = self.known, self._mechanism()
-        text = "none known"
-        if known is not None and result is known.verdict:
+        known, text = self.known, "none known"
+        if known is not None and known.verdict.mechanism.any():
             text = "how the blocks move first"
-        elif known is not None and result is not None:
-            text = f"of the limit load along {known.push}"
-        self._layout.mechanism.content = f'<div style="font-size:.85em;color:#666;margin:0 8px">{text}</div>'
+        elif known is not None and (pushed := self._pushed()) is not None:
+            text = f"of the limit load along {pushed.push}"
+        self._layout.mechanism.content = f'<div style="font-size:.85em;color:#5c5f66;margin:0 8px">{text}</div>'
 
     def _still(self) -> Floats | None:
         """Vertices at the amplitude of the slider, None for where they are built."""

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from blockstat.analysis.limit_load import LoadOutcome
-from blockstat.analysis.verdict import Outcome, Verdict
-from blockstat.app.design import Pushed, Slipped, Weakest
+from blockstat.analysis.verdict import Outcome, Verdict, motion_words
+from blockstat.app.design import PUSHES, Pushed, Slipped
 from blockstat.contact.features import ContactKind
+from blockstat.result import plain
 from blockstat.view.three_d.colouring import tension
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 TONES = {
     Outcome.STABLE: ("#0072B2", "Stable"),
     Outcome.UNSTABLE: ("#D55E00", "Unstable"),
-    Outcome.UNDECIDED: ("#6b6b6b", "Undecided"),
+    Outcome.UNDECIDED: ("#5c5f66", "Undecided"),
     Outcome.STABLE_ONLY_BY_SELF_STRESS: ("#CC79A7", "Stable only by self-stress"),
 }
 STEPS = (("build", "blocks"), ("interfaces", "contacts"), ("solve", "solve"), ("draw", "colours"))
@@ -39,28 +40,30 @@ class Known:
     ----------
     verdict : Verdict
         The static verdict.
-    push : str
-        Direction of the limit load, a key of `PUSHES`.
     seconds : dict of str to float
         Process time of each step [s].
-    pushed : Pushed or None
-        The limit load; None while it is being computed.
+    pushed : dict of str to Pushed
+        The limit loads that are known by now, by direction, a key of `PUSHES`.
     slipped : Slipped or None
         The least friction; None while it is being computed.
-    weakest : Weakest or None
-        The weakest of the four directions; None while it is being computed.
     """
 
     verdict: Verdict
-    push: str
     seconds: dict[str, float] = field(default_factory=dict)
-    pushed: Pushed | None = None
+    pushed: dict[str, Pushed] = field(default_factory=dict)
     slipped: Slipped | None = None
-    weakest: Weakest | None = None
+
+    @property
+    def weakest(self) -> Pushed | None:
+        """The least of the limit loads; None until all are known, and where no direction has one."""
+        bounded = [found for found in self.pushed.values() if found.limit is not None and found.limit.lower >= 0]
+        if len(self.pushed) < len(PUSHES) or not bounded:
+            return None
+        return min(bounded, key=lambda found: found.limit.lower if found.limit is not None else 0.0)
 
 
 def headline(known: Known) -> str:
-    """Return the verdict in words: one word, its sentence, the blocks that move first.
+    """Return the verdict in words: one word, its sentence, the blocks that move first and how they move.
 
     Parameters
     ----------
@@ -79,10 +82,38 @@ def headline(known: Known) -> str:
     if names:
         more = len(verdict.moving) - len(names)
         lines.append(f"First to move: {escape(', '.join(names))}{f' and {more} more' if more else ''}.")
+        moves = motion_words(verdict.assembly, verdict.interfaces, verdict.mechanism, limit=1)
+        lines += [escape(text) for text in moves]
+    if verdict.worst:
+        lines.append(f"Where {escape(verdict.worst)}.")
     lines += [f"Note: {escape(text)}." for text in verdict.warnings[:2]]
     body = "".join(f'<div style="{SMALL}">{line}</div>' for line in lines)
     big = f'<div style="color:{colour};font-size:1.5em;font-weight:700">{word}</div>'
-    return f'<div style="{MARGIN}">{big}{body}</div>'
+    return f'<div role="status" style="{MARGIN}">{big}{body}</div>'
+
+
+def refusal(message: str, known: Known | None, name: str) -> str:
+    """Return what stands in the verdict's place after a file was refused.
+
+    Parameters
+    ----------
+    message : str
+        Why, in plain text.
+    known : Known or None
+        What is known of the design that stays on show.
+    name : str
+        Of that design.
+
+    Returns
+    -------
+    str
+        HTML.
+    """
+    colour = TONES[Outcome.UNSTABLE][0]
+    big = f'<div style="color:{colour};font-size:1.5em;font-weight:700">Not opened</div>'
+    shown = f"{name} ({TONES[known.verdict.outcome][1].lower()})" if known is not None else name
+    rest = f'<div style="{SMALL};color:#5c5f66">Still on show: {escape(shown)}.</div>'
+    return f'<div style="{MARGIN}">{big}</div>{trouble(message)}<div style="{MARGIN}">{rest}</div>'
 
 
 def numbers(known: Known) -> str:
@@ -102,18 +133,17 @@ def numbers(known: Known) -> str:
     free = assembly.free
     rows = [
         ("score", "adhesion / weight", _score(verdict)),
-        (f"limit load, {known.push}", "× gravity", _limit(known)),
-        ("limit load, least", "of ±x and ±y", _weakest(known)),
-        ("reserve in tilt", "", _tilt(known)),
+        *((f"limit load, {push}", _mark(known, push), _limit(known.pushed.get(push))) for push in PUSHES),
+        ("reserve in tilt", "from the least", _tilt(known)),
         ("least friction", f"now {assembly.friction:g}", _friction(known)),
-        ("volume", "m³", f"{assembly.volume[free].sum():.4g}"),
-        ("weight", "kN", f"{assembly.free_weight / 1e3:.4g}"),
+        ("volume", "m³", plain(float(assembly.volume[free].sum()), 4)),
+        ("weight", "kN", plain(assembly.free_weight / 1e3, 4)),
         ("blocks / joints", "", f"{assembly.n_blocks:,} / {verdict.interfaces.n_interfaces:,}"),
     ]
     if words := verdict.interfaces.contact_words:
         rows.append(("contacts", "", words))
     cells = "".join(
-        f'<tr><td style="padding:.12em .6em .12em 0">{escape(name)} <span style="color:#666;font-size:.85em">'
+        f'<tr><td style="padding:.12em .6em .12em 0">{escape(name)} <span style="color:#5c5f66;font-size:.85em">'
         f'{escape(unit)}</span></td><td style="text-align:right;vertical-align:top"><b>{value}</b></td></tr>'
         for name, unit, value in rows
     )
@@ -134,7 +164,7 @@ def waiting(sentence: str) -> str:
     str
         HTML.
     """
-    return f'<div style="{MARGIN};color:#6b6b6b;font-size:1.2em">{escape(sentence)}</div>'
+    return f'<div style="{MARGIN};color:#5c5f66;font-size:1.2em">{escape(sentence)}</div>'
 
 
 def trouble(message: str) -> str:
@@ -184,17 +214,17 @@ def block_card(verdict: Verdict, block: int, moved: Floats | None = None) -> str
         other = assembly.names[a if b == block else b]
         if faces.kinds[joint] != ContactKind.FACE:
             other += f" ({ContactKind(faces.kinds[joint]).name.lower()})"
-        rows.append(f"<tr><td>{escape(other)}</td><td>{net[0] / 1e3:.3g}</td><td>{shear / 1e3:.3g}</td></tr>")
+        rows.append(f"<tr><td>{escape(other)}</td><td>{plain(net[0] / 1e3)}</td><td>{plain(shear / 1e3)}</td></tr>")
     fixed = " (support)" if assembly.support[block] else ""
-    lines = [f"<b>{escape(assembly.names[block])}</b>{fixed}, weight {weight / 1e3:.4g} kN"]
+    lines = [f"<b>{escape(assembly.names[block])}</b>{fixed}, weight {plain(weight / 1e3, 4)} kN"]
     if verdict.mechanism.any():
         lines.append(f"in the mechanism {verdict.motion[block]:.3g} of the fastest corner's way")
     if moved is not None:
-        lines.append(f"moved {1e3 * moved[block]:.3g} mm in Bullet")
+        lines.append(f"moved {plain(1e3 * moved[block])} mm in Bullet")
     missing = 0.0 if isnan(verdict.score) else float(tension(verdict)[block])
     if missing:
-        lines.append(f"tension missing {missing / 1e3:.3g} kN")
-    head = "<tr style='color:#666'><td>neighbour</td><td>normal kN</td><td>shear kN</td></tr>"
+        lines.append(f"tension missing {plain(missing / 1e3)} kN")
+    head = "<tr style='color:#5c5f66'><td>neighbour</td><td>normal kN</td><td>shear kN</td></tr>"
     table = f'<table style="width:100%;{SMALL}">{head}{"".join(rows)}</table>'
     return f'<div style="margin:0 8px"><div style="{SMALL}">{"<br>".join(lines)}</div>{table}</div>'
 
@@ -205,8 +235,12 @@ def _score(verdict: Verdict) -> str:
     return "∞" if isinf(verdict.score) else f"{verdict.score:.3g}"
 
 
-def _limit(known: Known) -> str:
-    found = known.pushed
+def _mark(known: Known, push: str) -> str:
+    weakest = known.weakest
+    return "× gravity, the least" if weakest is not None and weakest.push == push else "× gravity"
+
+
+def _limit(found: Pushed | None) -> str:
     if found is None:
         return "…"
     if found.limit is None or found.limit.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE:
@@ -216,19 +250,11 @@ def _limit(known: Known) -> str:
     return f"{found.limit.lower:.4g}" + ("" if found.limit.outcome is LoadOutcome.LIMIT else " at least")
 
 
-def _weakest(known: Known) -> str:
-    found = known.weakest
-    if found is None:
-        return "…"
-    return f"{found.multiplier:.4g}, {found.name}" if found.name else "none"
-
-
 def _tilt(known: Known) -> str:
-    found = known.pushed
-    if found is None:
+    if len(known.pushed) < len(PUSHES):
         return "…"
-    lower = found.limit.lower if found.limit is not None else -1.0
-    return f"{degrees(atan(lower)):.3g}°" if lower >= 0 else "none"
+    weakest = known.weakest
+    return f"{degrees(atan(weakest.limit.lower)):.3g}°" if weakest is not None and weakest.limit is not None else "none"
 
 
 def _friction(known: Known) -> str:
@@ -242,4 +268,4 @@ def _steps(seconds: dict[str, float]) -> str:
     own = dict(seconds)
     own["solve"] = sum(own.pop(step, 0.0) for step in ("equilibrium", "memory", "solve", "certificate"))
     words = ", ".join(f"{word} {1e3 * own[step]:.0f}" for step, word in STEPS if step in own)
-    return f'<div style="color:#666;{SMALL}">milliseconds: {words}</div>' if words else ""
+    return f'<div style="color:#5c5f66;{SMALL}">milliseconds: {words}</div>' if words else ""

@@ -102,17 +102,17 @@ def with_interior_motion(program: PenaltyProgram, twist: Floats, motions: Sequen
     Floats
         Shape (6 n,); the twist itself where none closes or no motion helps.
     """
-    closing = -_least_slack(program, twist)
+    closing = -least_slack(program, twist)
     if closing <= 0:
         return twist
     for motion in motions:
-        least = _least_slack(program, motion)
+        least = least_slack(program, motion)
         if least > 0:
             return twist + (1.0 + SLACK) * closing / least * motion
     return twist
 
 
-def cheapest(program: PenaltyProgram, motions: Iterable[Floats]) -> Floats | None:
+def cheapest(program: PenaltyProgram, motions: Iterable[tuple[Floats, float]]) -> Floats | None:
     """Return the motion that opens every joint and takes least work from the loads for it.
 
     Parameters
@@ -120,7 +120,8 @@ def cheapest(program: PenaltyProgram, motions: Iterable[Floats]) -> Floats | Non
     program
         The penalty program.
     motions
-        Tried in this order, shape (6 n,) each; only the first few that open every joint are compared.
+        Each of shape (6 n,) with its `least_slack`, tried in this order; only the first few that open every joint are
+        compared.
 
     Returns
     -------
@@ -128,8 +129,7 @@ def cheapest(program: PenaltyProgram, motions: Iterable[Floats]) -> Floats | Non
         Shape (6 n,); None if none opens every joint.
     """
     best, least_price, found = None, np.inf, 0
-    for motion in motions:
-        slack = _least_slack(program, motion)
+    for motion, slack in motions:
         if slack <= 0:
             continue
         price, found = -float(program.load @ motion) / slack, found + 1
@@ -140,6 +140,19 @@ def cheapest(program: PenaltyProgram, motions: Iterable[Floats]) -> Floats | Non
     return best
 
 
-def _least_slack(program: PenaltyProgram, motion: Floats) -> float:
-    """Slack of the opening at the joint that has least."""
+def least_slack(program: PenaltyProgram, motion: Floats) -> float:
+    """Return the slack of the opening at the joint that has least.
+
+    Parameters
+    ----------
+    program
+        The penalty program.
+    motion
+        Shape (6 n,).
+
+    Returns
+    -------
+    float
+        Above 0 for a motion that opens every joint.
+    """
     return float(opening_slack((program.matrix.T @ motion).reshape(-1, 3), program.friction).min(initial=np.inf))

@@ -3,7 +3,8 @@
 In the space of independent standard normal variables z the limit state g(z) = lambda(z) - push(z) is replaced by its
 tangent plane at the point of it that is nearest the origin. With beta its distance the probability is Phi(-beta), and
 the squares of the direction cosines are the shares of the variables in the variance of g. Found by the recursion of
-Hasofer, Lind, Rackwitz and Fiessler, with derivatives by central differences.
+Hasofer, Lind, Rackwitz and Fiessler, with the exact derivatives of `blockstat.sensitivity.reserve`: one limit load a
+step, however many variables there are.
 """
 
 from __future__ import annotations
@@ -16,17 +17,21 @@ import numpy as np
 from scipy.special import ndtr
 
 from blockstat.analysis.limit_load import LoadOutcome, limit_load
-from blockstat.chance.variables import Random, checked, realise
-from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
-from blockstat.errors import known_options
+from blockstat.chance.population import Population, population_of
+from blockstat.chance.variables import Random
+from blockstat.contact.interfaces import GAP, Interfaces
+from blockstat.errors import InputError, known_options
+from blockstat.loads import as_load
 from blockstat.result import Result, Sentence
+from blockstat.sensitivity.parameters import pinned
+from blockstat.sensitivity.reserve import reserve_map
 from blockstat.typing import Floats
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-#: Step of the differences, and steps of the recursion at most.
-STEP, STEPS = 1e-3, 30
+#: Steps of the recursion at most; after each so many they are shorter, where it goes to and fro between mechanisms.
+STEPS, PATIENCE = 60, 10
 #: The recursion ends where the point moves by less.
 CLOSE = 1e-4
 #: Multipliers beyond this are not told apart.
@@ -47,8 +52,10 @@ class FirstOrder(Result):
     outcome: FirstOrderOutcome
     beta: float  #: distance of the limit state from the mean, in standard deviations; negative where the mean falls
     point: Floats  #: the design point in standard normal variables, shape (n,)
-    values: dict[str, float]  #: the random variables there
+    values: dict[str, float]  #: the random variables there; of many values their mean
     shares: dict[str, float]  #: part of each variable in the variance of the limit state; they sum to 1
+    #: the same by standard normal variable: of what values have in common, if they do, and of each value; by key
+    shares_by_value: dict[str, Floats]
 
     @property
     def probability(self) -> float:
@@ -89,8 +96,8 @@ class FirstOrder(Result):
 @known_options
 def first_order(
     assembly: Assembly,
-    uncertain: Mapping[str, Random],
-    load: Any,
+    uncertain: Mapping[str, Random] | None = None,
+    load: Any = None,
     *,
     loads: Floats | None = None,
     gap: float | str = GAP,
@@ -103,7 +110,7 @@ def first_order(
     assembly, uncertain, loads, gap, interfaces
         As in `blockstat.reliability`.
     load
-        As in `blockstat.limit_load`; it acts "push" times, or once.
+        As in `blockstat.limit_load`; it acts "push" times, or once. None for that of the scene.
 
     Returns
     -------
@@ -113,7 +120,7 @@ def first_order(
     Raises
     ------
     InputError
-        For a variable that there is not.
+        For a variable that there is not, and without a load.
 
     References
     ----------
@@ -130,31 +137,59 @@ def first_order(
     >>> print(f"{first_order(tower, {'push': Random('normal', 0.3, 0.1)}, (1, 0, 0)).beta:.4f}")
     2.0000
     """
-    checked(assembly, uncertain, loads)
-    faces = find_interfaces(assembly, gap=gap) if interfaces is None else interfaces
-    n = len(uncertain)
-
-    def margin(normal: Floats) -> float:
-        draw = realise(assembly, faces, loads, uncertain, normal)
-        found = limit_load(draw.assembly, load, loads=draw.loads, interfaces=draw.interfaces)
-        carried = 0.0 if found.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE else min(found.lower, MANY)
-        return carried - draw.push
-
-    point, outcome = np.zeros(n), FirstOrderOutcome.NOT_FOUND
-    slope, side = np.zeros(n), 1.0
-    for _ in range(STEPS):
-        value = margin(point)
-        slope = np.array([(margin(point + STEP * e) - margin(point - STEP * e)) / (2 * STEP) for e in np.eye(n)])
+    population, load = population_of(assembly, uncertain, load, loads, gap=gap, interfaces=interfaces)
+    if load is None:
+        raise InputError("the first-order estimate asks when a load is not carried; give it as load")
+    point, outcome = np.zeros(population.size), FirstOrderOutcome.NOT_FOUND
+    slope, side = np.zeros(population.size), 1.0
+    for count in range(STEPS):
+        value, slope = limit_state(population, load, point)
         steep = float(slope @ slope)
         if steep == 0.0:
             break
         nearer = (slope @ point - value) / steep * slope
-        moved = float(np.linalg.norm(nearer - point))
-        point, side = nearer, -float(np.sign(slope @ nearer))
-        if moved <= CLOSE:
+        step = (nearer - point) / (1 + count // PATIENCE)
+        point, side = point + step, -float(np.sign(slope @ nearer))
+        if float(np.linalg.norm(step)) <= CLOSE:
             outcome = FirstOrderOutcome.FOUND
             break
-    total = float(slope @ slope) or 1.0
-    values = {key: v.value(z) for (key, v), z in zip(uncertain.items(), point.tolist(), strict=True)}
-    shares = {key: float(part) for key, part in zip(uncertain, slope**2 / total, strict=True)}
-    return FirstOrder(outcome, (side or 1.0) * float(np.linalg.norm(point)), point, values, shares)
+    share = slope**2 / (float(slope @ slope) or 1.0)
+    own = {part.key: share[part.first : part.first + part.normals] for part in population.parts}
+    return FirstOrder(
+        outcome,
+        (side or 1.0) * float(np.linalg.norm(point)),
+        point,
+        {part.key: float(np.mean(part.variable.value(part.standard(point)))) for part in population.parts},
+        {key: float(part.sum()) for key, part in own.items()},
+        own,
+    )
+
+
+def limit_state(population: Population, load: Any, normal: Floats) -> tuple[float, Floats]:
+    """Return the limit state, limit load multiplier less push, and its derivative.
+
+    Parameters
+    ----------
+    population
+        What is random.
+    load
+        As in `blockstat.limit_load`.
+    normal
+        Standard normal variables, shape (size,).
+
+    Returns
+    -------
+    value : float
+        Negative where the load is not carried.
+    slope : Floats
+        Shape (size,). Where the dead load is not carried, or any multiple of the load, that of the push alone.
+    """
+    draw = population.realise(normal)
+    found = limit_load(draw.assembly, load, loads=draw.loads, interfaces=draw.interfaces, optimum=True)
+    carried = 0.0 if found.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE else min(found.lower, MANY)
+    corners = "corner" in population.uncertain
+    if found.outcome is LoadOutcome.LIMIT:
+        _, twist = pinned(found, as_load(draw.assembly, load), draw.loads)
+        derivatives = reserve_map(found, load, loads=draw.loads, corners=corners)
+        return carried - draw.push, population.gradient(normal, draw, derivatives, twist)
+    return carried - draw.push, population.gradient(normal, draw, None, np.zeros((draw.assembly.n_blocks, 6)))

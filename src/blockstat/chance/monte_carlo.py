@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.special import betaincinv, ndtri
 
-from blockstat.analysis.assess import judged
-from blockstat.analysis.certificate_cache import Memory
 from blockstat.analysis.limit_load import LoadOutcome, limit_load
-from blockstat.analysis.problem import pose
-from blockstat.analysis.verdict import Outcome
 from blockstat.chance.first_order import FirstOrder
-from blockstat.chance.variables import Random, checked, realise
-from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
+from blockstat.chance.population import population_of
+from blockstat.chance.trials import Trials, judge_all
+from blockstat.chance.variables import Random
+from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
-from blockstat.loads import as_load
 from blockstat.result import Result, Sentence
 from blockstat.typing import Floats
 
@@ -44,6 +42,7 @@ class Reliability(Result):
     undecided: int  #: draws that are neither; they widen the interval to both sides
     reused: int  #: draws that evidence of earlier draws decided without a solve
     sampled_about: str = "the mean"  #: or "the design point"
+    seconds: float = 0.0  #: process time of all draws, those of earlier runs too
 
     @property
     def outcome(self) -> ReliabilityOutcome:
@@ -66,7 +65,8 @@ class Reliability(Result):
         lines.append(
             f"{self.failures} of {self.draws} draws about {self.sampled_about} fall, {self.undecided} undecided."
         )
-        lines.append(f"Evidence of earlier draws decided {self.reused}.")
+        cost = 1e3 * self.seconds / self.draws
+        lines.append(f"Evidence of earlier draws decided {self.reused}. A draw took {cost:.3g} ms of process time.")
         return "\n".join(lines)
 
     def summary(self) -> dict[str, Any]:
@@ -88,13 +88,14 @@ class Reliability(Result):
             "undecided": self.undecided,
             "reused": self.reused,
             "sampled_about": self.sampled_about,
+            "seconds": self.seconds,
         }
 
 
 @known_options
 def reliability(
     assembly: Assembly,
-    uncertain: Mapping[str, Random],
+    uncertain: Mapping[str, Random] | None = None,
     *,
     load: Any = None,
     loads: Floats | None = None,
@@ -105,6 +106,7 @@ def reliability(
     interfaces: Interfaces | None = None,
     about: FirstOrder | None = None,
     reuse: bool = True,
+    file: str | Path | None = None,
     jobs: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> Reliability:
@@ -115,12 +117,14 @@ def reliability(
     assembly
         The blocks as drawn.
     uncertain
-        Independent random variables by key: "friction", the coefficient of all joints; "edge", what joints lose along
-        each edge [m]; "density.GROUP" [kg/m3] and "loads.GROUP", a factor on the permanent loads, by group ("*" for
-        all); "push", a factor on `load`. Blocks of one group share one value.
+        Random variables by key, independent of each other: "friction", the coefficient of joints; "edge", what joints
+        lose along each edge [m]; "corner", a displacement of each shared corner in each direction [m];
+        "density.GROUP" [kg/m3] and "loads.GROUP", a factor on the permanent loads, by group ("*" for all); "push", a
+        factor on `load`. Whether joints and blocks share one value says `each` of `blockstat.Random`. None for those
+        of the scene.
     load
         An acceleration direction or a wrench on each block, as in `blockstat.limit_load`, which acts "push" times; None
-        for none.
+        for that of the scene, if it names one.
     loads
         Permanent loads, shape (n_blocks, 6) [N, N m].
     draws
@@ -135,10 +139,14 @@ def reliability(
         Draw about this design point and weigh the draws (importance sampling): small probabilities need fewer.
     reuse
         Whether evidence of earlier draws is tried before a solve; the verdicts are the same.
+    file
+        Keeps a row of each draw as lines of JSON. What has a row there is not judged again, so an interrupted run goes
+        on where it stopped, and one of more draws goes on from those it has.
     jobs
-        Processes side by side; the draws are the same, and each process has evidence of its own.
+        Processes side by side; the draws are the same. Under `joblib.parallel_config(backend="dask")`, or another
+        backend, draws go there instead.
     progress
-        Called with the draws done and those asked for, with one process.
+        Called with the draws done and those asked for.
 
     Returns
     -------
@@ -148,7 +156,7 @@ def reliability(
     Raises
     ------
     InputError
-        For a variable that there is not, or fewer than one draw.
+        For a variable that there is not, fewer than one draw, or a file of other draws.
 
     Notes
     -----
@@ -171,38 +179,19 @@ def reliability(
     >>> found.interval[0] < 0.5 < found.interval[1]
     True
     """
-    checked(assembly, uncertain, loads)
+    population, load = population_of(assembly, uncertain, load, loads, gap=gap, interfaces=interfaces)
     if draws < 1 or jobs < 1 or not 0 < confidence < 1:
         given = f"draws is {draws}, jobs {jobs} and confidence {confidence}"
         raise InputError(f"{given}; one draw and one job are needed, and 0 < confidence < 1")
-    if "push" in uncertain and load is None:
-        raise InputError('uncertain "push" is a factor on load=, which is not given')
-    faces = find_interfaces(assembly, gap=gap) if interfaces is None else interfaces
-    centre = np.zeros(len(uncertain)) if about is None else about.point
-    normal = centre + np.random.default_rng(seed).standard_normal((draws, len(uncertain)))
-    weight = np.exp(0.5 * centre @ centre - normal @ centre)
-
-    def judge(rows: Floats, told: Callable[[int, int], None] | None) -> tuple[list[Outcome], int]:
-        memory, outcomes = Memory() if reuse else None, []
-        for row in rows:
-            outcomes.append(_outcome(assembly, faces, load, loads, uncertain, row, memory))
-            if told is not None:
-                told(len(outcomes), len(rows))
-        statistics = {} if memory is None else memory.statistics
-        return outcomes, statistics.get("forces", 0) + statistics.get("mechanism", 0)
-
-    if jobs == 1:
-        parts = [judge(normal, progress)]
-    else:
-        from joblib import Parallel, delayed
-
-        parts: Any = Parallel(n_jobs=jobs)(delayed(judge)(rows, None) for rows in np.array_split(normal, jobs))
-    outcomes = [outcome for own, _ in parts for outcome in own]
-    failed = np.array([outcome is Outcome.UNSTABLE for outcome in outcomes])
-    undecided = np.array([outcome is Outcome.UNDECIDED for outcome in outcomes])
+    centre = np.zeros(population.size) if about is None else about.point
+    trials = Trials(population, load, centre, seed, reuse)
+    rows = judge_all(trials, draws, file, jobs, progress)
+    words = np.array([row.outcome for row in rows])
+    failed, undecided = words == "unstable", words == "undecided"
     if about is None:
         probability, interval = _binomial(int(failed.sum()), int(undecided.sum()), draws, confidence)
     else:
+        weight = np.exp(0.5 * centre @ centre - trials.normals(draws) @ centre)
         probability, interval = _weighted(weight * failed, weight * (failed | undecided), confidence)
     return Reliability(
         probability=probability,
@@ -211,29 +200,10 @@ def reliability(
         draws=draws,
         failures=int(failed.sum()),
         undecided=int(undecided.sum()),
-        reused=sum(reused for _, reused in parts),
+        reused=sum(row.evidence != "solved" for row in rows),
         sampled_about="the mean" if about is None else "the design point",
+        seconds=sum(row.seconds for row in rows),
     )
-
-
-def _outcome(
-    assembly: Assembly,
-    faces: Interfaces,
-    load: Any,
-    loads: Floats | None,
-    uncertain: Mapping[str, Random],
-    normal: Floats,
-    memory: Memory | None,
-) -> Outcome:
-    """The verdict on one draw."""
-    draw = realise(assembly, faces, loads, uncertain, normal)
-    acting = draw.loads
-    if load is not None:
-        push = draw.push * as_load(draw.assembly, load)
-        acting = push if acting is None else acting + push
-    options: dict[str, Any] = {"friction": None, "gravity": None, "gap": GAP}
-    problem = pose(draw.assembly, loads=acting, interfaces=draw.interfaces, **options)
-    return judged(problem, loads=acting, memory=memory, score=False, reserve=False).outcome
 
 
 def _binomial(failures: int, undecided: int, draws: int, confidence: float) -> tuple[float, tuple[float, float]]:
@@ -282,13 +252,12 @@ def fragility(
     InputError
         As in `reliability`, and for a random "push", which is what the multiplier is.
     """
-    checked(assembly, uncertain, loads)
     if "push" in uncertain:
         raise InputError('the multiplier itself is what "push" would be; leave it out')
-    faces = find_interfaces(assembly, gap=gap) if interfaces is None else interfaces
-    rng, found = np.random.default_rng(seed), np.zeros(draws)
-    for k in range(draws):
-        draw = realise(assembly, faces, loads, uncertain, rng.standard_normal(len(uncertain)))
+    population, load = population_of(assembly, uncertain, load, loads, gap=gap, interfaces=interfaces)
+    found = np.zeros(draws)
+    for k, normal in enumerate(np.random.default_rng(seed).standard_normal((draws, population.size))):
+        draw = population.realise(normal)
         limit = limit_load(draw.assembly, load, loads=draw.loads, interfaces=draw.interfaces)
         found[k] = 0.0 if limit.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE else limit.lower
     return np.sort(found)

@@ -1,17 +1,16 @@
-"""Random variables of an assembly, as functions of independent standard normal ones."""
+"""Random variables: distributions, and the keys that say what they are of."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.special import ndtr
 
-from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError, check_choice
-from blockstat.imperfection.lost_edges import lose_edges
 from blockstat.joint import fits
 from blockstat.typing import Floats
 
@@ -20,10 +19,12 @@ if TYPE_CHECKING:
 
 KINDS = ("normal", "lognormal", "uniform")
 #: What may be random; density and loads go with a group, as in "density.wall".
-KEYS = ("friction", "edge", "push")
+KEYS = ("friction", "edge", "corner", "push")
 GROUP_KEYS = ("density", "loads")
-#: A density below this is this [kg/m3]: blocks have weight.
-LIGHT = 1e-3
+#: What has a value of its own.
+EACH = ("all", "group", "course", "block", "joint")
+#: Keys whose values belong to joints, and those of which there is one value.
+OF_JOINTS, SINGLE = ("friction", "edge"), ("corner", "push")
 
 
 @dataclass(frozen=True)
@@ -32,16 +33,22 @@ class Random:
 
     Examples
     --------
-    >>> Random("uniform", 0.5, 0.7).value(0.0)
+    >>> print(Random("uniform", 0.5, 0.7).value(0.0))
     0.6
     """
 
     kind: str  #: "normal", "lognormal" or "uniform"
     first: float  #: mean, or lower end
     second: float  #: standard deviation, or upper end
+    #: what has a value of its own: "all" together, each "group", "course" (blocks of a group at one height), "block" or
+    #: "joint"; a joint counts with the higher of its two blocks. A corner always has its own, in each direction.
+    each: str = "all"
+    #: of any two of these values, in the space of standard normal variables: the part of the variance they share
+    correlation: float = 0.0
 
     def __post_init__(self) -> None:
         check_choice("kind", self.kind, KINDS)
+        check_choice("each", self.each, EACH)
         if not (math.isfinite(self.first) and math.isfinite(self.second)):
             raise InputError(f"{self.kind}: {self.first} and {self.second} must be finite")
         if self.kind == "uniform" and not self.first <= self.second:
@@ -50,82 +57,114 @@ class Random:
             raise InputError(f"{self.kind}: the standard deviation is {self.second}; it must not be negative")
         if self.kind == "lognormal" and self.first <= 0:
             raise InputError(f"lognormal: the mean is {self.first}; it must be positive")
+        if not 0 <= self.correlation <= 1:
+            raise InputError(f"{self.kind}: the correlation is {self.correlation}; it must be from 0 to 1")
 
-    def value(self, normal: float) -> float:
+    def value(self, normal: Any) -> Any:
         """Return the value of the same probability as that of a standard normal variable.
 
         Parameters
         ----------
         normal
-            The standard normal variable.
+            The standard normal variable, a number or an array.
 
         Returns
         -------
-        float
+        float or Floats
             Rises with it.
         """
         if self.kind == "uniform":
-            return self.first + (self.second - self.first) * 0.5 * math.erfc(-normal / math.sqrt(2.0))
+            return self.first + (self.second - self.first) * ndtr(normal)
         if self.kind == "normal":
             return self.first + self.second * normal
         spread = math.log1p((self.second / self.first) ** 2)
-        return self.first * math.exp(math.sqrt(spread) * normal - 0.5 * spread)
+        return self.first * np.exp(math.sqrt(spread) * normal - 0.5 * spread)
+
+    def slope(self, normal: Any) -> Any:
+        """Return the derivative of `value`.
+
+        Parameters
+        ----------
+        normal
+            The standard normal variable, a number or an array.
+
+        Returns
+        -------
+        float or Floats
+            Of the same shape, not negative.
+        """
+        if self.kind == "uniform":
+            return (self.second - self.first) * np.exp(-0.5 * np.square(normal)) / math.sqrt(2.0 * math.pi)
+        if self.kind == "normal":
+            return self.second * np.ones_like(normal)
+        return math.sqrt(math.log1p((self.second / self.first) ** 2)) * self.value(normal)
 
 
-@dataclass(frozen=True, eq=False)
-class Draw:
-    """One realisation."""
-
-    assembly: Assembly
-    interfaces: Interfaces
-    loads: Floats | None  #: permanent loads
-    push: float  #: factor on the load in question
-
-
-def realise(
-    assembly: Assembly,
-    interfaces: Interfaces,
-    loads: Floats | None,
-    uncertain: Mapping[str, Random],
-    normal: Floats,
-) -> Draw:
-    """Return the assembly, joints and loads for values of the standard normal variables.
+def random_variables(assembly: Assembly) -> tuple[dict[str, Random], list[float] | None]:
+    """Return the random variables that the scene of an assembly names under `[uncertain]`.
 
     Parameters
     ----------
     assembly
-        The blocks as drawn.
-    interfaces
-        Their joints, without cells.
-    loads
-        Permanent loads beside the weight, shape (n_blocks, 6) [N, N m]; None for none.
-    uncertain
-        The random variables (see `blockstat.reliability`).
-    normal
-        One value for each of them, shape (n,).
+        Built from a scene.
 
     Returns
     -------
-    Draw
-        Negative friction, losses and densities, which a normal distribution may give, count as none.
+    uncertain : dict of Random
+        By key, as `blockstat.reliability` takes them; none where the scene names none.
+    direction : list of float or None
+        Of the acceleration that "push" is a multiple of, in units of gravity; None where nothing pushes.
+
+    Raises
+    ------
+    InputError
+        For a distribution that is none.
+
+    Examples
+    --------
+    >>> from blockstat import build, random_variables, scene_from
+    >>> post = {"kind": "pier", "size": [0.5, 0.5], "height": 1.0, "courses": 2}
+    >>> random = {"friction": {"kind": "normal", "mean": 0.6, "deviation": 0.1}}
+    >>> scene = scene_from({"name": "gate", "elements": {"post": post}, "uncertain": random})
+    >>> random_variables(build(scene))[0]["friction"].first
+    0.6
     """
-    density, friction, push = assembly.density.copy(), assembly.friction, 1.0
-    acting = None if loads is None else np.array(loads, dtype=float)
-    joints = interfaces
-    for (key, variable), z in zip(uncertain.items(), normal.tolist(), strict=True):
-        value = variable.value(z)
-        kind, _, group = key.partition(".")
-        if key == "friction":
-            friction = max(value, 0.0)
-        elif key == "edge":
-            joints = lose_edges(interfaces, np.full(interfaces.n_interfaces, max(value, 0.0)))
-        elif key == "push":
-            push = value
-        elif kind == "density":
-            density[blocks_of(assembly, group)] = max(value, LIGHT)
-        elif acting is not None:
-            acting[blocks_of(assembly, group)] *= value
-    return Draw(assembly.with_(density=density, friction=friction), joints, acting, push)
+    found, direction = {}, None
+    for key, table in assembly.metadata.get("uncertain", {}).items():
+        own = dict(table)
+        direction = own.pop("direction", None) or direction
+        ends = ("least", "most") if own["kind"] == "uniform" else ("mean", "deviation")
+        try:
+            found[key] = Random(own["kind"], own[ends[0]], own[ends[1]], own["each"], own["correlation"])
+        except InputError as error:
+            raise InputError(f"uncertain.{key}: {error}") from None
+    return found, direction
+
+
+def as_strong_as(uncertain: Mapping[str, Random], strength: float) -> dict[str, Random]:
+    """Return random variables in which the push is so many times as strong.
+
+    Parameters
+    ----------
+    uncertain
+        The random variables.
+    strength
+        Of the push, in units of gravity.
+
+    Returns
+    -------
+    dict of Random
+        With a push of just that strength where there was none, unless it is one.
+
+    Examples
+    --------
+    >>> as_strong_as({"push": Random("normal", 1.0, 0.1)}, 0.3)["push"].first
+    0.3
+    """
+    if strength == 1.0:
+        return dict(uncertain)
+    push = uncertain.get("push", Random("uniform", 1.0, 1.0))
+    return {**uncertain, "push": replace(push, first=strength * push.first, second=strength * push.second)}
 
 
 def checked(assembly: Assembly, uncertain: Mapping[str, Random], loads: Floats | None) -> None:
@@ -143,13 +182,19 @@ def checked(assembly: Assembly, uncertain: Mapping[str, Random], loads: Floats |
     Raises
     ------
     InputError
-        For a key or a group that there is not, for none at all, for load factors without loads, and for friction where
-        joint laws have their own.
+        For a key or a group that there is not, for none at all, for load factors without loads, for friction where
+        joint laws have their own, and where there is nothing to have a value of its own.
     """
     if not uncertain:
         raise InputError(f"nothing is uncertain; keys are: {', '.join(KEYS)}, density.GROUP and loads.GROUP")
-    for key in uncertain:
+    for key, variable in uncertain.items():
         kind, _, group = key.partition(".")
+        if key in SINGLE and variable.each != "all":
+            raise InputError(f'uncertain "{key}": each is "{variable.each}"; it has no parts of its own to choose')
+        if key in SINGLE and variable.correlation:
+            raise InputError(f'uncertain "{key}": correlation is {variable.correlation}; its values have none')
+        if key not in OF_JOINTS and variable.each == "joint":
+            raise InputError(f'uncertain "{key}": each is "joint"; it belongs to blocks: all, group, course or block')
         if key in KEYS:
             if key == "friction" and any(law.friction is not None for law in assembly.joints):
                 raise InputError('uncertain "friction": joint laws have their own friction')

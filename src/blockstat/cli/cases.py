@@ -20,6 +20,7 @@ from blockstat.cli.options import (
     print_json,
 )
 from blockstat.cli.options import load as load_assembly
+from blockstat.cli.progress import at_work
 from blockstat.errors import InputError
 
 if TYPE_CHECKING:
@@ -111,20 +112,72 @@ def cases_command(
     as_json: AsJson = False,
 ) -> None:
     """Table of all load cases: the verdict under each, and the multiplier of its live loads."""
-    from blockstat.analysis.assess import assess
-    from blockstat.analysis.limit_load import limit_load
-    from blockstat.contact.interfaces import find_interfaces
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
+    cases = all_cases(assembly, file, loads)
+    if not cases:
+        raise InputError(f"{loads or file}: there are no load cases; write them as [cases.NAME]")
+    with at_work(f"{len(cases)} load cases"):
+        rows = case_answers(assembly, cases)
+    if as_json:
+        print_json({"file": str(file), "rows": rows})
+        return
+    width = max(4, *map(len, cases))
+    typer.echo(f"{'case':<{width}}  {'verdict':<10}  {'multiplier of the live loads'}")
+    for row in rows:
+        typer.echo(f"{row['case']:<{width}}  {row['verdict']:<10}  {bracket(row)}")
+
+
+def all_cases(assembly: Assembly, file: Path, loads: Path | None) -> dict[str, LoadCase]:
+    """Return all load cases of a scene, or of `--loads`.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    file : Path
+        Where they come from.
+    loads : Path or None
+        Value of `--loads`.
+
+    Returns
+    -------
+    dict of str to LoadCase
+        By name; empty where there are none.
+
+    Raises
+    ------
+    InputError
+        With file, line and key, for a load or a case that cannot be used.
+    """
     from blockstat.loading.cases import load_cases
     from blockstat.spec.files import load_file, located
 
-    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     tables = {} if loads is None else load_file(loads)
     try:
-        cases = load_cases(assembly, **tables)
+        return load_cases(assembly, **tables)
     except InputError as error:
         raise located(loads or file, error) from None
-    if not cases:
-        raise InputError(f"{loads or file}: there are no load cases; write them as [cases.NAME]")
+
+
+def case_answers(assembly: Assembly, cases: dict[str, LoadCase]) -> list[dict[str, Any]]:
+    """Return the verdict under each case, and the bracket on the multiplier of its live loads.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    cases : dict of str to LoadCase
+        By name.
+
+    Returns
+    -------
+    list of dict
+        Rows with the keys "case", "verdict", "lower" and "upper", and "status" where there are live loads.
+    """
+    from blockstat.analysis.assess import assess
+    from blockstat.analysis.limit_load import limit_load
+    from blockstat.contact.interfaces import find_interfaces
+
     joints, rows = find_interfaces(assembly), []
     for name, case in cases.items():
         verdict = assess(assembly, loads=case.loads, interfaces=joints)
@@ -133,13 +186,22 @@ def cases_command(
             found = limit_load(assembly, case.live, loads=case.permanent, interfaces=joints).summary()
             row |= {"status": found["status"], "lower": found["lower"], "upper": found["upper"]}
         rows.append(row)
-    if as_json:
-        print_json({"file": str(file), "rows": rows})
-        return
-    width = max(4, *map(len, cases))
-    typer.echo(f"{'case':<{width}}  {'verdict':<10}  {'multiplier of the live loads'}")
-    for row in rows:
-        bounds = "no live loads" if "status" not in row else row["status"]
-        if row["lower"] is not None and row["upper"] is not None:
-            bounds = f"{row['lower']:.6g} to {row['upper']:.6g}"
-        typer.echo(f"{row['case']:<{width}}  {row['verdict']:<10}  {bounds}")
+    return rows
+
+
+def bracket(row: dict[str, Any]) -> str:
+    """Return the multiplier of the live loads of a row of `case_answers` in words.
+
+    Parameters
+    ----------
+    row : dict
+        The row.
+
+    Returns
+    -------
+    str
+        Both bounds, or why there are none.
+    """
+    if row["lower"] is not None and row["upper"] is not None:
+        return f"{row['lower']:.6g} to {row['upper']:.6g}"
+    return row.get("status", "no live loads")

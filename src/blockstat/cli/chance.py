@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-import sys
-from typing import TYPE_CHECKING, Annotated
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -27,31 +28,45 @@ from blockstat.cli.options import (
 )
 from blockstat.cli.options import load as load_assembly
 from blockstat.errors import InputError
+from blockstat.system.lines import PlainLines
 
 if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
     from blockstat.chance.variables import Random
 
 FirstOrder = Annotated[bool, typer.Option("--first-order", help="Find the design point of --load, and draw about it.")]
 FORM = (
     "KEY=normal,MEAN,DEVIATION, KEY=lognormal,MEAN,DEVIATION or KEY=uniform,LEAST,GREATEST, KEY one of friction, edge, "
-    "push, density.GROUP, loads.GROUP"
+    "corner, push, density.GROUP, loads.GROUP; after them may follow EACH, one of all, group, course, block, joint, "
+    "and the CORRELATION of their values"
 )
+Uncertain = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="KEY=KIND,A,B[,EACH[,CORRELATION]]",
+        help="What is random, several times, in place of [uncertain] of the scene: friction=lognormal,0.6,0.1, or "
+        "friction=lognormal,0.6,0.1,joint,0.3 with a value for each joint.",
+    ),
+]
+Load = Annotated[
+    str | None,
+    typer.Option(metavar="AX,AY,AZ", help="Acceleration in units of gravity that acts too; push is a factor."),
+]
+Kept = Annotated[
+    Path | None,
+    typer.Option("-o", "--output", help="Keep each draw here (.jsonl); the same command goes on from it."),
+]
 
 
 def reliability_command(
     file: FileArgument,
-    uncertain: Annotated[
-        list[str],
-        typer.Option(metavar="KEY=KIND,A,B", help="What is random, several times: friction=lognormal,0.6,0.1."),
-    ],
+    uncertain: Uncertain = None,
     draws: Annotated[int, typer.Option(min=1, help="Number of draws.")] = 1000,
     jobs: Annotated[int, typer.Option(min=1, help="Processes side by side.")] = 1,
     seed: Annotated[int, typer.Option(help="Of the random numbers.")] = 0,
-    load: Annotated[
-        str | None,
-        typer.Option(metavar="AX,AY,AZ", help="Acceleration in units of gravity that acts too; push is a factor."),
-    ] = None,
+    load: Load = None,
     first_order: FirstOrder = False,
+    output: Kept = None,
     case: Case = None,
     loads: LoadsFile = None,
     friction: Friction = None,
@@ -67,29 +82,17 @@ def reliability_command(
     from blockstat.chance.first_order import first_order as design_point
     from blockstat.chance.monte_carlo import reliability
     from blockstat.contact.interfaces import GAP, find_interfaces
-    from blockstat.loads import acceleration
 
-    random = _random(uncertain)
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     chosen = chosen_case(assembly, file, case, loads)
     near = GAP if gap is None else gap_of(gap)
-    faces = find_interfaces(assembly, gap=near)
-    permanent, acting, point = None if chosen is None else chosen.loads, None, None
-    if load is not None:
-        direction = numbers(load, 3, "--load", "AX,AY,AZ")
-        acting = math.hypot(*direction) * acceleration(assembly, direction)
-    if first_order:
-        if acting is None:
-            raise InputError("--first-order asks when a load is not carried; give it by --load AX,AY,AZ")
-        point = design_point(assembly, random, acting, loads=permanent, interfaces=faces)
-    options = {
-        "load": acting,
-        "loads": permanent,
-        "interfaces": faces,
-        "about": point,
-        "progress": _progress,
-        "jobs": jobs,
-    }
+    random, direction = _chosen(file, assembly, uncertain, load)
+    options: dict[str, Any] = {"load": direction, "interfaces": find_interfaces(assembly, gap=near)}
+    options["loads"] = None if chosen is None else chosen.loads
+    if first_order and direction is None:
+        raise InputError("--first-order asks when a load is not carried; give it by --load AX,AY,AZ")
+    point = design_point(assembly, random, **options) if first_order else None
+    options |= {"about": point, "file": output, "jobs": jobs, "progress": _Progress()}
     found = reliability(assembly, random, draws=draws, seed=seed, **options)
     if as_json:
         first = {} if point is None else {"first_order": point.summary()}
@@ -101,10 +104,38 @@ def reliability_command(
     typer.echo(found.explain())
 
 
-def _progress(done: int, draws: int) -> None:
-    """Tell how far the draws are, now and then."""
-    if done % 100 == 0 or done == draws:
-        print(f"{done} of {draws} draws", file=sys.stderr)
+def _chosen(
+    file: Path, assembly: Assembly, uncertain: list[str] | None, load: str | None
+) -> tuple[dict[str, Random], list[float] | None]:
+    """What is random, and the direction of the load, by the options or by the scene."""
+    from blockstat.chance.variables import as_strong_as, random_variables
+
+    random, direction = (_random(uncertain), None) if uncertain else random_variables(assembly)
+    if not random:
+        raise InputError(f"{file}: nothing is uncertain; write [uncertain] in the scene, or give --uncertain {FORM}")
+    if load is not None:
+        direction = numbers(load, 3, "--load", "AX,AY,AZ")
+    if direction is not None:
+        return as_strong_as(random, math.hypot(*direction)), direction
+    if "push" in random:
+        raise InputError("push is a factor on a load; give it by --load AX,AY,AZ, or as uncertain.push.direction")
+    return random, None
+
+
+class _Progress:
+    """Tells how far the draws are, and how long the others take."""
+
+    def __init__(self) -> None:
+        self._line, self._begin, self._before = PlainLines(), monotonic(), None
+
+    def __call__(self, done: int, draws: int) -> None:
+        now = monotonic()
+        if self._before is None:
+            self._begin, self._before = now, done
+            self._line(f"{done} of {draws} draws")
+            return
+        pace = (now - self._begin) / max(done - self._before, 1)
+        self._line(f"{done} of {draws} draws, {pace * (draws - done):.0f} s to go")
 
 
 def _random(given: list[str]) -> dict[str, Random]:
@@ -115,8 +146,10 @@ def _random(given: list[str]) -> dict[str, Random]:
     for text in given:
         key, equals, rest = (part.strip() for part in text.partition("="))
         parts = [part.strip() for part in rest.split(",")]
-        if not equals or len(parts) != 3:
+        if not equals or not 3 <= len(parts) <= 5:
             raise InputError(f'--uncertain is "{text}"; it must read {FORM}')
-        low, high = numbers(",".join(parts[1:]), 2, "--uncertain", FORM)
-        found[key] = Random(parts[0], low, high)
+        low, high = numbers(",".join(parts[1:3]), 2, "--uncertain", FORM)
+        each = parts[3] if len(parts) > 3 else "all"
+        correlation = numbers(parts[4], 1, "--uncertain", FORM)[0] if len(parts) > 4 else 0.0
+        found[key] = Random(parts[0], low, high, each, correlation)
     return found

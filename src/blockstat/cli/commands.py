@@ -33,11 +33,12 @@ from blockstat.cli.options import (
 )
 from blockstat.cli.options import load as load_assembly
 from blockstat.cli.pictures import app_command, plot_command
-from blockstat.cli.progress import shown_progress
+from blockstat.cli.progress import at_work, shown_progress
 from blockstat.cli.sequence import sequence
 from blockstat.cli.studies import over_the_horizon, prove_command, report_command, settle_command
 from blockstat.errors import InputError
 
+MOST_TIGHTNESSES = 10_000  #: each is a solve; this many tell a share to a hundredth
 Flow = Annotated[str, typer.Option(help="associated, or coulomb: no dilatancy and no self-stress.")]
 
 app = typer.Typer(
@@ -137,8 +138,13 @@ def check(
     imperfection: Imperfect = None,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", help="Also write the blocks with displacement and demand (.glb, .obj)."),
+        typer.Option(
+            "-o",
+            "--output",
+            help="Also write the blocks with displacement and demand (.glb, .obj), or with joints and forces (.json).",
+        ),
     ] = None,
+    format: Annotated[str, typer.Option(help="Of -o FILE.json: compas-assembly or compas-model.")] = "compas-assembly",
     as_json: AsJson = False,
 ) -> None:
     """Give a static verdict on whether an assembly stands, with its certificate."""
@@ -150,12 +156,14 @@ def check(
     acting = chosen_case(assembly, file, case, loads)
     permanent = None if acting is None else acting.loads
     near = GAP if gap is None else gap_of(gap)
-    if tightnesses < 0 or (tightnesses and flow != "coulomb"):
-        raise InputError(f"--tightnesses is {tightnesses}; it must be 0 or more and goes with --flow coulomb")
+    if not 0 <= tightnesses <= MOST_TIGHTNESSES or (tightnesses and flow != "coulomb"):
+        asked = f"it must be 0 to {MOST_TIGHTNESSES:,} and goes with --flow coulomb"
+        raise InputError(f"--tightnesses is {tightnesses}; {asked}")
     options: dict[str, Any] = {"tightnesses": tightnesses, "imperfections": imperfections_of(imperfection)}
-    verdict = assess(assembly, gap=near, solver=solver, flow=flow, loads=permanent, **options)
+    with at_work(f"judging {assembly.n_blocks:,} blocks"):
+        verdict = assess(assembly, gap=near, solver=solver, flow=flow, loads=permanent, **options)
     if output is not None:
-        write_verdict(verdict, output)
+        write_verdict(verdict, output, format=format)
     if as_json:
         summary = verdict.summary()
         echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
@@ -244,7 +252,8 @@ def tilt_command(
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=None, supports=supports, units=units, up=up)
     about = axis if "," not in axis else numbers(axis, 3, "--axis", "x, y, z or AX,AY,AZ")
-    found = tilt_limit(assembly, about, flow=flow, imperfections=imperfections_of(imperfection))
+    with at_work(f"tilting {assembly.n_blocks:,} blocks"):
+        found = tilt_limit(assembly, about, flow=flow, imperfections=imperfections_of(imperfection))
     stands, falls = (None if isnan(value) else value for value in (found.stands, found.falls))
     if as_json:
         angles = {"axis": axis, "angle_deg": stands or 0.0, "stands_deg": stands, "falls_deg": falls}

@@ -23,6 +23,7 @@ from blockstat.cli.options import (
     said,
 )
 from blockstat.cli.options import load as load_assembly
+from blockstat.cli.progress import at_work
 
 
 def capacity_command(
@@ -57,14 +58,12 @@ def capacity_command(
     as_json: AsJson = False,
 ) -> None:
     """Follow the mechanism of a limit load: multiplier against displacement. Interrupted, it keeps what is done."""
-    from rich.console import Console
-
     from blockstat.large_displacement.capacity_curve import capacity
     from blockstat.view.settling import plot_capacity
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     growing, permanent = load_and_loads(load, chosen_case(assembly, file, case, loads))
-    with Console(stderr=True).status("limit load") as status:
+    with at_work("limit load") as say:
         found = capacity(
             assembly,
             growing,
@@ -74,7 +73,7 @@ def capacity_command(
             displacement=displacement,
             steps=steps,
             tolerance=tolerance,
-            progress=lambda there, multiplier: status.update(f"{there:.4g} m: {multiplier:.4g}"),
+            progress=lambda there, multiplier: say(f"{there:.4g} m: {multiplier:.4g}"),
         )
     if output is not None:
         plot_capacity(found, output)

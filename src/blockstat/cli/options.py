@@ -37,7 +37,8 @@ Units = Annotated[
     str | None, typer.Option(help="Of the coordinates in the file, converted to metres: m, dm, cm, mm, in or ft.")
 ]
 Up = Annotated[
-    str | None, typer.Option(metavar="AXIS", help="Of the file, that points up: z (the default), y, x, -z, -y or -x.")
+    str | None,
+    typer.Option(metavar="AXIS", help="Of the file, that points up: z, y, x, -z, -y or -x; by default z, in GLB y."),
 ]
 Gap = Annotated[
     str | None, typer.Option(help='Largest gap of a joint: a share of the block size, or a length such as "2 mm".')
@@ -124,7 +125,7 @@ def load(
 
     chosen = supports.split(",") if supports else None
     assembly = read(path, supports=chosen, units=units, up=up)
-    for doubt in doubts(assembly):
+    for doubt in doubts(assembly, up="y" if path.suffix.lower() == ".glb" else "z"):
         warnings.warn(f"{path}: {doubt}", InputWarning, stacklevel=2)
     return modified(assembly, friction=friction, gravity=gravity, tilt=tilt)
 
@@ -263,13 +264,15 @@ def said(assembly: Assembly, *, units: str | None = None, gap: float | str | Non
     str
         Friction, density, weight, units and gap.
     """
+    from blockstat.result import plain
+
     found = inputs(assembly, units=units, gap=gap)
     low, high = found["densities"]
     density = f"{low:g}" if low == high else f"{low:g} to {high:g}"
     laws = f" and {len(assembly.joints)} joint laws" if assembly.joints else ""
     near = found["gap"] if isinstance(found["gap"], str) else f"{found['gap']:g} of a block"
     return (
-        f"Friction {assembly.friction:g}{laws}, density {density} kg/m3, weight {found['weight'] / 1e3:.4g} kN, "
+        f"Friction {assembly.friction:g}{laws}, density {density} kg/m3, weight {plain(found['weight'] / 1e3, 4)} kN, "
         f"coordinates in {found['units']}, joints closed to {near}."
     )
 

@@ -28,6 +28,11 @@ from blockstat.errors import InputError
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
+Reserve = Annotated[
+    str | None,
+    typer.Option(metavar="WHAT", help="What the limit hangs on most: edge, friction or corner; needs --load."),
+]
+
 
 def app_command(
     file: FileArgument,
@@ -72,9 +77,10 @@ def plot_command(
         bool, typer.Option("--mechanism", help="The mechanism and a ghost; -o FILE.glb for an animation.")
     ] = False,
     stone: Annotated[bool, typer.Option("--stone", help="Where a stone more helps most; needs --load.")] = False,
+    reserve: Reserve = None,
     load: Annotated[
         str | None,
-        typer.Option(metavar="AX,AY,AZ", help="With --mechanism or --stone: of the limit load in this direction."),
+        typer.Option(metavar="AX,AY,AZ", help="With --mechanism, --stone or --reserve: of this limit load."),
     ] = None,
     view: Annotated[str, typer.Option(metavar="AZIMUTH,ELEVATION", help="Where to look from, in degrees.")] = "-55,25",
 ) -> None:
@@ -87,13 +93,14 @@ def plot_command(
     azimuth, elevation = numbers(view, 2, "--view", "AZIMUTH,ELEVATION")
     look: dict[str, Any] = {"azimuth": azimuth, "elevation": elevation}
     choices = {"--plain": plain, "--forces": forces, "--joints": joints, "--mechanism": mechanism, "--stone": stone}
+    choices["--reserve"] = reserve is not None
     asked = [name for name, on in choices.items() if on]
     if len(asked) > 1:
         raise InputError(f"{' and '.join(asked)} are different pictures; ask for one of them")
-    if load is not None and not (mechanism or stone):
-        raise InputError("--load goes with --mechanism or --stone")
-    if stone and load is None:
-        raise InputError("--stone asks what raises a limit load; give its direction by --load AX,AY,AZ")
+    if load is not None and not (mechanism or stone or reserve):
+        raise InputError("--load goes with --mechanism, --stone or --reserve")
+    if (stone or reserve) and load is None:
+        raise InputError(f"{asked[0]} asks what raises a limit load; give its direction by --load AX,AY,AZ")
     direction = None if load is None else numbers(load, 3, "--load", "AX,AY,AZ")
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     if plain:
@@ -101,12 +108,30 @@ def plot_command(
     elif stone and direction is not None:
         limit = limit_load(assembly, direction, optimum=True)
         plot_stone_sensitivity(limit, direction, output, **look)
+    elif reserve is not None and direction is not None:
+        _plot_reserve(assembly, direction, reserve, output, look)
     elif mechanism:
         _plot_mechanism(assembly, direction, output, look)
     else:
         draw = plot_forces if forces else plot_utilisation if joints else plot_verdict
         draw(assess(assembly), output, **look)
     typer.echo(str(output))
+
+
+def _plot_reserve(assembly: Assembly, direction: list[float], what: str, output: Path, look: dict[str, Any]) -> None:
+    """What a limit load hangs on, as a picture, and the most of it in words."""
+    from blockstat.analysis.limit_load import limit_load
+    from blockstat.errors import check_choice
+    from blockstat.sensitivity.reserve import reserve_map
+    from blockstat.view.utilisation import LABELS, plot_reserve_map
+
+    check_choice("--reserve", what, tuple(LABELS))
+    found = reserve_map(limit_load(assembly, direction, optimum=True), direction, corners=what == "corner")
+    plot_reserve_map(found, what, output, **look)
+    label, step = LABELS[what]
+    typer.echo(f"limit {found.value:.6g}; {label}:")
+    for name, value in found.most(what):
+        typer.echo(f"{step * value:+.3g}  {name}")
 
 
 def _plot_mechanism(assembly: Assembly, direction: list[float] | None, output: Path, look: dict[str, Any]) -> None:

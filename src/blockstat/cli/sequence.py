@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from blockstat.assembly import Assembly
     from blockstat.result import Result
     from blockstat.sequence.courses import Along
+    from blockstat.sequence.order import SafestOrder
     from blockstat.sequence.plan import Plan, PlanVerdict
 
 #: Blocks that a line names.
@@ -49,11 +50,20 @@ Directions = Annotated[
     typer.Option(help="X,Y,Z in which courses follow each other, or GROUP=X,Y,Z, repeated in the order of building."),
 ]
 Output = Annotated[
-    Path | None, typer.Option("-o", "--output", help="The plan found (.json), or a picture (.png, .svg, .pdf).")
+    Path | None,
+    typer.Option(
+        "-o", "--output", help="The plan found (.json), or of a plan a picture (.png, .svg, .pdf) or film (.glb)."
+    ),
 ]
 Page = Annotated[bool, typer.Option("--page", help="Open the steps of a plan on a page, with a slider.")]
 Flow = Annotated[str, typer.Option(help="associated, or coulomb: no dilatancy and no self-stress.")]
-Reserve = Annotated[bool, typer.Option("--reserve", help="Also the least friction at which every step stands.")]
+Reserve = Annotated[
+    bool,
+    typer.Option(
+        "--reserve", help="The least friction at which every step stands; of a search, the order with the least."
+    ),
+]
+Tilt = Annotated[bool, typer.Option("--tilt", help="Also how far the ground may tilt at each step of a plan.")]
 Seconds = Annotated[float | None, typer.Option(help="Stop searching after so long; Ctrl-C does so, too.")]
 Insertion = Annotated[
     bool, typer.Option("--insertion", help="Blocks must come in by a straight motion that collides with nothing.")
@@ -80,6 +90,7 @@ def sequence(
     gap: Gap = None,
     flow: Flow = "associated",
     reserve: Reserve = False,
+    tilt: Tilt = False,
     seconds: Seconds = None,
     insertion: Insertion = False,
     journal: JournalFile = None,
@@ -103,7 +114,7 @@ def sequence(
     if stages:
         result = assess_stages(assembly, **options)
     elif plan is not None:
-        result = judged = assess_plan(assembly, read_plan(plan, assembly), reserve=reserve, **options)
+        result = judged = assess_plan(assembly, read_plan(plan, assembly), reserve=reserve, tilt=tilt, **options)
         head["verdict"] = judged.outcome.word
         _show(assembly, judged, output, page)
     elif courses:
@@ -111,6 +122,11 @@ def sequence(
         limits: dict[str, Any] = {"gap": options["gap"], "seconds": seconds, "journal": journal}
         result = built = build_by_courses(assembly, along=_along(along), **limits)
         _write(built.plan, file, output)
+    elif reserve:
+        result = safest = _safest(
+            assembly, flow, journal, held_at_most=held_at_most, seconds=seconds, gap=options["gap"], insertion=insertion
+        )
+        _write(safest.found.plan, file, output)
     else:
         options |= {"held_at_most": held_at_most, "seconds": seconds, "insertion": insertion, "journal": journal}
         result = found = find_order(assembly, **options)
@@ -119,6 +135,15 @@ def sequence(
         print_json({**head, **result.summary()})
     else:
         typer.echo(result.explain())
+
+
+def _safest(assembly: Assembly, flow: str, journal: Path | None, **options: Any) -> SafestOrder:
+    """The order with the largest reserve of friction."""
+    from blockstat.sequence.order import safest_order
+
+    if flow != "associated" or journal is not None:
+        raise InputError("--held-at-most with --reserve takes neither --flow coulomb nor --journal")
+    return safest_order(assembly, **options)
 
 
 def _refuse_flow(flow: str) -> None:
@@ -149,12 +174,13 @@ def _show(assembly: Assembly, judged: PlanVerdict, output: Path | None, page: bo
     """Draw the steps of a plan, and serve them until the page is stopped, where these are asked for."""
     from threading import Event
 
+    from blockstat.view.building.film import write_plan_film
     from blockstat.view.building.slider import StepSlider
     from blockstat.view.building.steps import plot_plan
     from blockstat.view.three_d.page import start_viser, stop_viser
 
     if output is not None:
-        plot_plan(assembly, judged, output)
+        (write_plan_film if output.suffix.lower() == ".glb" else plot_plan)(assembly, judged, output)
     if not page:
         return
     server, address = start_viser()

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from blockstat.cli.cases import Case, LoadsFile, chosen_case, load_and_loads
+from blockstat.cli.cases import Case, LoadsFile, all_cases, bracket, case_answers, chosen_case, load_and_loads
 from blockstat.cli.options import (
     AsJson,
     FileArgument,
@@ -25,10 +25,12 @@ from blockstat.cli.options import (
     said,
 )
 from blockstat.cli.options import load as load_assembly
+from blockstat.cli.progress import at_work
 from blockstat.errors import InputError
 from blockstat.system.writing import written_whole
 
 if TYPE_CHECKING:
+    from blockstat.analysis.limit_load import LimitLoad
     from blockstat.assembly import Assembly
 
 FORM = "NAME:DX,DY,DZ or X0,Y0,Z0,X1,Y1,Z1:DX,DY,DZ"
@@ -59,7 +61,12 @@ def over_the_horizon(
     from blockstat.studies.directions import limit_load_by_direction
     from blockstat.view.polar import plot_directions
 
-    found = limit_load_by_direction(assembly, directions, flow=flow)
+    with at_work("limit loads over the horizon") as say:
+
+        def progress(done: int, name: str, found: LimitLoad) -> None:
+            say(f"{done} of at least {directions} directions, {found.upper:.4g} towards {name}")
+
+        found = limit_load_by_direction(assembly, directions, flow=flow, progress=progress)
     if output is not None:
         plot_directions(found, output)
     if as_json:
@@ -97,8 +104,10 @@ def settle_command(
     if len(moves) < len(move):
         raise InputError("--move names a part twice; give its whole displacement once")
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
-    found = settle(assembly, moves)
-    path = settle_to_collapse(assembly, moves, interfaces=found.interfaces)
+    with at_work(f"settling {assembly.n_blocks:,} blocks") as say:
+        found = settle(assembly, moves)
+        say("following the settlement until collapse")
+        path = settle_to_collapse(assembly, moves, interfaces=found.interfaces)
     if output is not None:
         plot_settlement(found, output)
     if as_json:
@@ -121,10 +130,15 @@ def report_command(
     up: Up = None,
     gap: Annotated[float | None, typer.Option(help="Largest gap of a joint, relative to block size.")] = None,
     directions: Annotated[int, typer.Option(metavar="N", help="Of the horizon; a multiple of 4.")] = 16,
+    case: Case = None,
+    loads: LoadsFile = None,
 ) -> None:
-    """Write a report to hand over: assumptions, verdicts, the least limit load, pictures, warnings and sources."""
+    """Write a report to hand over: assumptions, verdicts, the least limit load, pictures, warnings and sources.
+
+    It lists all load cases; with --case all verdicts and limit loads are those under the loads of that case.
+    """
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
-    write_report(file, assembly, output, units=units, gap=gap, directions=directions)
+    write_report(file, assembly, output, units=units, gap=gap, directions=directions, case=case, loads=loads)
 
 
 def write_report(
@@ -136,6 +150,8 @@ def write_report(
     gap: float | None = None,
     directions: int = 16,
     verify: Any = None,
+    case: str | None = None,
+    loads: Path | None = None,
 ) -> None:
     """Assess an assembly and write the page.
 
@@ -154,12 +170,14 @@ def write_report(
     directions : int, optional
         Of the horizon.
     verify : callable, optional
-        Simulates the assembly.
+        Simulates the assembly, as `blockstat.assess_fully` calls it.
+    case, loads : str and Path, optional
+        Values of `--case` and `--loads`.
 
     Raises
     ------
     InputError
-        For a page that cannot be written, before anything is computed.
+        For a page that cannot be written, before anything is computed, and for a load case that cannot be used.
     """
     from blockstat.contact.interfaces import GAP
     from blockstat.view.assessment import assess_fully, assessment_html
@@ -168,9 +186,20 @@ def write_report(
         raise InputError(f"{output}: a report is a page, .html; the browser prints it as PDF")
     if not output.parent.is_dir():
         raise InputError(f"{output}: no such directory: {output.parent}")
-    options: dict[str, Any] = {"units": units or "m", "directions": directions, "verify": verify}
-    found = assess_fully(assembly, source=str(file), gap=GAP if gap is None else gap, **options)
-    text = assessment_html(found)
+    cases = all_cases(assembly, file, loads)
+    chosen = None if case is None else chosen_case(assembly, file, case, loads)
+    with at_work("load cases") as say:
+        answers = tuple(
+            (row["case"], cases[row["case"]].words, row["verdict"].replace("_", " "), bracket(row))
+            for row in case_answers(assembly, cases)
+        )
+        say("verdicts and limit loads")
+        found = assess_fully(
+            assembly, source=str(file), gap=GAP if gap is None else gap, units=units or "m", directions=directions,
+            verify=verify, cases=answers, case=chosen,
+        )  # fmt: skip
+        say("pictures")
+        text = assessment_html(found)
     with written_whole(output) as place:
         place.write_text(text, encoding="utf-8")
     typer.echo(str(output))
@@ -214,7 +243,8 @@ def prove_command(
     if load is not None or limit:
         growing, permanent = load_and_loads(load, chosen)
     near = GAP if gap is None else gap_of(gap)
-    proof = prove(assembly, growing, loads=permanent, gap=near)
+    with at_work(f"proving {assembly.n_blocks:,} blocks"):
+        proof = prove(assembly, growing, loads=permanent, gap=near)
     proof.write(output)
     if as_json:
         print_json({"file": str(file), "output": str(output), **proof.summary()})

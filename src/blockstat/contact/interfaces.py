@@ -68,6 +68,8 @@ class Interfaces:
     kind: Ints | None = None  #: shape (n_interfaces,), values of `ContactKind`; None: all are patches
     #: shape (n, 2), pairs that may also touch where there is no unique normal (see `blockstat.contact.unresolved`)
     rims: Ints | None = None
+    #: coefficient of each interface, shape (n_interfaces,), in place of that of the assembly and of joint laws
+    friction: Floats | None = None
 
     @property
     def kinds(self) -> Ints:
@@ -132,6 +134,7 @@ class Interfaces:
             outlines=None if self.outlines is None else tuple(self.outlines[k] for k in rows),
             share=None if self.share is None else self.share[points],
             kind=None if self.kind is None else self.kind[rows],
+            friction=None if self.friction is None else self.friction[rows],
         )  # fmt: skip
 
     def outline(self, interface: int) -> Floats:

@@ -34,13 +34,15 @@ def joint_friction(assembly: Assembly, interfaces: Interfaces) -> Floats:
     assembly : Assembly
         Has the joint laws and the friction of joints without one.
     interfaces : Interfaces
-        The interfaces.
+        The interfaces; a friction of their own counts first.
 
     Returns
     -------
     array of float, shape (n_interfaces,)
         Coefficients of friction.
     """
+    if interfaces.friction is not None:
+        return interfaces.friction
     friction = np.full(interfaces.n_interfaces, assembly.friction)
     for law, rows in laws_of(assembly, interfaces):
         if law.friction is not None:

@@ -7,7 +7,7 @@ keeps clear of the extreme normals keeps clear of all.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -102,9 +102,13 @@ class Unresolved:
             outlines = (*outlines, *more.point[:, None])
         if share is not None:
             share = np.concatenate([share, np.ones(more.n_points)])
-        return Interfaces(
+        friction = interfaces.friction
+        if friction is not None:  # the roughest: what falls with these, falls
+            friction = np.concatenate([friction, np.full(len(more.pair), friction.max(initial=0.0))])
+        found = Interfaces(
             pair, frame, area, gap, point, start, interfaces.dropped, outlines, share, interfaces.patches, kind
         )
+        return replace(found, friction=friction)
 
 
 def unresolved_contacts(

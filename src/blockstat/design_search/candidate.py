@@ -97,6 +97,9 @@ class SearchResult(Result):
     confirmation: Any = field(default=None, repr=False)  #: dynamic verdict of the best design, if simulated in this run
     finished: bool = True  #: False when it was interrupted
     front: tuple[Candidate, ...] = ()  #: strategy "pareto": designs none of which is better than another in all
+    #: strategy "robust" with a target: the best design's probability of failure, `first` (`FirstOrder`) and `draws`
+    #: (`Reliability`)
+    assured: Any = None
 
     @property
     def outcome(self) -> SearchOutcome:
@@ -117,6 +120,10 @@ class SearchResult(Result):
         lines = [self.outcome.value]
         if self.best_parameters is not None:
             lines.append(f"Best: {', '.join(f'{name} {value:g}' for name, value in self.best_parameters.items())}.")
+        if self.assured is not None:
+            low, high = self.assured.draws.interval
+            first = f"Probability of failure {self.assured.first.probability:.3g} to first order"
+            lines.append(f"{first}; by draws {self.assured.draws.probability:.3g} ({low:.3g} to {high:.3g}).")
         pruned = sum(c.dynamic == PRUNED for c in self.history)
         lines.append(
             f"{len(self.history)} designs: {self.static_solves} static solves, {self.certificates_reused} decided by "
@@ -148,6 +155,7 @@ class SearchResult(Result):
             "disagreements": len(self.disagreements),
             "front": [{**c.parameters, "volume": c.volume, "reserve": c.reserve} for c in self.front],
             "finished": self.finished,
+            "failure": None if self.assured is None else self.assured.draws.summary(),
         }
 
     @property

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from blockstat.analysis.limit_load import LoadOutcome, limit_load
+from blockstat.analysis.assess import assess
+from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, limit_load
 from blockstat.analysis.tilt_friction import AXES
 from blockstat.analysis.verdict import Outcome
 from blockstat.assembly import Assembly
+from blockstat.contact.interfaces import Interfaces, find_interfaces
 from blockstat.errors import InputError
+from blockstat.imperfection.imperfections import Imperfections, realisations
 from blockstat.loads import acceleration
 from blockstat.sensitivity.parameters import limit_load_gradient, score_gradient
 from blockstat.typing import Floats
@@ -23,6 +26,10 @@ Make = Callable[[Mapping[str, float]], Assembly]
 TOP = 10.0  #: reserves are told apart up to this multiple of the load
 #: Step of differences, relative to a parameter: of volumes, and of limit loads where joints change on the way.
 SMALL, WIDE = 1e-6, 1e-4
+#: Where only the assemblies of imperfections are asked for.
+NO_JOINTS = Interfaces(
+    np.empty((0, 2), np.int64), np.empty((0, 3, 3)), np.empty(0), np.empty(0), np.empty((0, 3)), np.zeros(1, np.int64)
+)
 
 
 @dataclass(frozen=True)
@@ -37,11 +44,14 @@ class Margin:
         Multiplier that the design must carry; 0 asks only that it stands.
     friction : float
         The design must do with its coefficient of friction divided by this, at least 1.
+    imperfections : Imperfections, optional
+        The design must carry the multiplier in their worst case.
     """
 
     direction: tuple[float, float, float] = (0.0, 1.0, 0.0)
     least: float = 0.0
     friction: float = 1.0
+    imperfections: Imperfections | None = None
 
     def __post_init__(self) -> None:
         if not np.isfinite(self.direction).all() or not np.any(self.direction):
@@ -105,6 +115,46 @@ class Margin:
             raise InputError("margin: friction of joint laws is not divided; ask for a reserve of load instead")
         return assembly.with_(friction=assembly.friction / self.friction)
 
+    def cases(self, assembly: Assembly) -> list[Assembly]:
+        """Return the assemblies among which the worst case of a design is.
+
+        Parameters
+        ----------
+        assembly : Assembly
+            The design.
+
+        Returns
+        -------
+        list of Assembly
+            As many for all designs of a scene.
+
+        Raises
+        ------
+        InputError
+            As `applied`, and for imperfections of groups that the design has not.
+        """
+        weaker = self.applied(assembly)
+        if self.imperfections is None:
+            return [weaker]
+        own = replace(self.imperfections, edge=0.0)  # of the joints `joints` says
+        return [case.assembly for case in realisations(weaker, NO_JOINTS, None, own)]
+
+    def joints(self, assembly: Assembly) -> Interfaces:
+        """Return the joints of one of the cases.
+
+        Parameters
+        ----------
+        assembly : Assembly
+            The case.
+
+        Returns
+        -------
+        Interfaces
+            Without the edges that they lose.
+        """
+        found = find_interfaces(assembly)
+        return found if self.imperfections is None else self.imperfections.joints(found)
+
 
 @dataclass(frozen=True)
 class Measured:
@@ -147,11 +197,13 @@ def measure(make: Make, values: Mapping[str, float], moved: Sequence[str], margi
     The reserve is continuous: at the limit both the multiplier and the score are zero. Its derivatives are exact where
     the joints stay the same and differences where they do not.
     """
-    assembly = margin.applied(make(values))
+    assembly = make(values)
+    cases = margin.cases(assembly)
+    worst = 0 if len(cases) == 1 else int(np.argmin([_multiplier(case, margin) for case in cases]))
     others = {name: value for name, value in values.items() if name not in moved}
 
     def made(changed: Mapping[str, float]) -> Assembly:
-        return margin.applied(make({**{name: 0.0 for name in values}, **others, **changed}))
+        return margin.cases(make({**{name: 0.0 for name in values}, **others, **changed}))[worst]
 
     point = {name: values[name] for name in moved}
     volume_slopes = _slopes(lambda v: _volume(made(v)), point, SMALL)
@@ -159,24 +211,34 @@ def measure(make: Make, values: Mapping[str, float], moved: Sequence[str], margi
     return Measured(_volume(assembly), reserve, word, assembly.n_blocks, volume_slopes, slopes)
 
 
+def _multiplier(case: Assembly, margin: Margin) -> float:
+    """What a case carries; a negative score where it does not stand."""
+    joints = margin.joints(case)
+    found = limit_load(case, margin.direction, interfaces=joints)
+    if found.outcome is not LoadOutcome.DEAD_LOAD_UNSTABLE:
+        return found.lower
+    return -assess(case, interfaces=joints).score
+
+
 def _reserve(made: Make, point: Mapping[str, float], margin: Margin) -> tuple[float, Floats, str]:
     def load(assembly: Assembly) -> Floats:
         return acceleration(assembly, margin.direction)
 
+    def limit_of(assembly: Assembly) -> LimitLoad:
+        return limit_load(assembly, load(assembly), interfaces=margin.joints(assembly), optimum=True)
+
     try:
-        limit, gradient = limit_load_gradient(made, point, load)
+        limit, gradient = limit_load_gradient(made, point, load, joints=margin.joints)
         return limit.lower, np.array([gradient[name] for name in point]), STABLE
     except InputError:
         pass
-    assembly = made(point)
-    limit = limit_load(assembly, load(assembly), optimum=True)
+    limit = limit_of(made(point))
     if limit.outcome is LoadOutcome.UNBOUNDED:
         return TOP, np.zeros(len(point)), STABLE
     if limit.outcome is LoadOutcome.LIMIT:
-        slopes = _slopes(lambda v: limit_load(made(v), load(made(v)), optimum=True).lower, point, WIDE)
-        return limit.lower, slopes, STABLE
+        return limit.lower, _slopes(lambda v: limit_of(made(v)).lower, point, WIDE), STABLE
     try:
-        verdict, gradient = score_gradient(made, point)
+        verdict, gradient = score_gradient(made, point, joints=margin.joints)
         return -verdict.score, -np.array([gradient[name] for name in point]), verdict.outcome.word
     except InputError:
         return -TOP, np.zeros(len(point)), Outcome.UNSTABLE.word

@@ -6,6 +6,8 @@
 admissible force field cannot stand, so pruning it is safe, and the far slower dynamic verifier sees few of the rest.
 - "gradient": the lightest design with a required reserve, continuous parameters by exact derivatives.
 - "pareto": the front of volume against reserve.
+- "robust": the lightest design with a required reserve in the worst case of imperfections, or with a probability of
+  failure below a target.
 
 A design is offered only if both agree: statics do not exclude it and the verifier sees it stand.
 """
@@ -13,6 +15,8 @@ A design is offered only if both agree: statics do not exclude it and the verifi
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,16 +31,18 @@ from blockstat.design_search.history import History, digest
 from blockstat.design_search.margin import Margin
 from blockstat.design_search.shared_joints import SharedJoints
 from blockstat.design_search.space import Space, Values, space_of
+from blockstat.design_search.target import Assured, FailureTarget, lightest_assured
 from blockstat.design_search.walk import WALKS, expected
 from blockstat.errors import InputError, check_choice, known_options
+from blockstat.imperfection.imperfections import Imperfections
 from blockstat.spec import Scene
 
 __all__ = [
-    "BY_STATICS", "ERROR", "PRUNED", "STRATEGIES", "UNASKED", "Candidate", "Dynamic", "Margin", "SearchResult", "Space",
-    "search", "space_of",
+    "BY_STATICS", "ERROR", "PRUNED", "STRATEGIES", "UNASKED", "Candidate", "Dynamic", "FailureTarget", "Margin",
+    "SearchResult", "Space", "search", "space_of",
 ]  # fmt: skip
 
-STRATEGIES = ("paper", "pruned", "gradient", "pareto")
+STRATEGIES = ("paper", "pruned", "gradient", "pareto", "robust")
 OVER = ("line", "grid")
 
 
@@ -45,13 +51,15 @@ def search(
     building: Scene,
     *,
     verify: Callable[[Assembly], Dynamic] | None,
-    static: Callable[[Assembly], Verdict] = assess,
+    static: Callable[..., Verdict] = assess,
     strategy: str = "pruned",
     over: str = "line",
     names: Sequence[str] | str | None = None,
     margin: Margin | None = None,
     snap: bool = False,
     points: int = 6,
+    imperfections: Imperfections | None = None,
+    target: FailureTarget | None = None,
     under: Callable[[Assembly], Assembly] | None = None,
     memory: Memory | None = None,
     begin: Callable[[Assembly], None] | None = None,
@@ -73,8 +81,9 @@ def search(
         with an option `interfaces`, such as `dynsim.verify`, is handed those that statics found. None: statics alone
         decide.
     static : callable, optional
-        Evaluates an assembly by forces; a design that it calls unstable is pruned.
-    strategy : {"pruned", "paper", "gradient", "pareto"}, optional
+        Evaluates an assembly by forces; a design that it calls unstable is pruned. With `imperfections` it is called
+        with that option too.
+    strategy : {"pruned", "paper", "gradient", "pareto", "robust"}, optional
         See the module.
     over : {"line", "grid"}, optional
         "line": each parameter in its turn down to its smallest value that stands. "grid": every combination, of which
@@ -82,11 +91,15 @@ def search(
     names : sequence of str, optional
         The parameters to move, in order; by default all ranges of the scene.
     margin : Margin, optional
-        Reserve that "gradient" and "pareto" ask for; by default that the design stands.
+        Reserve that "gradient", "pareto" and "robust" ask for; by default that the design stands.
     snap : bool, optional
         "gradient" offers only designs on the steps of the ranges.
     points : int, optional
         Number of reserves of "pareto".
+    imperfections : Imperfections, optional
+        Statics judge the worst case of these, and the reserve is that of the worst case; dynamics see the drawing.
+    target : FailureTarget, optional
+        Probability of failure that "robust" stays below, in place of a margin.
     under : callable, optional
         Puts each design under another friction or gravity before it is evaluated.
     memory : Memory, optional
@@ -126,32 +139,41 @@ def search(
     {'wall.thickness': 0.2}
     """
     check_strategy(strategy, over, margin, snap)
+    _check_robust(strategy, margin, imperfections, target)
     space = space_of(building, names)
     margin = margin or Margin()
-    if strategy in ("gradient", "pareto"):
-        conditions = f"{conditions} {margin}"
+    if imperfections is not None:
+        margin, static = replace(margin, imperfections=imperfections), partial(static, imperfections=imperfections)
+    if strategy in ("gradient", "pareto", "robust"):
+        conditions = f"{conditions} {margin}{target or ''}"
+    elif imperfections is not None:
+        conditions = f"{conditions} {imperfections}"
     log = History(Path(history), space.names, digest(space, conditions)) if history is not None else None
     joints = SharedJoints()
-    static, verify = joints.kept(static), verify and joints.handed(verify)
+    # Joints without their edges are for statics alone.
+    static, verify = static if imperfections else joints.kept(static), verify and joints.handed(verify)
     begin = begin and joints.handed(begin)
     callbacks = Callbacks(static, verify, begin, speculative, under or _as_it_is, memory, remark, progress, cancel)
     evaluator = Evaluator(space, callbacks, log)
     _check_friction(evaluator, margin)
     best: Values | None = None
+    assured: Assured | None = None
     found: tuple[Candidate, ...] = ()
     finished = True
     try:
         if strategy == "pareto":
             found = front(evaluator, margin, points)
             best = found[0].parameters if found else None
-        elif strategy == "gradient":
+        elif target is not None:
+            best, assured = lightest_assured(evaluator, target)
+        elif strategy in ("gradient", "robust"):
             best = lightest(evaluator, margin, snap=snap)
         else:
             evaluator.expected = expected(evaluator, over)
             best = WALKS[strategy, over](evaluator)
     except KeyboardInterrupt:
         finished, best = False, _lightest_so_far(evaluator)
-    return _result(evaluator, best, found, finished)
+    return replace(_result(evaluator, best, found, finished), assured=assured)
 
 
 def check_strategy(strategy: str, over: str, margin: Margin | None, snap: bool) -> None:
@@ -170,7 +192,19 @@ def check_strategy(strategy: str, over: str, margin: Margin | None, snap: bool) 
     check_choice("strategy", strategy, STRATEGIES)
     check_choice("over", over, OVER)
     if strategy in ("paper", "pruned") and (margin is not None or snap):
-        raise InputError(f'margin and snap are for strategies "gradient" and "pareto"; strategy is "{strategy}"')
+        others = '"gradient", "pareto" and "robust"'
+        raise InputError(f'margin and snap are for strategies {others}; strategy is "{strategy}"')
+
+
+def _check_robust(
+    strategy: str, margin: Margin | None, imperfections: Imperfections | None, target: FailureTarget | None
+) -> None:
+    """Refuse options that do not go together."""
+    if target is not None and (strategy != "robust" or margin is not None or imperfections is not None):
+        raise InputError('a target is for strategy "robust", without a margin and without imperfections')
+    robust = target is not None or imperfections is not None or (margin is not None and margin.imperfections)
+    if strategy == "robust" and not robust:
+        raise InputError('strategy "robust" needs imperfections, or a target')
 
 
 def _check_friction(evaluator: Evaluator, margin: Margin) -> None:

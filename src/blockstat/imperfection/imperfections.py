@@ -148,6 +148,8 @@ def realisations(
     if gamma > 1:
         laws = [law if law.friction is None else replace(law, friction=law.friction / gamma) for law in assembly.joints]
         weaker = assembly.with_(friction=assembly.friction / gamma, joints=laws)
+        if joints.friction is not None:
+            joints = replace(joints, friction=joints.friction / gamma)
     ranges = [("density", *item) for item in imperfections.density.items()]
     ranges += [("loads", *item) for item in imperfections.loads.items()]
     chosen = [_blocks(assembly, group) for _, group, _ in ranges]

@@ -9,8 +9,11 @@ import numpy as np
 from blockstat.contact.features import ContactKind
 from blockstat.contact.interfaces import Interfaces
 from blockstat.geometry import clipping
-from blockstat.geometry.polyhedron import members
+from blockstat.geometry.polyhedron import next_in_face
 from blockstat.typing import Floats, Ints
+
+#: Share of the loss at which an edge vanishes up to which all corners move on straight lines: short of rounding.
+BEFORE = 1.0 - 1e-9
 
 
 def lose_edges(interfaces: Interfaces, depth: Floats) -> Interfaces:
@@ -28,28 +31,66 @@ def lose_edges(interfaces: Interfaces, depth: Floats) -> Interfaces:
     Interfaces
         The joints that are left. An edge on a face loses both ends; corners and crossings stay as they are.
     """
-    points, kept = [], []
-    area = interfaces.area.copy()
-    count = np.diff(interfaces.start)
-    patch = interfaces.kinds == ContactKind.FACE
-    for size in np.unique(count):
-        rows = np.flatnonzero(count == size)
-        corners = interfaces.point[members(interfaces.start[rows], count[rows])[1]].reshape(len(rows), size, 3)
-        for is_patch in (True, False):
-            own = patch[rows] == is_patch
-            shrink = _inset if is_patch else _shorten
-            left = shrink(corners[own], interfaces.frame[rows[own]], depth[rows[own]])
-            for k, (there, covered) in zip(rows[own], left, strict=True):
-                if len(there):
-                    kept.append(k)
-                    points.append(there)
-                    area[k] = covered
-    order = np.argsort(kept, kind="stable")
-    rows = np.array(kept, dtype=np.int64)[order]
-    chosen = [points[i] for i in order]
-    found = replace(interfaces, patches=None).subset(rows)
-    start = np.concatenate([[0], np.cumsum([len(p) for p in chosen])]).astype(np.int64)
-    return replace(found, point=np.concatenate([np.empty((0, 3)), *chosen]), start=start, area=area[rows])
+    return without_edges(interfaces, depth)[0]
+
+
+def without_edges(interfaces: Interfaces, depth: Floats) -> tuple[Interfaces, Ints]:
+    """Move the edges of joints inwards, as `lose_edges`, and say which joints are left.
+
+    Parameters
+    ----------
+    interfaces
+        Joints without cells.
+    depth
+        How far the edges of each joint move, shape (n_interfaces,) [m].
+
+    Returns
+    -------
+    interfaces : Interfaces
+        The joints that are left.
+    rows : Ints
+        Their numbers among those given, shape (n_left,).
+    """
+    speed = edge_speeds(interfaces)
+    plain = depth < BEFORE * first_event(interfaces, speed)
+    k = interfaces.point_interface
+    moved = replace(interfaces, patches=None, point=interfaces.point + (depth[k] * plain[k])[:, None] * speed)
+    moved = replace(moved, area=np.where(plain, _areas(moved), interfaces.area))
+    if plain.all():
+        return moved, np.arange(interfaces.n_interfaces)
+    points, area = np.split(moved.point, interfaces.start[1:-1]), moved.area.copy()
+    for k in np.flatnonzero(~plain):
+        shrink = _inset if interfaces.kinds[k] == ContactKind.FACE else _shorten
+        points[k], area[k] = shrink(points[k][None], interfaces.frame[k : k + 1], depth[k : k + 1])[0]
+    rows = np.flatnonzero([len(own) > 0 for own in points])
+    left = [points[k] for k in rows]
+    start = np.concatenate([[0], np.cumsum([len(own) for own in left])]).astype(np.int64)
+    point = np.concatenate([np.empty((0, 3)), *left])
+    return replace(moved.subset(rows), point=point, start=start, area=area[rows]), rows
+
+
+def first_event(interfaces: Interfaces, speed: Floats) -> Floats:
+    """Return how much joints may lose along their edges before an edge has no length any more.
+
+    Parameters
+    ----------
+    interfaces
+        Joints without cells.
+    speed
+        As `edge_speeds` gives it.
+
+    Returns
+    -------
+    Floats
+        Shape (n_interfaces,) [m]; infinite for corners and crossings.
+    """
+    following = next_in_face(interfaces.start)
+    along = interfaces.point[following] - interfaces.point
+    square = np.einsum("ij,ij->i", along, along)
+    closing = -np.einsum("ij,ij->i", along, speed[following] - speed)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        life = np.where(closing > 0, square / closing, np.inf)
+    return np.minimum.reduceat(life, interfaces.start[:-1])
 
 
 def least_width(interfaces: Interfaces) -> Floats:
@@ -78,6 +119,45 @@ def least_width(interfaces: Interfaces) -> Floats:
             height = np.abs(along[:, None, 0] * away[..., 1] - along[:, None, 1] * away[..., 0])
             width[k] = (height.max(axis=1) / np.linalg.norm(along, axis=1)).min()
     return width
+
+
+def _areas(interfaces: Interfaces) -> Floats:
+    """Areas of convex patches from their corners; 0 for what is none."""
+    k, first = interfaces.point_interface, interfaces.start[:-1]
+    local = interfaces.point - interfaces.point[first][k]
+    twice = np.add.reduceat(np.cross(local, local[next_in_face(interfaces.start)]), first)
+    area = np.abs(np.einsum("ij,ij->i", twice, interfaces.frame[:, 0])) / 2
+    return np.where(interfaces.kinds == ContactKind.FACE, area, 0.0)
+
+
+def edge_speeds(interfaces: Interfaces) -> Floats:
+    """Return how contact points move while the edges of their joints move inwards.
+
+    Parameters
+    ----------
+    interfaces
+        Joints without cells.
+
+    Returns
+    -------
+    Floats
+        Displacement of each point per displacement of the edges, shape (n_points, 3): a corner stays on both of its
+        edges, an end of an edge on a face moves along it, and corners and crossings stay where they are.
+    """
+    k, kinds = interfaces.point_interface, interfaces.kinds
+    following = next_in_face(interfaces.start)
+    along = interfaces.point[following] - interfaces.point
+    along /= np.maximum(np.linalg.norm(along, axis=1), np.finfo(float).tiny)[:, None]
+    inward = np.cross(interfaces.frame[k, 0], along)
+    first = interfaces.start[:-1]
+    middle = np.add.reduceat(interfaces.point, first) / np.diff(interfaces.start)[:, None]
+    turn = np.add.reduceat(np.einsum("ij,ij->i", inward, middle[k] - interfaces.point), first)
+    inward *= np.sign(turn)[k, None]
+    before = np.empty_like(inward)
+    before[following] = inward
+    speed = (inward + before) / (1.0 + np.einsum("ij,ij->i", inward, before))[:, None]
+    kind = kinds[k]
+    return np.where((kind == ContactKind.FACE)[:, None], speed, np.where((kind == ContactKind.EDGE)[:, None], along, 0))
 
 
 def _inset(corners: Floats, frame: Floats, depth: Floats) -> list[tuple[Floats, float]]:

@@ -96,7 +96,7 @@ def blaming(path: Path, call: Callable[[], T]) -> T:
         return call()
     except InputError as error:
         message = str(error)
-        raise InputError(message if message.startswith(str(path)) else f"{path}: {message}") from None
+        raise type(error)(message if message.startswith(str(path)) else f"{path}: {message}") from None
 
 
 @known_options

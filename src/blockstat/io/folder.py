@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
 SOLIDS = (".ply", ".stl")
-#: What some file system does not allow in a name, and % itself.
-REFUSED = re.compile(r'[%/\\:*?"<>|\x00-\x1f]|^\.|[. ]$')
+#: What some file system does not allow in a name, and % itself; on Windows, CON and the like are devices.
+REFUSED = re.compile(r'[%/\\:*?"<>|\x00-\x1f]|^\.|[. ]$|(?i:^(?=(?:con|prn|aux|nul|com\d|lpt\d)(?:\.|$))\w)')
 EMPTY = "%"  #: stands for a part of a group that is empty
 
 

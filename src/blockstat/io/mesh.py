@@ -7,6 +7,7 @@ extras of GLB's nodes (Blender's custom properties) and in comments of OBJ, and 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,12 +16,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.assembly import Block
-from blockstat.errors import InputError
+from blockstat.errors import HUGE, InputError
 from blockstat.geometry.triangulation import triangulate
 from blockstat.io.names import distinct_names
 from blockstat.io.obj import closed_runs, read_obj, split_solids, write_obj
 from blockstat.io.parts import Parts, chosen_supports
-from blockstat.system.reading import check_file
+from blockstat.system.reading import MOST_BYTES, check_file
 
 if TYPE_CHECKING:
     import trimesh
@@ -69,7 +70,8 @@ def mesh_parts(path: Path, *, supports: Iterable[int | str] | None = None) -> Pa
         for name, s in zip(names, solids, strict=True)
     ]
     options = {key: shared[key] for key in ("friction", "gravity") if key in shared}
-    return Parts(blocks, chosen, {"name": path.stem, **options})
+    up = "y" if path.suffix.lower() == ".glb" else "z"
+    return Parts(blocks, chosen, {"name": path.stem, **options}, up)
 
 
 @dataclass(frozen=True)
@@ -99,9 +101,11 @@ def _solids(path: Path) -> tuple[list[_Solid], dict[str, Any]]:
             raise InputError(f'object "{node}" is no surface of faces')
         mesh = mesh.copy()
         mesh.apply_transform(np.linalg.inv(Y_UP) @ transform if suffix == ".glb" else transform)
-        parts = [mesh] if suffix == ".glb" else _closed_runs(mesh)
         extras = _extras(scene, node, mesh)
         name = str(extras.get("name") or geometry).removesuffix(path.suffix)
+        if not (np.abs(mesh.vertices) < HUGE).all():
+            raise InputError(f'object "{name}": coordinates must be finite and below {HUGE:g}')
+        parts = [mesh] if suffix == ".glb" else _closed_runs(mesh)
         for number, part in enumerate(parts):
             part.merge_vertices(merge_tex=True, merge_norm=True, digits_vertex=_digits(part))
             label = f"{name}.{number}" if len(parts) > 1 else name
@@ -140,6 +144,8 @@ def loaded(path: Path, load: Callable[..., Any]) -> Any:
             return (path.parent / name).read_bytes()
 
     check_file(path)
+    if path.suffix.lower() == ".glb" and (needed := _compressions(path)):
+        raise InputError(f"it needs {', '.join(needed)}; export it without compression")
     try:
         found = load(path, process=False, resolver=Beside(str(path)))
         meshes = list(found.geometry.values()) if isinstance(found, trimesh.Scene) else [found]
@@ -151,6 +157,16 @@ def loaded(path: Path, load: Callable[..., Any]) -> Any:
     if not whole:
         raise InputError("a face has a corner that does not exist")
     return found
+
+
+def _compressions(path: Path) -> list[str]:
+    """Compressions of surfaces that a GLB cannot be read without (glTF 2.0, 3.12)."""
+    with path.open("rb") as file:
+        head = file.read(20)
+        size = int.from_bytes(head[12:16], "little")
+        text = file.read(min(size, MOST_BYTES)) if head[:4] == b"glTF" and head[16:20] == b"JSON" else b""
+    found = re.search(rb'"extensionsRequired"\s*:\s*\[([^\]]*)\]', text)
+    return re.findall(r"\w+_(?:draco|meshopt)_\w+", found[1].decode("ascii", "ignore")) if found else []
 
 
 def _is_whole(mesh: trimesh.Trimesh) -> bool:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from blockstat.assembly import Assembly, Block
-from blockstat.errors import InputError
+from blockstat.errors import InputError, NoSupportError
 from blockstat.typing import Floats
 
 #: Metres in one unit of length.
@@ -24,6 +24,7 @@ class Parts:
     blocks: Sequence[Block]
     supports: Sequence[int | str]
     options: dict[str, Any] = field(default_factory=dict)  #: keyword arguments of `Assembly.from_blocks`
+    up: str = "z"  #: the axis of the file that points up here, along z
 
     def assembled(self) -> Assembly:
         """Return the assembly.
@@ -64,7 +65,7 @@ class Parts:
         Parameters
         ----------
         up : str or None
-            The axis of the file that points up, one of `UP`; None for z.
+            The axis of the file that points up, one of `UP`; None for the one that does so by the file's format.
 
         Returns
         -------
@@ -76,13 +77,13 @@ class Parts:
         InputError
             For another axis.
         """
-        if up in (None, "z"):
+        if up in (None, self.up):
             return self
         if up not in UP:
             raise InputError(f"up is {up!r}; the axis that points up must be one of: {', '.join(UP)}")
         third = np.eye(3)["xyz".index(up[-1])] * (-1.0 if up.startswith("-") else 1.0)
         first = np.eye(3)[1 if up[-1] == "x" else 0]
-        turn = np.array([first, np.cross(third, first), third])
+        turn = np.array([first, np.cross(third, first), third]) @ as_written(self.up)
         gravity = self.options.get("gravity")
         return self._mapped(turn, self.options if gravity is None else {**self.options, "gravity": turn @ gravity})
 
@@ -102,13 +103,31 @@ HEAVIEST = 6e10
 DENSITIES = (200.0, 20e3)  #: of any building material, from cork to lead twice over [kg/m3]
 
 
-def doubts(assembly: Assembly) -> list[str]:
+def as_written(up: str) -> Floats:
+    """Return the rotation from coordinates with z up to those of a file.
+
+    Parameters
+    ----------
+    up : str
+        The axis of the file that points up by its format: "z", or "y" in GLB.
+
+    Returns
+    -------
+    array of float, shape (3, 3)
+        Multiplies a column of coordinates.
+    """
+    return np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]) if up == "y" else np.eye(3)
+
+
+def doubts(assembly: Assembly, *, up: str = "z") -> list[str]:
     """Return what looks like coordinates in other units or with another axis up, and what to type instead.
 
     Parameters
     ----------
     assembly : Assembly
         As it was read.
+    up : str, optional
+        The axis of the file that points up by its format: "z", or "y" in GLB.
 
     Returns
     -------
@@ -138,10 +157,10 @@ def doubts(assembly: Assembly) -> list[str]:
     low, high = assembly.density[free].min(), assembly.density[free].max()
     if (low < DENSITIES[0] or high > DENSITIES[1]) and not low == high == 1.0:  # 1 stands for no density at all
         found.append(f"densities go from {low:g} to {high:g} kg/m3; those of a file are in kg/m3")
-    return found + _sideways(assembly)
+    return found + _sideways(assembly, up)
 
 
-def _sideways(assembly: Assembly) -> list[str]:
+def _sideways(assembly: Assembly, up: str) -> list[str]:
     """Doubt where all that is free is beside its supports along the axis that is up, and beyond them along another."""
     lower, upper = assembly.vertices.min(axis=0), assembly.vertices.max(axis=0)
     reach = np.where(upper > lower, upper - lower, 1.0)
@@ -150,11 +169,15 @@ def _sideways(assembly: Assembly) -> list[str]:
         return []
     mass = (assembly.density * assembly.volume)[assembly.free]
     above = (mass @ free / mass.sum() - held.mean(axis=0)) / reach
-    gap = (free.min(axis=0) >= held.max(axis=0)) & (above > 0.25)
+    beyond = (free.min(axis=0) >= held.max(axis=0)) & (above > 0.25)
+    before = (free.max(axis=0) <= held.min(axis=0)) & (above < -0.25)
+    gap = beyond | before
     down = -assembly.gravity / np.linalg.norm(assembly.gravity)
     if abs(down[2]) < 0.999 or abs(above[2]) > 0.1 or not gap[:2].any():
         return []
-    axis = "xy"[int(np.argmax(np.where(gap[:2], above[:2], -np.inf)))]
+    most = int(np.argmax(np.where(gap[:2], np.abs(above[:2]), -np.inf)))
+    written = as_written(up)[:, most] * np.sign(above[most])
+    axis = ("-" if written.sum() < 0 else "") + "xyz"[int(np.argmax(np.abs(written)))]
     return [
         f"the blocks are beside their supports, along {axis}, and not above them; if {axis} is up, give --up {axis}"
     ]
@@ -211,14 +234,16 @@ def chosen_supports(
 
     Raises
     ------
-    InputError
+    NoSupportError
         Naming some blocks when there are no supports.
     """
     chosen: list[int | str] = [given] if isinstance(given, (int, str)) else list(marked if given is None else given)
     if not chosen:
         some = ", ".join(name or f"block{i}" for i, name in enumerate(names[:8]))
         some += f" and {len(names) - 8} more" if len(names) > 8 else ""
-        raise InputError(f"{kind} does not say which blocks are supports; give their names or numbers (blocks: {some})")
+        raise NoSupportError(
+            f"{kind} does not say which blocks are supports; give their names or numbers (blocks: {some})"
+        )
     return chosen
 
 

@@ -46,11 +46,17 @@ class LoadCase:
     permanent: Floats  #: what does not grow in a limit analysis, factors included, shape (n_blocks, 6) [N, N m]
     live: Floats  #: what a load multiplier multiplies, shape (n_blocks, 6) [N, N m]; zeros where nothing does
     description: str = ""
+    combination: str = ""  #: the loads and their factors in words, as "0.9 weight + 1.5 wind (live)"
 
     @property
     def loads(self) -> Floats:
         """All that acts beside the weight when the multiplier is one, shape (n_blocks, 6) [N, N m]."""
         return self.permanent + self.live
+
+    @property
+    def words(self) -> str:
+        """What the case combines: its description, and the loads with their factors."""
+        return f"{self.description} ({self.combination})" if self.description else self.combination
 
 
 def load_cases(assembly: Assembly, loads: Tables | None = None, cases: Tables | None = None) -> dict[str, LoadCase]:
@@ -223,4 +229,7 @@ def _case(assembly: Assembly, name: str, table: Tables, made: Mapping[str, Float
 
     permanent = summed("factors")
     permanent[:, :3] += (table.get("weight", 1.0) - 1.0) * assembly.mass[:, None] * assembly.gravity
-    return LoadCase(name, permanent, summed("live"), str(table.get("description", "")))
+    parts = [f"{table.get('weight', 1.0):g} weight"]
+    parts += [f"{factor:g} {load}" for load, factor in table.get("factors", {}).items()]
+    parts += [f"{factor:g} {load} (live)" for load, factor in table.get("live", {}).items()]
+    return LoadCase(name, permanent, summed("live"), str(table.get("description", "")), " + ".join(parts))

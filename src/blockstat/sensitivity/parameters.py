@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 Make = Callable[[Mapping[str, float]], "Assembly"]
 LoadOf = Callable[["Assembly"], Floats]
+JointsOf = Callable[["Assembly"], Interfaces]
 
 #: Half width of the differences, relative to the parameter: the residual is smooth, so rounding sets it.
 STEP = 1e-5
@@ -39,7 +40,9 @@ STEP = 1e-5
 BALANCE = 1e-5
 
 
-def limit_load_gradient(make: Make, values: Mapping[str, float], load: LoadOf) -> tuple[LimitLoad, dict[str, float]]:
+def limit_load_gradient(
+    make: Make, values: Mapping[str, float], load: LoadOf, *, joints: JointsOf = find_interfaces
+) -> tuple[LimitLoad, dict[str, float]]:
     """Find the limit load of a design and its derivative by each of its parameters.
 
     Parameters
@@ -50,6 +53,8 @@ def limit_load_gradient(make: Make, values: Mapping[str, float], load: LoadOf) -
         The values of the design by name.
     load
         Gives the load on an assembly, shape (n_blocks, 6) [N, N m].
+    joints
+        Gives the joints of an assembly, if they are not what a search finds.
 
     Returns
     -------
@@ -77,17 +82,20 @@ def limit_load_gradient(make: Make, values: Mapping[str, float], load: LoadOf) -
     (0.25, 0.5)
     """
     assembly = _plain(make(values))
-    limit = limit_load(assembly, load(assembly), optimum=True)
+    limit = limit_load(assembly, load(assembly), interfaces=joints(assembly), optimum=True)
     multiplier, twist = pinned(limit, load(assembly))
 
     def residual(changed: Assembly, interfaces: Interfaces) -> Floats:
         total = weight(changed) + multiplier * load(changed)
         return _residual(changed, interfaces, _shifted(changed, interfaces, limit, limit.forces), total)
 
-    return limit, _differences(make, values, limit.interfaces, lambda a, i: -float((twist * residual(a, i)).sum()))
+    def change(changed: Assembly, interfaces: Interfaces) -> float:
+        return -float((twist * residual(changed, interfaces)).sum())
+
+    return limit, _differences(make, values, limit.interfaces, change, joints)
 
 
-def pinned(limit: LimitLoad, load: Floats) -> tuple[float, Floats]:
+def pinned(limit: LimitLoad, load: Floats, loads: Floats | None = None) -> tuple[float, Floats]:
     """Return the multiplier of a limit and the mechanism on which the load does work 1.
 
     Parameters
@@ -96,6 +104,8 @@ def pinned(limit: LimitLoad, load: Floats) -> tuple[float, Floats]:
         A limit load.
     load
         Its load, shape (n_blocks, 6) [N, N m].
+    loads
+        Its permanent loads, of the same shape; None for none.
 
     Returns
     -------
@@ -107,12 +117,12 @@ def pinned(limit: LimitLoad, load: Floats) -> tuple[float, Floats]:
     Raises
     ------
     InputError
-        When there is no limit, or when the forces of the limit do not carry this load.
+        When there is no limit, or when the forces of the limit do not carry these loads.
     """
     if limit.outcome is not LoadOutcome.LIMIT:
         raise InputError(f"no limit load to differentiate: {limit.outcome.value}")
     assembly = limit.assembly
-    total = weight(assembly) + limit.lower * load
+    total = weight(assembly) + limit.lower * load + (0.0 if loads is None else loads)
     rest = _residual(assembly, limit.interfaces, limit.forces, total)[:, :3]
     if np.abs(rest).max() > BALANCE * np.abs(total).max():
         raise InputError("the limit is not that of this load: its forces do not balance the weight and the load")
@@ -198,7 +208,9 @@ def stone_sensitivity(limit: LimitLoad, direction: Sequence[float], *, pushed: b
     )
 
 
-def score_gradient(make: Make, values: Mapping[str, float]) -> tuple[Verdict, dict[str, float]]:
+def score_gradient(
+    make: Make, values: Mapping[str, float], *, joints: JointsOf = find_interfaces
+) -> tuple[Verdict, dict[str, float]]:
     """Return the score of an unstable design and its derivative by each of its parameters.
 
     Parameters
@@ -207,6 +219,8 @@ def score_gradient(make: Make, values: Mapping[str, float]) -> tuple[Verdict, di
         Builds the assembly of some parameter values.
     values
         The values of the design by name.
+    joints
+        Gives the joints of an assembly, if they are not what a search finds.
 
     Returns
     -------
@@ -234,7 +248,7 @@ def score_gradient(make: Make, values: Mapping[str, float]) -> tuple[Verdict, di
     ('unstable', True)
     """
     assembly = _plain(make(values))
-    verdict = assess(assembly)
+    verdict = assess(assembly, interfaces=joints(assembly))
     if verdict.outcome is Outcome.STABLE:
         return verdict, dict.fromkeys(values, 0.0)
     twist, net = penalty_optimum(verdict)
@@ -245,7 +259,7 @@ def score_gradient(make: Make, values: Mapping[str, float]) -> tuple[Verdict, di
         energy = float((twist * _residual(changed, interfaces, forces, weight(changed))).sum())
         return energy / tension / assembly.free_weight - verdict.score * changed.free_weight / assembly.free_weight
 
-    return verdict, _differences(make, values, verdict.interfaces, score_change)
+    return verdict, _differences(make, values, verdict.interfaces, score_change, joints)
 
 
 def _plain(assembly: Assembly) -> Assembly:
@@ -259,7 +273,11 @@ def _plain(assembly: Assembly) -> Assembly:
 
 
 def _differences(
-    make: Make, values: Mapping[str, float], interfaces: Interfaces, measure: Callable[[Assembly, Interfaces], float]
+    make: Make,
+    values: Mapping[str, float],
+    interfaces: Interfaces,
+    measure: Callable[[Assembly, Interfaces], float],
+    joints: JointsOf,
 ) -> dict[str, float]:
     """Central differences of a measure that holds forces and twists fixed."""
     gradient = {}
@@ -268,7 +286,7 @@ def _differences(
         ends = []
         for sign in (1.0, -1.0):
             changed = make({**values, name: value + sign * step})
-            ends.append(measure(changed, _matched(interfaces, find_interfaces(changed), name)))
+            ends.append(measure(changed, _matched(interfaces, joints(changed), name)))
         gradient[name] = (ends[0] - ends[1]) / (2 * step)
     return gradient
 

@@ -23,6 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -141,11 +142,56 @@ def limit_load_by_point(limit: LimitLoad, direction: Sequence[float], *, toleran
     >>> round(found.value, 4), round(found.along(higher), 4)
     (0.25, -0.125)
     """
-    assembly = limit.assembly
-    multiplier, twist = pinned(limit, acceleration(assembly, direction))
-    field = assembly.gravity + multiplier * acceleration(assembly, direction)[:, :3] / assembly.mass[:, None]
-    by_vertex, _ = _by_vertex(assembly, limit.interfaces, twist, limit.forces, field)
-    return _gathered(assembly, multiplier, -by_vertex, tolerance)
+    multiplier, twist = pinned(limit, acceleration(limit.assembly, direction))
+    return point_gradient(limit, multiplier, twist, field_of(limit.assembly, direction, multiplier), tolerance)
+
+
+def field_of(assembly: Assembly, load: Any, multiplier: float) -> Floats:
+    """Return the acceleration that acts on each block's mass at a multiple of a load.
+
+    Parameters
+    ----------
+    assembly
+        The blocks.
+    load
+        As in `blockstat.limit_load`; wrenches do not follow the masses.
+    multiplier
+        Of the load.
+
+    Returns
+    -------
+    Floats
+        Shape (n_blocks, 3) [m/s2].
+    """
+    field = np.tile(assembly.gravity, (assembly.n_blocks, 1))
+    if np.shape(load) == (3,):
+        field += multiplier * acceleration(assembly, load)[:, :3] / assembly.mass[:, None]
+    return field
+
+
+def point_gradient(
+    limit: LimitLoad, multiplier: float, twist: Floats, field: Floats, tolerance: float = SHARED
+) -> PointGradient:
+    """Return the derivative of a limit load multiplier by the place of every shared point.
+
+    Parameters
+    ----------
+    limit
+        The limit load.
+    multiplier, twist
+        As `blockstat.sensitivity.parameters.pinned` gives them.
+    field
+        Acceleration of each block's mass, shape (n_blocks, 3) [m/s2].
+    tolerance
+        See `shared_points`.
+
+    Returns
+    -------
+    PointGradient
+        In 1/m.
+    """
+    by_vertex, _ = _by_vertex(limit.assembly, limit.interfaces, twist, limit.forces, field)
+    return _gathered(limit.assembly, multiplier, -by_vertex, tolerance)
 
 
 def score_by_point(verdict: Verdict, *, tolerance: float = SHARED) -> PointGradient:
@@ -265,33 +311,82 @@ def _add_joint(
     result: Floats, assembly: Assembly, interfaces: Interfaces, number: int, by_contact: Floats, by_normal: Floats
 ) -> None:
     """Add what one joint's contact points and normal say about the vertices that carry them."""
-    frame, pair = interfaces.frame[number], interfaces.pair[number]
     sides: list[tuple[float, tuple[Ints, Ints, Floats]]] = []
     if interfaces.kinds[number] == ContactKind.CROSSING:
         _add_crossing_normal(result, assembly, interfaces, number, by_normal)
     else:
-        sides = _sides(assembly, interfaces, number)
+        sides = joint_sides(assembly, interfaces, number)
     for sign, (tail, head, edge) in sides:
         # Newell: the vector area of a side changes by dx x edge / 2 with edge from the corner before to the one after.
         area = np.linalg.norm(np.cross(assembly.vertices[tail], assembly.vertices[head]).sum(axis=0)) / 2
         np.add.at(result, tail, sign * np.cross(edge, by_normal) / (2 * area * len(sides)))
     rims = [(tail, head) for _, (tail, head, _) in sides] if len(sides) == 2 else []
-    tolerance = ON * float(assembly.size[pair].min())
     for i in range(interfaces.start[number], interfaces.start[number + 1]):
-        vertices, weights = _carriers(assembly.vertices, rims, interfaces.point[i], frame, tolerance)
-        if not len(vertices):  # an edge or a corner of one block, on a face or an edge of the other
-            edges = [_edges_at(assembly, interfaces, number, i, int(block)) for block in pair]
-            vertices, weights = _carriers(assembly.vertices, edges, interfaces.point[i], frame, tolerance)
-        if not len(vertices):
-            one, two = (assembly.names[block] for block in pair)
-            raise InputError(f'"{one}" and "{two}": a contact point lies on no corner and on no edge')
+        vertices, weights = point_carriers(assembly, interfaces, number, i, rims)
         np.add.at(result, vertices, np.einsum("nij,i->nj", weights, by_contact[i]))
 
 
-def _sides(assembly: Assembly, interfaces: Interfaces, number: int) -> list[tuple[float, tuple[Ints, Ints, Floats]]]:
-    """The faces whose normals are that of a joint, as edges round them, with the sign of their normals.
+def point_carriers(
+    assembly: Assembly, interfaces: Interfaces, number: int, point: int, rims: list[tuple[Ints, Ints]]
+) -> tuple[Ints, Floats]:
+    """Return the vertices that carry a contact point along.
 
-    Those of both blocks for a patch, and of the block with the face where an edge or a corner of the other lies on it.
+    Parameters
+    ----------
+    assembly
+        The blocks.
+    interfaces
+        Their joints.
+    number
+        Of the joint.
+    point
+        Number of one of its contact points.
+    rims
+        Vertices at the tails and heads of the edges round the joint, for each of two blocks; none where it has no area.
+
+    Returns
+    -------
+    vertices : Ints
+        Shape (n,).
+    weights : Floats
+        Shape (n, 3, 3): the point moves by the sum of weights @ displacement of the vertex.
+
+    Raises
+    ------
+    InputError
+        For a point that lies on no corner and on no edge.
+    """
+    pair, frame = interfaces.pair[number], interfaces.frame[number]
+    tolerance = ON * float(assembly.size[pair].min())
+    vertices, weights = _carriers(assembly.vertices, rims, interfaces.point[point], frame, tolerance)
+    if not len(vertices):  # an edge or a corner of one block, on a face or an edge of the other
+        edges = [edges_at(assembly, interfaces, number, point, int(block)) for block in pair]
+        vertices, weights = _carriers(assembly.vertices, edges, interfaces.point[point], frame, tolerance)
+    if not len(vertices):
+        one, two = (assembly.names[block] for block in pair)
+        raise InputError(f'"{one}" and "{two}": a contact point lies on no corner and on no edge')
+    return vertices, weights
+
+
+def joint_sides(
+    assembly: Assembly, interfaces: Interfaces, number: int
+) -> list[tuple[float, tuple[Ints, Ints, Floats]]]:
+    """Return the faces whose normals are that of a joint, as edges round them, with the sign of their normals.
+
+    Parameters
+    ----------
+    assembly
+        The blocks.
+    interfaces
+        Their joints.
+    number
+        Of a joint that is no crossing.
+
+    Returns
+    -------
+    list of (float, (Ints, Ints, Floats))
+        Those of both blocks for a patch, and of the block with the face where an edge or a corner of the other lies on
+        it: sign, vertices at the tails and heads of the edges, and the vector from the corner before to that after.
     """
     found = [_outline(assembly, interfaces, number, side) for side in (0, 1)]
     signs = (1.0, -1.0)
@@ -306,7 +401,7 @@ def _add_crossing_normal(
 ) -> None:
     """Add what the normal a x b / |a x b| of two edges that cross says about their ends."""
     i = int(interfaces.start[number])
-    edges = [_edges_at(assembly, interfaces, number, i, int(block)) for block in interfaces.pair[number]]
+    edges = [edges_at(assembly, interfaces, number, i, int(block)) for block in interfaces.pair[number]]
     if not all(len(tail) for tail, _ in edges):
         return  # the contact point has no edge either, which is then said
     (tail_a, head_a), (tail_b, head_b) = ((tail[0], head[0]) for tail, head in edges)
@@ -319,8 +414,27 @@ def _add_crossing_normal(
         result[tail] -= change
 
 
-def _edges_at(assembly: Assembly, interfaces: Interfaces, number: int, point: int, block: int) -> tuple[Ints, Ints]:
-    """Edges of a block through a contact point, seen along the normal, each once: vertices at tails and heads."""
+def edges_at(assembly: Assembly, interfaces: Interfaces, number: int, point: int, block: int) -> tuple[Ints, Ints]:
+    """Return the edges of a block through a contact point, seen along the normal, each once.
+
+    Parameters
+    ----------
+    assembly
+        The blocks.
+    interfaces
+        Their joints.
+    number
+        Of the joint.
+    point
+        Number of one of its contact points.
+    block
+        One of its two blocks.
+
+    Returns
+    -------
+    tail, head : Ints
+        Vertices, shape (n,) each.
+    """
     first, last = np.searchsorted(assembly.face_block, [block, block + 1])
     corners = slice(assembly.face_start[first], assembly.face_start[last])
     tail = assembly.face_vertices[corners]

@@ -22,7 +22,7 @@ import numpy as np
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
 from blockstat.geometry.polyhedron import point_velocity
-from blockstat.result import Result
+from blockstat.result import Result, plain
 from blockstat.sequence.props import Falsework, FalseworkOutcome, Prop, held_by_props
 from blockstat.sequence.states import State
 from blockstat.typing import Floats, Ints
@@ -85,7 +85,7 @@ class Decentring(Result):
         lines = [f"Lowered by {1e3 * self.lowering:g} mm, {len(self.moving)} blocks follow the centring."]
         for joint in self.hinges:
             a, b = (names[k] for k in self.interfaces.pair[joint])
-            lines.append(f'"{a}" and "{b}" hinge: their joint opens by {1e3 * self.opening[joint]:.3g} mm.')
+            lines.append(f'"{a}" and "{b}" hinge: their joint opens by {plain(1e3 * float(self.opening[joint]))} mm.')
         return "\n".join(lines)
 
 

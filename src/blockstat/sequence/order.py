@@ -5,6 +5,11 @@ stands. The search runs backwards from the finished assembly: a block in a hand 
 the state that follows falls, its mechanism stays admissible until one of the blocks that move in it is held. So only
 these are tried, and a search that ends without an order has proven that there is none.
 
+What stands at some friction stands at any larger one. So the least friction at which an order with so many hands exists
+divides those at which none does from those at which some does, and bisection finds it. An order found at some friction
+stands from its own least friction on, which narrows the bracket from above; a search that proves that there is none
+narrows it from below.
+
 Of a small assembly all sets of blocks are judged: how many orders there are, and the least numbers of hands.
 """
 
@@ -17,10 +22,12 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
-from blockstat.result import Result
-from blockstat.sequence.plan import Plan
+from blockstat.result import Result, finite
+from blockstat.sequence.plan import Plan, least_friction
 from blockstat.sequence.search import Constraints, Journal, OrderOutcome, Search
 from blockstat.sequence.states import Whole
 
@@ -29,6 +36,8 @@ if TYPE_CHECKING:
 
 #: Free blocks up to which all states are tried: some ten thousand.
 SMALL = 14
+#: The bracket of the least friction is narrowed to this, or to this share of it.
+NARROW = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,6 +160,130 @@ def find_order(
     plan = None if path is None else search.plan(path)
     statistics = whole.evidence.statistics
     return OrderResult(outcome, plan, held_at_most, search.judged, statistics["solved"], monotonic() - began)
+
+
+@dataclass(frozen=True, eq=False)
+class SafestOrder(Result):
+    """The order that stands at the least friction, and with it at the largest reserve."""
+
+    found: OrderResult  #: the order, or why there is none; its states and seconds are those of all searches
+    friction: float  #: of the assembly
+    #: no order with so few hands stands at the first, which is 0 where that is not proven; the plan does at the second
+    least_friction: tuple[float, float] | None
+
+    @property
+    def reserve(self) -> float:
+        """Friction over the least at which every step of the plan stands; nan without a plan."""
+        if self.least_friction is None:
+            return float("nan")
+        return self.friction / self.least_friction[1] if self.least_friction[1] > 0 else float("inf")
+
+    def summary(self) -> dict[str, Any]:
+        """Return plain values for JSON.
+
+        Returns
+        -------
+        dict
+            Those of the order, with `least_friction` and `reserve`.
+        """
+        least = self.least_friction and [finite(value) for value in self.least_friction]
+        return {**self.found.summary(), "least_friction": least, "reserve": finite(self.reserve)}
+
+    def explain(self) -> str:
+        """Return the result in words.
+
+        Returns
+        -------
+        str
+            One fact a line.
+        """
+        if self.least_friction is None:
+            return self.found.explain()
+        low, high = self.least_friction
+        line = f"Every step stands from a friction of {high:.5f}: reserve {self.reserve:.3f}."
+        if high - low > NARROW * max(high, 1.0):
+            line += f" Stopped: orders that stand at less are not excluded above {low:.5f}."
+        elif low > 0:
+            line += f" No order does at {low:.5f}."
+        return f"{self.found.explain()}\n{line}"
+
+
+@known_options
+def safest_order(
+    assembly: Assembly,
+    *,
+    held_at_most: int,
+    friction: float | None = None,
+    gap: float | str = GAP,
+    interfaces: Interfaces | None = None,
+    groups: Sequence[Sequence[str]] = (),
+    reach: Callable[[str, frozenset[str]], bool] | None = None,
+    insertion: bool = False,
+    seconds: float | None = None,
+) -> SafestOrder:
+    """Search the order of building whose least reserve of friction over all steps is the largest.
+
+    Every order ends with the finished assembly, so none stands at less friction than that does.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The finished assembly, with one coefficient of friction.
+    held_at_most, friction, gap, interfaces, groups, reach, insertion
+        As of `find_order`.
+    seconds : float, optional
+        Time after which it stops with the best order so far; an interrupt from the keyboard stops it, too.
+
+    Returns
+    -------
+    SafestOrder
+        The order and the bracket of the least friction, at most a thousandth wide unless it was stopped.
+
+    Raises
+    ------
+    InputError
+        As of `find_order`, and where joint laws give joints a friction of their own.
+
+    Examples
+    --------
+    A block on a ledge of its own needs little friction, whatever the order.
+
+    >>> from blockstat import Assembly, box, safest_order
+    >>> blocks = [box((-1, 0, -1), (0, 1, 0), name="ground"), box((-0.6, 0, 0), (0.3, 1, 1), name="low")]
+    >>> safest_order(Assembly.from_blocks(blocks, supports=["ground"]), held_at_most=1).reserve > 1000
+    True
+    """
+    whole = Whole(assembly, friction=friction, gap=gap, interfaces=interfaces)
+    options: dict[str, Any] = {
+        "held_at_most": held_at_most, "gap": gap, "interfaces": whole.interfaces, "groups": groups, "reach": reach,
+        "insertion": insertion,
+    }  # fmt: skip
+    began, own = monotonic(), whole.assembly.friction
+    best = find_order(whole.assembly, seconds=seconds, **options)
+    states, solved, least = best.states, best.solved, None
+    if best.plan is not None:
+        finished = np.ones(assembly.n_blocks, dtype=bool), whole.assembly.support
+        least = least_friction(whole, [finished])[0], _needed(whole, best)
+    while least is not None and least[1] - least[0] > NARROW * max(least[1], 1.0):
+        left = None if seconds is None else began + seconds - monotonic()
+        middle = sum(least) / 2
+        found = find_order(whole.assembly, friction=middle, seconds=left, **options)
+        states, solved = states + found.states, solved + found.solved
+        if found.plan is not None:
+            best, least = found, (least[0], min(middle, _needed(whole, found)))
+        elif found.outcome is OrderOutcome.NONE:
+            least = middle, least[1]
+        else:
+            break
+    spent = monotonic() - began
+    return SafestOrder(OrderResult(best.outcome, best.plan, held_at_most, states, solved, spent), own, least)
+
+
+def _needed(whole: Whole, found: OrderResult) -> float:
+    """The least friction at which every step of a plan stands."""
+    assert found.plan is not None
+    states = [whole.state_of(*state, f"step {k}") for k, state in enumerate(found.plan.states())]
+    return least_friction(whole, states)[1]
 
 
 @dataclass(frozen=True)

@@ -280,6 +280,7 @@ class PlanVerdict(Result):
     seconds: float = 0.0  #: process time of the verdicts, without the search for joints
     #: the least total force of the props of a step that does not stand without them; None elsewhere
     falsework: tuple[Falsework | None, ...] = ()
+    tilt: tuple[float, ...] | None = None  #: how far the ground may tilt at each step [deg] (`Whole.tilt`)
 
     @property
     def first_fall(self) -> int | None:
@@ -292,8 +293,9 @@ class PlanVerdict(Result):
         Returns
         -------
         list of dict
-            With `step`, `install`, `present` (fixed blocks among them), `held`, `verdict`, `score` and `moving`; where
-            the plan has props also `props`, and `prop_force`, the least force of each [N] if they are needed.
+            With `step`, `install`, `present` (fixed blocks among them), `held`, `verdict`, `score` and `moving`; with
+            tilts also `tilt` [deg]; where the plan has props also `props`, and `prop_force`, the least force of each
+            [N] if they are needed.
         """
         found = []
         states, props = self.plan.states(), self.plan.standing_props()
@@ -309,6 +311,8 @@ class PlanVerdict(Result):
                 "score": 0.0 if stands and propped is not None else finite(verdict.score),
                 "moving": [] if stands else [verdict.assembly.names[i] for i in verdict.moving],
             }
+            if self.tilt is not None:
+                row["tilt"] = self.tilt[k]
             if self.plan.props:
                 row["props"] = list(props[k])
                 row["prop_force"] = None if propped is None else [finite(force) for force in propped.force]
@@ -366,6 +370,9 @@ class PlanVerdict(Result):
         loads = [one.peak for one in self.falsework if one is not None and one.outcome is FalseworkOutcome.HELD]
         if loads:
             lines.append(f"{len(loads)} steps stand on props; these props carry at most {max(loads):.6g} N each.")
+        if self.tilt:
+            least = min(range(len(rows)), key=lambda k: self.tilt[k] if self.tilt else 0.0)
+            lines.append(f"The ground may tilt by {self.tilt[least]:.2f} deg in any step, least at step {least}.")
         if self.least_friction is not None:
             low, high = self.least_friction
             reserve = self.friction / high if high > 0 else float("inf")
@@ -382,6 +389,7 @@ def assess_plan(
     flow: str = "associated",
     gap: float | str = GAP,
     reserve: bool = False,
+    tilt: bool = False,
 ) -> PlanVerdict:
     """Judge every step of a plan.
 
@@ -395,6 +403,8 @@ def assess_plan(
         As of `assess_states`. A step that stands only on its props is judged by limit analysis whatever the flow.
     reserve : bool, optional
         Whether the least friction at which every step stands is sought, too. It takes the time of a second run.
+    tilt : bool, optional
+        Whether the tilt of the ground at which each step falls is sought, too, in four directions.
 
     Returns
     -------
@@ -419,16 +429,17 @@ def assess_plan(
     check_plan(plan, assembly)
     whole = Whole(assembly, friction=friction, gap=gap)
     states = [whole.state_of(*state, f"step {k}") for k, state in enumerate(plan.states())]
-    if plan.props and reserve:
-        raise InputError("reserve=True is for plans without props")
+    if plan.props and (reserve or tilt):
+        raise InputError(f"{'reserve' if reserve else 'tilt'}=True is for plans without props")
     began = process_time()
     verdicts = tuple(whole.assess(*state, flow=flow) for state in states)
     propped = [_on_props(whole, plan, k, verdict, states[k]) for k, verdict in enumerate(verdicts)]
-    seconds = process_time() - began
+    seconds = process_time() - began - whole.searching
     outcomes, falsework = zip(*propped, strict=True) if propped else ((), ())
     worst = next((outcome for outcome in outcomes if outcome is not Outcome.STABLE), Outcome.STABLE)
     least = least_friction(whole, states) if reserve else None
-    return PlanVerdict(worst, plan, verdicts, outcomes, whole.assembly.friction, least, seconds, falsework)
+    tilts = tuple(whole.tilt(*state) for state in states) if tilt else None
+    return PlanVerdict(worst, plan, verdicts, outcomes, whole.assembly.friction, least, seconds, falsework, tilts)
 
 
 def _on_props(

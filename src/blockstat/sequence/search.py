@@ -176,7 +176,9 @@ class Search:
 
     def run(self, until: float | None) -> tuple[OrderOutcome, list[Node] | None]:
         """The outcome, and the states from nothing to the finished assembly."""
-        self._push((self._full, 0), _Move((self._full, 0)))
+        finished = self._full, 0
+        if self.falls(finished) is None:
+            self._push(finished, _Move(finished))
         while self._queue:
             if until is not None and monotonic() > until:
                 return OrderOutcome.STOPPED, None

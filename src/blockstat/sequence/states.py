@@ -11,6 +11,8 @@ import copy
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import cached_property
+from itertools import pairwise
+from time import process_time
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +20,7 @@ import numpy as np
 from blockstat.analysis.assess import FLOWS, judged
 from blockstat.analysis.certificate_cache import Memory
 from blockstat.analysis.decision import outcome_of
+from blockstat.analysis.limit_load import limit_load
 from blockstat.analysis.problem import Problem, pose
 from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.certificate import check as certificate
@@ -54,6 +57,7 @@ def assess_states(
     gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     score: bool = True,
+    jobs: int = 1,
 ) -> list[Verdict]:
     """Judge states of an assembly in which some blocks are present and some of these are held.
 
@@ -74,6 +78,8 @@ def assess_states(
         Use these joints of the whole assembly instead of searching.
     score : bool, optional
         False ends at the first mechanism found: a state that falls then has no score (nan).
+    jobs : int, optional
+        Processes side by side, each with a stretch of the states: neighbours share their evidence.
 
     Returns
     -------
@@ -83,7 +89,8 @@ def assess_states(
     Raises
     ------
     InputError
-        For a block that is unknown, or held and not present; the message gives the number of the state, from 0.
+        For a block that is unknown, or held and not present; the message gives the number of the state, from 0. Also
+        for fewer than one process.
 
     Notes
     -----
@@ -102,9 +109,18 @@ def assess_states(
     ['stable', 'stable', 'unstable']
     """
     check_choice("flow", flow, FLOWS)
+    if jobs < 1:
+        raise InputError(f"jobs is {jobs}; at least one process judges the states")
     whole = Whole(assembly, friction=friction, gap=gap, interfaces=interfaces)
     named = [whole.state_of(present, held, f"state {k}") for k, (present, held) in enumerate(states)]
-    return [whole.assess(present, held, flow=flow, score=score) for present, held in named]
+    if min(jobs, len(named)) <= 1:
+        return whole.assess_all(named, flow, score)
+    from joblib import Parallel, delayed
+
+    places = np.linspace(0, len(named), min(jobs, len(named)) + 1).round().astype(int)
+    tasks = (delayed(whole.assess_all)(named[a:b], flow, score) for a, b in pairwise(places.tolist()))
+    parts: Any = Parallel(n_jobs=jobs)(tasks)
+    return [verdict for part in parts for verdict in part]
 
 
 class Whole:
@@ -148,6 +164,7 @@ class Whole:
         self._overlapping = overlaps(assembly, gap=gap)[0]
         self._number = {name: k for k, name in enumerate(assembly.names)}
         self.evidence = Evidence(assembly.n_blocks, interfaces.n_points)
+        self.searching = 0.0  #: process time of searches for contacts since then [s]
 
     @cached_property
     def touching(self) -> Ints:
@@ -158,8 +175,11 @@ class Whole:
 
     @cached_property
     def unresolved(self) -> Unresolved:
-        """The contacts of the whole without a unique normal."""
-        return unresolved_contacts(self.assembly, self.interfaces, gap=self.gap)
+        """The contacts of the whole without a unique normal; they are looked for where a state falls."""
+        began = process_time()
+        found = unresolved_contacts(self.assembly, self.interfaces, gap=self.gap)
+        self.searching += process_time() - began
+        return found
 
     def at_friction(self, friction: float) -> Whole:
         """Return the same assembly with another friction of all joints.
@@ -223,6 +243,7 @@ class Whole:
         flow: str = "associated",
         score: bool = True,
         stands: bool = False,
+        tightnesses: int = 0,
     ) -> Verdict:
         """Return the verdict on one state.
 
@@ -234,6 +255,8 @@ class Whole:
             As in `assess_states`.
         stands
             Whether the state is likely to stand; it makes no difference but in time.
+        tightnesses
+            As in `blockstat.assess`.
 
         Returns
         -------
@@ -243,7 +266,55 @@ class Whole:
         problem, points = self.problem(present & ~fixed, present)
         self.evidence.state(problem, points, score=score, stands=stands)
         guess = self.evidence.guess()
-        return judged(problem, flow=flow, memory=self.evidence, score=score, reserve=False, guess=guess)
+        options: dict[str, Any] = {"flow": flow, "score": score, "tightnesses": tightnesses, "reserve": False}
+        return judged(problem, memory=self.evidence, guess=guess, **options)
+
+    def assess_all(self, states: Iterable[tuple[np.ndarray, np.ndarray]], flow: str, score: bool) -> list[Verdict]:
+        """Return the verdicts on states, each with the evidence of those before it.
+
+        Parameters
+        ----------
+        states : iterable of (array of bool, array of bool)
+            As `state_of` gives them.
+        flow, score
+            As in `assess_states`.
+
+        Returns
+        -------
+        list of Verdict
+            One a state.
+        """
+        return [self.assess(present, fixed, flow=flow, score=score) for present, fixed in states]
+
+    def tilt(self, present: np.ndarray, fixed: np.ndarray) -> float:
+        """Return how far the ground may tilt until a state falls, in the worst of four directions at right angles.
+
+        Parameters
+        ----------
+        present, fixed : array of bool, shape (n_blocks,)
+            As of `assess`.
+
+        Returns
+        -------
+        float
+            Proven tilt [deg]; 0 where the state falls as it is, 90 where nothing is free.
+
+        Notes
+        -----
+        A tilt turns gravity, and dry joints know its direction only: the tangent of the angle is the horizontal load
+        that the state carries, as a share of its weight.
+        """
+        problem, _ = self.problem(present & ~fixed, present)
+        if not len(problem.assembly.free):
+            return 90.0
+        if len(problem.floating):
+            return 0.0
+        up = -self.assembly.gravity / np.linalg.norm(self.assembly.gravity)
+        first = np.cross(up, np.eye(3)[np.abs(up).argmin()])
+        first /= np.linalg.norm(first)
+        ways = (first, -first, np.cross(up, first), -np.cross(up, first))
+        loads = [limit_load(problem.assembly, way, interfaces=problem.interfaces).lower for way in ways]
+        return float(np.degrees(np.arctan(np.nanmax([min(loads), 0.0]))))
 
     def problem(self, free: np.ndarray, present: np.ndarray) -> tuple[Problem, Ints]:
         """Pose the problem of a state.

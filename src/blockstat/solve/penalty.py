@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from blockstat.certificate.check import FORCE_LIMIT, FORCE_TOLERANCE, balance, check, force_errors, opening_slack
-from blockstat.certificate.interior_motions import Motions, cheapest, no_motions, with_interior_motion
+from blockstat.certificate.interior_motions import Motions, cheapest, least_slack, no_motions, with_interior_motion
 from blockstat.program.conic import conic_program
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.solve.answer import Answer, EarlyEnd, Status
@@ -137,6 +137,7 @@ class _Iterates:
     def __init__(self, program: PenaltyProgram, motions: Motions) -> None:
         self._program, self._motions = program, motions
         self._seen: list[Floats] = []
+        self._slack: dict[int, float] = {}  # of those seen that were asked for
         self.mechanism = np.zeros_like(program.load)  #: the one that `falls` has found
 
     def noted(self, twist: Floats) -> bool:
@@ -163,7 +164,12 @@ class _Iterates:
 
     def interior(self) -> Floats | None:
         """The cheapest of the last motions seen that open every joint."""
-        return cheapest(self._program, reversed(self._seen))
+        return cheapest(self._program, ((self._seen[k], self._slack_of(k)) for k in reversed(range(len(self._seen)))))
+
+    def _slack_of(self, k: int) -> float:
+        if k not in self._slack:
+            self._slack[k] = least_slack(self._program, self._seen[k])
+        return self._slack[k]
 
 
 def _balances(program: PenaltyProgram, force: Floats, adhesion: Floats) -> bool:

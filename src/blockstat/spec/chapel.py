@@ -16,7 +16,7 @@ from blockstat.model.walling import run as walling
 from blockstat.spec.composition import Plan, load_tables, ties_of
 from blockstat.spec.element import Element
 from blockstat.spec.elements import element
-from blockstat.spec.material import Joint, Material
+from blockstat.spec.material import Joint, Material, uncertain_of
 from blockstat.spec.ranges import Count, Height, Length, Presence, Range, is_present, value_of
 from blockstat.spec.reading import check_name
 
@@ -87,6 +87,7 @@ class Building(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     loads: dict[str, dict[str, Any]] = {}  #: by name: each has a `kind` and the keys of that kind
     cases: dict[str, dict[str, Any]] = {}  #: by name: combinations of loads with factors
     ties: dict[str, dict[str, Any]] = {}  #: by name: ties and struts between two blocks
+    uncertain: dict[str, dict[str, Any]] = {}  #: random variables, for `blockstat reliability`
     stages: list[dict[str, Any]] = []  #: what is put in one after the other: see `blockstat.sequence.stages`
     description: str = ""  #: one line
 
@@ -138,6 +139,7 @@ def lowered(building: Building) -> Plan:
         no_overlap=True,
         **load_tables(building.loads, building.cases),
         ties=ties_of(building.ties),
+        uncertain=uncertain_of(building.uncertain),
         stages=tuple(building.stages),
         keys={"elements.vault": "vault", "elements.walls: ": ""} | keys,
     )

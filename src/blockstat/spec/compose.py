@@ -89,8 +89,9 @@ def build(scene: Scene) -> Assembly:
 
 
 def _tables(plan: Plan) -> list[tuple[str, Any]]:
-    """What a plan says of its loads, their cases and its stages, for those who judge the assembly."""
-    return [("loads", plan.loads), ("cases", plan.cases), ("stages", list(plan.stages))]
+    """What a plan says of its loads, their cases, its stages and what is random, for those who judge the assembly."""
+    tables = [("loads", plan.loads), ("cases", plan.cases), ("stages", list(plan.stages))]
+    return [*tables, ("uncertain", plan.uncertain)]
 
 
 def _said(message: str, keys: Mapping[str, str]) -> str:

@@ -17,7 +17,7 @@ from blockstat.loading.cases import check_tables
 from blockstat.model.expression import RESERVED, evaluate, is_expression
 from blockstat.spec.element import Element
 from blockstat.spec.elements import KINDS
-from blockstat.spec.material import Joint, Material, TieTable
+from blockstat.spec.material import Joint, Material, TieTable, uncertain_of
 from blockstat.spec.ranges import Range, is_range
 from blockstat.spec.reading import check_name, entries, joined, read_as
 
@@ -40,6 +40,7 @@ class Composition(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     loads: dict[str, dict[str, Any]] = {}  #: by name: each has a `kind` and the keys of that kind
     cases: dict[str, dict[str, Any]] = {}  #: by name: combinations of loads with factors
     ties: dict[str, dict[str, Any]] = {}  #: by name: ties and struts between two blocks
+    uncertain: dict[str, dict[str, Any]] = {}  #: random variables, for `blockstat reliability`
     stages: list[dict[str, Any]] = []  #: what is put in one after the other: see `blockstat.sequence.stages`
     description: str = ""  #: one line
 
@@ -58,6 +59,7 @@ class Plan(msgspec.Struct, frozen=True, kw_only=True):
     loads: dict[str, Any] = {}  #: tables of loads, as `blockstat.load_cases` takes them
     cases: dict[str, Any] = {}  #: and of their combinations
     ties: tuple[Tie, ...] = ()
+    uncertain: dict[str, Any] = {}  #: plain values of the random variables, by key
     stages: tuple[dict[str, Any], ...] = ()  #: tables of stages, as `blockstat.assess_stages` takes them
     no_overlap: bool = False  #: whether the elements are known not to overlap, so that this need not be checked
     #: what errors call a part of the plan, and what the scene calls it
@@ -135,6 +137,7 @@ def resolve(composition: Composition) -> Plan:
         supports=composition.supports,
         **load_tables(composition.loads, composition.cases, names),
         ties=ties_of(composition.ties, names),
+        uncertain=uncertain_of(_plain(composition.uncertain, "uncertain", names)),
         stages=tuple(composition.stages),
     )
 

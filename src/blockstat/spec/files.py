@@ -22,7 +22,7 @@ else:
     import tomli as tomllib
 
 #: Tables whose errors name the line.
-LOCATED = ("loads", "cases", "ties")
+LOCATED = ("loads", "cases", "ties", "uncertain")
 BLOCKS = (".json", ".obj", ".glb", ".stl", ".ply")  #: suffixes of files that are no scenes
 
 
@@ -198,8 +198,8 @@ def read(
     units : str, optional
         Of the coordinates in the file ("mm", "cm", "in", ...); they are converted to metres.
     up : str, optional
-        The axis of the file that points up: "x", "y", "z" (the default), "-x", "-y" or "-z". A GLB is y-up by its
-        specification and is turned already: this is of what comes after.
+        The axis of the file that points up: "x", "y", "z", "-x", "-y" or "-z"; by default z, and y in GLB, as its
+        specification says. Of a GLB that was written with z up give "z".
 
     Returns
     -------

@@ -1,12 +1,14 @@
-"""Intrinsic parameters: of the stone, of the joints and of ties."""
+"""Intrinsic parameters: of the stone, of the joints and of ties; and how uncertain they are."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any, Literal
 
 import msgspec
 
+from blockstat.errors import InputError
 from blockstat.model.quantities import Point
+from blockstat.spec.reading import joined, read_as
 
 
 class Material(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
@@ -45,3 +47,64 @@ class TieTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     least: Annotated[float, msgspec.Meta(ge=0)] = 0.0  #: least force [N]
     greatest: Annotated[float, msgspec.Meta(ge=0)] = float("inf")  #: greatest force [N]; as the least: given
     strut: bool = False  #: whether it pushes
+
+
+class Uncertain(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """A random variable: `friction`, `edge`, `corner`, `push`, `density.GROUP` or `loads.GROUP`.
+
+    `blockstat.reliability` says what they are. A group with a dot in its name is quoted: `density."wall.north"`.
+    """
+
+    kind: Literal["normal", "lognormal", "uniform"]  #: distribution
+    mean: float | None = None  #: of a normal or lognormal one; of friction, metres, kg/m3 or factors
+    deviation: Annotated[float, msgspec.Meta(ge=0)] | None = None  #: standard deviation of a normal or lognormal one
+    least: float | None = None  #: lower end of a uniform one
+    most: float | None = None  #: upper end of a uniform one
+    #: what has a value of its own; a joint counts with the higher of its blocks, a course is of blocks at one height
+    each: Literal["all", "group", "course", "block", "joint"] = "all"
+    #: of any two values: the part of the variance that they share
+    correlation: Annotated[float, msgspec.Meta(ge=0, le=1)] = 0.0
+    #: of `push`: the acceleration that it is a multiple of, in units of gravity
+    direction: Point | None = None
+
+
+def uncertain_of(tables: dict[str, Any], path: str = "uncertain") -> dict[str, dict[str, Any]]:
+    """The random variables that tables stand for.
+
+    Parameters
+    ----------
+    tables : dict
+        As they were written; those of groups inside those of their kind.
+    path : str, optional
+        Where they are in the scene.
+
+    Returns
+    -------
+    dict of dict
+        Plain values by key, such as "density.wall".
+
+    Raises
+    ------
+    InputError
+        With the path of a bad key or value, and for numbers that do not belong to the distribution.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    for name, table in tables.items():
+        own = joined(path, name)
+        if not isinstance(table, dict):
+            raise InputError(f"{own}: {table!r} is no table; write kind, and mean and deviation or least and most")
+        if "kind" not in table and table and all(isinstance(inner, dict) for inner in table.values()):
+            inner = uncertain_of(table, own)
+            found |= {f"{name}.{key}": values for key, values in inner.items()}
+            continue
+        read = read_as(Uncertain, table, own)
+        needed = ("least", "most") if read.kind == "uniform" else ("mean", "deviation")
+        for key in ("mean", "deviation", "least", "most"):
+            if (getattr(read, key) is None) == (key in needed):
+                what = "is needed" if key in needed else "does not belong here"
+                raise InputError(f"{own}.{key}: it {what}; {read.kind} has {needed[0]} and {needed[1]}")
+        if read.direction is not None and name != "push":
+            raise InputError(f"{own}.direction: push alone has one")
+        values = msgspec.structs.asdict(read)
+        found[name] = {key: value for key, value in values.items() if value is not None}
+    return found

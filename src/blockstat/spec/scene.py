@@ -10,6 +10,7 @@ import numpy as np
 from blockstat.errors import InputError
 from blockstat.spec.chapel import Building
 from blockstat.spec.composition import Composition, composition_from, load_tables, ties_of
+from blockstat.spec.material import uncertain_of
 from blockstat.spec.ranges import SEARCHED, Range, is_range
 from blockstat.spec.reading import at_path, check_finite, entries, joined, read_as
 
@@ -148,6 +149,7 @@ def _read(data: dict[str, Any]) -> Scene:
     building = read_as(Building, data)
     load_tables(building.loads, building.cases)
     ties_of(building.ties)
+    uncertain_of(building.uncertain)
     return building
 
 

@@ -7,6 +7,7 @@ multiplier in all others: from below by the polygon of the points, from above by
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
 #: Directions looked at unless the caller says how many.
 DIRECTIONS = 16
+MOST_DIRECTIONS = 3600  #: a tenth of a degree apart
 #: The search for the weakest direction ends when its bracket is so narrow, or after so many further directions: a chord
 #: of a round set shrinks fourfold with each, so that eight leave nothing of the bracket of four.
 NARROW, FURTHER = 1e-3, 8
@@ -157,6 +159,7 @@ def limit_load_by_direction(
     interfaces: Interfaces | None = None,
     solver: str = "auto",
     flow: str = "associated",
+    progress: Callable[[int, str, LimitLoad], None] | None = None,
 ) -> DirectionalLimits:
     """Find the largest horizontal acceleration that an assembly carries, in directions all round, and the least one.
 
@@ -170,6 +173,8 @@ def limit_load_by_direction(
         Look between the directions for the weakest one of all, until its bracket is narrow.
     friction, gravity, loads, gap, interfaces, solver, flow
         As in `blockstat.limit_load`.
+    progress : callable, optional
+        Called after each direction with how many are done, its name and its limit load.
 
     Returns
     -------
@@ -179,7 +184,7 @@ def limit_load_by_direction(
     Raises
     ------
     InputError
-        For a number of directions that is no multiple of 4, or as `blockstat.limit_load`.
+        For a number of directions that is no multiple of 4 up to 3,600, or as `blockstat.limit_load`.
 
     Notes
     -----
@@ -200,14 +205,21 @@ def limit_load_by_direction(
     >>> [round(bound, 4) for bound in found.horizon]
     [0.25, 0.25]
     """
-    if directions < 4 or directions % 4:
-        raise InputError(f"directions is {directions!r}; it must be a multiple of 4, for +-x and +-y to be among them")
+    if not 4 <= directions <= MOST_DIRECTIONS or directions % 4:
+        raise InputError(
+            f"directions is {directions!r}; it must be a multiple of 4, for +-x and +-y to be among them, "
+            f"and at most {MOST_DIRECTIONS:,}"
+        )
     assembly = assembly if gravity is None else assembly.with_(gravity=gravity)
-    axes = horizontal(assembly)
+    axes, done = horizontal(assembly), []
 
     def limit(angle: float, interfaces: Interfaces | None) -> LimitLoad:
         options: dict[str, Any] = {"friction": friction, "loads": loads, "gap": gap, "solver": solver, "flow": flow}
-        return limit_load(assembly, _towards(axes, angle), interfaces=interfaces, **options)
+        found = limit_load(assembly, _towards(axes, angle), interfaces=interfaces, **options)
+        done.append(angle)
+        if progress is not None:
+            progress(len(done), _name(angle), found)
+        return found
 
     angles = [2 * np.pi * k / directions for k in range(directions)]
     first = limit(angles[0], interfaces)  # it finds the joints, which all directions share

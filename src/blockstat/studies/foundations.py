@@ -21,7 +21,7 @@ from blockstat.errors import InputError, known_options
 from blockstat.joint import fits
 from blockstat.program.bonds import KINDS
 from blockstat.program.conic import conic_program
-from blockstat.result import Result, Sentence, finite
+from blockstat.result import Result, Sentence, finite, plain
 from blockstat.solve.dispatch import solve
 from blockstat.typing import Floats, Ints
 
@@ -157,7 +157,7 @@ class Settlement(Result):
                 f"{len(cracks)} joints open, to first order in the movement. Of these, joints that slide open "
                 "by friction times slip, as dilatant friction has it. The widest are:"
             )
-            lines += [f"  {a} and {b}: {1e3 * width:.3g} mm" for (a, b), width, _ in cracks[:limit]]
+            lines += [f"  {a} and {b}: {plain(1e3 * width)} mm" for (a, b), width, _ in cracks[:limit]]
         return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
 
     def summary(self) -> dict[str, Any]:

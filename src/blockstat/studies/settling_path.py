@@ -17,7 +17,7 @@ from blockstat.large_displacement.loading import loading
 from blockstat.large_displacement.path import Follower, PathEvent, State
 from blockstat.large_displacement.pose import Pose, rest
 from blockstat.large_displacement.statics import Structure, settling
-from blockstat.result import Result, Sentence
+from blockstat.result import Result, Sentence, plain
 from blockstat.studies.foundations import Settlement, settle
 from blockstat.typing import Floats
 
@@ -104,7 +104,7 @@ class SettlementPath(Result):
         cracks = self.cracks()
         if cracks:
             lines.append(f"{len(cracks)} joints are open at the end. The widest are:")
-            lines += [f"  {a} and {b}: {1e3 * width:.3g} mm" for (a, b), width in cracks[:limit]]
+            lines += [f"  {a} and {b}: {plain(1e3 * width)} mm" for (a, b), width in cracks[:limit]]
         return "\n".join([*lines, *warnings])
 
     @property

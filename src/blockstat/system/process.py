@@ -1,14 +1,18 @@
-"""Processes that end when they should: with the program that started them, and when they are interrupted."""
+"""Processes that end when they should: with the program that started them, and when they are interrupted.
+
+A command imports this module first, and SIGINT leaves a stack trace until `end_when_interrupted` has been called. So
+other modules are imported inside functions, and in place of signal, which imports enum, the module below it.
+"""
 
 from __future__ import annotations
 
-import atexit
+import _signal  # pyright: ignore[reportMissingImports]
 import os
-import signal
 import sys
-import threading
-import time
-from typing import Any
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 INTERRUPTED = 130  #: exit status of a program that SIGINT ended, as shells have it
 BEAT = 0.5  #: how often a process looks after its parent [s]
@@ -19,6 +23,9 @@ def end_with_parent() -> None:
 
     An orphan is given another parent by the system; on Windows, where it is not, nothing happens.
     """
+    import threading
+    import time
+
     parent = os.getppid()
 
     def watch() -> None:
@@ -42,8 +49,15 @@ def end_when_interrupted(prog: str) -> None:
         os.write(sys.__stderr__.fileno() if sys.__stderr__ else 2, f"{prog}: interrupted\n".encode())
         os._exit(INTERRUPTED)
 
-    if threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGINT, end)
+    _handle(end)
+
+
+def _handle(handler: Any) -> None:
+    """Set what SIGINT does, if this is the main thread; others cannot."""
+    try:
+        _signal.signal(_signal.SIGINT, handler)
+    except ValueError:
+        pass
 
 
 def end_now(status: int) -> None:
@@ -56,6 +70,8 @@ def end_now(status: int) -> None:
     status : int
         For the shell.
     """
+    import atexit
+
     atexit._run_exitfuncs()
     for stream in (sys.stdout, sys.stderr):
         stream.flush()
@@ -70,13 +86,11 @@ class Interruptions:
 
     def heed(self) -> None:
         """Raise KeyboardInterrupt at SIGINT from now on, and remember it."""
-        if threading.current_thread() is threading.main_thread():
-            signal.signal(signal.SIGINT, self._interrupt)
+        _handle(self._interrupt)
 
     def ignore(self) -> None:
         """Let SIGINT do nothing from now on, to the very end of the process."""
-        if threading.current_thread() is threading.main_thread():
-            signal.signal(signal.SIGINT, signal.SIG_IGN)
+        _handle(_signal.SIG_IGN)
 
     def _interrupt(self, *_: Any) -> None:
         self.came = True

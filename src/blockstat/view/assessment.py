@@ -18,7 +18,7 @@ from blockstat.analysis.limit_load import LimitLoad
 from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.contact.interfaces import GAP
 from blockstat.errors import known_options
-from blockstat.result import Result
+from blockstat.result import Result, plain
 from blockstat.studies.directions import DIRECTIONS, DirectionalLimits, DirectionOutcome, limit_load_by_direction
 from blockstat.typing import Floats
 from blockstat.view.document import bullets, facts, figure, page, table
@@ -28,9 +28,10 @@ from blockstat.view.thrust_lines import plot_thrust
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
+    from blockstat.loading.cases import LoadCase
 
 #: A verdict in Bullet, or by any other means, on the same assembly.
-Verifier = Callable[["Assembly"], Result]
+Verifier = Callable[..., Result]
 #: The tone of an answer by its word; others are grey.
 TONES = {"stable": "good", "stands": "good", "unstable": "bad", "falls": "bad", "stable_only_by_self_stress": "bad"}
 MEANING = (
@@ -65,8 +66,9 @@ class Assessment:
     source: str  #: the file, or what else the blocks came from
     units: str  #: of the file's coordinates
     gap: float | str  #: tolerance of the joint search, relative to block size or a length
-    #: A name, what acts, and the answer, for each load case; none but the weight where empty.
-    cases: tuple[tuple[str, str, str], ...] = ()
+    #: Name, what acts, verdict and multiplier of the live loads of each load case; only the weight acts where empty.
+    cases: tuple[tuple[str, str, str, str], ...] = ()
+    case: LoadCase | None = None  #: the case under which all else was found; None for the weight alone
 
     @property
     def assembly(self) -> Assembly:
@@ -90,7 +92,8 @@ def assess_fully(
     gap: float | str = GAP,
     loads: Floats | None = None,
     verify: Verifier | None = None,
-    cases: Sequence[tuple[str, str, str]] = (),
+    cases: Sequence[tuple[str, str, str, str]] = (),
+    case: LoadCase | None = None,
 ) -> Assessment:
     """Find what a report shows: the verdicts of all kinds, and the limit load over the horizon.
 
@@ -109,9 +112,11 @@ def assess_fully(
     loads : array of float, shape (n_blocks, 6), optional
         Permanent wrench on each block beside its weight [N, N m].
     verify : callable, optional
-        Simulates the assembly, such as `dynsim.verify`.
+        Simulates the assembly, such as `dynsim.verify`. Called with the assembly, and with ``loads=`` where there are.
     cases : sequence of tuple of str, optional
-        Name, what acts, and answer of each load case, to be listed.
+        Name, what acts, verdict, and multiplier of the live loads of each load case, to be listed.
+    case : LoadCase, optional
+        All of its loads act beside the weight, and beside `loads`.
 
     Returns
     -------
@@ -123,13 +128,17 @@ def assess_fully(
     InputError
         As in `blockstat.assess`.
     """
+    if case is not None:
+        loads = case.loads if loads is None else loads + case.loads
     coulomb = assess(assembly, gap=gap, loads=loads, flow="coulomb")
     associated = coulomb
     if coulomb.outcome is not Outcome.UNSTABLE:
         associated = assess(assembly, gap=gap, loads=loads, interfaces=coulomb.interfaces)
     limits = limit_load_by_direction(assembly, directions, gap=gap, loads=loads, interfaces=coulomb.interfaces)
-    dynamic = None if verify is None else verify(assembly)
-    return Assessment(associated, coulomb, limits, dynamic, source or assembly.name, units, gap, tuple(cases))
+    dynamic = None
+    if verify is not None:
+        dynamic = verify(assembly) if loads is None else verify(assembly, loads=loads)
+    return Assessment(associated, coulomb, limits, dynamic, source or assembly.name, units, gap, tuple(cases), case)
 
 
 def assessment_html(found: Assessment, *, day: Date | None = None) -> str:
@@ -212,8 +221,9 @@ def assumptions(found: Assessment) -> list[tuple[str, str]]:
         ),
         ("blocks", f"{assembly.n_blocks:,}, of which {len(free):,} are free"),
         ("supports", f"{', '.join(supports[:8])}{more}"),
-        ("weight of the free blocks", f"{assembly.free_weight / 1e3:.5g} kN"),
-        ("volume of the free blocks", f"{assembly.volume[free].sum():.5g} m3"),
+        ("loads", "the weight of the blocks" if found.case is None else f"{found.case.name}: {found.case.words}"),
+        ("weight of the free blocks", f"{plain(assembly.free_weight / 1e3, 4)} kN"),
+        ("volume of the free blocks", f"{plain(assembly.volume[free].sum(), 4)} m3"),
         ("joints", f"{faces.n_interfaces:,} with {faces.n_points:,} contact points; {len(faces.dropped)} left out"),
         ("gap", f"faces count as touching up to {_near(found.gap)}"),
         ("blocks are", "rigid and unbreakable; edges do not crush unless a joint law says so"),
@@ -257,9 +267,12 @@ def _box(tone: str, title: str, words: str) -> str:
 
 
 def _cases(found: Assessment) -> str:
-    if not found.cases:
-        return "<p>One case: the weight of the blocks, to which the horizontal acceleration is added.</p>"
-    return table(["case", "loads", "answer"], found.cases)
+    acting = "the weight of the blocks"
+    if found.case is not None:
+        acting = f'all loads of the case "{found.case.name}": {found.case.words}'
+    words = f"<p>Verdicts and pictures here are those under {escape(acting)}. The horizontal acceleration is added.</p>"
+    heads = ["case", "loads", "verdict", "multiplier of the live loads"]
+    return words + (table(heads, found.cases) if found.cases else "")
 
 
 def _horizon(found: Assessment) -> str:

@@ -1,25 +1,32 @@
-"""A verdict as attributes of the blocks in a mesh that Blender and Houdini open."""
+"""A verdict as attributes of the blocks in a mesh that Blender and Houdini open, or as an object of COMPAS."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from blockstat.errors import InputError, check_choice
 from blockstat.io.files import write
 
 if TYPE_CHECKING:
     from blockstat.analysis.verdict import Verdict
 
 
-def write_verdict(verdict: Verdict, path: str | Path) -> Path:
-    """Write the blocks of a verdict as a mesh with attributes that Blender and Houdini read.
+#: What a .json file of a verdict may be.
+COMPAS_FORMATS = ("compas-assembly", "compas-model")
+
+
+def write_verdict(verdict: Verdict, path: str | Path, *, format: str = "compas-assembly") -> Path:
+    """Write the blocks of a verdict with what it says of them, for Blender, Houdini or COMPAS.
 
     Parameters
     ----------
     verdict : Verdict
         The verdict.
     path : str or Path
-        A .glb (extras of nodes, custom properties in Blender) or .obj (comments).
+        A .glb (extras of nodes, custom properties in Blender), a .obj (comments) or a .json of COMPAS.
+    format : {"compas-assembly", "compas-model"}, optional
+        Of a .json.
 
     Returns
     -------
@@ -33,11 +40,14 @@ def write_verdict(verdict: Verdict, path: str | Path) -> Path:
 
     Notes
     -----
-    Each block bears its name, group, density [kg/m3] and support, and
+    In a mesh, each block bears its name, group, density [kg/m3] and support, and
 
     - displacement: how far its fastest corner goes in the mechanism that moves the fastest of all by 1 m [m];
     - mechanism: its velocity [m] and rotation [rad] there, six numbers along the assembly's own axes, z up;
     - demand: how hard friction and strength are used at it, 0 to 1 (see `Verdict.demand`).
+
+    A .json holds the joints with their forces, the displacements and the verdict, where `blockstat.compas.solve` puts
+    them.
 
     Examples
     --------
@@ -47,5 +57,28 @@ def write_verdict(verdict: Verdict, path: str | Path) -> Path:
     >>> write_verdict(verdict, "verdict.obj").name
     'verdict.obj'
     """
+    path = Path(path)
+    if path.suffix.lower() == ".json":
+        check_choice("format", format, COMPAS_FORMATS)
+        return _write_compas(verdict, path, format)
     values = {"displacement": verdict.motion, "mechanism": verdict.mechanism, "demand": verdict.demand()}
     return write(verdict.assembly, path, values=values)
+
+
+def _write_compas(verdict: Verdict, path: Path, format: str) -> Path:
+    from blockstat.compas.record import MOTION, joints_of, motion_of
+    from blockstat.io.compas_write import write_compas
+    from blockstat.system.writing import written_whole
+
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: no such directory: {path.parent}")
+    with written_whole(path) as place:
+        write_compas(
+            verdict.assembly,
+            place,
+            format,
+            joints=joints_of(verdict),
+            attributes={"verdict": verdict.summary()},
+            motion=motion_of(verdict, MOTION).tolist(),
+        )
+    return path

@@ -141,12 +141,12 @@ figure {{ margin: 1.5rem 0; break-inside: avoid }} img {{ max-width: 100%; heigh
 figcaption {{ color: #555 }}
 @media (max-width: 640px) {{
   body {{ margin: 1rem auto }} .pictures {{ grid-template-columns: 1fr }} th, td {{ padding: .25rem .4rem }}
-  .facts div {{ display: block }}
+  .facts div {{ display: block }} .wide td:last-child {{ min-width: 14em }}
 }}
 @media print {{
   @page {{ margin: 18mm 15mm }}
   body {{ font-size: 10.5pt; margin: 0; max-width: none; padding: 0 }} .pictures {{ grid-template-columns: 1fr 1fr }}
-  h2 {{ break-after: avoid }} tr {{ break-inside: avoid }} .wide {{ overflow: visible }}
+  h2, h3 {{ break-after: avoid }} pre, tr {{ break-inside: avoid }} .wide {{ overflow: visible }}
   * {{ print-color-adjust: exact; -webkit-print-color-adjust: exact }}
 }}
 </style></head><body>

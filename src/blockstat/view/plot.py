@@ -14,6 +14,7 @@ import numpy as np
 from blockstat.analysis.limit_load import LimitLoad, LoadOutcome
 from blockstat.analysis.verdict import Verdict, corner_speed
 from blockstat.errors import InputError, known_options
+from blockstat.result import plain
 from blockstat.sensitivity.parameters import stone_sensitivity
 from blockstat.system.writing import written_whole
 from blockstat.typing import Floats, Ints
@@ -490,7 +491,7 @@ def plot_forces(verdict: Verdict, place: Place, **options: Any) -> Place:
             axes.plot(*ends.T, color="#b2182b", linewidth=1.2, linestyle=":" if torn else "-")
 
     name = verdict.assembly.name
-    drawn = {"title": f"{name}: joint forces, longest {size.max(initial=0.0):.3g} N", "opacity": 0.35}
+    drawn = {"title": f"{name}: joint forces, longest {plain(size.max(initial=0.0) / 1e3)} kN", "opacity": 0.35}
     look = {"azimuth": azimuth, "elevation": elevation, "overlay": draw}
     return plot(verdict.assembly, place, **drawn | options, **look)
 

@@ -118,7 +118,8 @@ def write_report(
         body.append("<p><b>Interrupted.</b> Run the same command again to go on.</p>")
     body.append(_best_table(result))
     body.append(
-        f"<p>{len(history)} designs: {pruned} pruned by statics in {static_seconds:.1f} s "
+        f"<p>{len(history)} design{'s' if len(history) != 1 else ''}: "
+        f"{pruned} pruned by statics in {static_seconds:.1f} s "
         f"({result.static_solves} solved, {result.certificates_reused} by the evidence of earlier ones), "
         f"{verified} verified by dynamics in {dynamic_seconds:.1f} s (process time). "
         f"Statics and dynamics disagree on {len(result.disagreements)} of them.</p>"
@@ -155,7 +156,7 @@ def _best_table(result: SearchResult) -> str:
         f"<tr><td>{escape(name)}</td><td>{start[name]:g}</td><td><b>{value:g}</b></td></tr>"
         for name, value in result.best_parameters.items()
     )
-    return f"<table><tr><th>parameter</th><th>start</th><th>best</th></tr>{rows}</table>"
+    return f'<div class="wide"><table><tr><th>parameter</th><th>start</th><th>best</th></tr>{rows}</table></div>'
 
 
 def _front_table(front: Sequence[Candidate]) -> str:
@@ -165,7 +166,7 @@ def _front_table(front: Sequence[Candidate]) -> str:
         "<tr>" + "".join(f"<td>{value:.4g}</td>" for value in (*c.parameters.values(), c.volume, c.reserve)) + "</tr>"
         for c in front
     )
-    return f"<table><tr>{head}</tr>{rows}</table>"
+    return f'<div class="wide"><table><tr>{head}</tr>{rows}</table></div>'
 
 
 def _history_table(history: Sequence[Candidate]) -> str:
@@ -180,7 +181,7 @@ def _history_table(history: Sequence[Candidate]) -> str:
         cells += [
             "" if c.volume is None else f"{c.volume:.2f}",
             c.static,
-            "" if c.score is None else f"{c.score:.2e}",
+            "" if c.score is None else f"{c.score:.2e}" if c.score else "0",
         ]
         cells += [
             f"{c.static_seconds:.2f}",
@@ -190,4 +191,4 @@ def _history_table(history: Sequence[Candidate]) -> str:
         ]
         kind = "stands" if c.stands else "no"
         rows.append(f'<tr class="{kind}">' + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>")
-    return f"<table><tr>{head}</tr>{''.join(rows)}</table>"
+    return f'<div class="wide"><table><tr>{head}</tr>{"".join(rows)}</table></div>'

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.large_displacement.capacity_curve import CapacityCurve
+from blockstat.result import plain
 from blockstat.studies.foundations import Settlement
 from blockstat.typing import Floats
 from blockstat.view.painter import view_of
@@ -67,7 +68,7 @@ def plot_settlement(found: Settlement, place: Place, **options: Any) -> Place:
     def draw(axes: Axes) -> None:
         draw_joints(axes, found.interfaces, view, moved, np.tile(SINKING, (len(moved), 1)))
 
-    widest = f"{1e3 * found.displacement:.3g} mm of settlement, drawn {scale:.3g} times as large"
+    widest = f"{plain(1e3 * found.displacement)} mm of settlement, drawn {scale:.3g} times as large"
     drawn = {
         "values": 1e3 * openings(found), "label": "widest opening at the block's joints [mm]",
         "title": f"{assembly.name}: {widest}", "displacement": scale * found.mechanism[:, :3],

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.verdict import Verdict
+from blockstat.result import plain
 from blockstat.typing import Floats
 from blockstat.view.painter import view_of
 from blockstat.view.plot import Place, joint_resultants, plot
@@ -62,7 +63,7 @@ def plot_thrust(verdict: Verdict, place: Place, **options: Any) -> Place:
         shown = width > THINNEST
         axes.add_collection(LineCollection(list(lines[shown] @ view[:2].T), colors=THRUST, linewidths=width[shown]))
 
-    title = f"{verdict.assembly.name}: thrust, widest {carried.max(initial=0.0):.3g} N"
+    title = f"{verdict.assembly.name}: thrust, widest {plain(carried.max(initial=0.0) / 1e3)} kN"
     drawn = {"title": title, "opacity": 0.35}
     look = {"azimuth": azimuth, "elevation": elevation, "overlay": draw}
     return plot(verdict.assembly, place, **drawn | options, **look)

@@ -1,4 +1,4 @@
-"""How much of each joint's capacity its forces use, and a picture of it."""
+"""Joints in colour: how much of each joint's capacity its forces use, and what a limit load hangs on."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.contact.point_law import joint_friction, point_law
+from blockstat.errors import InputError, check_choice
 from blockstat.typing import Floats
 from blockstat.view.painter import view_of
 from blockstat.view.plot import DEMAND, Place, draw_joints, plot
@@ -16,9 +17,18 @@ if TYPE_CHECKING:
 
     from blockstat.analysis.verdict import Verdict
     from blockstat.contact.interfaces import Interfaces
+    from blockstat.sensitivity.reserve import ReserveMap
 
 #: Joints that carry less than this fraction of the most loaded one's force count as idle: their ratios are noise.
 IDLE = 1e-6
+#: Colours of what a limit hangs on, and the share of the largest below which nothing is drawn.
+HEAT, FAINT = "YlOrRd", 0.02
+#: Label of each map, and by how much its quantity changes: millimetres, or a tenth of a coefficient.
+LABELS = {
+    "edge": ("change of the limit by 1 mm of edges lost", 1e-3),
+    "friction": ("change of the limit by 0.1 of friction", 0.1),
+    "corner": ("change of the limit by 1 mm of the corner", 1e-3),
+}
 
 
 def utilisation(verdict: Verdict) -> Floats:
@@ -163,3 +173,67 @@ def plot_utilisation(verdict: Verdict, place: Place, **options: Any) -> Place:
     title = f"{verdict.assembly.name}: {verdict.outcome.word}, use of the joints"
     drawn = {"title": title, "opacity": 0.12, "overlay": draw}
     return plot(verdict.assembly, place, **drawn | look)
+
+
+def plot_reserve_map(found: ReserveMap, what: str, place: Place, **options: Any) -> Place:
+    """Draw what a limit load hangs on: where to repoint, where to measure.
+
+    Parameters
+    ----------
+    found : ReserveMap
+        Derivatives of the limit load.
+    what : {"edge", "friction", "corner"}
+        By what each joint loses along its edges, by the friction of each joint, or by the place of each corner.
+    place : str, Path or matplotlib Axes
+        A file or axes, as in `plot`.
+    **options
+        Options of `plot`; an `overlay` takes the place of the joints.
+
+    Returns
+    -------
+    str, Path or matplotlib Axes
+        The place.
+
+    Raises
+    ------
+    InputError
+        For another map, for corners that were not asked for, for a file that cannot be written, or an unknown option.
+
+    Examples
+    --------
+    >>> from blockstat import Assembly, box, limit_load, plot_reserve_map, reserve_map
+    >>> blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (1, 1, 2), name="block")]
+    >>> assembly = Assembly.from_blocks(blocks, supports=["ground"])
+    >>> found = reserve_map(limit_load(assembly, (1, 0, 0)), (1, 0, 0))
+    >>> plot_reserve_map(found, "edge", "edges.png")
+    'edges.png'
+    """
+    from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    check_choice("what", what, tuple(LABELS))
+    if what == "corner" and found.corner is None:
+        raise InputError("the map was made without corners; ask for them by corners=True")
+    look: dict[str, Any] = {"azimuth": -55.0, "elevation": 25.0} | options
+    view = view_of(look["azimuth"], look["elevation"])
+    faces, (label, step) = found.limit.interfaces, LABELS[what]
+    if what == "corner" and found.corner is not None:
+        value = step * np.linalg.norm(found.corner.gradient, axis=1)
+    else:
+        value = step * np.abs(getattr(found, what))
+    top = max(float(value.max(initial=0.0)), 1e-12)
+    bar = ScalarMappable(Normalize(0.0, top), colormaps[HEAT])
+    order = np.argsort(value, kind="stable")
+    order = order[value[order] > FAINT * top]  # the rest would hide what matters
+
+    def draw(axes: Axes) -> None:
+        if what == "corner" and found.corner is not None:
+            across, up, _ = view @ found.corner.points[order].T
+            axes.scatter(across, up, s=3.0 + 60.0 * value[order] / top, c=bar.to_rgba(value[order]), zorder=5)
+        else:
+            draw_joints(axes, faces, view, order, bar.to_rgba(value[order]))
+        axes.figure.colorbar(bar, ax=axes, shrink=0.6, label=label, format=lambda x, _: f"{x:.2g}")
+
+    title = f"{found.limit.assembly.name}: what the limit {found.value:.4g} hangs on"
+    return plot(found.limit.assembly, place, **{"title": title, "opacity": 0.12, "overlay": draw} | look)

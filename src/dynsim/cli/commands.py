@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -26,11 +25,13 @@ from blockstat.cli.options import (
     print_json,
     run_app,
 )
+from blockstat.cli.progress import at_work
 from blockstat.errors import InputError
 from dynsim.cli.bonds import AngularStiffness, Glue, ScaleInertia, stiffness_of, with_glue
 from dynsim.cli.criteria import Engine, Group, Preset, Threshold
 from dynsim.cli.loads import (
     Direction,
+    Film,
     Jobs,
     Output,
     PulseText,
@@ -91,6 +92,7 @@ def verify(
     engine: Engine = "bullet",
     preset: Preset = "default",
     output: Output = None,
+    film: Film = None,
     jobs: Jobs = None,
     timeout: Timeout = None,
     as_json: AsJson = False,
@@ -115,9 +117,9 @@ def verify(
     actions = stiffness_of(inertia_scale, angular_stiffness)
     evaluate = partial(run, settings=settings, loads=loads, actions=actions, engine=engine)
     if len(files) == 1 and timeout is None:
-        _verify_one(files[0], read(files[0]), evaluate, output, as_json)
+        _verify_one(files[0], read(files[0]), evaluate, output, as_json, film)
         return
-    if output is not None:
+    if output is not None or film is not None:
         raise InputError("-o writes the run of one file without --timeout")
     rows = side_by_side(files, read, evaluate, jobs, timeout)
     if as_json:
@@ -130,16 +132,26 @@ def verify(
 
 
 def _verify_one(
-    file: Path, assembly: Assembly, evaluate: Callable[[Assembly], DynamicVerdict], output: Path | None, as_json: bool
+    file: Path,
+    assembly: Assembly,
+    evaluate: partial[DynamicVerdict],
+    output: Path | None,
+    as_json: bool,
+    film: float | None,
 ) -> None:
     """One verdict, its run written where that is asked for."""
     from dynsim.view.export import check_path, write_run
+    from dynsim.view.film import past_verdict
 
     if output is not None:
         check_path(output)
-    verdict = evaluate(assembly)
+    if film is not None and (output is None or film <= 0):
+        raise InputError("--film takes a positive number of seconds, and goes with -o FILE")
+    with at_work(f"simulating {assembly.n_blocks:,} blocks"):
+        verdict = evaluate(assembly)
     if output is not None:
-        write_run(verdict.run, output)
+        acting = {name: evaluate.keywords.get(name, ()) for name in ("loads", "actions")}
+        write_run(verdict.run if film is None else past_verdict(verdict, film, **acting), output)
     if as_json:
         print_json({"file": str(file), **verdict.summary(), **({"output": str(output)} if output else {})})
         return
@@ -170,6 +182,7 @@ def shake(
     angular_stiffness: AngularStiffness = None,
     preset: Preset = "default",
     output: Output = None,
+    film: Film = None,
     as_json: AsJson = False,
 ) -> None:
     """Shake the ground by a record, a pulse or a ramp of acceleration, and assess the state afterwards.
@@ -184,7 +197,7 @@ def shake(
     settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
     actions = stiffness_of(inertia_scale, angular_stiffness)
     evaluate = partial(run, settings=settings, loads=[motion], actions=actions)
-    _verify_one(file, with_glue(assembly, glue), evaluate, output, as_json)
+    _verify_one(file, with_glue(assembly, glue), evaluate, output, as_json, film)
 
 
 @app.command()
@@ -208,18 +221,16 @@ def limit(
     as_json: AsJson = False,
 ) -> None:
     """Bracket the multiplier of an acceleration, or of the live loads of a case, that moves an assembly in Bullet."""
-    from rich.console import Console
-
     from dynsim.judge.limit import limit as run
     from dynsim.settings import Settings
 
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     growing, permanent = load_and_loads(direction, chosen_case(assembly, file, case, loads_file))
-    with Console(stderr=True).status("static limit") as status:
+    with at_work("static limit") as say:
         found = run(
             with_glue(assembly, glue), growing, loads=permanent, settings=Settings.named(preset), width=width,
             check=check,
-            progress=lambda trial: status.update(f"{trial.multiplier:.5g}: {trial.verdict}"),
+            progress=lambda trial: say(f"{trial.multiplier:.5g}: {trial.verdict}"),
         )  # fmt: skip
     if as_json:
         print_json({"file": str(file), **found.summary()})

@@ -38,7 +38,13 @@ Jobs = Annotated[int | None, typer.Option(help="Processes at a time; all cores b
 Timeout = Annotated[float | None, typer.Option(help="Seconds by the clock that one file may take.")]
 Output = Annotated[
     Path | None,
-    typer.Option("-o", "--output", help="Write the run: .glb (animation), .npz (data) or .png (film strip)."),
+    typer.Option(
+        "-o", "--output", help="Write the run: .glb (animation), .gif or .mp4 (film), .npz (data) or .png (film strip)."
+    ),
+]
+Film = Annotated[
+    float | None,
+    typer.Option(metavar="SECONDS", help="With -o: simulate so long past the verdict, to see a fall; it stays."),
 ]
 RecordFile = Annotated[
     Path | None, typer.Option("--record", help="CSV of time [s] and one to three accelerations [m/s2].")

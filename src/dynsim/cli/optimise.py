@@ -8,12 +8,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from blockstat.cli.imperfect import Imperfect, imperfections_of
 from blockstat.cli.options import AsJson, Friction, Gravity, Tilt, modified, print_json
 from blockstat.errors import InputError
 from dynsim.cli.criteria import Group, Preset, Threshold
 
 if TYPE_CHECKING:
     from blockstat.design_search.search import Margin, SearchResult
+
+Probability = Annotated[
+    float | None,
+    typer.Option(help='"robust": stay below this probability of failure; the scene says what is [uncertain].'),
+]
 
 
 def optimise(
@@ -23,14 +29,18 @@ def optimise(
         str | None,
         typer.Option("--parameters", metavar="PATH,...", help="Parameters to move, in order; all ranges by default."),
     ] = None,
-    strategy: Annotated[str, typer.Option(help='"paper", "pruned", "gradient" or "pareto".')] = "pruned",
+    strategy: Annotated[str, typer.Option(help='"paper", "pruned", "gradient", "pareto" or "robust".')] = "pruned",
     over: Annotated[
         str, typer.Option(help='"line": one parameter after the other; "grid": every combination.')
     ] = "line",
     reserve: Annotated[
         str | None,
-        typer.Option(metavar="X,Y,Z,LEAST", help='For "gradient", "pareto": push in this direction to be carried [g].'),
+        typer.Option(
+            metavar="X,Y,Z,LEAST", help='Push in this direction to be carried [g]; not for "paper", "pruned".'
+        ),
     ] = None,
+    imperfection: Imperfect = None,
+    probability: Probability = None,
     snap: Annotated[bool, typer.Option(help='"gradient": only designs on the steps of the ranges.')] = False,
     friction: Friction = None,
     gravity: Gravity = None,
@@ -42,7 +52,7 @@ def optimise(
     as_json: AsJson = False,
 ) -> None:
     """Search for a lighter design that stands: statics prune, Bullet verifies, and a report is written."""
-    from blockstat.design_search.search import space_of
+    from blockstat.design_search.search import FailureTarget, space_of
     from blockstat.spec import load_scene
     from dynsim.design_search.optimise import optimise as run
     from dynsim.settings import Settings
@@ -66,6 +76,8 @@ def optimise(
         over=over,
         margin=_margin(reserve) if reserve is not None else None,
         snap=snap,
+        imperfections=imperfections_of(imperfection),
+        target=None if probability is None else FailureTarget(probability),
     )
     _print_result(result, report, as_json)
     if not result.finished:
@@ -86,6 +98,7 @@ def _print_result(result: SearchResult, report: Path, as_json: bool) -> None:
                 "static_solves": result.static_solves,
                 "certificates_reused": result.certificates_reused,
                 "dynamic_runs": result.dynamic_runs,
+                "failure": result.summary()["failure"],
                 "report": str(report),
             }
         )

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from blockstat.cli.cases import Case, LoadsFile
 from blockstat.cli.options import FileArgument, Friction, Gravity, Supports, Tilt, Units, Up, load
 from blockstat.cli.studies import write_report
 from dynsim.cli.criteria import Preset
@@ -24,6 +25,8 @@ def report(
     up: Up = None,
     preset: Preset = "default",
     directions: Annotated[int, typer.Option(metavar="N", help="Of the horizon; a multiple of 4.")] = 16,
+    case: Case = None,
+    loads: LoadsFile = None,
 ) -> None:
     """Write the report of `blockstat report` with the verdict of a simulation beside those of the statics."""
     from dynsim.judge.verify import verify
@@ -31,4 +34,5 @@ def report(
 
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     simulated = partial(verify, settings=Settings.named(preset))
-    write_report(file, assembly, output, units=units, directions=directions, verify=simulated)
+    options = {"units": units, "directions": directions, "case": case, "loads": loads}
+    write_report(file, assembly, output, verify=simulated, **options)

@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from blockstat.cli.progress import at_work
 from blockstat.errors import InputError, InputWarning
 
 if TYPE_CHECKING:
@@ -57,8 +58,6 @@ def side_by_side(
     InputError
         For a path where nothing is, before any file is read.
     """
-    from rich.console import Console
-
     from dynsim.parallel.pool import INTERRUPTED, Row, run_many
 
     for file in files:
@@ -72,7 +71,7 @@ def side_by_side(
             number.append(i)
         except InputError as error:
             rows[i] = Row(file.stem, None, str(error))
-    with Console(stderr=True).status(f"0/{len(assemblies)}") as status:
+    with at_work(f"0/{len(assemblies)}") as say:
         done: list[int] = []
 
         def progress(index: int, row: Row[T]) -> None:
@@ -80,7 +79,7 @@ def side_by_side(
             rows[number[index]] = row
             for text in row.warnings:
                 warnings.warn(InputWarning(f"{files[number[index]]}: {text}"), stacklevel=2)
-            status.update(f"{len(done)}/{len(assemblies)} {files[number[index]].name}")
+            say(f"{len(done)}/{len(assemblies)} {files[number[index]].name}")
             if save is not None:
                 save(rows)
 

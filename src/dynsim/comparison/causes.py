@@ -10,7 +10,7 @@ from blockstat.analysis.assess import assess
 from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces, find_interfaces
-from blockstat.result import Sentence
+from blockstat.result import Sentence, plain
 from dynsim.judge.stages import stages
 from dynsim.judge.verdict import DynamicOutcome, DynamicVerdict
 from dynsim.judge.verify import verify
@@ -96,7 +96,7 @@ def likely_reason(static: Verdict, dynamic: DynamicVerdict) -> str:
     ''
     """
     if dynamic.outcome is DynamicOutcome.CREEPS:
-        return f"it creeps at {1e3 * dynamic.rate:.2g} mm/s in Bullet: neither a stand nor a fall"
+        return f"it creeps at {plain(1e3 * dynamic.rate, 2)} mm/s in Bullet: neither a stand nor a fall"
     if agrees(static, dynamic):
         return ""
     found = find_cause(static, with_coulomb(static), dynamic)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from blockstat.analysis.verdict import Outcome, Verdict
+from blockstat.analysis.verdict import Outcome
 from blockstat.result import Result
+from blockstat.sequence.plan import assess_plan
 from blockstat.sequence.states import Whole
 from dynsim.judge.replay import DynamicSequence
 from dynsim.judge.verdict import DynamicOutcome
@@ -14,14 +15,19 @@ from dynsim.judge.verdict import DynamicOutcome
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
+#: Random tightnesses of the joints at which a Coulomb state is looked for.
+TIGHTNESSES = 12
+
 
 @dataclass(frozen=True, eq=False)
 class StepComparison(Result):
     """What statics and Bullet say of each step of a plan."""
 
     static: tuple[Outcome, ...]  #: whether admissible forces exist
-    coulomb: tuple[Outcome | None, ...]  #: without dilatancy and self-stress; None where the two agree anyway
+    coulomb: tuple[Outcome | None, ...]  #: without dilatancy and self-stress; None where the two agree, and on props
     dynamic: tuple[DynamicOutcome, ...]
+    #: share of random tightnesses of the joints at which a Coulomb state exists; None where it was not asked for
+    tightness: tuple[float | None, ...]
 
     @property
     def differ(self) -> list[int]:
@@ -31,8 +37,21 @@ class StepComparison(Result):
 
     @property
     def unexplained(self) -> list[int]:
-        """Of those, steps on which Coulomb's verdict does not side with Bullet."""
-        return [k for k in self.differ if (self.coulomb[k] is Outcome.STABLE) != _stands(self.dynamic[k])]
+        """Of those, steps on which Coulomb's verdict neither sides with Bullet nor hangs on how tight the joints are.
+
+        Coulomb friction does not determine the forces. Where not all tightnesses of the joints have a state without
+        dilatancy and self-stress, statics do not exclude a fall, and Bullet's joints decide.
+        """
+        return [k for k in self.differ if not (self._sides(k) or self._hangs(k))]
+
+    def _sides(self, step: int) -> bool:
+        verdict = self.coulomb[step]
+        decided = verdict not in (None, Outcome.UNDECIDED)
+        return decided and (verdict is Outcome.STABLE) == _stands(self.dynamic[step])
+
+    def _hangs(self, step: int) -> bool:
+        share = self.tightness[step]
+        return share is not None and share < 1.0 and not _stands(self.dynamic[step])
 
     def summary(self) -> dict[str, Any]:
         """Return plain values for JSON.
@@ -46,6 +65,7 @@ class StepComparison(Result):
             "verdicts": [outcome.word for outcome in self.static],
             "differ": self.differ,
             "coulomb": {str(k): outcome.word for k, outcome in enumerate(self.coulomb) if outcome is not None},
+            "tightness": {str(k): share for k, share in enumerate(self.tightness) if share is not None},
             "unexplained": self.unexplained,
         }
 
@@ -61,6 +81,8 @@ class StepComparison(Result):
         for k in self.differ:
             coulomb = self.coulomb[k]
             word = "" if coulomb is None else f', with flow="coulomb" {coulomb.word}'
+            share = self.tightness[k]
+            word += "" if share is None else f"; states at {100 * share:.0f} % of random tightnesses of the joints"
             lines.append(f"step {k}: Bullet {self.dynamic[k].word}, statics {self.static[k].word}{word}")
         return "\n".join(lines)
 
@@ -82,17 +104,21 @@ def compare_steps(assembly: Assembly, found: DynamicSequence) -> StepComparison:
     """
     whole = Whole(assembly)
     states = [whole.state_of(*state, f"step {k}") for k, state in enumerate(found.plan.states())]
-
-    def judged(k: int, flow: str) -> Verdict:
-        return whole.assess(*states[k], flow=flow, score=False)
-
-    static = [judged(k, "associated").outcome for k in range(len(states))]
+    static = assess_plan(assembly, found.plan).outcomes
     dynamic = [step.outcome for step in found.steps]
     coulomb: list[Outcome | None] = [None] * len(states)
-    for k in range(len(states)):
-        if (static[k] is Outcome.STABLE) != _stands(dynamic[k]):
-            coulomb[k] = judged(k, "coulomb").outcome
-    return StepComparison(tuple(static), tuple(coulomb), tuple(dynamic))
+    tightness: list[float | None] = [None] * len(states)
+    for k, state in enumerate(states):
+        if (static[k] is Outcome.STABLE) == _stands(dynamic[k]):
+            continue
+        if any(found.plan.standing_props()[k]):
+            continue  # Coulomb states of blocks on props are not known
+        verdict = whole.assess(*state, flow="coulomb", score=False)
+        coulomb[k] = verdict.outcome
+        if verdict.outcome in (Outcome.STABLE, Outcome.UNDECIDED):
+            again = whole.assess(*state, flow="coulomb", score=False, tightnesses=TIGHTNESSES)
+            tightness[k] = None if again.coulomb is None else again.coulomb.tightness
+    return StepComparison(static, tuple(coulomb), tuple(dynamic), tuple(tightness))
 
 
 def _stands(outcome: DynamicOutcome) -> bool:

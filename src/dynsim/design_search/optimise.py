@@ -11,8 +11,9 @@ from blockstat.analysis.assess import assess
 from blockstat.analysis.certificate_cache import Memory
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces
-from blockstat.design_search.search import Candidate, Margin, SearchResult, check_strategy, search
+from blockstat.design_search.search import Candidate, FailureTarget, Margin, SearchResult, check_strategy, search
 from blockstat.errors import known_options
+from blockstat.imperfection.imperfections import Imperfections
 from blockstat.spec import Scene, build, with_values
 from blockstat.system.lines import PlainLines
 from blockstat.system.lock import locked
@@ -46,6 +47,8 @@ def optimise(
     margin: Margin | None = None,
     snap: bool = False,
     points: int = 6,
+    imperfections: Imperfections | None = None,
+    target: FailureTarget | None = None,
 ) -> tuple[SearchResult, Path]:
     """Search for the lightest design that stands, confirm it in Bullet, and write a report.
 
@@ -61,14 +64,14 @@ def optimise(
     names : sequence of str, optional
         Parameters to move, in order; all ranges of the scene when None.
     settings : Settings, optional
-        Of the dynamic verdicts, as in `verify`.
+        Of the dynamic verdicts, as in `verify`. Statics say how much a run has to resolve (`statics=True` there).
     jobs : int, optional
         Simulations side by side; all cores when None. The history is the same whatever the number.
     under : callable
         Puts each design under another friction or gravity.
     conditions : str
         Says which; a history under other conditions is not taken up.
-    strategy, over, margin, snap, points : optional
+    strategy, over, margin, snap, points, imperfections, target : optional
         As in `blockstat.search`.
 
     Returns
@@ -86,14 +89,17 @@ def optimise(
     check_strategy(strategy, over, margin, snap)
     memory, jobs = Memory(), jobs_checked(jobs)
     with locked(directory):
-        with shown_search() as progress, SpeculativeRuns(partial(verify, settings=settings), jobs) as dynamic:
+        with (
+            shown_search() as progress,
+            SpeculativeRuns(partial(verify, settings=settings, statics=True), jobs) as dynamic,
+        ):
 
             def begin(assembly: Assembly, interfaces: Interfaces | None = None) -> None:
                 dynamic.begin(assembly, interfaces=interfaces)
 
             result = search(
                 building,
-                static=lambda assembly: assess(assembly, memory=memory, score=False),
+                static=lambda assembly, **worst: assess(assembly, memory=memory, score=False, **worst),
                 verify=lambda assembly, interfaces=None: dynamic(assembly, interfaces=interfaces),
                 begin=begin if jobs > 1 else None,
                 speculative=jobs,
@@ -109,6 +115,8 @@ def optimise(
                 margin=margin,
                 snap=snap,
                 points=points,
+                imperfections=imperfections,
+                target=target,
             )
         figures = write_designs(result, directory, under=under)
         figures += _moved(result, directory, settings, under)
@@ -155,7 +163,7 @@ def _moved(
     chosen = min(fallen, key=lambda c: c.volume or 0.0).parameters if fallen else result.best_parameters
     if chosen is None:
         return []
-    verdict = verify(under(build(with_values(result.building, chosen))), settings=settings)
+    verdict = verify(under(build(with_values(result.building, chosen))), settings=settings, statics=True)
     values = ", ".join(f"{name} {value:g}" for name, value in chosen.items())
     word = "moved in Bullet though statics allow it" if fallen else "stands in Bullet"
     return [Figure(picture_of_run(verdict, directory / "moved.png"), f"The design with {values} {word}.")]

@@ -1,4 +1,4 @@
-"""The shape of each block as Bullet needs it: a box, a convex hull, or convex pieces."""
+"""The shape of each block as the engines need it: a box, a convex hull, or convex pieces."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from blockstat.assembly import Assembly
 from blockstat.typing import Floats, Ints
-from dynsim.engine.decompose import convex_pieces
+from dynsim.engine.decompose import FLUSH, convex_pieces
 
 #: A block whose hull is larger by no more than this fraction is convex.
 CONVEX = 1e-6
@@ -31,23 +31,26 @@ class Shape:
     inertia: Floats  #: shape (3,), principal moments [kg m2]
 
 
-def shapes(assembly: Assembly) -> list[Shape]:
-    """Return the shapes of all blocks as Bullet needs them.
+def shapes(assembly: Assembly, *, exact: bool = False) -> list[Shape]:
+    """Return the shapes of all blocks as the engines need them.
 
     Parameters
     ----------
     assembly : Assembly
         The blocks.
+    exact : bool
+        Keep warped faces in their places, by more pieces. Bullet cannot use such pieces (see
+        `dynsim.engine.decompose`).
 
     Returns
     -------
     list of Shape
         One a block.
     """
-    return [_shape(assembly, block) for block in range(assembly.n_blocks)]
+    return [_shape(assembly, block, exact) for block in range(assembly.n_blocks)]
 
 
-def _shape(assembly: Assembly, block: int) -> Shape:
+def _shape(assembly: Assembly, block: int, exact: bool) -> Shape:
     local = assembly.block_vertices(block) - assembly.centroid[block]
     faces = assembly.faces_of(block)
     box = _as_box(local, faces, assembly.size[block])
@@ -61,7 +64,7 @@ def _shape(assembly: Assembly, block: int) -> Shape:
     excess = hull.volume / assembly.volume[block] - 1.0
     if excess <= CONVEX:
         return Shape(rotation, None, (local[hull.vertices],), moments)
-    return Shape(rotation, None, _pieces(local, faces, assembly.size[block]), moments)
+    return Shape(rotation, None, _pieces(local, faces, assembly.size[block], exact), moments)
 
 
 def _axes(inertia: Floats, fixed: bool) -> tuple[Floats, Floats]:
@@ -105,19 +108,41 @@ def _hull(points: Floats):
     return ConvexHull(points)
 
 
-def _pieces(local: Floats, faces: Sequence[np.ndarray], size: float) -> tuple[Floats, ...]:
+def _pieces(local: Floats, faces: Sequence[np.ndarray], size: float, exact: bool) -> tuple[Floats, ...]:
     """Convex pieces of a concave block: exact cuts, or CoACD (Wei et al. 2022) where those fail."""
     from blockstat.geometry.triangulation import triangulate
 
+    if exact and (found := convex_pieces(_split_alike(local, faces, size), size, exact=True)) is not None:
+        return tuple(found)
     triangles = triangulate(local, faces)
-    exact = convex_pieces(local, triangles, size)
-    if exact is not None:
-        return tuple(exact)
+    cut = convex_pieces(local[triangles], size)
+    if cut is not None:
+        return tuple(cut)
     import coacd
 
     coacd.set_log_level("error")
     parts = coacd.run_coacd(coacd.Mesh(local, triangles.astype(np.int32)), threshold=0.02, seed=0)
     return tuple(np.asarray(vertices)[_hull(np.asarray(vertices)).vertices] for vertices, _ in parts)
+
+
+def _split_alike(local: Floats, faces: Sequence[np.ndarray], size: float) -> Floats:
+    """Corners of the triangles of a surface, shape (k, 3, 3).
+
+    A warped face is split about the mean of its corners, as for the volume: both blocks at a joint have the same
+    triangles then, whatever their frames.
+    """
+    from blockstat.geometry.triangulation import triangulate
+
+    found = []
+    for face in faces:
+        corners = local[face]
+        mean = corners.mean(axis=0)
+        if len(face) > 3 and np.linalg.svd(corners - mean, compute_uv=False)[2] > FLUSH * size:
+            following = np.roll(corners, -1, axis=0)
+            found.append(np.stack([np.broadcast_to(mean, corners.shape), corners, following], axis=1))
+        else:
+            found.append(local[triangulate(local, [face])])
+    return np.concatenate(found)
 
 
 def on_grid(points: Floats) -> Floats:
@@ -188,32 +213,3 @@ def hull_obj(pieces: Sequence[Floats]) -> str:
         lines += ["f " + " ".join(map(str, face)) for face in (outward_hull(points)[0] + offset).tolist()]
         offset += len(points)
     return "\n".join(lines) + "\n"
-
-
-def box_urdf(half_extents: Floats, mass: float) -> str:
-    """Return a box as the text of a URDF file.
-
-    Parameters
-    ----------
-    half_extents : array of float, shape (3,)
-        Half of its edges [m].
-    mass : float
-        Mass [kg]; 0 for a body that does not move.
-
-    Returns
-    -------
-    str
-        One link. Bullet is told the moments of inertia afterwards.
-
-    Notes
-    -----
-    Only a box from such a file can be given the faces and edges that separating axes need. A box without them is laid
-    on a hull by another method, a margin of 1 mm above it, and tips at 0.92 of its limit. Two boxes have a faster
-    method of their own.
-    """
-    size = " ".join(map(repr, (2 * half_extents).tolist()))
-    return (
-        f'<robot name="block"><link name="block"><inertial><mass value="{mass!r}"/>'
-        '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
-        f'<collision><geometry><box size="{size}"/></geometry></collision></link></robot>'
-    )

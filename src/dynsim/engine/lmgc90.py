@@ -140,14 +140,15 @@ class Lmgc90World:
             return pickle.load(self._process.stdout)
         except (EOFError, OSError, pickle.UnpicklingError):
             said = self._log.read_text(errors="replace").splitlines() if self._log.exists() else []
-            told = next((line.strip() for line in reversed(said) if "error" in line.lower()), "without a word")
+            told = next((line for line in reversed(said) if "error" in line.lower()), "without a word")
+            told = "".join(letter for letter in told if letter.isprintable()).strip()  # Fortran's strings end in zeros
             raise InputError(
                 f'"{self.assembly.name}": LMGC90 cannot simulate this scene and ended ({told}); use the engine "bullet"'
             ) from None
 
     def _scene(self) -> Scene:
         assembly = self.assembly
-        pieces = tuple(self._pieces(shape) for shape in shapes(assembly))
+        pieces = tuple(self._pieces(shape) for shape in shapes(assembly, exact=True))
         _check_corners(assembly, pieces)
         volume = np.array([sum(outward_hull(piece)[1] for piece in own) for own in pieces])
         return Scene(

@@ -21,7 +21,7 @@ from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces, find_interfaces
 from blockstat.errors import InputError
 from blockstat.typing import Floats, Ints
-from dynsim.engine.bodies import Shape, box_urdf, hull_obj, shapes
+from dynsim.engine.bodies import Shape, hull_obj, shapes
 from dynsim.engine.bullet import ENGINE, import_bullet, matrices, quaternion
 from dynsim.engine.friction import block_friction, common_friction, has_own_friction
 from dynsim.engine.guards import (
@@ -153,6 +153,7 @@ class World:
         self._gravity = np.asarray(assembly.gravity, dtype=float)
         self._carried: set[int] = set()
         self.removed: set[int] = set()  #: blocks taken out by `remove`
+        self._held: set[int] = set()
 
     @cached_property
     def interfaces(self) -> Interfaces:
@@ -186,35 +187,35 @@ class World:
         )  # fmt: skip
         self.set_time_step(self.settings.time_step)
         self.set_gravity(self.assembly.gravity)
+        # Boxes and hulls never mix: Bullet keeps a margin on one kind and not on the other, and boxes with the faces of
+        # hulls keep contact points that have slid, which hold them (docs/dynamics.md).
+        as_boxes = all(shape.half_extents is not None for shape in self._shapes)
         for block, shape in enumerate(self._shapes):
-            self._bodies.append(self._add(block, shape))
+            self._bodies.append(self._add(block, shape, as_boxes))
 
-    def _body(self, block: int, shape: Shape, mass: float) -> int:
-        """Make the body of a block: a box from a file of its own, since only such a box may touch hulls."""
+    def _shape(self, shape: Shape, as_box: bool) -> int:
+        """Make the collision shape of a block; negative where Bullet refuses it."""
         b = self._bullet
+        if as_box:
+            assert shape.half_extents is not None
+            half = (shape.half_extents * self.length).tolist()
+            return b.createCollisionShape(b.GEOM_BOX, halfExtents=half, physicsClientId=self._client)
         assert self._directory is not None
-        path = Path(self._directory.name) / "block"  # read at once and not kept
-        place: dict[str, Any] = {
-            "basePosition": (self.assembly.centroid[block] * self.length).tolist(),
-            "baseOrientation": quaternion(shape.rotation).tolist(),
-            "useMaximalCoordinates": 1,
-            "physicsClientId": self._client,
-        }
-        if shape.half_extents is not None:
-            path = path.with_suffix(".urdf")
-            path.write_text(box_urdf(shape.half_extents * self.length, mass))
-            return b.loadURDF(str(path), flags=b.URDF_INITIALIZE_SAT_FEATURES, **place)
-        path = path.with_suffix(".obj")
+        path = Path(self._directory.name) / "block.obj"  # read at once and not kept
         path.write_text(hull_obj([piece * self.length for piece in shape.pieces]))
-        collision = b.createCollisionShape(
+        return b.createCollisionShape(
             b.GEOM_MESH, fileName=str(path), flags=b.URDF_INITIALIZE_SAT_FEATURES, physicsClientId=self._client
         )
-        return -1 if collision < 0 else b.createMultiBody(baseMass=mass, baseCollisionShapeIndex=collision, **place)
 
-    def _add(self, block: int, shape: Shape) -> int:
+    def _add(self, block: int, shape: Shape, as_box: bool) -> int:
         b, assembly = self._bullet, self.assembly
         mass = 0.0 if assembly.support[block] else float(assembly.mass[block] * self._mass)
-        body = self._body(block, shape, mass)
+        collision = self._shape(shape, as_box)
+        body = -1 if collision < 0 else b.createMultiBody(
+            baseMass=mass, baseCollisionShapeIndex=collision, useMaximalCoordinates=1, physicsClientId=self._client,
+            basePosition=(assembly.centroid[block] * self.length).tolist(),
+            baseOrientation=quaternion(shape.rotation).tolist(),
+        )  # fmt: skip
         if body < 0:
             raise RuntimeError(f'Bullet refused block "{assembly.names[block]}"')
         options: dict[str, Any] = {
@@ -281,8 +282,8 @@ class World:
             return
         linear, angular = self._loads.take(self.poses()[1], *self.velocities(), self.time_step)
         blocks = self.assembly.free
-        if self.removed:
-            blocks = np.setdiff1d(blocks, list(self.removed))
+        if self.removed or self._held:
+            blocks = np.setdiff1d(blocks, list(self.removed | self._held))
         self.set_velocities(blocks, linear[blocks], angular[blocks])
 
     def set_gravity(self, gravity: Sequence[float] | Floats) -> None:
@@ -534,6 +535,7 @@ class World:
         b, body = self._bullet, self._bodies[block]
         b.changeDynamics(body, -1, mass=0.0, physicsClientId=self._client)
         b.resetBaseVelocity(body, [0.0] * 3, [0.0] * 3, physicsClientId=self._client)
+        self._held.add(block)
 
     def let_go(self, block: int) -> None:
         """Let go of a block that is held.
@@ -543,6 +545,7 @@ class World:
         block : int
             Number of the block.
         """
+        self._held.discard(block)
         moments = self._shapes[block].inertia * self._mass * self.length**2
         self._bullet.changeDynamics(
             self._bodies[block], -1, mass=self.assembly.mass[block] * self._mass,

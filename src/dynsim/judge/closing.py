@@ -9,6 +9,9 @@ points of the statics lie. So nothing adds up from course to course, and a corne
 Joints of faces that do not match, such as those of curved vaults that were cut differently on their two sides, cannot
 be closed so. Where each block is still held by some chain of joints that does close, the blocks are simulated as drawn,
 and the verdict says so. Elsewhere the motion would be that of the gaps, and the run is refused.
+
+Blocks that overlap by more than such a tolerance have no joint in statics, and Bullet would throw them apart. They are
+cut by the plane halfway through the overlap, and the verdict says so.
 """
 
 from __future__ import annotations
@@ -19,8 +22,10 @@ import numpy as np
 
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
+from blockstat.contact.penetration import overlaps
 from blockstat.errors import InputError
 from blockstat.geometry_repair.repair import close_joints
+from blockstat.geometry_repair.trimming import trim_overlaps
 from blockstat.typing import Floats
 from dynsim.judge.criteria import default_threshold
 from dynsim.judge.stages import chain
@@ -41,11 +46,18 @@ class ClosedScene:
     moved: float = 0.0  #: the furthest that a corner was moved [m]
     left: int = 0  #: joints that are simulated as drawn although their faces do not meet
     misfit: float = 0.0  #: the largest gap or overlap of those [m]
+    trimmed: int = 0  #: blocks that were cut where they overlap others
+    cut: float = 0.0  #: the furthest that one was cut back [m]
 
     @property
     def warnings(self) -> list[str]:
         """What a verdict must say."""
         told = []
+        if self.trimmed:
+            told.append(
+                f"{self.trimmed} blocks overlapped others by more than a joint; for Bullet they were cut back by up to "
+                f"{1e3 * self.cut:.2g} mm, to the plane halfway through each overlap"
+            )
         if self.closed:
             told.append(
                 f"{self.closed} joints that statics count as closed were open or overlapped; they were closed for "
@@ -78,13 +90,24 @@ def closed_scene(assembly: Assembly, interfaces: Interfaces) -> ClosedScene:
     ------
     InputError
         Naming two blocks, where blocks would fall by a tenth of the threshold or more until they touch, and moving
-        corners does not prevent it.
+        corners does not prevent it, or where blocks overlap by so much that cutting them would make others of them.
 
     Notes
     -----
     Gaps matter when a block falls by `SHARE` of the default threshold until joints hold it, or when one joint is open
     by that much. Then all are closed of which a chain, from a support to the furthest block, would move it so far.
     """
+    pairs, _ = overlaps(assembly, gap=GAP)
+    if not len(pairs):
+        return _joined(assembly, interfaces)
+    trimmed, cut = trim_overlaps(assembly, pairs)
+    found = find_interfaces(trimmed, gap=_tolerance(assembly, interfaces))
+    scene = _joined(trimmed, found)
+    return replace(scene, trimmed=int((cut > 0).sum()), cut=float(cut.max()), moved=max(scene.moved, float(cut.max())))
+
+
+def _joined(assembly: Assembly, interfaces: Interfaces) -> ClosedScene:
+    """The blocks with closed joints where none overlap by more than a joint."""
     least = SHARE * default_threshold(assembly)
     opening = _openings(interfaces)
     own = opening.max(initial=0.0)
@@ -117,8 +140,13 @@ def closed_scene(assembly: Assembly, interfaces: Interfaces) -> ClosedScene:
 
 def _closed(assembly: Assembly, interfaces: Interfaces) -> Assembly:
     """The assembly with closed joints, also those that were taken at a larger tolerance than the default."""
+    return close_joints(assembly, _tolerance(assembly, interfaces))[0]
+
+
+def _tolerance(assembly: Assembly, interfaces: Interfaces) -> float:
+    """The share of the smaller block at which joints were taken as closed, at least the default."""
     size = assembly.size[interfaces.pair].min(axis=1)
-    return close_joints(assembly, max(GAP, float((interfaces.gap / size).max())))[0]
+    return max(GAP, float((interfaces.gap / size).max(initial=0.0)))
 
 
 def _gaps_after(closed: Assembly, interfaces: Interfaces) -> tuple[Floats, np.ndarray]:

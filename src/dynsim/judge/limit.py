@@ -14,7 +14,7 @@ from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError, known_options
 from blockstat.loads import as_load
-from blockstat.result import Result, Sentence, finite
+from blockstat.result import Result, Sentence, finite, plain
 from blockstat.typing import Floats
 from dynsim.judge.verdict import DynamicOutcome
 from dynsim.judge.verify import verify
@@ -86,7 +86,7 @@ class DynamicLimit(Result):
             lines.append(f"Static bracket: {self.static[0]:.5g} to {self.static[1]:.5g}.")
         if self.ratio is not None and self.outcome is LimitOutcome.LIMIT:
             lines.append(f"Bullet / static: {self.ratio:.3f}.")
-        lines += [f"{t.multiplier:.5g}: {t.verdict}, {1e3 * t.max_displacement:.2g} mm" for t in self.trials]
+        lines += [f"{t.multiplier:.5g}: {t.verdict}, {plain(1e3 * t.max_displacement, 2)} mm" for t in self.trials]
         lines += [f"Warning: {text}" for text in self.warnings]
         return "\n".join(lines)
 

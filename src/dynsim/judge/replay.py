@@ -1,9 +1,10 @@
 """A plan of building carried out in Bullet, with the criteria at each step.
 
-All blocks are in the client from the beginning, out of reach. A step puts blocks in, takes hold of some and lets others
-go; nothing pushes a held block. Then the blocks settle under full damping, are released and have to come to rest, as in
-`dynsim.verify`. A block is put in where it was built, moved as the blocks that it touches have moved on average. Where
-a step falls, its blocks are put back to where they were before, so that later steps are judged, too.
+All blocks are in the client from the beginning, out of reach. A step puts blocks in, takes hold of some, lets others
+go, and sets props up or takes them away; nothing pushes a held block. Then the blocks settle under full damping, are
+released and have to come to rest, as in `dynsim.verify`. A block is put in where it was built, moved as the blocks that
+it touches have moved on average. Where a step falls, its blocks are put back to where they were before, so that later
+steps are judged, too.
 """
 
 from __future__ import annotations
@@ -16,9 +17,10 @@ import numpy as np
 
 from blockstat.contact.interfaces import Interfaces, find_interfaces
 from blockstat.errors import InputError, known_options
-from blockstat.result import Result
+from blockstat.result import Result, plain
 from blockstat.sequence.plan import Plan, Step, check_plan
 from blockstat.typing import Floats, Ints
+from dynsim.bonds.props import PropForces
 from dynsim.engine.world import World
 from dynsim.judge.closing import closed_scene
 from dynsim.judge.criteria import ARM, angles, default_threshold
@@ -112,12 +114,12 @@ class DynamicSequence(Result):
         largest = 1e3 * max((row["max_displacement"] for row in rows), default=0.0)
         lines = [f"{self.plan.name}: {len(rows)} steps, {self.run.process_seconds:.1f} s"]
         if not bad:
-            lines.append(f"Every step stands; blocks moved by {largest:.2g} mm at most in one.")
+            lines.append(f"Every step stands; blocks moved by {plain(largest, 2)} mm at most in one.")
         else:
             lines.append(f"{len(bad)} steps do not stand, the first is step {bad[0]['step']}.")
         for row in bad:
             what = "" if row["first_block"] is None else f', first "{row["first_block"]}"'
-            lines.append(f"step {row['step']}: {row['verdict']}, {1e3 * row['max_displacement']:.3g} mm{what}")
+            lines.append(f"step {row['step']}: {row['verdict']}, {plain(1e3 * row['max_displacement'])} mm{what}")
         return "\n".join(lines + [f"Warning: {text}" for text in self.warnings])
 
 
@@ -153,7 +155,7 @@ def sequence(
     Raises
     ------
     InputError
-        For a plan that cannot be carried out or has props, for joint laws and for a scene that Bullet cannot simulate.
+        For a plan that cannot be carried out, for joint laws and for a scene that Bullet cannot simulate.
 
     Examples
     --------
@@ -167,8 +169,6 @@ def sequence(
     ['stands', 'stands', 'falls']
     """
     check_plan(plan, assembly)
-    if plan.props:
-        raise InputError(f'sequences are carried out without props; this plan has "{next(iter(plan.props))}"')
     assembly = assembly if friction is None else assembly.with_(friction=friction)
     if assembly.joints:
         raise InputError("sequences are carried out with dry joints; this assembly has joint laws")
@@ -177,13 +177,21 @@ def sequence(
     settings = settings or replace(Settings(), **STEP)
     depth = chain(scene.assembly, scene.interfaces)
     settings = replace(settings, iterations=max(settings.iterations, MIDDLE * depth))
-    with World(scene.assembly, settings, interfaces=scene.interfaces) as world:
-        site = _Site(world, plan, settings)
-        steps = tuple(site.carry_out(step) for step in plan.steps)
+    props = _props(scene.assembly, plan)
+    with World(scene.assembly, settings, [props] if plan.props else [], interfaces=scene.interfaces) as world:
+        site = _Site(world, plan, settings, props)
+        steps = tuple(site.carry_out(*step) for step in zip(plan.steps, plan.standing_props(), strict=True))
         run = site.run()
     worst = next((s.outcome for s in steps if s.outcome is not DynamicOutcome.STANDS), DynamicOutcome.STANDS)
     run = replace(run, process_seconds=process_time() - start)
     return DynamicSequence(worst, plan, steps, site.threshold, run, tuple(scene.warnings))
+
+
+def _props(assembly: Assembly, plan: Plan) -> PropForces:
+    """The props of a plan, in its order."""
+    props = plan.props.values()
+    points, lines = (np.reshape([getattr(prop, key) for prop in props], (-1, 3)) for key in ("point", "direction"))
+    return PropForces(assembly, np.array([assembly.names.index(prop.block) for prop in props], int), points, lines)
 
 
 @dataclass
@@ -198,8 +206,9 @@ class _Film:
 class _Site:
     """The blocks in Bullet while a plan is carried out."""
 
-    def __init__(self, world: World, plan: Plan, settings: Settings) -> None:
+    def __init__(self, world: World, plan: Plan, settings: Settings, props: PropForces) -> None:
         self._world, self._settings = world, settings
+        self._props, self._prop_names = props, list(plan.props)
         self._assembly = assembly = world.assembly
         self._present = assembly.support.copy()
         self._held = assembly.support.copy()
@@ -229,8 +238,8 @@ class _Site:
         self._present[block] = self._held[block] = True
         self._placed[block] = min(self._placed[block], self._time)
 
-    def carry_out(self, step: Step) -> StepRun:
-        """Carry out one step and judge it."""
+    def carry_out(self, step: Step, standing: tuple[str, ...]) -> StepRun:
+        """Carry out one step, at whose end some props stand, and judge it."""
         for block in self._numbers(step.install):
             if not self._present[block]:
                 self._put_in(block)
@@ -239,6 +248,8 @@ class _Site:
         for block in np.flatnonzero(self._present & (hands != self._held)).tolist():
             (self._world.hold if hands[block] else self._world.let_go)(block)
         self._held = hands
+        if self._prop_names:
+            self._props.stand(self._world, np.isin(self._prop_names, standing))
         free = np.flatnonzero(self._present & ~hands)
         before = self._world.poses()
         if not len(free):

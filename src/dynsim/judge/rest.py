@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import deque
+from bisect import bisect_right
 from collections.abc import Sequence
 
 import numpy as np
@@ -103,10 +103,20 @@ class RestDetection:
         window : float
             Time over which trends are taken [s].
         """
-        self._window, self._fastest = window, 2 * SHOWN * threshold / window / SAFE
-        self._times: deque[float] = deque()
-        self._moved: deque[Floats] = deque()
+        self._threshold, self._window = threshold, window
+        self._times: list[float] = []
+        self._moved: list[Floats] = []
         self.reached = False
+
+    def lengthen(self, window: float) -> None:
+        """Ask for a longer time without a trend; looks up to now count.
+
+        Parameters
+        ----------
+        window : float
+            Time over which trends are taken [s].
+        """
+        self._window, self.reached = window, False
 
     def look(self, time: float, moved: Floats) -> bool:
         """Take displacements in, and return whether the blocks are at rest.
@@ -126,16 +136,15 @@ class RestDetection:
         if time >= 0:
             self._times.append(time)
             self._moved.append(moved)
-            while len(self._times) > LEAST and self._times[1] <= time - self._window + 1e-9:
-                self._times.popleft()
-                self._moved.popleft()
-            whole = len(self._times) >= LEAST and self._times[0] <= time - self._window + 1e-9
-            self.reached = whole and self._speed() < self._fastest
+            first = bisect_right(self._times, time - self._window + 1e-9) - 1  # the last look before the window
+            fastest = 2 * SHOWN * self._threshold / self._window / SAFE
+            self.reached = 0 <= first <= len(self._times) - LEAST and self._speed(first) < fastest
         return self.reached
 
-    def _speed(self) -> float:
-        """Velocity of the fastest trend at the last look, with its standard errors [m/s]."""
-        velocity, error = trend(np.array(self._times), np.array(self._moved).reshape(len(self._times), -1))
+    def _speed(self, first: int) -> float:
+        """Velocity of the fastest trend since a look, with its standard errors [m/s]."""
+        moved = np.array(self._moved[first:])
+        velocity, error = trend(np.array(self._times[first:]), moved.reshape(len(moved), -1))
         fast = np.abs(velocity).max(axis=0) + ERRORS * error
         return float(np.linalg.norm(fast.reshape(-1, 3), axis=1).max())
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from blockstat.result import Result, Sentence
+from blockstat.result import Result, Sentence, plain
 from blockstat.typing import Floats, Ints
 from dynsim.judge.cracks import Cracks
 from dynsim.judge.run import Run
+from dynsim.settings import Settings
 
 
 class DynamicOutcome(Sentence):
@@ -42,6 +43,7 @@ class DynamicVerdict(Result):
     warnings: tuple[str, ...] = ()
     corners_moved: float = 0.0  #: the furthest that a corner was moved to close the joints before the run [m]
     misfit: float = 0.0  #: largest gap or overlap of the joints that statics count as closed and that were left [m]
+    settings: Settings | None = None  #: of the run
 
     @property
     def passes_eq1(self) -> bool:
@@ -78,12 +80,12 @@ class DynamicVerdict(Result):
         """
         lines = [
             self.outcome.value + (" (LMGC90)" if self.run.engine == "lmgc90" else ""),
-            f"Eq. 1: {self.group or 'whole assembly'} dropped {1e3 * self.group_drop:.2g} mm "
-            f"(threshold {1e3 * self.roof_threshold:.3g} mm). "
-            f"Eq. 2: largest drop of a block {1e3 * self.max_drop:.2g} mm "
-            f"(threshold {1e3 * self.brick_threshold:.3g} mm). "
-            f"Largest displacement {1e3 * self.max_displacement:.2g} mm, "
-            f"rotation {self.max_rotation:.2g} degrees, rate at the end {1e3 * self.rate:.2g} mm/s.",
+            f"Eq. 1: {self.group or 'whole assembly'} dropped {plain(1e3 * self.group_drop, 2)} mm "
+            f"(threshold {plain(1e3 * self.roof_threshold)} mm). "
+            f"Eq. 2: largest drop of a block {plain(1e3 * self.max_drop, 2)} mm "
+            f"(threshold {plain(1e3 * self.brick_threshold)} mm). "
+            f"Largest displacement {plain(1e3 * self.max_displacement, 2)} mm, "
+            f"rotation {self.max_rotation:.2g} degrees, rate at the end {plain(1e3 * self.rate, 2)} mm/s.",
         ]
         if self.outcome is DynamicOutcome.STANDS:
             lines.append(f"An imbalance of {self.resolution:.1g} of the weight would have shown.")

@@ -1,4 +1,4 @@
 """Runs as files: animated GLB, NPZ, film strips.
 
-This room imports `judge`, and of `blockstat` the root, `io`, `spec`, `view` and `system`.
+This room imports `judge`, `loads`, `engine`, and of `blockstat` the root, `io`, `spec`, `view` and `system`.
 """

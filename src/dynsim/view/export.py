@@ -1,4 +1,4 @@
-"""A run as a file: an animated GLB, a compact NPZ that can be read back, a film strip."""
+"""A run as a file: an animated GLB, a compact NPZ that can be read back, a moving picture, a film strip."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from blockstat.spec import read
 from blockstat.system.writing import written_whole
 from blockstat.typing import Floats
 from dynsim.judge.run import Contacts, Run
-from dynsim.view.film import film_strip
+from dynsim.view.film import MOVING, film_strip, write_movie
 
 KEYS = 240  #: of an animation, at most
 #: Which suffix is written how.
@@ -32,7 +32,8 @@ def write_run(run: Run, path: str | Path) -> Path:
     run : Run
         What `simulate` returns, or the `run` of a verdict.
     path : str or Path
-        Its suffix says how: .glb (animation), .npz (everything), or .png, .svg, .pdf (film strip).
+        Its suffix says how: .glb (animation), .npz (everything), .gif or .mp4 (moving picture), or .png, .svg, .pdf
+        (film strip).
 
     Returns
     -------
@@ -49,6 +50,8 @@ def write_run(run: Run, path: str | Path) -> Path:
         return write_glb(run, path)
     if path.suffix.lower() == ".npz":
         return write_npz(run, path)
+    if path.suffix.lower() in MOVING:
+        return write_movie(run, path)
     return film_strip(run, path)
 
 
@@ -71,7 +74,7 @@ def check_path(path: str | Path) -> Path:
         For an unknown suffix, or a directory that does not exist.
     """
     path = Path(path)
-    suffixes = (".glb", ".npz", *PICTURES)
+    suffixes = (".glb", ".npz", *MOVING, *PICTURES)
     if path.suffix.lower() not in suffixes:
         raise InputError(f'{path}: cannot write "{path.suffix}"; a run is written as: {", ".join(suffixes)}')
     if not path.parent.is_dir():

@@ -1,23 +1,146 @@
-"""A film strip of a run: a few moments side by side, painted as in `blockstat.view.plot`."""
+"""Films of a run: its motion past the verdict, a moving picture, and a strip of a few moments side by side."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from blockstat.errors import InputError
+from blockstat.system.writing import written_whole
 from blockstat.typing import Floats, Ints
 from blockstat.view.painter import posed, view_of, visible
 from blockstat.view.plot import SUPPORT, save_figure
-from dynsim.judge.run import Run
+from dynsim.engine.world import Action
+from dynsim.judge.run import Run, simulate
+from dynsim.judge.verdict import DynamicVerdict
+from dynsim.loads.load import Loads
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
 
 #: The picture holds what falls up to this far beyond the blocks as built, and a margin, as shares of their larger
 #: extent; what flies further is cut.
 REACH, MARGIN = 0.6, 0.06
 MOVED = "YlOrRd"  #: pale where nothing moved, so that joints are seen there
 HEIGHT, WIDEST = 3.0, 24.0  #: of a panel and of the strip [inches]
+MOVING = (".gif", ".mp4")  #: what `write_movie` writes
+LARGEST = 6.0  #: the longer side of a moving picture [inches]
+
+
+def past_verdict(verdict: DynamicVerdict, seconds: float, *, loads: Loads = (), actions: Sequence[Action] = ()) -> Run:
+    """Simulate the run of a verdict again, and go on past the moment at which it was decided.
+
+    A run ends as soon as it is decided, so a fall is seen only as far as the threshold. This shows the rest of it. The
+    verdict stays as it is.
+
+    Parameters
+    ----------
+    verdict : DynamicVerdict
+        What `verify` returned.
+    seconds : float
+        How long to go on [s].
+    loads, actions : optional
+        Those that `verify` was called with.
+
+    Returns
+    -------
+    Run
+        The same motion, and what follows.
+
+    Raises
+    ------
+    InputError
+        For a number of seconds that is not positive, and for a verdict without its settings.
+
+    Examples
+    --------
+    >>> from blockstat.model import arch, assemble
+    >>> from dynsim import past_verdict, verify
+    >>> ring = assemble(arch(span=2.0, thickness=0.06, depth=0.5, voussoirs=9, springers=0.3), friction=0.7)
+    >>> verdict = verify(ring)
+    >>> film = past_verdict(verdict, 0.3)
+    >>> verdict.outcome.word, round(float(film.times[-1] - verdict.run.times[-1]), 1)
+    ('falls', 0.3)
+    """
+    if not 0 < seconds < float("inf"):
+        raise InputError(f"film: {seconds!r} seconds; a positive number is needed")
+    if verdict.settings is None:
+        raise InputError("film: the verdict does not know the settings of its run")
+    run = verdict.run
+    end = (float(run.times[-1]) + seconds) * run.pace
+    # The longest window belongs to a resolution; a run that is not judged needs none.
+    settings = replace(verdict.settings, end=max(end, verdict.settings.look_every), resolution=1.0)
+    return simulate(run.assembly, settings=settings, loads=loads, actions=actions, engine=run.engine)
+
+
+def write_movie(run: Run, path: str | Path, *, frames_per_second: int = 25, slower: float = 1.0, **view: float) -> Path:
+    """Write a run as a moving picture.
+
+    Parameters
+    ----------
+    run : Run
+        What is drawn.
+    path : str or Path
+        A GIF, or an MP4, which needs the package imageio-ffmpeg.
+    frames_per_second : int
+        Pictures a second of the film.
+    slower : float
+        How many seconds of the film show one of the run.
+    **view : float
+        `azimuth` and `elevation`, as in `film_strip`.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        For another suffix, a bad number, or an MP4 without that package.
+    """
+    from matplotlib import rc_context
+    from matplotlib.animation import FFMpegWriter, PillowWriter
+    from matplotlib.figure import Figure
+
+    path = Path(path)
+    if path.suffix.lower() not in MOVING:
+        raise InputError(f'{path}: cannot write "{path.suffix}"; a moving picture is written as: {", ".join(MOVING)}')
+    if not (frames_per_second >= 1 and slower > 0):
+        raise InputError(f"film: {frames_per_second!r} frames a second, {slower!r} times slower; both must be positive")
+    count = max(round(float(run.times[-1]) * slower * frames_per_second), 1) + 1
+    chosen = np.abs(run.times[:, None] - np.linspace(0.0, run.times[-1], count)).argmin(axis=0)
+    painter = _Painter(run, chosen, **view)
+    scale = LARGEST / float(painter.extent.max())
+    width, height = (2 * round(50 * max(side, 1.0)) / 100 for side in painter.extent * scale)
+    figure = Figure(figsize=(width, height), dpi=100)
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    with rc_context({"animation.ffmpeg_path": _ffmpeg()} if path.suffix.lower() == ".mp4" else {}):
+        kind: Any = FFMpegWriter if path.suffix.lower() == ".mp4" else PillowWriter
+        writer = kind(fps=frames_per_second)
+        with written_whole(path) as place, writer.saving(figure, str(place), dpi=100):
+            for frame in chosen:
+                axes.clear()
+                painter.paint(axes, int(frame))
+                axes.text(0.02, 0.97, f"{run.times[frame]:.2f} s", transform=axes.transAxes, va="top", fontsize=9)
+                writer.grab_frame()
+    return path
+
+
+def _ffmpeg() -> str:
+    """Path of the program that makes MP4 files."""
+    try:
+        import imageio_ffmpeg  # pyright: ignore[reportMissingImports]
+    except ImportError:
+        raise InputError(
+            "an MP4 needs the package imageio-ffmpeg: pip install imageio-ffmpeg; a GIF needs none"
+        ) from None
+    return imageio_ffmpeg.get_ffmpeg_exe()
 
 
 def film_strip(
@@ -65,40 +188,58 @@ def film_strip(
     >>> film_strip(simulate(pillar), "pillar.png", frames=3).name
     'pillar.png'
     """
-    from matplotlib import colormaps
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.collections import PolyCollection
-    from matplotlib.colors import Normalize
     from matplotlib.figure import Figure
 
     path = Path(path)
     if not path.parent.is_dir():
         raise InputError(f"{path}: no such directory: {path.parent}")
     chosen = _moments(run, frames, times)
-    assembly, view = run.assembly, view_of(azimuth, elevation)
-    length = np.linalg.norm(run.since_release[chosen], axis=2)
-    shown = ScalarMappable(Normalize(0.0, max(float(length[:, assembly.free].max()) * 1e3, 1e-9)), colormaps[MOVED])
-    lower, upper = _window(run, view, chosen)
-    width, height = upper - lower
+    painter = _Painter(run, chosen, azimuth, elevation)
+    width, height = painter.extent
     panel = min(HEIGHT * width / height, WIDEST / len(chosen))
     figure = Figure(figsize=(panel * len(chosen) + 0.9, panel * height / width + 0.5), dpi=150, layout="constrained")
     panels = figure.subplots(1, len(chosen), squeeze=False)[0]
-    for axes, frame, moved in zip(panels, chosen, length, strict=True):
-        colour = np.array(shown.to_rgba(moved * 1e3))
+    for axes, frame in zip(panels, chosen, strict=True):
+        painter.paint(axes, int(frame))
+        axes.set_title(f"{run.times[frame]:.2f} s", fontsize=9)
+    figure.colorbar(painter.colours, ax=list(panels), label="moved [mm]", shrink=0.8, aspect=30)
+    save_figure(figure, path)
+    return path
+
+
+class _Painter:
+    """Draws frames of a run in one window, in colours that tell how far each block has moved since release."""
+
+    def __init__(self, run: Run, chosen: Ints, azimuth: float = -55.0, elevation: float = 25.0) -> None:
+        from matplotlib import colormaps
+        from matplotlib.cm import ScalarMappable
+        from matplotlib.colors import Normalize
+
+        self.run, self.view = run, view_of(azimuth, elevation)
+        length = np.linalg.norm(run.since_release[chosen], axis=2)
+        furthest = float(length[:, run.assembly.free].max()) * 1e3
+        self.colours: ScalarMappable = ScalarMappable(Normalize(0.0, max(furthest, 1e-9)), colormaps[MOVED])
+        self.lower, self.upper = _window(run, self.view, chosen)
+        self.extent = self.upper - self.lower  #: shape (2,) [m]
+
+    def paint(self, axes: Axes, frame: int) -> None:
+        """Draw one frame."""
+        from matplotlib.collections import PolyCollection
+
+        run, assembly = self.run, self.run.assembly
+        moved = np.linalg.norm(run.since_release[frame], axis=1)
+        colour = np.array(self.colours.to_rgba(moved * 1e3))
         colour[assembly.support, :3] = SUPPORT
         # Blocks that are gone stay in the list without paint.
         colour[run.removed < run.times[frame] + 1e-12, 3] = 0.0
         if run.placed is not None:
             colour[run.placed > run.times[frame] + 1e-12, 3] = 0.0
         vertices = posed(assembly, run.displacement[frame], run.rotation[frame])
-        polygons, paint, outline = visible(assembly, vertices, view, colour)
+        polygons, paint, outline = visible(assembly, vertices, self.view, colour)
         axes.add_collection(PolyCollection(polygons, facecolors=paint, edgecolors=outline, linewidths=0.3))
-        axes.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1]), aspect="equal", xticks=[], yticks=[])
-        axes.set_title(f"{run.times[frame]:.2f} s", fontsize=9)
+        axes.set(xlim=(self.lower[0], self.upper[0]), ylim=(self.lower[1], self.upper[1]), aspect="equal")
+        axes.set(xticks=[], yticks=[])
         axes.axis("off")
-    figure.colorbar(shown, ax=list(panels), label="moved [mm]", shrink=0.8, aspect=30)
-    save_figure(figure, path)
-    return path
 
 
 def _moments(run: Run, frames: int, times: Sequence[float] | None) -> Ints:

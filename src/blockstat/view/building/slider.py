@@ -81,17 +81,18 @@ class StepSlider:
         assembly, verdict = self._assembly, self._found.verdicts[step]
         index = np.ones(assembly.n_blocks, dtype=np.int64)
         index[np.isin(assembly.names, self._found.plan.steps[step].hold)] = 2
-        if verdict.outcome is not Outcome.STABLE:
+        if self._found.outcomes[step] is not Outcome.STABLE:
             index[verdict.moving] = 3
         index[assembly.support | np.isin(assembly.names, self._found.plan.boundary)] = 0
         return Colouring(PALETTE, index, "")
 
     def _words(self, step: int) -> str:
         """The verdict on a step, and what is put in, held and moving."""
-        plan, verdict = self._found.plan.steps[step], self._found.verdicts[step]
-        moving = [self._assembly.names[k] for k in verdict.moving] if verdict.outcome is not Outcome.STABLE else []
-        rows = (("put in", plan.install), ("held", plan.hold), ("first to move", moving))
-        parts = [f"<b>step {step}: {verdict.outcome.word}</b>"]
+        plan, outcome = self._found.plan.steps[step], self._found.outcomes[step]
+        moves = [] if outcome is Outcome.STABLE else self._found.verdicts[step].moving
+        moving, props = [self._assembly.names[k] for k in moves], self._found.plan.standing_props()[step]
+        rows = (("put in", plan.install), ("held", plan.hold), ("props", props), ("first to move", moving))
+        parts = [f"<b>step {step}: {outcome.word}</b>"]
         for what, names in rows:
             if names:
                 more = " …" if len(names) > FEW else ""

@@ -81,7 +81,7 @@ def plot_plan(
         axes.add_collection(PolyCollection(polygons, facecolors=paint, edgecolors=outline, linewidths=0.3))
         axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
         axes.axis("off")
-        axes.set_title(f"step {step}: {found.verdicts[step].outcome.word}", fontsize=9)
+        axes.set_title(f"step {step}: {found.outcomes[step].word}", fontsize=9)
     save_figure(figure, path)
     return path
 
@@ -100,7 +100,7 @@ def _colours(assembly: Assembly, found: PlanVerdict, step: int) -> Floats:
     colour = np.column_stack([np.tile(STONE, (assembly.n_blocks, 1)), (present | assembly.support).astype(float)])
     boundary = assembly.support | np.isin(assembly.names, found.plan.boundary)
     colour[held & ~boundary, :3] = HELD
-    if verdict.outcome is not Outcome.STABLE:
+    if found.outcomes[step] is not Outcome.STABLE:
         colour[verdict.moving, :3] = FALLS
     colour[boundary, :3] = SUPPORT
     return colour

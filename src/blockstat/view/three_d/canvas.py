@@ -23,6 +23,8 @@ HALF_VIEW = np.deg2rad(25.0)
 AMBIENT = 2.2
 LIGHTS = (((-0.5, -0.3, 1.0), 1.1), ((0.2, -1.0, 0.2), 0.6))
 EYE = np.array([-0.62, -0.95, 0.62])
+#: Width over height of a picture whose shape is not known yet, and the room left around the building.
+UPRIGHT, MARGIN = 0.8, 1.06
 
 
 class Canvas:
@@ -44,7 +46,11 @@ class Canvas:
         self._edges: Any = None
         self._arrows: dict[str, Any] = {}
         self._contacts: list[Any] = []
-        self._chosen: Any = None
+        self._chosen: tuple[Any, Ints] | None = None  # lines and the vertices at their ends
+        self._seen = np.zeros((1, 3), dtype=np.float32)  # what a view that opens must show
+        self._eyes: dict[int, tuple[float, Floats]] = {}  # aspect and eye by client, as they were set last
+        server.on_client_connect(self._connected)
+        server.on_client_disconnect(self._left)
         server.scene.set_up_direction("+z")
         # Even light, so that a colour looks like its patch in the legend on every side of a block.
         server.scene.configure_default_lights(enabled=False)
@@ -65,14 +71,43 @@ class Canvas:
         seen = free if len(free) else assembly.vertices
         lower, upper = seen.min(axis=0), seen.max(axis=0)
         self._origin = (lower + upper) / 2
-        radius = float(np.linalg.norm(upper - lower)) / 2
-        eye = EYE / np.linalg.norm(EYE) * radius / np.sin(HALF_VIEW)
-        for camera in (self._server.initial_camera, *(c.camera for c in self._server.get_clients().values())):
-            camera.fov = 2 * HALF_VIEW
-            camera.far = 100 * radius
-            camera.near = 1e-3 * radius
-            camera.look_at = np.zeros(3)
-            camera.position = eye
+        self._seen = self._local(seen)
+        self._look(self._server.initial_camera, UPRIGHT)
+        for client in self._server.get_clients().values():
+            self._fit(client)
+
+    def _left(self, client: viser.ClientHandle) -> None:
+        self._eyes.pop(client.client_id, None)
+
+    def _connected(self, client: Any) -> None:
+        """Show all of the building to a browser that opens, and again when its shape changes before it is turned."""
+        self._fit(client)
+        client.camera.on_update(lambda _: self._reshaped(client))
+
+    def _reshaped(self, client: Any) -> None:
+        aspect, eye = self._eyes.get(client.client_id, (0.0, np.zeros(3)))
+        turned = np.linalg.norm(client.camera.position - eye) > 1e-3 * np.linalg.norm(eye)
+        if not turned and abs(_aspect(client.camera) - aspect) > 0.01:
+            self._fit(client)
+
+    def _fit(self, client: Any) -> None:
+        aspect = _aspect(client.camera)
+        self._eyes[client.client_id] = aspect, self._look(client.camera, aspect)
+
+    def _look(self, camera: Any, aspect: float) -> Floats:
+        """Put a camera where it sees all of the building, and return that place."""
+        eye = EYE / np.linalg.norm(EYE)
+        right = np.cross([0.0, 0.0, 1.0], eye)
+        right /= np.linalg.norm(right)
+        wide = np.abs(self._seen @ right) / (np.tan(HALF_VIEW) * aspect)
+        high = np.abs(self._seen @ np.cross(eye, right)) / np.tan(HALF_VIEW)
+        distance = MARGIN * float(np.max(self._seen @ eye + np.maximum(wide, high))) or 1.0
+        camera.fov = 2 * HALF_VIEW
+        camera.far = 100 * distance
+        camera.near = 1e-3 * distance
+        camera.position = distance * eye  # before the point looked at, which viser moves along
+        camera.look_at = np.zeros(3)
+        return distance * eye
 
     def draw(
         self, assembly: Assembly, colours: Colouring, vertices: Floats | None = None, *, opacity: float = 1.0
@@ -137,6 +172,8 @@ class Canvas:
                 handle.vertices = shown[corners]
             if self._edges is not None:
                 self._edges.points = shown[self.shape.edges]
+            if self._chosen is not None:
+                self._chosen[0].points = shown[self._chosen[1]]
 
     def arrows(self, name: str, tail: Floats, head: Floats, colour: tuple[int, int, int], radius: float) -> None:
         """Draw arrows under a name, in place of those drawn under it before.
@@ -194,11 +231,11 @@ class Canvas:
             Number of the block; None leaves no block marked.
         """
         if self._chosen is not None:
-            self._chosen.remove()
+            self._chosen[0].remove()
             self._chosen = None
         if block is not None:
             own = self.shape.edges[self.shape.edge_block == block]
-            self._chosen = self._lines("/chosen", self._local(self.vertices)[own], CHOSEN, 4.0)
+            self._chosen = self._lines("/chosen", self._local(self.vertices)[own], CHOSEN, 4.0), own
 
     def ray(self, origin: Any, direction: Any) -> tuple[Floats, Floats]:
         """Return a ray of the page in the assembly's coordinates.
@@ -217,6 +254,13 @@ class Canvas:
         """
         return np.asarray(origin, dtype=float) + self._origin, np.asarray(direction, dtype=float)
 
+    def hide_arrows(self) -> None:
+        """Take away all arrows and marks of contacts, which belong to the blocks where they are built."""
+        nothing = np.empty((0, 3))
+        for name in list(self._arrows):
+            self.arrows(name, nothing, nothing, (0, 0, 0), 1.0)
+        self.contacts(nothing, nothing, 1.0)
+
     def _lines(self, name: str, points: np.ndarray, colour: tuple[int, int, int], width: float) -> Any:
         return self._server.scene.add_line_segments(
             name, points, colour, thickness=width, thickness_units="screen"
@@ -224,3 +268,8 @@ class Canvas:
 
     def _local(self, points: Floats) -> np.ndarray:
         return (points - self._origin).astype(np.float32)
+
+
+def _aspect(camera: Any) -> float:
+    """Width over height of the picture of a browser."""
+    return float(camera.image_width) / camera.image_height if camera.image_height else UPRIGHT

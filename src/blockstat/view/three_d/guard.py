@@ -46,9 +46,12 @@ class Guard:
     ----------
     token : str
         The first part of the path of every request.
+    head : str
+        HTML that goes into the head of the page, in place of the title that it has.
     """
 
     token: str = field(default_factory=lambda: token_urlsafe(24))
+    head: str = ""
 
     def address(self, port: int) -> str:
         """Return where a browser finds the page.
@@ -119,13 +122,24 @@ class Guard:
             if len(given["Origin"]) > 1 or not self.admits(request.path, port, host, origin, handshake=handshake):
                 return connection.respond(HTTPStatus.FORBIDDEN, REFUSED)
             request.path = "/" + request.path.removeprefix(f"/{self.token}").removeprefix("/")
+            if not handshake:
+                request.headers.pop("Accept-Encoding", None)  # the head is put into plain text
             response = handler(connection, request) if handler is not None else None
             if response is not None:
+                self._dress(response)
                 for name, value in HEADERS.items():
                     response.headers[name] = value
             return response
 
         return guarded
+
+    def _dress(self, response: Response) -> None:
+        """Put the head into an answer that is a page."""
+        if response.headers.get("Content-Type", "").startswith("text/html") and self.head:
+            before, _, rest = response.body.decode().partition("<title>")
+            response.body = (before + self.head + rest.partition("</title>")[2]).encode()
+            del response.headers["Content-Length"]
+            response.headers["Content-Length"] = str(len(response.body))
 
     @contextmanager
     def over_the_next_server(self) -> Iterator[None]:

@@ -14,6 +14,7 @@ from blockstat.view.plot import extent, mechanism_pose
 from blockstat.view.three_d.arrows import force_arrows
 from blockstat.view.three_d.canvas import Canvas
 from blockstat.view.three_d.colouring import colouring
+from blockstat.view.three_d.dress import head
 from blockstat.view.three_d.geometry import contacts_without_area
 from blockstat.view.three_d.guard import HERE, Guard
 
@@ -29,11 +30,13 @@ DOT = 0.008  #: radius of a contact at a corner, relative to the extent of the f
 HEIGHT = 480  #: of the view in a report or a notebook [px]
 
 
-def start_viser(**options: Any) -> tuple[viser.ViserServer, str]:
+def start_viser(*, title: str = "blockstat", **options: Any) -> tuple[viser.ViserServer, str]:
     """Start a viser server on this machine only, which answers only those who know its address, without its greeting.
 
     Parameters
     ----------
+    title : str, optional
+        What the browser calls the page at first.
     **options
         Options of `viser.ViserServer`, such as its port.
 
@@ -53,7 +56,7 @@ def start_viser(**options: Any) -> tuple[viser.ViserServer, str]:
         import viser
     except ImportError:
         raise InputError(MISSING) from None
-    guard = Guard()
+    guard = Guard(head=head(title))
     with redirect_stdout(StringIO()), guard.over_the_next_server():
         server = viser.ViserServer(host=HERE[0], verbose=False, **options)
     return server, guard.address(server.get_port())

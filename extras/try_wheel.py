@@ -1,0 +1,77 @@
+"""Build the wheel, install it in a fresh environment of each Python, and run the tests of the statics there.
+
+    python extras/try_wheel.py python3.10 python3.13 [--tests tests/validation ...]
+
+The tests run in a copy of the repository without src/, so that they see what the wheel holds and nothing else. None of
+the extras is installed: no MKL (SuperLU solves), no Bullet, no live page. Tests that need these are skipped.
+"""
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+PLACE = ROOT / "build" / "wheel"
+COPIED = ("tests", "evidence", "examples", "docs", "extras", "README.md", "pyproject.toml")
+#: What the statics are tested by; the rest is the house's own order, evidence and dynamics.
+TESTS = ("tests/blockstat", "tests/property", "tests/validation")
+NEEDED = ("pytest>=8", "hypothesis>=6.100")
+
+
+def run(*words: str | Path, **options) -> int:
+    print("+", *words, flush=True)
+    return subprocess.run([str(word) for word in words], **options).returncode
+
+
+def built() -> Path:
+    """The wheel."""
+    for old in (PLACE / "dist", ROOT / "build" / "lib"):  # setuptools would take old modules from lib
+        shutil.rmtree(old, ignore_errors=True)
+    if run(sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", PLACE / "dist", ROOT):
+        raise SystemExit("the wheel cannot be built")
+    return next((PLACE / "dist").glob("blockstat-*.whl"))
+
+
+def copied() -> Path:
+    """A copy of the repository without the source."""
+    tree = PLACE / "tree"
+    shutil.rmtree(tree, ignore_errors=True)
+    tree.mkdir(parents=True)
+    for name in COPIED:
+        own = ROOT / name
+        shutil.copytree(own, tree / name) if own.is_dir() else shutil.copy(own, tree / name)
+    return tree
+
+
+def tried(python: str, wheel: Path, tree: Path, tests: list[str]) -> int:
+    """The status of the tests with one Python."""
+    place = PLACE / Path(python).name if "/" not in python else PLACE / Path(python).parent.parent.name
+    own = place / "bin" / "python" if os.name != "nt" else place / "Scripts" / "python.exe"
+    # A checkout on PYTHONPATH would count as installed.
+    environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    install = (own, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", wheel, *NEEDED)
+    if run(python, "-m", "venv", "--clear", place) or run(*install, env=environment):
+        return 1
+    where = "import blockstat, sys; print(sys.version.split()[0], blockstat.__file__)"
+    run(own, "-c", where, cwd=tree, env=environment)
+    words = ("-m", "pytest", *tests, "-m", "not slow", "-p", "no:cacheprovider")
+    return run(own, *words, cwd=tree, env=environment)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("pythons", nargs="+", metavar="PYTHON")
+    parser.add_argument("--tests", nargs="+", default=TESTS)
+    given = parser.parse_args()
+    wheel, tree = built(), copied()
+    status = {python: tried(python, wheel, tree, given.tests) for python in given.pythons}
+    for python, found in status.items():
+        print(f"{python}: {'all passed' if not found else f'status {found}'}")
+    raise SystemExit(max(status.values()) != 0)
+
+
+if __name__ == "__main__":
+    main()

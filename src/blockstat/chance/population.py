@@ -1,0 +1,283 @@
+"""All that may become of an assembly: its random variables by joint, course and block, and single draws of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from blockstat.chance.variables import OF_JOINTS, Random, as_strong_as, blocks_of, checked, random_variables
+from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
+from blockstat.errors import InputError
+from blockstat.imperfection.lost_edges import without_edges
+from blockstat.sensitivity.moved_corners import MovedCorners
+from blockstat.sensitivity.reserve import ReserveMap
+from blockstat.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: A density below this is this [kg/m3]: blocks have weight.
+LIGHT = 1e-3
+#: Blocks of a group whose centroids are no further apart in height than this share of the smallest are of one course.
+LEVEL = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Draw:
+    """One realisation."""
+
+    assembly: Assembly
+    interfaces: Interfaces
+    rows: Ints  #: which joints of the drawing are left, shape (n_interfaces,)
+    loads: Floats | None  #: permanent loads
+    push: float  #: factor on the load in question
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One random variable with its values."""
+
+    key: str
+    variable: Random
+    first: int  #: of its standard normal variables
+    count: int  #: values
+    #: the value of each joint, block or shared coordinate, -1 where there is none; shape (n_joints or n_blocks,)
+    label: Ints
+
+    @property
+    def shared(self) -> bool:
+        """Whether the first of its standard normal variables is common to all values."""
+        return self.count > 1 and self.variable.correlation > 0
+
+    @property
+    def normals(self) -> int:
+        """How many standard normal variables it has."""
+        return self.count + self.shared
+
+    @property
+    def mixing(self) -> tuple[float, float]:
+        """Weights of the common variable and of a value's own."""
+        share = self.variable.correlation if self.shared else 0.0
+        return math.sqrt(share), math.sqrt(1.0 - share)
+
+    def standard(self, normal: Floats) -> Floats:
+        """Return the correlated standard normal variable of each value.
+
+        Parameters
+        ----------
+        normal
+            All independent standard normal variables.
+
+        Returns
+        -------
+        Floats
+            Shape (count,).
+        """
+        own = normal[self.first : self.first + self.normals]
+        common, single = self.mixing
+        return common * own[0] + single * own[1:] if self.shared else own
+
+
+@dataclass(frozen=True, eq=False)
+class Population:
+    """The realisations of an assembly, as functions of independent standard normal variables."""
+
+    assembly: Assembly  #: as drawn
+    interfaces: Interfaces  #: its joints, without cells
+    loads: Floats | None  #: permanent loads beside the weight, shape (n_blocks, 6) [N, N m]
+    uncertain: Mapping[str, Random]  #: the random variables (see `blockstat.reliability`)
+
+    def __post_init__(self) -> None:
+        checked(self.assembly, self.uncertain, self.loads)
+
+    @cached_property
+    def parts(self) -> list[Part]:
+        """The random variables in their order."""
+        found, first = [], 0
+        for key, variable in self.uncertain.items():
+            label = self._labels(key, variable.each)
+            part = Part(key, variable, first, int(label.max(initial=-1)) + 1, label)
+            found.append(part)
+            first += part.normals
+        return found
+
+    @property
+    def size(self) -> int:
+        """Number of independent standard normal variables."""
+        return sum(part.normals for part in self.parts)
+
+    @cached_property
+    def corners(self) -> MovedCorners:
+        """What moves with the shared corners of the blocks."""
+        return MovedCorners(self.assembly, self.interfaces)
+
+    def realise(self, normal: Floats) -> Draw:
+        """Return the assembly, joints and loads for values of the standard normal variables.
+
+        Parameters
+        ----------
+        normal
+            One value for each of them, shape (size,).
+
+        Returns
+        -------
+        Draw
+            Negative friction, losses and densities, which a normal distribution may give, count as none.
+        """
+        assembly, joints, push = self.assembly, self.interfaces, 1.0
+        density = assembly.density.copy()
+        acting = None if self.loads is None else np.array(self.loads, dtype=float)
+        lost, rows = None, np.arange(joints.n_interfaces)
+        for part in self.parts:
+            value = part.variable.value(part.standard(normal))
+            kind, held = part.key.partition(".")[0], part.label >= 0
+            if kind == "friction" and part.count == 1:
+                assembly = assembly.with_(friction=float(np.maximum(value[0], 0.0)))
+            elif kind == "friction":
+                joints = replace(joints, friction=np.maximum(value, 0.0)[part.label])
+            elif kind == "edge":
+                lost = np.maximum(value, 0.0)[part.label]
+            elif kind == "corner":
+                moved, joints = self.corners.moved(value.reshape(-1, 3), joints)
+                assembly = assembly.with_(vertices=moved.vertices)
+            elif kind == "push":
+                push = float(value[0])
+            elif kind == "density":
+                density[held] = np.maximum(value, LIGHT)[part.label[held]]
+            elif acting is not None:
+                acting[held] *= value[part.label[held], None]
+        if lost is not None:
+            joints, rows = without_edges(joints, lost)
+        changed = assembly.with_(density=density) if (density != assembly.density).any() else assembly
+        return Draw(changed, joints, rows, acting, push)
+
+    def gradient(self, normal: Floats, draw: Draw, found: ReserveMap | None, twist: Floats) -> Floats:
+        """Return the derivative of limit load less push by the standard normal variables.
+
+        Parameters
+        ----------
+        normal
+            Where, shape (size,).
+        draw
+            The realisation there.
+        found
+            Derivatives of its limit load; joints that are gone have none. None where there is no limit.
+        twist
+            Mechanism on which the load does work 1, shape (n_blocks, 6).
+
+        Returns
+        -------
+        Floats
+            Shape (size,).
+        """
+        gradient = np.zeros(self.size)
+        for part in self.parts:
+            kind, variable = part.key.partition(".")[0], part.variable
+            if kind == "push":
+                by = np.array([-1.0])
+            elif found is None:
+                continue
+            elif kind in OF_JOINTS:
+                by = np.zeros(self.interfaces.n_interfaces)
+                by[draw.rows] = found.friction if kind == "friction" else found.edge
+            elif kind == "corner":
+                assert found.corner is not None
+                by = self.corners.gathered(found.corner)
+            elif kind == "density":
+                by = found.density
+            else:
+                assert self.loads is not None
+                by = -(twist * self.loads).sum(axis=1)
+            held = part.label >= 0
+            own = np.bincount(part.label[held], by[held], part.count)
+            standard = part.standard(normal)
+            own *= variable.slope(standard)
+            if kind in (*OF_JOINTS, "density"):
+                own[variable.value(standard) < 0] = 0.0
+            common, single = part.mixing
+            gradient[part.first : part.first + part.normals] = (
+                np.concatenate([[common * own.sum()], single * own]) if part.shared else own
+            )
+        return gradient
+
+    def _labels(self, key: str, each: str) -> Ints:
+        """Which value each joint, block or coordinate has."""
+        kind, _, group = key.partition(".")
+        if kind == "push":
+            return np.zeros(1, np.int64)
+        if kind == "corner":
+            return np.arange(3 * self.corners.count)
+        assembly, n = self.assembly, self.interfaces.n_interfaces
+        if kind in OF_JOINTS:
+            if each in ("all", "joint"):
+                return np.arange(n) if each == "joint" else np.zeros(n, np.int64)
+            height = assembly.centroid @ -assembly.gravity
+            upper = height[self.interfaces.pair].argmax(axis=1)
+            return _dense(self._blocks(each)[self.interfaces.pair[np.arange(n), upper]])
+        return _dense(np.where(blocks_of(assembly, group) & ~assembly.support, self._blocks(each), -1))
+
+    def _blocks(self, each: str) -> Ints:
+        """The group, the course or the number of each block."""
+        assembly = self.assembly
+        if each in ("all", "block"):
+            return np.arange(assembly.n_blocks) if each == "block" else np.zeros(assembly.n_blocks, np.int64)
+        group = np.unique(np.array(assembly.groups), return_inverse=True)[1].reshape(-1)
+        if each == "group":
+            return group
+        height = assembly.centroid @ -assembly.gravity / np.linalg.norm(assembly.gravity)
+        order = np.lexsort([height, group])
+        rises = np.diff(height[order]) > LEVEL * float(assembly.size.min())
+        course = np.empty_like(group)
+        course[order] = np.concatenate([[0], np.cumsum(rises | (np.diff(group[order]) > 0))])
+        return course
+
+
+def population_of(
+    assembly: Assembly,
+    uncertain: Mapping[str, Random] | None,
+    load: Any,
+    loads: Floats | None,
+    *,
+    gap: float | str = GAP,
+    interfaces: Interfaces | None = None,
+) -> tuple[Population, Any]:
+    """Return what is drawn, and the load in question.
+
+    Parameters
+    ----------
+    assembly, uncertain, load, loads, gap, interfaces
+        As in `blockstat.reliability`.
+
+    Returns
+    -------
+    population : Population
+        Checked.
+    load : object
+        Given, or as the scene says it; None for none.
+
+    Raises
+    ------
+    InputError
+        For a variable that there is not, and for a random "push" without a load.
+    """
+    if uncertain is None:
+        uncertain, direction = random_variables(assembly)
+        if load is None and direction is not None:
+            load, uncertain = direction, as_strong_as(uncertain, float(np.linalg.norm(direction)))
+    if "push" in uncertain and load is None:
+        raise InputError('uncertain "push" is a factor on load=, which is not given')
+    faces = find_interfaces(assembly, gap=gap) if interfaces is None else interfaces
+    return Population(assembly, faces, loads, uncertain), load
+
+
+def _dense(label: Ints) -> Ints:
+    """The same classes numbered from 0; -1 stays."""
+    found = np.full(len(label), -1)
+    held = label >= 0
+    found[held] = np.unique(label[held], return_inverse=True)[1].reshape(-1)
+    return found

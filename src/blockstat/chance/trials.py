@@ -1,0 +1,248 @@
+"""Random draws and their verdicts: in batches, on several processes, kept in a file from which a later run goes on."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import nullcontext
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from time import process_time
+from typing import Any
+
+import numpy as np
+
+from blockstat.analysis.assess import judged
+from blockstat.analysis.problem import Problem, pose
+from blockstat.chance.evidence import Known, NearbyEvidence
+from blockstat.chance.population import Population
+from blockstat.contact.interfaces import GAP
+from blockstat.contact.penetration import overlaps
+from blockstat.contact.unresolved import Unresolved, unresolved_contacts
+from blockstat.errors import InputError
+from blockstat.loads import as_load
+from blockstat.system.lock import locked
+from blockstat.system.writing import written_whole
+from blockstat.typing import Floats, Ints
+
+#: Draws that a process is given at a time.
+BATCH = 20
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Row:
+    """What became of one draw."""
+
+    draw: int
+    outcome: str
+    evidence: str  #: "earlier forces", "earlier mechanism" or "solved"
+    seconds: float  #: process time
+
+
+@dataclass(frozen=True, eq=False)
+class Trials:
+    """Draws of a population under a load."""
+
+    population: Population
+    load: Any  #: as in `blockstat.limit_load`; None for none
+    centre: Floats  #: about which standard normal variables are drawn, shape (size,)
+    seed: int
+    reuse: bool  #: whether evidence of earlier draws is tried
+
+    def normals(self, draws: int) -> Floats:
+        """Return the standard normal variables of the first draws, shape (draws, size).
+
+        Parameters
+        ----------
+        draws
+            How many.
+
+        Returns
+        -------
+        Floats
+            The same however many follow.
+        """
+        return self.centre + np.random.default_rng(self.seed).standard_normal((draws, self.population.size))
+
+    @cached_property
+    def _overlapping(self) -> Ints:
+        """Pairs of blocks that overlap as drawn."""
+        return overlaps(self.population.assembly, gap=GAP)[0]
+
+    @cached_property
+    def _unresolved(self) -> Unresolved:
+        """Contacts without a unique normal as drawn: what touches so in no draw touches otherwise."""
+        return unresolved_contacts(self.population.assembly, self.population.interfaces)
+
+    def judge(self, number: int, normal: Floats, evidence: NearbyEvidence | None) -> Row:
+        """Give the verdict on one draw.
+
+        Parameters
+        ----------
+        number
+            Of the draw.
+        normal
+            Its standard normal variables, shape (size,).
+        evidence
+            Of earlier draws; None to solve for every verdict.
+
+        Returns
+        -------
+        Row
+            Its outcome and where it comes from.
+        """
+        start = process_time()
+        draw = self.population.realise(normal)
+        acting = draw.loads
+        if self.load is not None:
+            push = draw.push * as_load(draw.assembly, self.load)
+            acting = push if acting is None else acting + push
+        options: dict[str, Any] = {"friction": None, "gravity": None, "gap": GAP}
+        problem = pose(draw.assembly, loads=acting, interfaces=draw.interfaces, **options)
+        if evidence is not None:
+            evidence.place = normal
+        verdict = judged(self._as_drawn(problem), loads=acting, memory=evidence, score=False, reserve=False)
+        word = verdict.solver if verdict.solver.startswith("earlier") else "solved"
+        return Row(number, verdict.outcome.word, word, process_time() - start)
+
+    def _as_drawn(self, problem: Problem) -> Problem:
+        """The problem with the overlaps and contacts without a normal of the drawing: moved corners make none."""
+        return replace(problem, overlapping=self._overlapping, unresolved=lambda: self._unresolved)
+
+    def digest(self) -> str:
+        """Return what tells these draws from others.
+
+        Returns
+        -------
+        str
+            Of the blocks, joints, loads, random variables and the seed; not of how many draws there are.
+        """
+        own = self.population
+        parts = [own.assembly.vertices, own.assembly.density, own.assembly.support, own.assembly.gravity]
+        parts += [own.interfaces.point, own.interfaces.pair, self.centre]
+        parts += [np.asarray(part, dtype=float) for part in (own.loads, self.load) if part is not None]
+        said = repr((own.assembly.friction, own.assembly.joints, dict(own.uncertain), self.seed, len(parts)))
+        digest = hashlib.sha256(said.encode())
+        for part in parts:
+            digest.update(np.ascontiguousarray(part).tobytes())
+        return digest.hexdigest()[:16]
+
+
+def judge_all(trials: Trials, draws: int, file: str | Path | None, jobs: int, progress: Progress | None) -> list[Row]:
+    """Give the verdicts on draws, those of a file and those that it lacks.
+
+    Parameters
+    ----------
+    trials
+        What is drawn.
+    draws
+        How many.
+    file
+        Where rows are kept as they come; None for nowhere.
+    jobs
+        Processes side by side.
+    progress
+        Called with the draws done and those asked for.
+
+    Returns
+    -------
+    list of Row
+        In the order of the draws.
+
+    Raises
+    ------
+    InputError
+        For a file of other draws.
+    """
+    path = None if file is None else Path(file)
+    with nullcontext() if path is None else locked(path.parent, name=f".{path.name}-lock"):
+        rows = {} if path is None else _opened(path, trials)
+        with nullcontext() if path is None else path.open("a") as kept:
+            for fresh in _batches(trials, draws, rows, jobs):
+                rows |= {row.draw: row for row in fresh}
+                if kept is not None:
+                    kept.writelines(json.dumps(asdict(row)) + "\n" for row in fresh)
+                    kept.flush()
+                    os.fsync(kept.fileno())
+                if progress is not None:
+                    progress(sum(number < draws for number in rows), draws)
+    return [rows[number] for number in range(draws)]
+
+
+def _batches(trials: Trials, draws: int, rows: Mapping[int, Row], jobs: int) -> Iterator[list[Row]]:
+    """Rows of the draws that have none, as they come."""
+    missing = np.setdiff1d(np.arange(draws), list(rows))
+    normal = trials.normals(draws)
+    parts = [missing[i : i + BATCH] for i in range(0, len(missing), BATCH)]
+    known: list[Known] = []
+
+    def task(part: Ints) -> tuple[Trials, Ints, Floats, list[Known]]:
+        return trials, part, normal[part], list(known)
+
+    if jobs == 1:
+        for part in parts:
+            fresh, known = judge_batch(*task(part), everything=True)
+            yield fresh
+        return
+    from joblib import Parallel, delayed
+
+    options: Any = {"return_as": "generator_unordered", "batch_size": 1, "pre_dispatch": f"{jobs}"}
+    judged_parts: Any = Parallel(n_jobs=jobs, **options)(delayed(judge_batch)(*task(part)) for part in parts)
+    for fresh, gained in judged_parts:
+        known.extend(gained)
+        yield fresh
+
+
+def judge_batch(
+    trials: Trials, numbers: Ints, normals: Floats, known: list[Known], *, everything: bool = False
+) -> tuple[list[Row], list[Known]]:
+    """Give the verdicts on some draws, in a process of its own.
+
+    Parameters
+    ----------
+    trials
+        What is drawn.
+    numbers
+        Of the draws.
+    normals
+        Their standard normal variables, shape (n, size).
+    known
+        Evidence of earlier draws.
+    everything
+        Return all evidence there is, not what is new.
+
+    Returns
+    -------
+    rows : list of Row
+        One a draw.
+    evidence : list of Known
+        What was solved for.
+    """
+    evidence = NearbyEvidence(known) if trials.reuse else None
+    rows = [trials.judge(int(k), normal, evidence) for k, normal in zip(numbers, normals, strict=True)]
+    if evidence is None:
+        return rows, []
+    return rows, evidence.known if everything else evidence.gained
+
+
+def _opened(path: Path, trials: Trials) -> dict[int, Row]:
+    """Rows of a file; a new one gets its first line, a line cut short is dropped."""
+    head = {"draws": "blockstat reliability", "of": trials.digest()}
+    if path.is_file() and not (data := path.read_bytes()).endswith(b"\n"):
+        os.truncate(path, data.rfind(b"\n") + 1)
+    if not path.is_file() or not path.stat().st_size:
+        with written_whole(path) as place:
+            place.write_text(json.dumps(head) + "\n")
+        return {}
+    try:
+        first, *rest = map(json.loads, path.read_text().splitlines())
+        found = {row["draw"]: Row(**row) for row in rest}
+    except (ValueError, TypeError, KeyError):
+        raise InputError(f"{path}: a line is damaged; correct it or move the file away") from None
+    if first != head:
+        raise InputError(f"{path}: these are draws of something else; move the file away or choose another")
+    return found

@@ -1,0 +1,217 @@
+"""The lightest design with a probability of failure below a target.
+
+Sequential optimisation and reliability assessment: the design is first made as light as it can be with the random
+variables at their means. Then the worst of the values as probable as the target is looked for (the point of least
+limit state on the sphere of radius beta), and the design is made as light as it can be with these. Repeated until the
+design carries its own worst point. The probability is that of first order; draws about the design point check it, and
+where their interval lies above the target more is asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.special import ndtri
+
+from blockstat.assembly import Assembly
+from blockstat.chance.first_order import FirstOrder, first_order, limit_state
+from blockstat.chance.monte_carlo import Reliability, reliability
+from blockstat.chance.population import Population
+from blockstat.chance.variables import Random, as_strong_as, random_variables
+from blockstat.contact.interfaces import Interfaces, find_interfaces
+from blockstat.design_search.descent import lightest
+from blockstat.design_search.evaluator import Evaluator
+from blockstat.design_search.margin import Margin
+from blockstat.design_search.space import Values
+from blockstat.errors import InputError
+from blockstat.typing import Floats
+
+#: Points on the sphere and designs at most, and the multiplier that a design may lack at its worst point.
+POINTS, ROUNDS, LACKING = 12, 8, 1e-4
+#: A point on the sphere has settled when it moves by less.
+CLOSE = 1e-4
+#: How much further out the next point is where draws contradict the first order, in standard deviations.
+FURTHER = 0.1
+
+
+@dataclass(frozen=True)
+class FailureTarget:
+    """A probability of failure that a design must stay below, under a push that may be random.
+
+    Parameters
+    ----------
+    probability : float
+        Above 0 and below 0.5.
+    uncertain : mapping of str to Random, optional
+        As in `blockstat.reliability`, with one value for all blocks or joints; by default those of the scene.
+    direction : tuple of float, shape (3,), optional
+        Of the push, "push" times gravity, or once; by default that of the scene.
+    draws : int, optional
+        About the design point, that check the answer.
+    """
+
+    probability: float
+    uncertain: Mapping[str, Random] | None = None
+    direction: tuple[float, float, float] | None = None
+    draws: int = 400
+
+    def __post_init__(self) -> None:
+        if not 0 < self.probability < 0.5:
+            raise InputError(f"target: probability is {self.probability!r}; it must be above 0 and below 0.5")
+
+    @property
+    def beta(self) -> float:
+        """Distance of the limit state from the mean that goes with the probability, in standard deviations."""
+        return float(-ndtri(self.probability))
+
+    def variables(self, assembly: Assembly) -> tuple[dict[str, Random], tuple[float, float, float]]:
+        """Return the random variables and the direction of the push.
+
+        Parameters
+        ----------
+        assembly : Assembly
+            A design.
+
+        Returns
+        -------
+        uncertain : dict of Random
+            By key.
+        direction : tuple of float
+            Of the push.
+
+        Raises
+        ------
+        InputError
+            Where there are none, where nothing pushes, and for values that not all designs have.
+        """
+        uncertain, direction = random_variables(assembly)
+        if self.uncertain is not None:
+            uncertain, direction = dict(self.uncertain), None
+        if self.direction is not None:
+            direction = list(self.direction)
+        if direction is None:
+            raise InputError("target: nothing pushes; give a direction, or write uncertain.push.direction in the scene")
+        for key, variable in uncertain.items():
+            if key == "corner" or variable.each != "all":
+                raise InputError(
+                    f'target: "{key}" has values of its own, which other designs have not; each must be all'
+                )
+        x, y, z = (float(part) for part in direction)
+        return as_strong_as(uncertain, float(np.linalg.norm(direction))), (x, y, z)
+
+
+@dataclass(frozen=True)
+class AtPoint(Margin):
+    """The push that a design must carry at one value of the random variables."""
+
+    uncertain: Mapping[str, Random] = field(default_factory=dict)
+    place: tuple[float, ...] = ()  #: standard normal variables
+
+    def cases(self, assembly: Assembly) -> list[Assembly]:
+        """Return the design with these values.
+
+        Parameters
+        ----------
+        assembly : Assembly
+            The design.
+
+        Returns
+        -------
+        list of Assembly
+            One.
+        """
+        return [self._population(assembly).realise(np.array(self.place)).assembly]
+
+    def joints(self, assembly: Assembly) -> Interfaces:
+        """Return the joints with these values.
+
+        Parameters
+        ----------
+        assembly : Assembly
+            The design.
+
+        Returns
+        -------
+        Interfaces
+            Without the edges that they lose.
+        """
+        return self._population(assembly).realise(np.array(self.place)).interfaces
+
+    def _population(self, assembly: Assembly) -> Population:
+        return Population(assembly, find_interfaces(assembly), None, self.uncertain)
+
+
+@dataclass(frozen=True, eq=False)
+class Assured:
+    """How probable it is that a design fails."""
+
+    first: FirstOrder
+    draws: Reliability
+
+
+def lightest_assured(evaluator: Evaluator, target: FailureTarget) -> tuple[Values | None, Assured | None]:
+    """Find the lightest design whose probability of failure is below a target.
+
+    Parameters
+    ----------
+    evaluator : Evaluator
+        Of the space; designs that are offered are asked for there.
+    target : FailureTarget
+        What is random, and the target.
+
+    Returns
+    -------
+    values : dict of str to float, or None
+        Of the design; None where none was found.
+    assured : Assured or None
+        Its probability of failure.
+
+    References
+    ----------
+    Du, X. & Chen, W. (2004). Sequential optimization and reliability assessment method for efficient probabilistic
+    design. Journal of Mechanical Design 126(2), 225-233.
+    """
+    largest = evaluator.make(evaluator.space.start)
+    uncertain, direction = target.variables(largest)
+    size = Population(largest, find_interfaces(largest), None, uncertain).size
+    place, beta = np.zeros(size), target.beta
+    best: Values | None = None
+    for _ in range(ROUNDS):
+        push = float(uncertain["push"].value(place[list(uncertain).index("push")])) if "push" in uncertain else 1.0
+        margin = AtPoint(direction, max(push, 0.0), uncertain=uncertain, place=tuple(place.tolist()))
+        # What is measured depends on the place, so each round has rows of its own.
+        best = lightest(replace(evaluator, history=None, rows={}, known={}, standing={}), margin)
+        if best is None:
+            return None, None
+        assembly = evaluator.make(best)
+        population = Population(assembly, find_interfaces(assembly), None, uncertain)
+        place, value = _worst(population, direction, beta)
+        if value < -LACKING:
+            continue
+        first = first_order(assembly, uncertain, direction, interfaces=population.interfaces)
+        about = first if first.outcome.word == "found" else None
+        options = {"load": direction, "interfaces": population.interfaces, "draws": target.draws}
+        found = reliability(assembly, uncertain, about=about, **options)
+        if found.interval[0] <= target.probability:
+            evaluator.ask(best)
+            return best, Assured(first, found)
+        beta += FURTHER
+    return None, None
+
+
+def _worst(population: Population, direction: tuple[float, float, float], beta: float) -> tuple[Floats, float]:
+    """The point of least limit state on a sphere, and the limit state there."""
+    place = np.zeros(population.size)
+    value = np.inf
+    for _ in range(POINTS):
+        value, slope = limit_state(population, direction, place)
+        steep = float(np.linalg.norm(slope))
+        if steep == 0.0:
+            break
+        further = -beta * slope / steep
+        if np.linalg.norm(further - place) <= CLOSE:
+            break
+        place = further
+    return place, float(value)

@@ -1,0 +1,90 @@
+"""What a live page adds to viser's: a title, names for screen readers, contrast, and a layout for narrow screens.
+
+viser has no options for these. The text goes into the head of the page as it is served.
+"""
+
+from __future__ import annotations
+
+from html import escape
+
+#: Widest screen on which viser shows one sheet below the picture instead of panels beside it.
+NARROW = "36em"
+#: An element of this class names what is on show; of the next two each is seen on one kind of screen only.
+NAME, ON_NARROW, ON_WIDE = "bs-name", "bs-narrow", "bs-wide"
+
+# The colours have a contrast of at least 4.5 on white (WCAG 2.2, 1.4.3). On a narrow screen the picture takes the upper
+# part and the sheet the lower one, so that neither hides the other.
+_STYLE = f"""
+:root {{
+  --mantine-color-dimmed: #5c5f66 !important;
+  --mantine-color-custom-6: #0072b2 !important; --mantine-color-custom-7: #005889 !important;
+}}
+.mantine-Button-root:not([style*="--button-bg"]):not(:disabled) {{ color: #fff }}
+.{NAME} {{ font-size: 1em; font-weight: 400; color: #5c5f66; margin: .3em 10px 0 }}
+.{ON_NARROW} {{ display: none }}
+:focus-visible {{ outline: 2px solid #0072b2; outline-offset: 1px }}
+@media (max-width: {NARROW}) {{
+  .{ON_NARROW} {{ display: block; padding-bottom: .4em }} .{ON_WIDE} {{ display: none }}
+  #root {{ height: 48% !important }}
+  [style*="width: 20em"] {{ width: 100% !important }}
+  [style*="max-height: 60%"] {{ max-height: 52% !important; min-height: 52% !important }}
+}}
+"""
+
+# Controls take the name of the label in their row, to which viser does not tie them; icons say what they do.
+_SCRIPT = f"""
+const name = (part, text) => {{
+  if (part && !part.getAttribute("aria-label")) part.setAttribute("aria-label", text);
+}};
+const shell = () => {{
+  const title = [...document.querySelectorAll(".{NAME}")].map(part => part.textContent).find(text => text);
+  if (title && document.title !== title) document.title = title;
+  for (const label of document.querySelectorAll("label[for]")) {{
+    const row = label.parentElement?.parentElement?.parentElement;
+    row?.querySelectorAll("[role=slider], input:not([type=hidden])").forEach(part => {{
+      if (part.id !== label.htmlFor) name(part, label.textContent);
+    }});
+  }}
+  document.querySelectorAll(".mantine-CloseButton-root").forEach(button => name(button, "Close"));
+  document.querySelectorAll(".mantine-ActionIcon-root").forEach(button => name(button, "Settings of the view"));
+}};
+new MutationObserver(shell).observe(document, {{childList: true, subtree: true, characterData: true}});
+"""
+
+
+def head(title: str) -> str:
+    """Return what goes into the head of a live page.
+
+    Parameters
+    ----------
+    title : str
+        Title of the page until the name of another scene is on show. Plain text.
+
+    Returns
+    -------
+    str
+        HTML.
+
+    Examples
+    --------
+    >>> from blockstat.view.three_d.dress import head
+    >>> head("arch & pier").startswith("<title>arch &amp; pier</title>")
+    True
+    """
+    return f"<title>{escape(title)}</title><style>{_STYLE}</style><script>{_SCRIPT}</script>"
+
+
+def named(text: str) -> str:
+    """Return the heading that names what is on show, and with it the page.
+
+    Parameters
+    ----------
+    text : str
+        Plain text.
+
+    Returns
+    -------
+    str
+        HTML.
+    """
+    return f'<h1 class="{NAME}">{escape(text)}</h1>'

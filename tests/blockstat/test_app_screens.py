@@ -1,0 +1,159 @@
+"""The live page on screens of several sizes, without a mouse, and for those who do not see it well."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from browser import CHAPEL, live
+
+pytestmark = pytest.mark.slow
+SIZES = [(1280, 800), (1920, 1080), (390, 844)]
+#: What axe-core checks: WCAG 2.2 at level AA.
+RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
+#: Where the picture is on the page.
+PICTURE = """
+() => {
+  const boxes = [...document.querySelectorAll("canvas")].map(canvas => canvas.getBoundingClientRect());
+  const box = boxes.reduce((a, b) => a.width * a.height > b.width * b.height ? a : b);
+  return [box.left, box.top, box.width, box.height];
+}
+"""
+
+
+@pytest.fixture
+def hut(tmp_path):
+    path = tmp_path / "hut.toml"
+    path.write_text(CHAPEL)
+    return path
+
+
+def projected(page):
+    """Where the free blocks appear in the browser's picture, -1 to 1 across and up."""
+    camera = next(iter(page.server.get_clients().values())).camera
+    assembly = page.known.verdict.assembly
+    free = assembly.vertices[~assembly.support[assembly.vertex_block]] - page.view.canvas._origin
+    forward = camera.look_at - camera.position
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, [0, 0, 1.0])
+    right /= np.linalg.norm(right)
+    away = free - camera.position
+    depth = away @ forward * np.tan(camera.fov / 2)
+    return np.column_stack([away @ right / camera.aspect, away @ np.cross(right, forward)]) / depth[:, None]
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_the_verdict_and_the_whole_building_are_in_view(hut, capfd, size):
+    with live(hut, capfd) as (page, open_tab):
+        tab = open_tab(size=size)
+        tab.sees("Stable", exact=True)
+        tab.page.wait_for_timeout(2000)
+        assert tab.page.title() == "hut"
+        seen = projected(page)
+        assert np.abs(seen).max() < 1
+        assert np.abs(seen).max() > 0.7  # and not far away
+        left, top, width, height = tab.page.evaluate(PICTURE)
+        word = tab.page.get_by_text("Stable", exact=True).locator("visible=true").first.bounding_box()
+        assert min(word["x"], word["y"]) >= 0
+        assert word["x"] + word["width"] <= size[0]
+        assert word["y"] + word["height"] <= size[1]
+        beside = word["x"] + word["width"] <= left or word["x"] >= left + width
+        below = word["y"] >= top + height
+        assert beside or below  # neither hides the other
+        assert tab.page.evaluate("document.documentElement.scrollWidth") <= size[0]
+        # The verdict comes before all controls.
+        slider = tab.page.get_by_role("slider").locator("visible=true").first.bounding_box()
+        assert word["y"] < slider["y"]
+
+
+def test_a_design_that_falls_is_shown_falling_until_that_is_switched_off(hut, capfd):
+    with live(hut, capfd) as (page, open_tab):
+        tab = open_tab()
+        tab.sees("Stable", exact=True)
+        assert not page.player.playing
+        tab.number(0, 0.1)
+        tab.sees("Unstable", exact=True)
+        assembly = page.known.verdict.assembly
+        farthest = 0.0
+        for _ in range(40):
+            farthest = max(farthest, np.linalg.norm(page.view.canvas.vertices - assembly.vertices, axis=1).max())
+            tab.page.wait_for_timeout(50)
+        assert 0 < farthest < 0.1 * np.ptp(assembly.vertices, axis=0).max()
+        tab.tab("View")
+        tab.page.get_by_role("combobox").locator("visible=true").nth(1).click()
+        tab.page.get_by_role("option", name="never", exact=True).click()
+        for _ in range(100):
+            if not page.player.playing:
+                break
+            tab.page.wait_for_timeout(50)
+        assert (page.view.canvas.vertices == assembly.vertices).all()
+
+
+def test_a_number_outside_its_range_is_told_with_what_is_used(hut, capfd):
+    with live(hut, capfd) as (page, open_tab):
+        tab = open_tab()
+        tab.sees("Stable", exact=True)
+        shown = page.known
+        tab.number(0, 5)
+        tab.sees("wall.thickness: 5 m is outside 0.1 to 0.6 m; 0.6 m is used")
+        assert page.known is shown
+        tab.number(0, 0.5)
+        tab.page.get_by_text("is outside").first.wait_for(state="detached")
+
+
+@pytest.mark.parametrize("size", [SIZES[0], SIZES[-1]])
+def test_the_keyboard_reaches_every_control_and_moves_the_design(hut, capfd, size):
+    with live(hut, capfd) as (_, open_tab):
+        tab = open_tab(size=size)
+        tab.sees("Stable", exact=True)
+        names = set()
+        for _ in range(60):
+            tab.page.keyboard.press("Tab")
+            names.add(tuple(tab.page.evaluate(FOCUSED)))
+        wanted = {("slider", "thickness [m]"), ("textbox", "thickness [m]"), ("tab", "Design"), ("checkbox", "number")}
+        assert wanted <= names
+        # A tab is chosen with the arrows, a slider moved with them.
+        tab.page.get_by_role("tab", name="Design", exact=True).focus()
+        tab.page.keyboard.press("ArrowRight")
+        tab.page.get_by_text("joint forces").locator("visible=true").first.wait_for()
+        tab.page.keyboard.press("ArrowLeft")
+        tab.page.get_by_role("slider").first.focus()
+        tab.page.keyboard.press("Home")
+        tab.sees("Unstable", exact=True)
+
+
+#: Role and name of the part that has the focus, as a screen reader tells them.
+FOCUSED = """
+() => {
+  const part = document.activeElement;
+  if (!part || part === document.body) return ["", ""];
+  const kind = part.type === "checkbox" ? "checkbox" : part.tagName === "INPUT" ? "textbox" : "";
+  const label = part.id && document.querySelector(`label[for="${CSS.escape(part.id)}"]`);
+  return [part.getAttribute("role") || kind || part.tagName.toLowerCase(),
+          part.getAttribute("aria-label") || (label ? label.textContent : part.textContent)];
+}
+"""
+
+
+def axe_path():
+    """Where axe-core is; skips the test where it is not installed (npm install axe-core, or its path in AXE)."""
+    places = [os.environ.get("AXE", ""), "node_modules/axe-core/axe.min.js"]
+    found = next((path for path in places if path and Path(path).is_file()), None)
+    if found is None:
+        pytest.skip("axe-core is not installed (npm install axe-core, or set AXE to the path of axe.min.js)")
+    return found
+
+
+@pytest.mark.parametrize("size", [SIZES[0], SIZES[-1]])
+def test_axe_finds_nothing_that_keeps_anyone_out(hut, capfd, size):
+    axe = axe_path()
+    with live(hut, capfd) as (_, open_tab):
+        tab = open_tab(size=size)
+        tab.sees("Stable", exact=True)
+        tab.page.add_script_tag(path=axe)
+        for name in ("Design", "View", "File"):
+            tab.tab(name)
+            tab.page.wait_for_timeout(500)
+            found = tab.page.evaluate("tags => axe.run({runOnly: tags})", RULES)["violations"]
+            assert [(rule["id"], [node["html"] for node in rule["nodes"]]) for rule in found] == []

@@ -1,0 +1,93 @@
+"""The lightest design under imperfections or below a probability of failure: pillars that tip at (b - 2 delta) / h."""
+
+import pytest
+from scipy.stats import norm
+
+from blockstat import FailureTarget, Imperfections, InputError, Margin, Random, scene_from, search
+
+#: A pillar 1 m high and b wide, of one course on the ground; with this friction it does not slide.
+TABLES = {
+    "name": "pillar",
+    "parameters": {"b": {"value": 0.8, "min": 0.2, "max": 0.8, "step": 0.05}},
+    "material": {"friction": 2.0},
+    "elements": {"pillar": {"kind": "pier", "size": ["= b", 0.5], "height": 1.0, "courses": 1}},
+}
+PILLAR = scene_from(TABLES)
+PUSH = Margin((1.0, 0.0, 0.0), 0.3)
+ALONG = {"direction": (1.0, 0.0, 0.0)}
+
+
+def width(**options):
+    found = search(PILLAR, verify=None, **options)
+    return found, found.best_parameters["parameters.b"]
+
+
+@pytest.mark.parametrize("delta", [0.0, 0.01, 0.03])
+def test_edges_that_are_lost_make_the_pillar_as_much_wider(delta):
+    allowed = Imperfections(edge=delta)
+    _, b = width(strategy="robust", margin=PUSH, imperfections=allowed)
+    assert b == pytest.approx(0.3 + 2 * delta, abs=1e-4)
+    assert b >= 0.3 + 2 * delta
+    assert width(strategy="gradient", margin=PUSH, imperfections=allowed)[1] == b
+    snapped = width(strategy="robust", margin=PUSH, imperfections=allowed, snap=True)[1]
+    assert snapped == pytest.approx(min(w for w in (0.3, 0.35, 0.4) if w >= b - 1e-9), abs=1e-9)
+
+
+def test_friction_is_divided_in_the_worst_case():
+    """It slides at mu / 1.25 whatever its width: no design of friction .35 has a reserve of .3."""
+    weak = scene_from({**TABLES, "material": {"friction": 0.35}})
+    options = {"verify": None, "strategy": "robust", "margin": PUSH}
+    assert search(weak, imperfections=Imperfections(friction=1.1), **options).best_parameters is not None
+    assert search(weak, imperfections=Imperfections(friction=1.25), **options).best_parameters is None
+
+
+def test_other_strategies_judge_the_worst_case_too():
+    """A joint that loses all it has carries nothing."""
+    half = {"imperfections": Imperfections(edge=0.16)}
+    assert width(strategy="pruned")[1] == pytest.approx(0.2)
+    assert width(strategy="pruned", **half)[1] == pytest.approx(0.35)
+    assert width(strategy="pruned", over="grid", **half)[1] == pytest.approx(0.35)
+
+
+@pytest.mark.parametrize("probability", [0.05, 1e-3])
+def test_a_random_push_asks_for_its_quantile(probability):
+    uncertain = {"push": Random("normal", 0.2, 0.05)}
+    found, b = width(strategy="robust", target=FailureTarget(probability, uncertain, **ALONG))
+    assert b == pytest.approx(norm.ppf(1 - probability, 0.2, 0.05), abs=2e-4)
+    assert found.assured.first.probability == pytest.approx(probability, rel=0.02)
+    low, high = found.assured.draws.interval
+    assert low <= probability <= 1.5 * high
+    assert found.summary()["failure"]["draws"] == 400
+
+
+def test_two_random_variables_share_what_they_ask_for():
+    """b - 2 delta = push, both normal: beta = (b - .02 - .2) / sqrt(.05^2 + .008^2)."""
+    uncertain = {"push": Random("normal", 0.2, 0.05), "edge": Random("normal", 0.01, 0.004)}
+    _, b = width(strategy="robust", target=FailureTarget(0.01, uncertain, **ALONG))
+    assert b == pytest.approx(0.22 + norm.ppf(0.99) * (0.05**2 + 0.008**2) ** 0.5, abs=3e-4)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"strategy": "robust"}, 'strategy "robust" needs imperfections, or a target'),
+        ({"strategy": "gradient", "target": FailureTarget(0.1)}, 'a target is for strategy "robust"'),
+        ({"strategy": "robust", "target": FailureTarget(0.1)}, "nothing pushes; give a direction"),
+        (
+            {
+                "strategy": "robust",
+                "target": FailureTarget(0.1, {"friction": Random("normal", 1, 0.1, "joint")}, **ALONG),
+            },
+            '"friction" has values of its own',
+        ),
+    ],
+)
+def test_what_does_not_go_together_is_said(options, message):
+    with pytest.raises(InputError, match=message):
+        search(PILLAR, verify=None, **options)
+
+
+@pytest.mark.parametrize("probability", [0.0, 0.5, 2.0])
+def test_a_target_is_a_small_probability(probability):
+    with pytest.raises(InputError, match=r"above 0 and below 0\.5"):
+        FailureTarget(probability)

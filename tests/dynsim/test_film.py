@@ -1,0 +1,67 @@
+"""Motion past the verdict, and moving pictures."""
+
+import numpy as np
+import pytest
+
+from blockstat import Assembly, InputError, box
+from dynsim import Removal, past_verdict, verify, write_run
+
+
+@pytest.fixture(scope="module")
+def leaning():
+    """A pillar that hangs over the edge of its ground by more than half."""
+    blocks = [box((-1, -1, -1), (0.2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]
+    return verify(Assembly.from_blocks(blocks, supports=["ground"]))
+
+
+def test_a_film_goes_on_where_the_verdict_ended_and_the_fall_is_seen(leaning):
+    film = past_verdict(leaning, 0.4)
+    known = len(leaning.run.times)
+    assert leaning.outcome.word == "falls"
+    assert film.times[-1] == pytest.approx(leaning.run.times[-1] + 0.4, abs=0.05)
+    # The same motion, bit by bit, up to the verdict; then it falls on.
+    assert np.array_equal(film.displacement[:known], leaning.run.displacement)
+    # What is seen after the verdict is about as fast as a fall: it speeds up.
+    speed = np.diff(np.linalg.norm(film.since_release[:, 1], axis=1))
+    assert speed[-1] > 2 * speed[known - 2]
+
+
+def test_loads_act_in_the_film_too():
+    blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (1, 1, 1), name="foot")]
+    blocks += [box((0, 0, 1), (1, 1, 2), name="head")]
+    tower = Assembly.from_blocks(blocks, supports=["ground"])
+    loads = [Removal("foot")]
+    verdict = verify(tower, loads=loads)
+    assert np.isfinite(past_verdict(verdict, 0.2, loads=loads).removed[1])
+
+
+@pytest.mark.parametrize("seconds", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_film_of_no_length_is_refused(leaning, seconds):
+    with pytest.raises(InputError, match="positive"):
+        past_verdict(leaning, seconds)
+
+
+def test_a_gif_has_the_length_of_the_run_and_shows_motion(leaning, tmp_path):
+    from PIL import Image
+
+    film = past_verdict(leaning, 0.4)
+    with Image.open(write_run(film, tmp_path / "fall.gif")) as picture:
+        shown = []
+        for frame in range(picture.n_frames):
+            picture.seek(frame)
+            shown.append(np.asarray(picture.convert("L"), dtype=float))
+        assert picture.n_frames == pytest.approx(25 * film.times[-1], abs=2)
+    assert max(picture.size) == pytest.approx(600, abs=20)
+    assert abs(shown[-1] - shown[0]).mean() > 1.0
+    assert [path.name for path in tmp_path.iterdir()] == ["fall.gif"]
+
+
+def test_an_mp4_without_its_package_says_what_to_install(leaning, tmp_path):
+    try:
+        import imageio_ffmpeg  # noqa: F401
+    except ImportError:
+        with pytest.raises(InputError, match="pip install imageio-ffmpeg"):
+            write_run(leaning.run, tmp_path / "fall.mp4")
+        assert not list(tmp_path.iterdir())
+    else:
+        assert write_run(leaning.run, tmp_path / "fall.mp4").stat().st_size > 1000
