@@ -18,9 +18,10 @@ from evidence.scenes.small import arch, pulled_slab, stack, trilith
 from point_bodies import FLOOR, crossed_keels, ladder, moved, octahedron_in_a_corner, prism_in_a_groove, tetrahedron
 
 CORRUPTED = 1000
-#: What is corrupted: a digit of a force or a velocity, of a contact point, of a corner, of a friction; a contact.
-KINDS = ("value", "point", "vertex", "friction", "remove", "add")
-#: More friction, for one, is another problem with a valid proof. These are not valid whatever the hash says.
+#: What is corrupted: a digit of a force or a velocity, of a place, of a corner, of a friction or a strength; a contact,
+#: a bond or a tie.
+KINDS = ("value", "point", "vertex", "law", "remove", "add")
+#: More friction or strength is another problem with a valid proof. These are not valid whatever the hash says.
 WRONG = ("value", "point", "vertex", "remove", "add")
 
 
@@ -97,13 +98,13 @@ def test_a_proof_written_by_hand_is_accepted(checker):
     ("wrong", "reason"),
     [
         (cube_by_hand("2.4526"), "not balanced"),
-        (cube_by_hand(blocks=[1, 0], on=[[0], [1]]), "points into its block"),
-        (cube_by_hand(normal=["0", "0", "-1"]), "points into its block"),
+        (cube_by_hand(blocks=[1, 0], on=[[0], [1]]), "not that of its face"),
+        (cube_by_hand(normal=["0", "0", "-1"]), "not that of its face"),
         (cube_by_hand(normal=["0", "0", "2"]), "no normal"),
         (cube_by_hand(normal=["0.6", "0", "0.8"]), "not that of its face"),
         (cube_by_hand(point=["0", "0", "0.001"]), "off its face"),
         (cube_by_hand(point=["-0.001", "0", "0"]), "beside its face"),
-        (cube_by_hand(on=[[1], [2]]), "points into its block|not that of its face"),
+        (cube_by_hand(on=[[1], [2]]), "not that of its face"),
         (cube_by_hand(most="2"), "outside its cone"),
         (cube_by_hand(least="3"), "outside its cone"),
         (cube_by_hand(friction="-1"), "law"),
@@ -197,6 +198,140 @@ def test_joint_laws_are_part_of_the_problem(checker):
     assert upper == pytest.approx(lower, rel=1e-7)
 
 
+def bonded_beam(moment):
+    """A beam .5 x .5 x 2 of density 1 glued to a wall at one end."""
+    wall = box((-1, 0, -1), (0, 0.5, 1), name="wall", group="wall")
+    beam = box((0, 0, -0.25), (2.0, 0.5, 0.25), name="beam", group="beam")
+    glue = JointLaw(("wall", "beam"), bond=3.0, bond_moment=moment)
+    options = {"joints": [glue], "friction": 5.0, "gravity": (0, 0, -1e-3), "density": 1.0}
+    return Assembly.from_blocks([wall, beam], supports=[0], **options)
+
+
+@pytest.mark.parametrize(("moment", "exact"), [(0.0, 1.5), (0.4, 2.3)])
+def test_a_bond_at_the_centre_of_a_joint_is_part_of_the_problem(checker, moment, exact):
+    """A cantilever: (M + F a / 2) / (W L / 2)."""
+    said = checker.check(prove(bonded_beam(moment), (0, 0, -1)).content)
+    lower, upper = (1e-3 * (1 + bound) for bound in bounds(said))
+    assert lower <= exact <= upper
+    assert upper - lower < 1e-7 * exact
+    assert "6 contacts (2 of bonds and ties)" in said[2]
+
+
+def test_each_strength_of_a_bond_has_its_limit(checker):
+    """A lamp of weight 1 below a roof, without friction: it hangs by the tension, and pushed and turned as it hangs, it
+    shears by F, and twists by M."""
+    roof = box((-1, -1, 1), (2, 2, 2), name="roof", group="roof")
+    lamp = box((0, 0, 0), (1, 1, 1), name="lamp", group="lamp")
+    glue = JointLaw(("roof", "lamp"), friction=0.0, bond=3.0, bond_moment=0.5)
+    options = {"gravity": (0, 0, -1.0), "density": 1.0, "joints": [glue]}
+    scene = Assembly.from_blocks([roof, lamp], supports=[0], **options)
+    for wrench, exact in (([0, 0, -1, 0, 0, 0], 2.0), ([0.6, 0.8, 0, -0.4, 0.3, 0], 3.0), ([0, 0, 0, 0, 0, -1], 0.5)):
+        lower, upper = bounds(checker.check(prove(scene, np.array([[0] * 6, wrench])).content))
+        assert lower <= exact * (1 + 1e-12)
+        assert upper >= exact * (1 - 1e-12)
+        assert upper - lower < 1e-7
+
+
+def tied_block(**tie):
+    """A block 1 x 1 x 2 of weight 2 that a tie holds on the side away from the toe x = 1, or towards it."""
+    blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (1, 1, 2), name="block")]
+    anchored = Tie(("ground", "block"), ((-0.5, 0.5, -0.5), (0, 0.5, 1.5)), **tie)
+    options = {"ties": [anchored], "friction": 2.0, "density": 1.0, "gravity": (0, 0, -1.0)}
+    return Assembly.from_blocks(blocks, supports=[0], **options)
+
+
+#: Moment of a unit of tension about the toe: (1.5 x .5 + 2 x 1) / |(.5, 2)|, over W h / 2 = 2; about the heel 1.5 x .5.
+ABOUT_TOE, ABOUT_HEEL = 2.75 / np.hypot(0.5, 2.0) / 2.0, 0.75 / np.hypot(0.5, 2.0) / 2.0
+
+
+@pytest.mark.parametrize(
+    ("tie", "side", "exact"),
+    [
+        ({"greatest": 0.3}, 1, 0.5 + 0.3 * ABOUT_TOE),
+        ({"greatest": 0.3}, -1, 0.5),
+        ({"least": 0.1, "greatest": 0.3}, 1, 0.5 + 0.3 * ABOUT_TOE),
+        ({"least": 0.1, "greatest": 0.3}, -1, 0.5 - 0.1 * ABOUT_HEEL),
+        ({"least": 0.2, "greatest": 0.2}, 1, 0.5 + 0.2 * ABOUT_TOE),
+        ({"greatest": 0.3, "strut": True}, 1, 0.5),
+        ({"greatest": 0.3, "strut": True}, -1, 0.5 + 0.3 * ABOUT_HEEL),
+    ],
+)
+def test_a_tie_is_part_of_the_problem(checker, tie, side, exact):
+    """Moments about the toe, or about the heel when pushed the other way."""
+    lower, upper = bounds(checker.check(prove(tied_block(**tie), (side, 0, 0)).content))
+    assert lower <= exact * (1 + 1e-12)
+    assert upper >= exact * (1 - 1e-12)
+    assert upper - lower < 1e-7
+
+
+def test_a_tie_without_limit_is_never_the_one_that_yields(checker):
+    proof = prove(tied_block(), (1, 0, 0))
+    assert checker.check(proof.content)[0].startswith("PROVED stable at")
+    assert "motion" not in proof.content["proof"]
+    fallen = prove(tied_block(), (-1, 0, 0))  # about the heel it slackens
+    lower, upper = bounds(checker.check(fallen.content))
+    assert lower <= 0.5 <= upper
+    assert not fallen.bounded
+
+
+def changed(content, **what):
+    """A copy with other values in the last contact."""
+    wrong = copy.deepcopy(content)
+    wrong["data"]["contacts"][-1] |= what
+    return wrong
+
+
+@pytest.mark.parametrize(
+    ("what", "reason"),
+    [
+        ({"shear": "-3"}, "a law is none"),
+        ({"least": "4", "most": "3"}, "a law is none"),
+        ({"friction": "0.5"}, "a law is none"),
+        ({"shear": "0.01"}, "outside its cone"),
+        ({"least": "0", "most": "0.4", "shear": "0"}, "outside its cone"),
+        ({"point": ["0.001", "0.25", "0"]}, "off its face"),
+        ({"point": ["0", "0.6", "0"]}, "beside its face"),
+        ({"normal": ["0.6", "0", "0.8"]}, "not that of its face"),
+        ({"couple": True, "ends": [["0", "0.25", "0"]] * 2}, "a law is none"),
+    ],
+)
+def test_what_is_wrong_with_a_bond_is_named(checker, what, reason):
+    content = prove(bonded_beam(0.4).with_(gravity=(0.1, 0.2, -1.9))).content
+    assert checker.check(content)[0] == "PROVED stable"
+    with pytest.raises(ValueError, match=reason):
+        checker.check(hashed(checker, changed(content, **what)))
+
+
+@pytest.mark.parametrize(
+    ("what", "reason"),
+    [
+        ({"friction": "0"}, "a law is none"),
+        ({"couple": True}, "a law is none"),
+        ({"least": "-0.1"}, "a law is none"),
+        ({"ends": [["-0.5", "0.5", "-0.5"], ["0", "0.5", "1.6"]]}, "not along its ends"),
+        ({"ends": [["0", "0.5", "1.5"]] * 2}, "not along its ends"),
+        ({"ends": [["-1.5", "0.5", "-4.5"], ["-0.5", "0.5", "-0.5"]]}, "ends nowhere"),
+        ({"most": "0.01"}, "outside its cone"),
+    ],
+)
+def test_what_is_wrong_with_a_tie_is_named(checker, what, reason):
+    content = prove(tied_block(greatest=1.0), gravity=(0.7, 0, -1.0)).content
+    assert checker.check(content)[0] == "PROVED stable"
+    with pytest.raises(ValueError, match=reason):
+        checker.check(hashed(checker, changed(content, **what)))
+
+
+def test_a_motion_that_a_bond_or_a_tie_resists_proves_nothing(checker):
+    """More strength than the motion was made for."""
+    for scene in (bonded_beam(0.4).with_(gravity=(0, 0, -2.5)), tied_block(greatest=0.1).with_(gravity=(0.7, 0, -1.0))):
+        content = prove(scene).content
+        assert checker.check(content)[0] == "PROVED unstable"
+        for contact in content["data"]["contacts"]:
+            contact |= {key: str(3 * Fraction(contact[key])) for key in ("least", "most", "shear") if key in contact}
+        with pytest.raises(ValueError, match="do not drive the motion"):
+            checker.check(hashed(checker, content))
+
+
 def test_far_from_the_origin_nothing_changes(checker):
     near = arch(12, 0.15)
     far = near.with_(vertices=near.vertices + [5e5, 5e6, 100.0])
@@ -212,9 +347,6 @@ def test_a_stack_balanced_exactly_on_an_edge_has_an_exact_proof(checker):
 
 def test_what_cannot_be_proved_is_said():
     blocks = [box((-1, -1, -1), (2, 2, 0), name="a"), box((0, 0, 0), (1, 1, 1), name="b")]
-    tied = Assembly.from_blocks(blocks, supports=[0], ties=[Tie(("a", "b"), ((0, 0, -0.5), (0, 0, 0.5)), greatest=5.0)])
-    with pytest.raises(InputError, match="has ties; proof files know contacts only"):
-        prove(tied)
     slope = Assembly.from_blocks(blocks, supports=[0], gravity=(0.6 * 9.81, 0, -9.81), friction=0.6)
     with pytest.raises(InputError, match=r"no exact proof|undecided"):
         prove(slope.with_(gravity=np.array([np.sin(atan(0.6)), 0.0, -np.cos(atan(0.6))])))
@@ -282,25 +414,29 @@ def corrupted(content, rng, kind):
                 items.append(copy.deepcopy(items[i]))
         return wrong
     blocks = [block["vertices"] for block in wrong["data"]["blocks"] if not block["fixed"]]
-    part = {"value": values, "point": [c["point"] for c in contacts], "vertex": blocks, "friction": contacts}[kind]
-    places = list(texts(part)) if kind != "friction" else [(contact, "friction") for contact in contacts]
+    points = [c["ends"] if "ends" in c else c["point"] for c in contacts]
+    laws = [(c, key) for c in contacts for key in ("friction", "shear", "most") if key in c]
+    part = {"value": values, "point": points, "vertex": blocks, "law": []}[kind]
+    places = list(texts(part)) or laws
     change_digit(rng, *rng.choice(places))
     return wrong
 
 
 @pytest.fixture(scope="module")
 def proofs():
-    """Stable, unstable and limit, each with forces or a motion in every digit of which something can be wrong."""
+    """Stable, two with a bond and a tie, and unstable: in every digit of forces or motions something can be wrong."""
     tilted = stack(3).with_(gravity=np.array([3.0, 0.5, -9.81]))
+    glued = bonded_beam(0.4).with_(gravity=np.array([0.1, 0.2, -1.9]))
+    tied = tied_block(greatest=1.0).with_(gravity=np.array([0.7, 0.1, -1.0]))
     fallen = stack(3).with_(gravity=np.array([4.0, 0.5, -9.81]))
-    return [prove(scene).content for scene in (tilted, arch(5, 0.25), fallen)]
+    return [prove(scene).content for scene in (tilted, arch(5, 0.25), glued, tied, fallen)]
 
 
 def test_every_corrupted_file_is_rejected(checker, proofs):
     rng = random.Random(26)
     for trial in range(CORRUPTED):
         with pytest.raises(ValueError, match="hash"):
-            checker.check(corrupted(proofs[trial % 3], rng, KINDS[trial % len(KINDS)]))
+            checker.check(corrupted(proofs[trial % len(proofs)], rng, KINDS[trial % len(KINDS)]))
 
 
 @pytest.mark.parametrize("trials", [100, pytest.param(CORRUPTED, marks=pytest.mark.slow)])
@@ -308,7 +444,7 @@ def test_new_hashes_do_not_make_a_wrong_proof_right(checker, proofs, trials):
     """Forces balance exactly or not at all: every digit of a force, a contact point and a free block counts."""
     rng = random.Random(trials)
     for trial in range(trials):
-        content = proofs[trial % 2]
+        content = proofs[trial % 4]
         wrong = corrupted(content, rng, WRONG[trial % len(WRONG)])
         if same_numbers(wrong, content):  # 0 and -0
             continue
@@ -335,7 +471,7 @@ def test_less_friction_than_the_forces_need_is_rejected(checker, friction):
 
 
 def test_a_motion_that_closes_a_contact_is_rejected(checker, proofs):
-    content = copy.deepcopy(proofs[2])
+    content = copy.deepcopy(proofs[-1])
     down = ["0", "0", "-1", "0", "0", "0"]
     content["proof"]["motion"] = [["0"] * 6, *[down] * 3]
     with pytest.raises(ValueError, match="do not drive the motion"):

@@ -5,8 +5,9 @@ Both are conic programs with one further unknown t, the margin, which is made as
     forces:  A f + w = 0,   f_n >= |f_t| / mu + t           at all points,   t <= 1;
     motions: g = A'u,       g_n >= mu |g_t| + t             at all points,   |u_i| <= 1.
 
-Joint laws put t between the force and its bounds too. A margin of zero leaves points at the boundary; an interior-point
-method then ends at the centre of what there is, away from all bounds that need not be met.
+Joint laws put t between the force and its bounds too, and so do bonds and ties that have a range. A margin of zero
+leaves points at the boundary; an interior-point method then ends at the centre of what there is, away from all bounds
+that need not be met.
 """
 
 from __future__ import annotations
@@ -44,12 +45,13 @@ def centred_forces(program: PenaltyProgram, load: Floats) -> Floats | None:
 
     m, last = len(program.friction), 3 * len(program.friction)
     mu, capped = np.minimum(program.friction, STEEP), program.upper_bounded
-    every, normal = np.arange(m), 3 * np.arange(m)
+    margin = (program.upper > program.lower).astype(float)  # a bond without strength in one component has none there
+    every, normal, end = np.arange(m), 3 * np.arange(m), np.full(m, last)
     tangent = np.setdiff1d(np.arange(last), normal)
-    heads = _rows(last, (normal, normal, -mu), (normal, np.full(m, last), mu), (tangent, tangent, -np.ones(2 * m)))
-    above = _rows(last, (every, normal, -np.ones(m)), (every, np.full(m, last), np.ones(m)), size=m)
+    heads = _rows(last, (normal, normal, -mu), (normal, end, mu * margin), (tangent, tangent, -np.ones(2 * m)))
+    above = _rows(last, (every, normal, -np.ones(m)), (every, end, margin), size=m)
     k = np.arange(len(capped))
-    below = _rows(last, (k, 3 * capped, np.ones(len(k))), (k, np.full(len(k), last), np.ones(len(k))), size=len(k))
+    below = _rows(last, (k, 3 * capped, np.ones(len(k))), (k, np.full(len(k), last), margin[capped]), size=len(k))
     least = _rows(last, (every[:1], np.array([last]), np.ones(1)), size=1)
     balance = sparse.hstack([program.matrix, sparse.csc_array((len(load), 1))])
     bound = np.concatenate([-load, np.zeros(last), -program.lower, program.upper[capped], [1.0]])
@@ -61,7 +63,7 @@ def centred_forces(program: PenaltyProgram, load: Floats) -> Floats | None:
 
 
 def opening_motion(program: PenaltyProgram) -> Floats | None:
-    """Return the motion of unit size that opens all points most.
+    """Return the motion of unit size that opens all contact points most.
 
     Parameters
     ----------
@@ -75,11 +77,11 @@ def opening_motion(program: PenaltyProgram) -> Floats | None:
     """
     clarabel: Any = importlib.import_module("clarabel")
 
-    m, n = len(program.friction), len(program.load)
-    mu = np.minimum(program.friction, STEEP)
+    m, n = program.n_points, len(program.load)
+    mu = np.minimum(program.friction[:m], STEEP)
     normal = 3 * np.arange(m)
     scale = np.column_stack([np.ones(m), mu, mu]).reshape(-1)
-    rates = sparse.csr_array(program.matrix.T).multiply(scale[:, None])
+    rates = sparse.csr_array(program.matrix.T)[: 3 * m].multiply(scale[:, None])
     opening = sparse.hstack([-rates, _rows(0, (normal, np.zeros(m, dtype=int), np.ones(m)), size=3 * m)])
     box = sparse.hstack([sparse.vstack([sparse.eye_array(n), -sparse.eye_array(n)]), sparse.csc_array((2 * n, 1))])
     bound = np.concatenate([np.zeros(3 * m), np.ones(2 * n)])

@@ -1,8 +1,12 @@
 """What exact forces and motions prove, contact by contact, before a file is written.
 
-A force F has the component t = F.n / |n|^2 along the normal as given, and lies in Coulomb's cone if t >= 0 and
+A force F has the component h = F.n / |n|^2 along the normal as given, and lies in Coulomb's cone if h >= 0 and
 |F|^2 |n|^2 <= (1 + mu^2) (F.n)^2. No root is needed, and n need not be a unit vector. A relative velocity g is resisted
 by none of these forces if g.n >= 0 and (g.n)^2 >= mu^2 (|g|^2 |n|^2 - (g.n)^2).
+
+Bonds and ties have a range of h, and a shear s in place of friction: |F|^2 |n|^2 - (F.n)^2 <= s^2 |n|^4. The power that
+they take up is greatest at the ends of the range, with s times the root of |g|^2 |n|^2 - (g.n)^2 across it. For couples
+g is the relative rotation.
 """
 
 from __future__ import annotations
@@ -68,7 +72,7 @@ def admissible(structure: Structure, force: Exact) -> bool:
     structure
         The contacts.
     force
-        On blocks b, shape (n, 3) [N].
+        On blocks b, shape (n, 3) [N or N m].
 
     Returns
     -------
@@ -79,10 +83,13 @@ def admissible(structure: Structure, force: Exact) -> bool:
     if law is not None:
         force = force + exact(law.shift)[:, None] * normal
     head, square = _dot(force, normal), _dot(normal, normal)
-    inside = (head >= 0) & (_dot(force, force) * square <= (1 + _square(structure)) * head**2)
+    across = _dot(force, force) * square - head**2
+    inside = across <= _square(structure) * head**2 + exact(structure.shear) ** 2 * square**2
     rough = np.isinf(structure.friction)
     inside = np.where(rough, (head > 0) | (_dot(force, force) == 0), inside)
-    if law is not None:
+    if law is None:
+        inside &= head >= 0
+    else:
         capped = np.isfinite(law.cap)
         inside &= head >= exact(law.floor) * square
         inside[capped] &= head[capped] <= exact(law.cap[capped]) * square[capped]
@@ -107,6 +114,7 @@ def power(structure: Structure, motion: Exact) -> Power:
     a, b = structure.pair.T
     twist = motion[b] - motion[a]
     rate = twist[:, :3] + np.cross(twist[:, 3:], structure.point)
+    rate[structure.couple] = twist[structure.couple, 3:]
     normal = structure.normal
     head = _dot(rate, normal)
     slide = _dot(rate, rate) * _dot(normal, normal) - head**2
@@ -114,7 +122,7 @@ def power(structure: Structure, motion: Exact) -> Power:
     opens = (head >= 0) & (rough | (head**2 >= friction * slide))
     taken, closing = Fraction(0), Fraction(0)
     law = structure.law
-    lawful = np.zeros(len(a), dtype=bool) if law is None else (law.shift > 0) | (law.floor > 0) | np.isfinite(law.cap)
+    lawful = np.zeros(len(a), dtype=bool) if law is None else (law.shift > 0) | (law.floor != 0) | np.isfinite(law.cap)
     for i in np.flatnonzero(lawful | ~opens | (rough & (slide != 0))):
         root = _root(slide[i])
         price = -head[i] if rough[i] else exact(structure.friction[i])[()] * root - head[i]
@@ -122,7 +130,7 @@ def power(structure: Structure, motion: Exact) -> Power:
         closes = root if rough[i] else Fraction(0)
         least = most = Fraction(0)
         if law is not None:
-            taken += exact(law.shift[i])[()] * head[i]
+            taken += exact(law.shift[i])[()] * head[i] + exact(structure.shear[i])[()] * root
             least = exact(law.floor[i])[()]
             most = exact(law.cap[i])[()] if np.isfinite(law.cap[i]) else None
         if price > 0 and (law is None or most is None):

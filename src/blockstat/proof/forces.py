@@ -13,6 +13,8 @@ forces with slack stay inside their cones.
 Points on a line carry no moment about it. Blocks that only such contacts join to the rest, as edges do, wait until the
 others have been joined to bodies: between bodies there may be points enough. Their wrenches are handed on first, then
 those inside the bodies. What is then left stands on one line or point, and is balanced only if that is exactly so.
+
+Where a bond has slack its couple takes the moment: df_i = s_i R / S, and M - c x R.
 """
 
 from __future__ import annotations
@@ -39,8 +41,8 @@ class Step:
     """A body hands its residual to another one."""
 
     blocks: Ints  #: of the body
-    points: Ints  #: contacts that carry it
-    sign: Ints  #: 1 where the body is block b of the contact, else -1
+    points: Ints  #: contacts and bonds that carry it
+    sign: Ints  #: 1 where the body is block b of the row, else -1
 
 
 def balanced_forces(structure: Structure, force: Floats, slack: Floats, multiplier: Fraction) -> Exact:
@@ -51,16 +53,16 @@ def balanced_forces(structure: Structure, force: Floats, slack: Floats, multipli
     structure
         The blocks, contacts and loads.
     force
-        On block b of each contact, along the axes, shape (n, 3) [N], balanced to rounding.
+        On block b of each row, along the axes, shape (n, 3) [N or N m], balanced to rounding.
     slack
-        By how much the normal force of each contact may fall, shape (n,) [N]; those without stay as they are.
+        By how much each may change, shape (n,), positive; those without stay as they are.
     multiplier
         Of the live load.
 
     Returns
     -------
     Exact
-        Shape (n, 3) [N].
+        Shape (n, 3) [N or N m].
 
     Raises
     ------
@@ -70,7 +72,7 @@ def balanced_forces(structure: Structure, force: Floats, slack: Floats, multipli
     size = float(np.linalg.norm(force, axis=1).mean()) or 1.0
     places = PLACES - int(np.floor(np.log10(size)))
     found = rounded(force, places)
-    slippery = structure.friction == 0  # forces along the normal as it is given, and nothing else
+    slippery = (structure.friction == 0) & (structure.shear == 0)  # along the normal as it is given, and nothing else
     along = (force[slippery] * structure.normal[slippery].astype(float)).sum(axis=1)
     found[slippery] = rounded(along, places)[:, None] * structure.normal[slippery]
     left = structure.balance(found, multiplier)
@@ -78,7 +80,7 @@ def balanced_forces(structure: Structure, force: Floats, slack: Floats, multipli
         residual = left[step.blocks].sum(axis=0)
         if not residual.any():
             continue
-        change = _carried(structure.point[step.points], _weights(slack[step.points]), -residual)
+        change = _carried(structure, step.points, _weights(slack[step.points]), -residual)
         change = step.sign[:, None] * change
         found[step.points] = found[step.points] + change
         structure.act(left, step.points, change)
@@ -92,8 +94,14 @@ def _weights(slack: Floats) -> Exact:
     return np.array([Fraction(2) ** int(np.round(np.log2(value / slack.max()))) for value in slack], dtype=object)
 
 
-def _carried(point: Exact, weight: Exact, wrench: Exact) -> Exact:
-    """Forces at points with the given resultant about the origin, shape (n, 3)."""
+def _carried(structure: Structure, rows: Ints, weight: Exact, wrench: Exact) -> Exact:
+    """Forces and couples of rows with the given resultant about the origin, shape (n, 3)."""
+    couple, point = structure.couple[rows], structure.point[rows]
+    if couple.any():
+        change = np.where(couple, 0, weight)[:, None] * wrench[:3] / weight[~couple].sum()
+        turning = np.flatnonzero(couple)[weight[couple].argmax()]
+        change[turning] = wrench[3:] - np.cross(point[~couple], change[~couple]).sum(axis=0)
+        return change
     total = weight.sum()
     centre = (weight[:, None] * point).sum(axis=0) / total
     arm = point - centre
@@ -115,7 +123,7 @@ def _carried(point: Exact, weight: Exact, wrench: Exact) -> Exact:
 def _steps(structure: Structure, slack: Floats) -> list[Step]:
     """The order in which bodies hand on their residuals: the largest bodies first, and leaves of each tree first."""
     fixed, n = structure.fixed, len(structure.fixed)
-    usable = np.flatnonzero((slack > 0) & (structure.friction > 0))
+    usable = np.flatnonzero((slack > 0) & ((structure.friction > 0) | (structure.shear > 0)))
     body = np.where(fixed, n, np.arange(n))
     levels: list[list[Step]] = []
     for lines in (False, True):
@@ -140,7 +148,7 @@ def _level(structure: Structure, slack: Floats, usable: Ints, body: Ints, lines:
     groups = np.split(across[np.argsort(which, kind="stable")], np.cumsum(np.bincount(which))[:-1])
     joints = {}
     for pair, points in zip(pairs.tolist(), groups, strict=True):
-        cost = _cost(structure.point[points].astype(float), slack[points], lines)
+        cost = _cost(structure, points, slack[points], lines)
         if np.isfinite(cost):
             joints[tuple(pair)] = cost, points
     if not joints:
@@ -163,8 +171,11 @@ def _level(structure: Structure, slack: Floats, usable: Ints, body: Ints, lines:
     return steps, head[label[body]]
 
 
-def _cost(point: Floats, slack: Floats, lines: bool) -> float:
+def _cost(structure: Structure, rows: Ints, slack: Floats, lines: bool) -> float:
     """How large the forces are that carry a wrench, relative to the slack; inf for points on a line unless allowed."""
+    couple, point = structure.couple[rows], structure.point[rows].astype(float)
+    if couple.any():
+        return np.inf if couple.all() else 1.0 / float(min(slack[couple].max(), slack[~couple].max()))
     weight = slack / slack.sum()
     arm = point - weight @ point
     spread = np.linalg.eigvalsh((weight[:, None] * arm).T @ arm)[1]

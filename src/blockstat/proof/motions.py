@@ -128,7 +128,7 @@ def _settled(problem: Problem, mechanism: Floats) -> Floats:
     """The mechanism with the rates that it leaves at zero brought there as far as rounding allows."""
     if problem.program is None:
         return mechanism
-    friction = problem.program.friction
+    friction = problem.program.friction[: problem.program.n_points]
     rate = _rates(problem, mechanism)[problem.eq.points]
     size = np.abs(mechanism).max()
     zero = np.abs(rate) <= STILL * size

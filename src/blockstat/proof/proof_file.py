@@ -20,6 +20,7 @@ from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
 from blockstat.loads import as_load
 from blockstat.proof.centre import centred_forces
+from blockstat.proof.connectors import connector_forces
 from blockstat.proof.exact_check import Power, admissible
 from blockstat.proof.forces import balanced_forces
 from blockstat.proof.motions import BOUND, driven_motion
@@ -126,7 +127,7 @@ def prove(
     Parameters
     ----------
     assembly
-        The blocks, without ties and without bonds at the centres of joints.
+        The blocks, with their ties and joint laws.
     load
         As in `blockstat.limit_load`: proves both of its bounds. None proves the verdict.
     friction, gravity, loads, gap, interfaces, solver
@@ -140,8 +141,8 @@ def prove(
     Raises
     ------
     InputError
-        For an undecided assembly, for one that stands or falls by no more than rounding, for ties or bonds, and as
-        `blockstat.assess`.
+        For an undecided assembly, for one that stands or falls by no more than rounding, for a bond at the centre of
+        a joint of several patches, and as `blockstat.assess`.
 
     Notes
     -----
@@ -264,9 +265,10 @@ def _forces(
     if program is None:
         return np.full((0, 3), Fraction(0), dtype=object)
     load = program.load if live is None else program.load + multiplier * problem.scaled(live)
+    connected = len(program.friction) > program.n_points  # by bonds and ties, whose forces those given lack
     for attempt in ("given", "centred"):
         if attempt == "given":
-            scaled = None if given is None else _scaled(problem, given)
+            scaled = None if given is None or connected else _scaled(problem, given)
         else:
             scaled = centred_forces(program, load)
             scaled = None if scaled is None else balance(replace(program, load=load), scaled)
@@ -276,6 +278,9 @@ def _forces(
         world = np.einsum("nij,ni->nj", frame, problem.to_points(scaled))
         slack = np.zeros(len(world))
         slack[problem.eq.points] = point_slack(program, scaled)[: problem.eq.n_points]
+        if connected:
+            more, room = connector_forces(problem, scaled)
+            world, slack = np.concatenate([world, more]), np.concatenate([slack, room])
         idle = slack <= IDLE
         world[idle & (np.linalg.norm(world, axis=1) <= IDLE * program.force_unit)] = 0.0
         try:

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from blockstat.analysis.problem import Problem
 from blockstat.contact.point_law import PointLaw, point_law
-from blockstat.errors import InputError
+from blockstat.program.ties import tie_wrenches
+from blockstat.proof.connectors import Connector, connectors
 from blockstat.proof.places import contact_places
 from blockstat.proof.rational import Exact, exact, text, written
 from blockstat.proof.solids import solids
 from blockstat.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
 
 #: Tolerances are written with so many digits, rounded up.
 DIGITS = 2
@@ -22,33 +26,40 @@ DIGITS = 2
 
 @dataclass(frozen=True, eq=False)
 class Structure:
-    """Blocks, contacts and loads as a checker reads them; moments and velocities are about the origin."""
+    """Blocks, contacts and loads as a checker reads them; moments and velocities are about the origin.
+
+    The n rows are those of the contact points, and then those of bonds and ties (`blockstat.proof.connectors`).
+    """
 
     data: dict[str, Any]  #: what the file says, numbers as text
     fixed: np.ndarray  #: shape (n_blocks,), which blocks cannot move
-    pair: Ints  #: blocks a and b of each contact, shape (n, 2)
+    pair: Ints  #: blocks a and b of each row, shape (n, 2)
     point: Exact  #: shape (n, 3) [m]
     normal: Exact  #: from a to b, shape (n, 3)
-    friction: Floats  #: shape (n,), inf allowed
+    friction: Floats  #: shape (n,), inf allowed, 0 for bonds and ties
     dead: Exact  #: shape (n_blocks, 6) [N, N m]
     live: Exact  #: shape (n_blocks, 6) [N, N m]
-    law: PointLaw | None  #: of the contacts; None where all are dry
+    law: PointLaw | None  #: of the rows; None where all are dry contacts
+    shear: Floats  #: what bonds bear across their normals, 0 for contacts and ties, shape (n,) [N or N m]
+    couple: np.ndarray  #: whether the row is a couple and not a force, shape (n,)
 
-    def act(self, left: Exact, contacts: Ints, force: Exact) -> None:
-        """Add forces at contacts to what the blocks have; fixed blocks take anything.
+    def act(self, left: Exact, rows: Ints, force: Exact) -> None:
+        """Add forces, and couples of bonds, to what the blocks have; fixed blocks take anything.
 
         Parameters
         ----------
         left
             Wrenches about the origin, shape (n_blocks, 6) [N, N m]; changed in place.
-        contacts
-            Shape (n,).
+        rows
+            Shape (k,).
         force
-            On blocks b, shape (n, 3) [N].
+            On blocks b, shape (k, 3) [N or N m].
         """
-        wrench = np.hstack([force, np.cross(self.point[contacts], force)])
-        np.subtract.at(left, self.pair[contacts, 0], wrench)
-        np.add.at(left, self.pair[contacts, 1], wrench)
+        wrench = np.hstack([force, np.cross(self.point[rows], force)])
+        turning = np.flatnonzero(self.couple[rows])
+        wrench[turning] = np.hstack([0 * force[turning], force[turning]])
+        np.subtract.at(left, self.pair[rows, 0], wrench)
+        np.add.at(left, self.pair[rows, 1], wrench)
         left[self.fixed] = Fraction(0)
 
     def balance(self, force: Exact, multiplier: Fraction) -> Exact:
@@ -57,7 +68,7 @@ class Structure:
         Parameters
         ----------
         force
-            Of the contacts on their blocks b, shape (n, 3) [N].
+            Of the rows on their blocks b, shape (n, 3) [N or N m].
         multiplier
             Of the live load.
 
@@ -91,16 +102,15 @@ def structure(problem: Problem, loads: Floats | None, live: Floats | None) -> St
     Raises
     ------
     InputError
-        For ties and for bonds at the centres of joints, which proof files do not know.
+        For a bond that lies on no face, as `blockstat.proof.connectors.connectors`.
     """
     assembly, interfaces = problem.assembly, problem.interfaces
-    if len(problem.bonds) or assembly.ties:
-        what = "ties" if assembly.ties else "bonds at the centres of joints"
-        raise InputError(f'"{assembly.name}" has {what}; proof files know contacts only')
     blocks = solids(assembly)
+    more = connectors(problem, blocks)
     law = point_law(assembly, interfaces)
     lawful = bool(law.shift.any() or law.floor.any() or np.isfinite(law.cap).any())
     on, distance, sine = contact_places(blocks, interfaces)
+    loads = _with_given_ties(assembly, loads)
     pair = interfaces.pair[interfaces.point_interface]
     point, normal = exact(interfaces.point), exact(interfaces.frame[:, 0])[interfaces.point_interface]
     gravity, density, centre = exact(assembly.gravity), exact(assembly.density), exact(assembly.centroid)
@@ -128,10 +138,38 @@ def structure(problem: Problem, loads: Floats | None, live: Floats | None) -> St
             entry |= {"apex": text(exact(law.shift[i])[()]), "least": text(exact(law.floor[i])[()])}
             entry |= {"most": text(exact(law.cap[i])[()])} if np.isfinite(law.cap[i]) else {}
         contacts.append(entry)
+    distance, sine = max([distance, *(row.distance for row in more)]), max([sine, *(row.sine for row in more)])
     data = {"gravity": written(gravity), "distance": _above(distance), "sine": _above(sine)}
-    data |= {"blocks": told, "contacts": contacts}
-    return Structure(
-        data, assembly.support, pair, point, normal, law.friction, dead, live_exact, law if lawful else None
+    data |= {"blocks": told, "contacts": [*contacts, *(row.entry() for row in more)]}
+    own, none = (data, assembly.support, pair, point, normal, law.friction, dead, live_exact), np.zeros(len(pair))
+    found = Structure(*own, law=law if lawful else None, shear=none, couple=none > 0)
+    return _with_connectors(found, law, more) if more else found
+
+
+def _with_given_ties(assembly: Assembly, loads: Floats | None) -> Floats | None:
+    """Loads with those of the ties whose forces are given."""
+    given = [tie for tie in assembly.ties if tie.constant]
+    if not given:
+        return loads
+    own = tie_wrenches(assembly, given, np.array([tie.least for tie in given]))
+    return own if loads is None else loads + own
+
+
+def _with_connectors(found: Structure, law: PointLaw, more: list[Connector]) -> Structure:
+    """A structure with rows of bonds and ties after those of its contacts."""
+    none = np.zeros(len(more))
+    least, most, shear = (np.array([getattr(row, key) for row in more]) for key in ("least", "most", "shear"))
+    joined = (law.friction, none), (law.shift, none), (law.floor, least), (law.cap, most)
+    law = PointLaw(*(np.concatenate(parts) for parts in joined))
+    return replace(
+        found,
+        pair=np.concatenate([found.pair, [row.blocks for row in more]]),
+        point=np.concatenate([found.point, [row.point for row in more]]),
+        normal=np.concatenate([found.normal, [row.normal for row in more]]),
+        friction=law.friction,
+        law=law,
+        shear=np.concatenate([found.shear, shear]),
+        couple=np.concatenate([found.couple, [row.couple for row in more]]),
     )
 
 
