@@ -2,6 +2,8 @@
 
 import json
 import math
+import os
+import signal
 import subprocess
 import sys
 
@@ -324,17 +326,31 @@ def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path):
 
 
 @pytest.mark.slow
-def test_draws_go_to_a_cluster(tmp_path):
+def test_draws_go_to_all_workers_of_a_cluster_and_one_killed_in_the_middle_loses_none(tmp_path):
     distributed = pytest.importorskip("distributed")
     import joblib
 
     uncertain = {"push": Random("normal", 0.3, 0.15)}
+    file, workers, killed = tmp_path / "draws.jsonl", set(), []
+
+    def kill_one(done, draws):
+        if not killed:
+            killed.extend(client.run(os.getpid).values())
+            os.kill(killed[0], signal.SIGKILL)
+
     options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None, "silence_logs": 50}
     with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
         client.run(sys.path.extend, [p for p in sys.path if p])
         with joblib.parallel_config(backend="dask"):
-            found = reliability(TALL, uncertain, load=SIDE, draws=200, file=tmp_path / "draws.jsonl", jobs=2)
-    assert found.failures == reliability(TALL, uncertain, load=SIDE, draws=200).failures
+            with distributed.get_task_stream(client) as stream:
+                reliability(TALL, uncertain, load=SIDE, draws=100, file=file)
+            workers.update(task["worker"] for task in stream.data)
+            found = reliability(TALL, uncertain, load=SIDE, draws=300, file=file, progress=kill_one)
+    assert len(workers) == 2
+    assert len(killed) == 2
+    numbers = [json.loads(line)["draw"] for line in file.read_text().splitlines()[1:]]
+    assert sorted(numbers) == list(range(300))
+    assert found.failures == reliability(TALL, uncertain, load=SIDE, draws=300).failures
 
 
 SCENE = """

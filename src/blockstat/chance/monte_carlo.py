@@ -107,7 +107,7 @@ def reliability(
     about: FirstOrder | None = None,
     reuse: bool = True,
     file: str | Path | None = None,
-    jobs: int = 1,
+    jobs: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Reliability:
     """Estimate the probability that an assembly does not stand when some of its data are random.
@@ -143,8 +143,8 @@ def reliability(
         Keeps a row of each draw as lines of JSON. What has a row there is not judged again, so an interrupted run goes
         on where it stopped, and one of more draws goes on from those it has.
     jobs
-        Processes side by side; the draws are the same. Under `joblib.parallel_config(backend="dask")`, or another
-        backend, draws go there instead.
+        Processes side by side, by default one; the draws are the same. Under `joblib.parallel_config(backend="dask")`,
+        or another backend, draws go to all of its workers instead.
     progress
         Called with the draws done and those asked for.
 
@@ -180,7 +180,7 @@ def reliability(
     True
     """
     population, load = population_of(assembly, uncertain, load, loads, gap=gap, interfaces=interfaces)
-    if draws < 1 or jobs < 1 or not 0 < confidence < 1:
+    if draws < 1 or (jobs is not None and jobs < 1) or not 0 < confidence < 1:
         given = f"draws is {draws}, jobs {jobs} and confidence {confidence}"
         raise InputError(f"{given}; one draw and one job are needed, and 0 < confidence < 1")
     centre = np.zeros(population.size) if about is None else about.point

@@ -132,7 +132,9 @@ class Trials:
         return digest.hexdigest()[:16]
 
 
-def judge_all(trials: Trials, draws: int, file: str | Path | None, jobs: int, progress: Progress | None) -> list[Row]:
+def judge_all(
+    trials: Trials, draws: int, file: str | Path | None, jobs: int | None, progress: Progress | None
+) -> list[Row]:
     """Give the verdicts on draws, those of a file and those that it lacks.
 
     Parameters
@@ -144,7 +146,7 @@ def judge_all(trials: Trials, draws: int, file: str | Path | None, jobs: int, pr
     file
         Where rows are kept as they come; None for nowhere.
     jobs
-        Processes side by side.
+        Processes side by side; None for one, or for all workers of the backend of joblib that is in force.
     progress
         Called with the draws done and those asked for.
 
@@ -173,8 +175,11 @@ def judge_all(trials: Trials, draws: int, file: str | Path | None, jobs: int, pr
     return [rows[number] for number in range(draws)]
 
 
-def _batches(trials: Trials, draws: int, rows: Mapping[int, Row], jobs: int) -> Iterator[list[Row]]:
+def _batches(trials: Trials, draws: int, rows: Mapping[int, Row], jobs: int | None) -> Iterator[list[Row]]:
     """Rows of the draws that have none, as they come."""
+    from joblib import Parallel, delayed, effective_n_jobs
+
+    workers = effective_n_jobs(jobs)
     missing = np.setdiff1d(np.arange(draws), list(rows))
     normal = trials.normals(draws)
     parts = [missing[i : i + BATCH] for i in range(0, len(missing), BATCH)]
@@ -183,14 +188,13 @@ def _batches(trials: Trials, draws: int, rows: Mapping[int, Row], jobs: int) -> 
     def task(part: Ints) -> tuple[Trials, Ints, Floats, list[Known]]:
         return trials, part, normal[part], list(known)
 
-    if jobs == 1:
+    if workers == 1:
         for part in parts:
             fresh, known = judge_batch(*task(part), everything=True)
             yield fresh
         return
-    from joblib import Parallel, delayed
-
-    options: Any = {"return_as": "generator_unordered", "batch_size": 1, "pre_dispatch": f"{jobs}"}
+    # No more batches under way than workers: the later one is sent, the more evidence goes with it.
+    options: Any = {"return_as": "generator_unordered", "batch_size": 1, "pre_dispatch": workers}
     judged_parts: Any = Parallel(n_jobs=jobs, **options)(delayed(judge_batch)(*task(part)) for part in parts)
     for fresh, gained in judged_parts:
         known.extend(gained)
