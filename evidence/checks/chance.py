@@ -2,7 +2,8 @@
 
     python -m evidence.checks.chance [--only known cost] [--draws N] [--rows FILE] [--write docs/results/chance.md]
 
-With --rows the draws of the chapel are kept in a file, and an interrupted run goes on from it.
+With --rows the draws of the chapel are kept in a file, and an interrupted run goes on from it. Clock time is then not
+given.
 """
 
 from __future__ import annotations
@@ -11,11 +12,12 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from time import perf_counter
 from typing import Any
 
 import numpy as np
 from scipy.integrate import quad
-from scipy.stats import norm
+from scipy.stats import binom, binomtest, norm
 
 from blockstat import Assembly, Random, acceleration, build, first_order, load_scene, reliability
 from evidence.paths import EXAMPLES
@@ -25,6 +27,8 @@ from evidence.tables import table
 
 SIDE = (1, 0, 0)
 SEEDS, EACH = 100, 60
+#: Of an interval of 60 draws, and of the counts of 100 seeds.
+CONFIDENCE = 0.95
 FRICTION, PUSH = norm(0.6, 0.1), norm(0.3, 0.15)
 #: What is random about the chapel: friction, rounded edges and a push along its walls.
 CHAPEL = {
@@ -88,6 +92,13 @@ KNOWN = (
 )
 
 
+def coverage(exact: float) -> float:
+    """How often the interval of Clopper and Pearson from so many draws holds a probability: a sum over all counts."""
+    ends = [binomtest(k, EACH).proportion_ci(CONFIDENCE, method="exact") for k in range(EACH + 1)]
+    holds = [interval.low <= exact <= interval.high for interval in ends]
+    return float(binom.pmf(np.flatnonzero(holds), EACH, exact).sum())
+
+
 def known() -> list[list[object]]:
     """Probabilities by integral, by a sum over a grid and to first order, and how often intervals hold the first."""
     rows: list[list[object]] = []
@@ -97,7 +108,9 @@ def known() -> list[list[object]]:
         held = sum(low <= case.exact <= high for low, high in (own.interval for own in found))
         pooled = sum(own.failures for own in found) / (SEEDS * EACH)
         figures = [f"{p:.5f}" for p in (case.exact, case.enumerated(), first.probability, pooled)]
-        rows.append([case.name, *figures, f"{held} of {SEEDS}"])
+        share = coverage(case.exact)
+        low, high = binom(SEEDS, share).interval(CONFIDENCE)
+        rows.append([case.name, *figures, f"{held} of {SEEDS}", f"{SEEDS * share:.1f}", f"{low:.0f} to {high:.0f}"])
         print(*rows[-1], file=sys.stderr)
     return rows
 
@@ -110,7 +123,9 @@ def cost(draws: int, rows: Path | None) -> list[list[object]]:
     def told(done: int, asked: int) -> None:
         print(f"{done} of {asked} draws", file=sys.stderr)
 
+    start = perf_counter()
     found = reliability(chapel, CHAPEL, draws=draws, jobs=2, file=rows, progress=told, **options)
+    clock = [["clock time on two processes [s]", f"{perf_counter() - start:.0f}"]] if rows is None else []
     alone = reliability(chapel, CHAPEL, draws=ALONE, reuse=False, **options)
     low, high = found.interval
     return [
@@ -119,6 +134,7 @@ def cost(draws: int, rows: Path | None) -> list[list[object]]:
         ["probability of falling", f"{found.probability:.4f} ({low:.4f} to {high:.4f})"],
         ["undecided", found.undecided],
         ["decided by earlier evidence", f"{found.reused / found.draws:.1%}"],
+        *clock,
         ["process time of all draws [s]", f"{found.seconds:.0f}"],
         ["a draw with earlier evidence [ms]", f"{1e3 * found.seconds / found.draws:.1f}"],
         ["a draw without [ms]", f"{1e3 * alone.seconds / alone.draws:.1f}"],
@@ -136,6 +152,7 @@ if __name__ == "__main__":
     if "known" in chosen.only:
         figures["known"] = known()
         names = ("scene", "exact", "grid", "first order", f"{SEEDS * EACH} draws", "intervals that hold it")
+        names += ("expected", f"{CONFIDENCE:.0%} of such counts")
         parts["known"] = table(names, figures["known"])
     if "cost" in chosen.only:
         figures["cost"] = cost(chosen.draws, chosen.rows)

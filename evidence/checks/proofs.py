@@ -22,6 +22,7 @@ from typing import Any
 
 import blockstat
 from blockstat import InputError, InputWarning, Outcome, build, load_scene, prove_limit, prove_verdict, read
+from blockstat.analysis.assess import judged
 from evidence.paths import CASES, EXAMPLES, ROOT
 from evidence.references import SECTIONS
 from evidence.results import parser, report
@@ -52,22 +53,21 @@ def accepted(proof: blockstat.ProofFile) -> list[str]:
 
 
 def listen(answers: Answers) -> None:
-    """Put every answer of `assess` and `limit_load` into the list, wherever they have been imported to."""
+    """Put every verdict and limit load into the list, wherever the functions that give them have been imported to."""
 
-    def heard(function):
+    def heard(function, kind):
         signature = inspect.signature(function)
 
         @functools.wraps(function)
         def and_kept(*args, **options):
             result = function(*args, **options)
-            answers.append((function.__name__, result, dict(signature.bind(*args, **options).arguments)))
+            answers.append((kind, result, dict(signature.bind(*args, **options).arguments)))
             return result
 
         return and_kept
 
-    for name in ("assess", "limit_load"):
-        original = getattr(blockstat, name)
-        replacement = heard(original)
+    for original, kind in ((blockstat.assess, "assess"), (judged, "assess"), (blockstat.limit_load, "limit_load")):
+        name, replacement = original.__name__, heard(original, kind)
         for module in list(sys.modules.values()):
             ours = getattr(module, "__name__", "").split(".")[0] in ("blockstat", "evidence")
             if ours and vars(module).get(name) is original:
@@ -162,12 +162,13 @@ def sizes() -> list[list[object]]:
     return found
 
 
-def counted(what: str, found: dict[str, str]) -> str:
-    """How many are proved, and those that are not with the reason."""
+def counted(what: str, found: dict[str, str], without: str) -> str:
+    """How many are proved, and those that are not with the reason. without : what those are that ask for no proof."""
     count = Counter("proved" if value == "proved" else "" if not value else "no proof" for value in found.values())
     asked = count["proved"] + count["no proof"]
     lines = [f"{count['proved']} of {asked} {what} have a proof file that the checker accepts."]
     lines += [f"- {name}: {reason}" for name, reason in found.items() if reason not in ("", "proved")]
+    lines += [f"- {count['']} more {without}."] if count[""] else []
     return "\n".join(lines)
 
 
@@ -184,8 +185,9 @@ if __name__ == "__main__":
         parts["sizes"] = table(names, figures["sizes"])
     if "cases" in chosen.only:
         figures["cases"] = cases()
-        parts["cases"] = counted("shared cases that are decided, with the chapel,", figures["cases"])
+        parts["cases"] = counted("shared cases that are decided, with the chapel,", figures["cases"], "are undecided")
     if "rows" in chosen.only:
         figures["rows"] = rows()
-        parts["rows"] = counted("rows of the validation page that rest on verdicts or limit loads", figures["rows"])
+        what = "rows of the validation page that rest on verdicts or limit loads"
+        parts["rows"] = counted(what, figures["rows"], "are thrusts or other values that are neither")
     report(chosen, figures, parts)

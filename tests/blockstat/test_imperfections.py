@@ -68,7 +68,9 @@ def test_the_multiplier_of_an_arch_with_shrunk_joints(thickness, values):
         assert found.upper == pytest.approx(value, abs=1.1e-8)
 
 
-@pytest.mark.parametrize(("delta", "least"), [(0, 0.1073477), (0.0025, 0.1123527), (0.01, 0.127369), (0.02, 0.147394)])
+@pytest.mark.parametrize(
+    ("delta", "least"), [(0, 0.1073477), (0.0025, 0.1123527), (0.005, 0.1173579), (0.01, 0.127369), (0.02, 0.147394)]
+)
 def test_the_least_thickness_of_an_arch_grows_by_twice_the_loss(delta, least):
     """t/R of a semicircle of 20 voussoirs, infinite friction."""
 
@@ -81,15 +83,20 @@ def test_the_least_thickness_of_an_arch_grows_by_twice_the_loss(delta, least):
 
 
 @pytest.mark.parametrize(
-    ("share", "degrees"),
-    [("2 %", 7.211128), ("4 %", 6.1265), ("6 %", 5.022037), ("8 %", 3.90394), ("10 %", 2.740505), ("6.575 %", 4.7)],
+    ("share", "degrees", "within"),
+    [
+        *(("0 %", 8.246367, 1.1e-6), ("2 %", 7.211128, 1.1e-6), ("4 %", 6.1265, 1.1e-6), ("6 %", 5.022037, 1.1e-6)),
+        *(("8 %", 3.90394, 1.1e-6), ("10 %", 2.740505, 1.1e-6)),
+        *(("6.575 %", 4.7, 2e-3), ("6.93 %", 4.5, 4e-3), ("6.22 %", 4.9, 4e-3)),
+    ],
 )
-def test_the_tilt_of_an_arch_with_rounded_edges(share, degrees):
-    """Shin et al. 2016, 36 voussoirs, t/R .15, mu tan 43: 8.246367 deg as drawn, 4.7 measured."""
+def test_the_tilt_of_an_arch_with_rounded_edges(share, degrees, within):
+    """Shin et al. 2016, 36 voussoirs, t/R .15, mu tan 43: 8.246367 deg as drawn; 4.7 +- .2 measured, for which the loss
+    is given in three or four digits."""
     scene = arch(36, 0.15, friction=math.tan(math.radians(43)))
     found = tilt_limit(scene, "y", imperfections=Imperfections(edge=share))
-    assert found.stands == pytest.approx(degrees, abs=1.1e-6 if degrees != 4.7 else 2e-3)
-    assert found.worst == f"joints lose {share.replace(' %', '')} % of their width at each edge"
+    assert found.stands == pytest.approx(degrees, abs=within)
+    assert found.worst == ("" if share == "0 %" else f"joints lose {share} of their width at each edge")
 
 
 def test_friction_is_divided():
@@ -146,8 +153,9 @@ def test_the_worst_case_is_the_worst_of_all_combinations(number):
     found = limit_load(scene, load, imperfections=Imperfections(edge=loss, friction=gamma, density=density))
     whole = find_interfaces(scene)
     n = whole.n_interfaces
-    # All joints lost and not, and some at random: 2^n of them are too many.
-    masks = [np.ones(n, bool), np.zeros(n, bool), *(rng.random((2, n)) < 0.5)]
+    # All combinations of joints where they are few; else all joints lost, none, and some at random.
+    every = np.array(list(itertools.product((False, True), repeat=n))) if n <= 4 else None
+    masks = [np.ones(n, bool), np.zeros(n, bool), *(rng.random((2, n)) < 0.5)] if every is None else every
     values = []
     for mask, mu, ends in itertools.product(masks, (1.0, gamma), itertools.product(*density.values())):
         weights = np.array([dict(zip(density, ends, strict=True))[name] for name in names])
