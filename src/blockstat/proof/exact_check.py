@@ -64,8 +64,8 @@ class Power:
         return (bound * self.closing * self.weight - self.dead) / self.live
 
 
-def admissible(structure: Structure, force: Exact) -> bool:
-    """Return whether all forces lie within their cones and bounds.
+def admissible(structure: Structure, force: Exact) -> np.ndarray:
+    """Return which forces lie within their cones and bounds.
 
     Parameters
     ----------
@@ -76,8 +76,8 @@ def admissible(structure: Structure, force: Exact) -> bool:
 
     Returns
     -------
-    bool
-        True where all do.
+    array of bool
+        Shape (n,).
     """
     normal, law = structure.normal, structure.law
     if law is not None:
@@ -93,7 +93,7 @@ def admissible(structure: Structure, force: Exact) -> bool:
         capped = np.isfinite(law.cap)
         inside &= head >= exact(law.floor) * square
         inside[capped] &= head[capped] <= exact(law.cap[capped]) * square[capped]
-    return bool(inside.all())
+    return inside.astype(bool)
 
 
 def power(structure: Structure, motion: Exact) -> Power:

@@ -45,7 +45,9 @@ class Step:
     sign: Ints  #: 1 where the body is block b of the row, else -1
 
 
-def balanced_forces(structure: Structure, force: Floats, slack: Floats, multiplier: Fraction) -> Exact:
+def balanced_forces(
+    structure: Structure, force: Floats, slack: Floats, multiplier: Fraction, along: Exact | None = None
+) -> Exact:
     """Correct forces so that they balance every block exactly.
 
     Parameters
@@ -58,6 +60,8 @@ def balanced_forces(structure: Structure, force: Floats, slack: Floats, multipli
         By how much each may change, shape (n,), positive; those without stay as they are.
     multiplier
         Of the live load.
+    along
+        A direction that forces and loads have, shape (3,), and that corrections keep; None for any.
 
     Returns
     -------
@@ -73,14 +77,21 @@ def balanced_forces(structure: Structure, force: Floats, slack: Floats, multipli
     places = PLACES - int(np.floor(np.log10(size)))
     found = rounded(force, places)
     slippery = (structure.friction == 0) & (structure.shear == 0)  # along the normal as it is given, and nothing else
-    along = (force[slippery] * structure.normal[slippery].astype(float)).sum(axis=1)
-    found[slippery] = rounded(along, places)[:, None] * structure.normal[slippery]
+    sizes = (force[slippery] * structure.normal[slippery].astype(float)).sum(axis=1)
+    found[slippery] = rounded(sizes, places)[:, None] * structure.normal[slippery]
+    if along is not None:
+        sizes = force @ along.astype(float) / float(along @ along)
+        found = rounded(sizes, places)[:, None] * along
     left = structure.balance(found, multiplier)
     for step in _steps(structure, slack):
         residual = left[step.blocks].sum(axis=0)
         if not residual.any():
             continue
-        change = _carried(structure, step.points, _weights(slack[step.points]), -residual)
+        weight, rows = _weights(slack[step.points]), step.points
+        if along is None:
+            change = _carried(structure, rows, weight, -residual)
+        else:
+            change = _carried_along(structure.point[rows], weight, -residual, along)
         change = step.sign[:, None] * change
         found[step.points] = found[step.points] + change
         structure.act(left, step.points, change)
@@ -109,15 +120,32 @@ def _carried(structure: Structure, rows: Ints, weight: Exact, wrench: Exact) -> 
     inertia = square * np.eye(3, dtype=int) - (weight[:, None] * arm).T @ arm
     moment = wrench[3:] - np.cross(centre, wrench[:3])
     line = arm[np.abs(arm.astype(float)).sum(axis=1).argmax()]
-    for matrix in (inertia, inertia + np.outer(line, line)):
-        cofactors = np.array([np.cross(matrix[(i + 1) % 3], matrix[(i + 2) % 3]) for i in range(3)])
-        determinant = matrix[0] @ cofactors[0]
-        if determinant:
-            break
-    spin = moment @ cofactors / determinant if determinant else 0 * moment
-    if (inertia @ spin != moment).any():
-        raise ArithmeticError("a block rests on a line that its load does not meet exactly")
+    spin = _solved(inertia, moment, inertia + np.outer(line, line))
     return weight[:, None] * (wrench[:3] / total + np.cross(spin, arm))
+
+
+def _carried_along(point: Exact, weight: Exact, wrench: Exact, along: Exact) -> Exact:
+    """Forces of one direction at points with the given resultant about the origin, shape (n, 3)."""
+    u, v = np.delete(np.arange(3), np.abs(along.astype(float)).argmax())
+    arm = np.cross(point, along)
+    parts = np.column_stack([weight**0, arm[:, u], arm[:, v]])
+    matrix = (weight[:, None] * parts).T @ parts
+    wanted = np.array([wrench[:3] @ along / (along @ along), wrench[3 + u], wrench[3 + v]])
+    return (weight * (parts @ _solved(matrix, wanted)))[:, None] * along
+
+
+def _solved(matrix: Exact, right: Exact, instead: Exact | None = None) -> Exact:
+    """The solution of three equations with a symmetric matrix, or of those `instead` where it is singular."""
+    found = 0 * right
+    for trial in (matrix,) if instead is None else (matrix, instead):
+        cofactors = np.array([np.cross(trial[(i + 1) % 3], trial[(i + 2) % 3]) for i in range(3)])
+        determinant = trial[0] @ cofactors[0]
+        if determinant:
+            found = right @ cofactors / determinant
+            break
+    if (matrix @ found != right).any():
+        raise ArithmeticError("a block rests on a line that its load does not meet exactly")
+    return found
 
 
 def _steps(structure: Structure, slack: Floats) -> list[Step]:

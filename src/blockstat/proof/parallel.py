@@ -1,8 +1,8 @@
 """Forces along the loads, exactly: what holds a structure that stands at the limit of friction.
 
 A block on a slope of tan mu has no forces but those on the boundary of its cones, and of these only the ones along its
-weight. They are s_i d, with d against gravity. No force across d is needed, so the balance of a block is that of s_i and
-of its moments about two axes across d, and along a tree of joints each body hands on what is left of these:
+weight. They are s_i d, with d against gravity. The balance of a block is then that of the s_i and of moments about two
+axes across d, and along a tree of joints each body hands on what is left of these:
 
     ds_i = s_i y.a_i,   a_i = (1, (p_i x d)_u, (p_i x d)_v),   (sum s_i a_i a_i') y = (R, M_u, M_v).
 
@@ -17,14 +17,11 @@ from fractions import Fraction
 import numpy as np
 from scipy import sparse
 
-from blockstat.proof.exact_check import admissible, inside
+from blockstat.proof.exact_check import admissible
 from blockstat.proof.forces import balanced_forces
 from blockstat.proof.rational import Exact
 from blockstat.proof.structure import Structure
 from blockstat.typing import Floats
-
-#: The least s_i is made as large as possible, up to this fraction of a mean weight.
-LARGEST = 1.0
 
 
 def parallel_forces(structure: Structure) -> Exact | None:
@@ -45,43 +42,40 @@ def parallel_forces(structure: Structure) -> Exact | None:
         return None
     along = along / abs(along).sum()
     sign = np.sign((structure.normal * along).sum(axis=1).astype(float)).astype(int)
-    usable = inside(structure, sign[:, None] * along) & (sign != 0)
-    size = _least_sizes(structure, along, np.where(usable, sign, 0))
+    sign[~admissible(structure, sign[:, None] * along)] = 0
+    size = _sizes(structure, along, sign)
     if size is None:
         return None
+    force = (sign * size)[:, None] * along.astype(float)
     try:
-        force = balanced_forces(structure, size * sign, size, Fraction(0), along=along)
+        found = balanced_forces(structure, force, size, Fraction(0), along)
     except ArithmeticError:
         return None
-    return force if admissible(structure, force) else None
+    return found if admissible(structure, found).all() else None
 
 
-def _least_sizes(structure: Structure, along: Exact, sign: np.ndarray) -> Floats | None:
-    """Sizes of the forces in balance, the least of them as large as it can be, shape (n,) [N]."""
+def _sizes(structure: Structure, along: Exact, sign: np.ndarray) -> Floats | None:
+    """Sizes of forces in balance, the least of them as large as it can be, shape (n,); None where there are none."""
     from scipy.optimize import linprog
 
     used, free = np.flatnonzero(sign), np.flatnonzero(~structure.fixed)
-    row = np.full(len(structure.fixed), -1)
-    row[free] = np.arange(len(free))
-    u, v = across(along)
-    arms = np.cross(structure.point[used], along)
-    parts = np.column_stack([np.ones(len(used)), arms[:, u].astype(float), arms[:, v].astype(float)]) * sign[used, None]
-    entries = []
+    u, v = np.delete(np.arange(3), np.abs(along.astype(float)).argmax())
+    arm = np.cross(structure.point[used], along).astype(float)
+    parts = sign[used, None] * np.column_stack([np.ones(len(used)), arm[:, u], arm[:, v]])
+    matrix = sparse.lil_array((3 * len(structure.fixed), len(used) + 1))
     for side, turn in ((0, -1.0), (1, 1.0)):
-        block = row[structure.pair[used, side]]
-        held = np.flatnonzero(block >= 0)
-        where = (3 * block[held, None] + np.arange(3)).ravel(), np.repeat(held, 3)
-        entries.append(sparse.coo_array((turn * parts[held].ravel(), where), shape=(3 * len(free), len(used) + 1)))
-    dead = structure.dead[free]
-    load = np.column_stack([(dead[:, :3] * along).sum(axis=1) / (along * along).sum(), dead[:, 3 + u], dead[:, 3 + v]])
-    load = load.astype(float).ravel()
-    least = sparse.hstack([-sparse.eye_array(len(used)), np.ones((len(used), 1))])
-    unit = np.abs(load[::3]).mean()
-    bounds = [(0, None)] * len(used) + [(0, LARGEST * unit)]
+        for k in range(3):
+            matrix[3 * structure.pair[used, side] + k, np.arange(len(used))] = turn * parts[:, k]
+    rows = (3 * free[:, None] + np.arange(3)).ravel()
+    dead = structure.dead[free].astype(float)
+    load = np.column_stack([dead[:, :3] @ along.astype(float) / float(along @ along), dead[:, 3 + u], dead[:, 3 + v]])
+    above = sparse.hstack([-sparse.eye_array(len(used)), np.ones((len(used), 1))])
+    most = np.abs(load[:, 0]).mean()
+    bounds = [(0.0, None)] * len(used) + [(0.0, most)]
     cost = np.append(np.zeros(len(used)), -1.0)
-    answer = linprog(cost, least, np.zeros(len(used)), sum(entries).tocsr(), -load, bounds)
+    answer = linprog(cost, above, np.zeros(len(used)), matrix.tocsr()[rows], -load.ravel(), bounds)
     if answer.x is None:
         return None
     size = np.zeros(len(sign))
-    size[used] = np.maximum(answer.x[:-1], 0.0)
+    size[used] = answer.x[:-1]
     return size

@@ -24,8 +24,9 @@ from blockstat.proof.connectors import connector_forces
 from blockstat.proof.exact_check import Power, admissible
 from blockstat.proof.forces import balanced_forces
 from blockstat.proof.motions import BOUND, driven_motion
+from blockstat.proof.parallel import parallel_forces
 from blockstat.proof.rational import Exact, exact, text, written
-from blockstat.proof.structure import Structure, structure
+from blockstat.proof.structure import Structure, structure, with_normals_of_faces
 from blockstat.result import Result, Sentence
 from blockstat.system.writing import written_whole
 from blockstat.typing import Floats
@@ -199,6 +200,9 @@ def prove_verdict(verdict: Verdict, *, loads: Floats | None = None, problem: Pro
         return _file(ProofOutcome.UNSTABLE, found, _told(motion, power))
     force = _forces(problem, found, verdict.forces, None, 0.0)
     if force is None:
+        found = with_normals_of_faces(found)
+        force = parallel_forces(found)
+    if force is None:
         raise InputError(f'"{problem.assembly.name}" is balanced without any reserve: there is no exact proof')
     return _file(ProofOutcome.STABLE, found, {"forces": written(force)})
 
@@ -287,7 +291,7 @@ def _forces(
             force = balanced_forces(structure, world, np.where(idle, 0.0, slack), exact(multiplier)[()])
         except ArithmeticError:
             continue
-        if admissible(structure, force):
+        if admissible(structure, force).all():
             return force
     return None
 

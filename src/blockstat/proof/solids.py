@@ -47,6 +47,23 @@ class Solid:
         pairs = {(i, j) for face in self.faces for i, j in _sides(face) if i < j}
         return np.array(sorted(pairs), dtype=np.int64)
 
+    def normal(self, face: int) -> Exact:
+        """Return a normal in exactly the direction of that of a face, of unit length to rounding.
+
+        Parameters
+        ----------
+        face
+            Its number.
+
+        Returns
+        -------
+        Exact
+            Outward, shape (3,).
+        """
+        ring = exact(self.corners[self.faces[face]])
+        area = np.cross(ring, np.roll(ring, -1, axis=0)).sum(axis=0)
+        return area * exact(1.0 / float(np.linalg.norm(area.astype(float))))[()]
+
     def weigh(self, density: Fraction) -> tuple[Fraction, Exact]:
         """Return the mass and the mass times the centroid, exactly.
 

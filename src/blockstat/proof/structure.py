@@ -14,7 +14,7 @@ from blockstat.program.ties import tie_wrenches
 from blockstat.proof.connectors import Connector, connectors
 from blockstat.proof.places import contact_places
 from blockstat.proof.rational import Exact, exact, text, written
-from blockstat.proof.solids import solids
+from blockstat.proof.solids import Solid, solids
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -42,6 +42,7 @@ class Structure:
     law: PointLaw | None  #: of the rows; None where all are dry contacts
     shear: Floats  #: what bonds bear across their normals, 0 for contacts and ties, shape (n,) [N or N m]
     couple: np.ndarray  #: whether the row is a couple and not a force, shape (n,)
+    blocks: list[Solid]  #: their corners and faces
 
     def act(self, left: Exact, rows: Ints, force: Exact) -> None:
         """Add forces, and couples of bonds, to what the blocks have; fixed blocks take anything.
@@ -142,8 +143,32 @@ def structure(problem: Problem, loads: Floats | None, live: Floats | None) -> St
     data = {"gravity": written(gravity), "distance": _above(distance), "sine": _above(sine)}
     data |= {"blocks": told, "contacts": [*contacts, *(row.entry() for row in more)]}
     own, none = (data, assembly.support, pair, point, normal, law.friction, dead, live_exact), np.zeros(len(pair))
-    found = Structure(*own, law=law if lawful else None, shear=none, couple=none > 0)
+    found = Structure(*own, law=law if lawful else None, shear=none, couple=none > 0, blocks=blocks)
     return _with_connectors(found, law, more) if more else found
+
+
+def with_normals_of_faces(found: Structure) -> Structure:
+    """Put the exact normals of faces in place of those of frames, which are rounded.
+
+    Parameters
+    ----------
+    found
+        The structure.
+
+    Returns
+    -------
+    Structure
+        The same, with normals in the direction of the face of block a on which a contact lies, or of block b.
+    """
+    normal = found.normal.copy()
+    told = [dict(entry) for entry in found.data["contacts"]]
+    for i, entry in enumerate(told):
+        sides = [(side, place[0]) for side, place in enumerate(entry.get("on", [])) if len(place) == 1]
+        if sides:
+            side, face = sides[0]
+            normal[i] = (-1) ** side * found.blocks[entry["blocks"][side]].normal(face)
+            entry["normal"] = written(normal[i])
+    return replace(found, data=found.data | {"contacts": told}, normal=normal)
 
 
 def _with_given_ties(assembly: Assembly, loads: Floats | None) -> Floats | None:
