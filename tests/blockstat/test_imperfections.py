@@ -13,6 +13,7 @@ from blockstat import (
     Assembly,
     Imperfections,
     InputError,
+    JointLaw,
     Outcome,
     assess,
     box,
@@ -104,6 +105,25 @@ def test_friction_is_divided():
     slab = stack(1, 2.0, 0.5)
     agrees(limit_load(slab, SIDE, friction=0.6, imperfections=Imperfections(friction=1.5)), 0.4)
     agrees(limit_load(slab, SIDE, friction=0.6, imperfections=Imperfections(friction=1.5, edge="1 mm")), 0.4)
+
+
+@pytest.mark.parametrize(
+    ("law", "bound"),
+    [
+        ({"cohesion": 0.7}, True),
+        ({"tension": 0.3}, True),
+        ({"cohesion": 0.7, "tension": 0.3}, False),
+        ({"cohesion": 0.7, "bond": 0.3}, False),
+        ({"cohesion": 0.7, "bond": 0.3, "bond_moment": 0.1}, True),
+    ],
+)
+def test_where_less_friction_need_not_be_worse_the_words_say_so(law, bound):
+    """In tension a joint holds mu f_n + c, f_n < 0: more with less friction."""
+    slab = stack(1, 2.0, 0.5, density=1.0).with_(joints=[JointLaw(("*", "*"), **law)], gravity=(0, 0, -0.5))
+    found = limit_load(slab, SIDE, friction=0.6, imperfections=Imperfections(friction=1.5))
+    assert ("no bound" in found.worst) is not bound
+    assert found.worst.startswith("friction / 1.5")
+    assert "no bound" not in limit_load(slab, SIDE, friction=0.6, imperfections=Imperfections(edge="1 mm")).worst
 
 
 def test_the_lightest_block_slides_first_and_the_heaviest_falls_first():

@@ -1,10 +1,11 @@
 """Imperfections, and the cases among which the worst one is.
 
 Less of a joint and less friction leave fewer admissible forces, so all of the loss is the worst case: one program,
-still conic. (With tensile strength and cohesion less friction narrows the cone but lowers its apex; there it is a case
-and not a bound.) Densities and load factors lie in a box, and the loads w + lambda l depend linearly on them. The loads
-that some admissible forces balance are a convex set. So an assembly stands under all loads of the box if it does at its
-vertices, and a multiplier is carried in all of the box if it is at its vertices: the worst case is one of them.
+still conic. (With both tensile strength and a cohesion of its own less friction narrows the cone but lowers its apex;
+there it is a case and not a bound, and the words of the case say so.) Densities and load factors lie in a box, and the
+loads w + lambda l depend linearly on them. The loads that some admissible forces balance are a convex set. So an
+assembly stands under all loads of the box if it does at its vertices, and a multiplier is carried in all of the box if
+it is at its vertices: the worst case is one of them.
 """
 
 from __future__ import annotations
@@ -25,7 +26,10 @@ from blockstat.typing import Floats
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
+    from blockstat.joint import JointLaw
 
+#: What the words of a case add where less friction need not be worse.
+NO_BOUND = "one case and no bound, as joints have cohesion and tensile strength"
 #: Ranges of density and load: each one doubles the cases.
 MOST = 10
 
@@ -144,6 +148,7 @@ def realisations(
         raise InputError("imperfections: loads has factors, but there are no permanent loads")
     joints = imperfections.joints(interfaces)
     gamma = imperfections.friction
+    caveat = [NO_BOUND] if gamma > 1 and any(_apex_moves(law) for law in assembly.joints) else []
     weaker = assembly
     if gamma > 1:
         laws = [law if law.friction is None else replace(law, friction=law.friction / gamma) for law in assembly.joints]
@@ -156,7 +161,7 @@ def realisations(
     for ends in product(*(dict.fromkeys(span) for _, _, span in ranges)):
         density, acting = assembly.density.copy(), None if loads is None else np.array(loads, dtype=float)
         factor = np.ones(assembly.n_blocks)
-        words = [imperfections.words] if imperfections.words else []
+        words = [imperfections.words, *caveat] if imperfections.words else []
         for (kind, group, _), blocks, value in zip(ranges, chosen, ends, strict=True):
             (density if kind == "density" else factor)[blocks] = value
             words.append(f'{"density" if kind == "density" else "loads"} of "{group}" {value:g}')
@@ -164,6 +169,11 @@ def realisations(
             acting *= factor[:, None]
         case = weaker if np.array_equal(density, assembly.density) else weaker.with_(density=density)
         yield Realisation(case, joints, acting, ", ".join(words))
+
+
+def _apex_moves(law: JointLaw) -> bool:
+    """Whether less friction lets a joint in tension hold more shear."""
+    return bool(law.cohesion) and bool(law.tension or (law.bond and law.bond_moment is None))
 
 
 def _blocks(assembly: Assembly, group: str) -> np.ndarray:
