@@ -274,6 +274,22 @@ def test_a_tie_without_limit_is_never_the_one_that_yields(checker):
     assert not fallen.bounded
 
 
+def test_a_tie_without_limit_is_in_the_bracket(checker):
+    """Two cubes that are tied turn about their toe, 1 / 2; and an arch carries more with its haunches tied."""
+    tower = stack(2, 1.0, 1.0)
+    tower = tower.with_(ties=[Tie((1, 2), ((0, 0.5, 0.5), (0, 0.5, 1.5)))])
+    lower, upper = bounds(checker.check(prove(tower, (1, 0, 0)).content))
+    assert lower <= 0.5 * (1 + 1e-12)
+    assert 0.5 * (1 - 1e-12) <= upper < 0.5 + 1e-6
+    scene = arch(12, 0.12)
+    ends = [scene.centroid[k] for k in (1, 11)]
+    tied = scene.with_(ties=[Tie((1, 11), tuple(tuple(map(float, end)) for end in ends))])
+    found = limit_load(tied, (1, 0, 0))
+    lower, upper = bounds(checker.check(prove(tied, (1, 0, 0)).content))
+    assert found.lower > limit_load(scene, (1, 0, 0)).lower
+    assert (lower, upper) == pytest.approx((found.lower, found.upper), rel=1e-6)
+
+
 def changed(content, **what):
     """A copy with other values in the last contact."""
     wrong = copy.deepcopy(content)

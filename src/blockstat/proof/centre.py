@@ -63,7 +63,7 @@ def centred_forces(program: PenaltyProgram, load: Floats) -> Floats | None:
 
 
 def opening_motion(program: PenaltyProgram) -> Floats | None:
-    """Return the motion of unit size that opens all contact points most.
+    """Return the motion of unit size that opens all contact points, and shortens all ties without limit, most.
 
     Parameters
     ----------
@@ -77,11 +77,12 @@ def opening_motion(program: PenaltyProgram) -> Floats | None:
     """
     clarabel: Any = importlib.import_module("clarabel")
 
-    m, n = program.n_points, len(program.load)
-    mu = np.minimum(program.friction[:m], STEEP)
+    rows = np.concatenate([np.arange(program.n_points), endless(program)])
+    m, n = len(rows), len(program.load)
+    mu = np.minimum(program.friction[rows], STEEP)
     normal = 3 * np.arange(m)
     scale = np.column_stack([np.ones(m), mu, mu]).reshape(-1)
-    rates = sparse.csr_array(program.matrix.T)[: 3 * m].multiply(scale[:, None])
+    rates = sparse.csr_array(program.matrix.T)[(3 * rows[:, None] + np.arange(3)).ravel()].multiply(scale[:, None])
     opening = sparse.hstack([-rates, _rows(0, (normal, np.zeros(m, dtype=int), np.ones(m)), size=3 * m)])
     box = sparse.hstack([sparse.vstack([sparse.eye_array(n), -sparse.eye_array(n)]), sparse.csc_array((2 * n, 1))])
     bound = np.concatenate([np.zeros(3 * m), np.ones(2 * n)])
@@ -89,6 +90,22 @@ def opening_motion(program: PenaltyProgram) -> Floats | None:
     matrix = sparse.csc_array(sparse.vstack([opening, box]))
     answer: Any = run(sparse.csc_array((n + 1, n + 1)), _up(n), matrix, bound, cones)
     return np.array(answer.x)[:-1] if "Infeasible" not in str(answer.status) else None
+
+
+def endless(program: PenaltyProgram) -> Ints:
+    """Return the columns of three of the ties whose tension has no upper bound.
+
+    Parameters
+    ----------
+    program
+        The penalty program.
+
+    Returns
+    -------
+    Ints
+        After those of the contact points.
+    """
+    return program.n_points + np.flatnonzero(np.isinf(program.upper[program.n_points :]))
 
 
 def _up(last: int) -> Floats:

@@ -21,7 +21,7 @@ from blockstat.certificate.check import FORCE_LIMIT, opening_slack
 from blockstat.contact.point_law import joint_friction
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import point_velocity
-from blockstat.proof.centre import opening_motion
+from blockstat.proof.centre import endless, opening_motion
 from blockstat.proof.exact_check import Power, power
 from blockstat.proof.rational import Exact, exact, rounded
 from blockstat.proof.structure import Structure
@@ -91,14 +91,25 @@ def _rates(problem: Problem, motion: Floats) -> Floats:
     return np.einsum("nij,nj->ni", interfaces.frame[k], two - one)
 
 
+def _program_rates(problem: Problem, motion: Floats, columns: Ints) -> Floats:
+    """Relative velocities of columns of three of the program, shape (n, 3)."""
+    assert problem.program is not None
+    twist = (motion[problem.eq.blocks] * np.repeat([1.0, problem.program.length_unit], 3)).reshape(-1)
+    rows = (3 * columns[:, None] + np.arange(3)).ravel()
+    return (problem.program.matrix[:, rows].T @ twist).reshape(-1, 3)
+
+
 def _opening(problem: Problem) -> Floats | None:
-    """A motion that opens all contacts by one or more; None where contacts jam or cannot slide."""
+    """A motion that opens all contacts, and shortens all ties without limit, by one or more; None where none does."""
     friction = joint_friction(problem.assembly, problem.interfaces)[problem.interfaces.point_interface]
     if problem.program is None or np.isinf(friction).any():
         return None
 
+    ties = endless(problem.program)
+
     def least(motion: Floats) -> float:
-        return float(opening_slack(_rates(problem, motion), friction).min()) / float(np.abs(motion).max())
+        slack = np.append(opening_slack(_rates(problem, motion), friction), _program_rates(problem, motion, ties)[:, 0])
+        return float(slack.min()) / float(np.abs(motion).max())
 
     motions = [problem.to_blocks(twist) for twist in problem.motions()]
     found = max(motions, key=least, default=None)
@@ -133,7 +144,9 @@ def _settled(problem: Problem, mechanism: Floats) -> Floats:
     size = np.abs(mechanism).max()
     zero = np.abs(rate) <= STILL * size
     zero[np.isinf(friction), 1:] = True
-    rows = problem.program.matrix.T.tocsr()[np.flatnonzero(zero.reshape(-1))]
+    ties = endless(problem.program)
+    ties = ties[np.abs(_program_rates(problem, mechanism, ties)[:, 0]) <= STILL * size]
+    rows = problem.program.matrix.T.tocsr()[np.append(np.flatnonzero(zero.reshape(-1)), 3 * ties)]
     twist = (mechanism[problem.eq.blocks] * np.repeat([1.0, problem.program.length_unit], 3)).reshape(-1)
     inverse = np.linalg.pinv(rows.toarray(), rcond=STILL)
     for _ in range(3):
