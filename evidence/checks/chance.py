@@ -8,6 +8,7 @@ given.
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -123,9 +124,12 @@ def cost(draws: int, rows: Path | None) -> list[list[object]]:
     def told(done: int, asked: int) -> None:
         print(f"{done} of {asked} draws", file=sys.stderr)
 
-    start = perf_counter()
+    load, start = os.getloadavg()[0], perf_counter()
     found = reliability(chapel, CHAPEL, draws=draws, jobs=2, file=rows, progress=told, **options)
-    clock = [["clock time on two processes [s]", f"{perf_counter() - start:.0f}"]] if rows is None else []
+    clock = [
+        ["clock time on two processes [s]", f"{perf_counter() - start:.0f}"],
+        [f"load of the {os.cpu_count()} cores before", f"{load:.1f}"],
+    ]
     alone = reliability(chapel, CHAPEL, draws=ALONE, reuse=False, **options)
     low, high = found.interval
     return [
@@ -134,7 +138,7 @@ def cost(draws: int, rows: Path | None) -> list[list[object]]:
         ["probability of falling", f"{found.probability:.4f} ({low:.4f} to {high:.4f})"],
         ["undecided", found.undecided],
         ["decided by earlier evidence", f"{found.reused / found.draws:.1%}"],
-        *clock,
+        *(clock if rows is None else []),
         ["process time of all draws [s]", f"{found.seconds:.0f}"],
         ["a draw with earlier evidence [ms]", f"{1e3 * found.seconds / found.draws:.1f}"],
         ["a draw without [ms]", f"{1e3 * alone.seconds / alone.draws:.1f}"],
