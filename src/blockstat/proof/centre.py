@@ -62,13 +62,17 @@ def centred_forces(program: PenaltyProgram, load: Floats) -> Floats | None:
     return np.array(answer.x)[:-1].reshape(-1, 3) if "Infeasible" not in str(answer.status) else None
 
 
-def opening_motion(program: PenaltyProgram) -> Floats | None:
-    """Return the motion of unit size that opens all contact points, and shortens all ties without limit, most.
+def opening_motion(program: PenaltyProgram, rows: Ints, basis: Any) -> Floats | None:
+    """Return the motion of unit size that opens contact points and shortens ties most.
 
     Parameters
     ----------
     program
         The penalty program.
+    rows
+        Columns of three that are to open: contact points and ties.
+    basis
+        Twists of which the motion is a combination, a sparse array of shape (6 n, p).
 
     Returns
     -------
@@ -77,19 +81,19 @@ def opening_motion(program: PenaltyProgram) -> Floats | None:
     """
     clarabel: Any = importlib.import_module("clarabel")
 
-    rows = np.concatenate([np.arange(program.n_points), endless(program)])
-    m, n = len(rows), len(program.load)
+    m, n = len(rows), basis.shape[1]
     mu = np.minimum(program.friction[rows], STEEP)
     normal = 3 * np.arange(m)
     scale = np.column_stack([np.ones(m), mu, mu]).reshape(-1)
-    rates = sparse.csr_array(program.matrix.T)[(3 * rows[:, None] + np.arange(3)).ravel()].multiply(scale[:, None])
+    rates = sparse.csr_array(program.matrix.T)[(3 * rows[:, None] + np.arange(3)).ravel()] @ basis
+    rates = rates.multiply(scale[:, None])
     opening = sparse.hstack([-rates, _rows(0, (normal, np.zeros(m, dtype=int), np.ones(m)), size=3 * m)])
     box = sparse.hstack([sparse.vstack([sparse.eye_array(n), -sparse.eye_array(n)]), sparse.csc_array((2 * n, 1))])
     bound = np.concatenate([np.zeros(3 * m), np.ones(2 * n)])
     cones = [*[clarabel.SecondOrderConeT(3)] * m, clarabel.NonnegativeConeT(2 * n)]
     matrix = sparse.csc_array(sparse.vstack([opening, box]))
     answer: Any = run(sparse.csc_array((n + 1, n + 1)), _up(n), matrix, bound, cones)
-    return np.array(answer.x)[:-1] if "Infeasible" not in str(answer.status) else None
+    return basis.dot(np.array(answer.x)[:-1]) if "Infeasible" not in str(answer.status) else None
 
 
 def endless(program: PenaltyProgram) -> Ints:

@@ -5,9 +5,9 @@ opens all of them with a little of a motion d that opens all (`blockstat.certifi
 
     slack(u + e d) >= slack(u) + e slack(d).
 
-Where contacts jam no motion opens them all. Blocks that move as one are then joined to one body, between whose
-contacts nothing moves at all. What closes even so is bounded: forces that sum to less than `BOUND` times the loads do
-not resist.
+Where contacts jam no motion opens them all, and with ties that have no limit none may shorten them too. Blocks that
+move as one are then joined to one body, between whose contacts nothing moves at all, and d is a motion of bodies. What
+closes even so is bounded: forces that sum to less than `BOUND` times the loads do not resist.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 import numpy as np
+from scipy import sparse
 
 from blockstat.analysis.problem import Problem
 from blockstat.certificate.check import FORCE_LIMIT, opening_slack
@@ -59,18 +60,30 @@ def driven_motion(problem: Problem, structure: Structure, mechanism: Floats) -> 
     alone = np.arange(len(mechanism))
     motion = _at_origin(problem, mechanism, alone)
     best = power(structure, motion)
-    opening = _opening(problem) if best.closing else None
-    if opening is not None:
-        size = float(np.abs(mechanism).max())
-        share = MORE * float(best.closing) * size + LEAST * size
-        motion = _at_origin(problem, mechanism + share * opening, alone)
-        best = power(structure, motion)
     if best.closing:
-        joined = _at_origin(problem, _settled(problem, mechanism), _bodies(problem, mechanism))
-        second = power(structure, joined)
-        if second.multiplier(BOUND) < best.multiplier(BOUND) if best.live > 0 else second.closing < best.closing:
-            motion, best = joined, second
+        motion, best = _opened(problem, structure, mechanism, alone, (motion, best))
+    if best.closing:
+        body, settled = _bodies(problem, mechanism), _settled(problem, mechanism)
+        joined = _at_origin(problem, settled, body)
+        found = joined, power(structure, joined)
+        if found[1].closing:
+            found = _opened(problem, structure, settled, body, found)
+        if found[1].multiplier(BOUND) < best.multiplier(BOUND) if best.live > 0 else found[1].closing < best.closing:
+            motion, best = found
     return motion, best
+
+
+def _opened(
+    problem: Problem, structure: Structure, mechanism: Floats, body: Ints, found: tuple[Exact, Power]
+) -> tuple[Exact, Power]:
+    """A motion of bodies with a little of one that opens all contacts between them; what was found where none does."""
+    opening = _opening(problem, body)
+    if opening is None:
+        return found
+    size = float(np.abs(mechanism).max())
+    share = MORE * float(found[1].closing) * size + LEAST * size
+    motion = _at_origin(problem, mechanism + share * opening, body)
+    return motion, power(structure, motion)
 
 
 def _at_origin(problem: Problem, mechanism: Floats, body: Ints) -> Exact:
@@ -99,26 +112,49 @@ def _program_rates(problem: Problem, motion: Floats, columns: Ints) -> Floats:
     return (problem.program.matrix[:, rows].T @ twist).reshape(-1, 3)
 
 
-def _opening(problem: Problem) -> Floats | None:
-    """A motion that opens all contacts, and shortens all ties without limit, by one or more; None where none does."""
-    friction = joint_friction(problem.assembly, problem.interfaces)[problem.interfaces.point_interface]
-    if problem.program is None or np.isinf(friction).any():
-        return None
+def _opening(problem: Problem, body: Ints) -> Floats | None:
+    """A motion of bodies that opens all contacts between them, and shortens ties without limit, by one or more.
 
-    ties = endless(problem.program)
+    None where none does.
+    """
+    program, interfaces = problem.program, problem.interfaces
+    friction = joint_friction(problem.assembly, interfaces)[interfaces.point_interface]
+    if program is None or np.isinf(friction).any():
+        return None
+    own = np.append(body[problem.eq.blocks], body[problem.assembly.support][0])  # the last is that of supports
+    rows = np.concatenate([np.arange(program.n_points), endless(program)])
+    rows = rows[own[program.point_blocks[rows, 0]] != own[program.point_blocks[rows, 1]]]
 
     def least(motion: Floats) -> float:
-        slack = np.append(opening_slack(_rates(problem, motion), friction), _program_rates(problem, motion, ties)[:, 0])
-        return float(slack.min()) / float(np.abs(motion).max())
+        rates = _program_rates(problem, motion, rows)
+        points = rows < program.n_points
+        slack = np.append(opening_slack(rates[points], program.friction[rows[points]]), rates[~points, 0])
+        return float(slack.min(initial=np.inf)) / float(np.abs(motion).max())
 
-    motions = [problem.to_blocks(twist) for twist in problem.motions()]
+    motions = [problem.to_blocks(twist) for twist in problem.motions()] if (body == np.arange(len(body))).all() else []
     found = max(motions, key=least, default=None)
     if found is None or least(found) < STILL:
-        twist = opening_motion(problem.program)
+        twist = opening_motion(program, rows, _basis(problem, body))
         found = None if twist is None else problem.to_blocks(twist)
-    if found is None or least(found) < STILL:
+    if found is None or not STILL <= least(found) < np.inf:
         return None
     return found / (least(found) * float(np.abs(found).max()))
+
+
+def _basis(problem: Problem, body: Ints) -> sparse.csr_array:
+    """Twists of the program under which the blocks of each body move as one, shape (6 n, 6 n_bodies)."""
+    assert problem.program is not None
+    centroid, blocks = problem.assembly.centroid / problem.program.length_unit, problem.eq.blocks
+    heads = np.unique(body[blocks][~problem.assembly.support[body[blocks]]])
+    column, moving = np.searchsorted(heads, body[blocks]), np.flatnonzero(~problem.assembly.support[body[blocks]])
+    basis = sparse.lil_array((6 * len(blocks), 6 * len(heads)))
+    for row in moving:
+        first, start = 6 * row, 6 * column[row]
+        basis[np.arange(first, first + 6), np.arange(start, start + 6)] = 1.0
+        x, y, z = centroid[blocks[row]] - centroid[body[blocks[row]]]
+        arm = np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]])
+        basis[first : first + 3, start + 3 : start + 6] = arm  # times a rotation: the velocity of the centroid
+    return basis.tocsr()
 
 
 def _bodies(problem: Problem, mechanism: Floats) -> Ints:

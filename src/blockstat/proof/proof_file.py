@@ -62,6 +62,13 @@ class ProofFile(Result):
         """Whether contact forces beyond `BOUND` dead loads are left out of account: no exact motion was found."""
         return "bound" in self.content["proof"]
 
+    @property
+    def _rows(self) -> tuple[int, int]:
+        """Contacts, and rows of bonds and ties."""
+        rows = self.content["data"]["contacts"]
+        contacts = sum("friction" in row for row in rows)
+        return contacts, len(rows) - contacts
+
     def explain(self) -> str:
         """Return what is proved in words, one fact a line.
 
@@ -70,8 +77,9 @@ class ProofFile(Result):
         str
             One fact a line.
         """
-        data = self.content["data"]
-        lines = [self.outcome.value, f"{len(data['blocks'])} blocks, {len(data['contacts'])} contacts."]
+        data, (contacts, connectors) = self.content["data"], self._rows
+        more = f", and {connectors} rows of bonds (two each) and ties" if connectors else ""
+        lines = [self.outcome.value, f"{len(data['blocks'])} blocks, {contacts} contacts{more}."]
         if self.bounded:
             lines.append(f"The motion is not exact: it holds for contact forces of up to {BOUND:g} dead loads.")
         return "\n".join([*lines, f"Data {self.content['sha256']['data']}"])
@@ -89,7 +97,8 @@ class ProofFile(Result):
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,
             "blocks": len(data["blocks"]),
-            "contacts": len(data["contacts"]),
+            "contacts": self._rows[0],
+            "connectors": self._rows[1],
             "distance": float(data["distance"]),
             "sine": float(data["sine"]),
             "bounded": self.bounded,
