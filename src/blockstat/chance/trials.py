@@ -179,7 +179,8 @@ def _batches(trials: Trials, draws: int, rows: Mapping[int, Row], jobs: int | No
     """Rows of the draws that have none, as they come."""
     from joblib import Parallel, delayed, effective_n_jobs
 
-    workers = effective_n_jobs(jobs)
+    asked: Any = jobs  # for None the rule of joblib
+    workers = effective_n_jobs(asked)
     missing = np.setdiff1d(np.arange(draws), list(rows))
     normal = trials.normals(draws)
     parts = [missing[i : i + BATCH] for i in range(0, len(missing), BATCH)]
