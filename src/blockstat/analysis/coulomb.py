@@ -41,7 +41,8 @@ MULTIPLIER_WIDTH = 5e-4
 EARLY = 6
 #: After so many programs they have no bound when the changes shrink no faster than those of a harmonic series, whose
 #: sum is unbounded: over the last third of n programs 1/k has the mean `ln(3/2) / ln 2` of that over the third before.
-LATE, HARMONIC = 12, float(np.log(1.5) / np.log(2.0))
+#: Three kinds of joints and the unequal ones have so many programs each within `MOST_SOLVES`.
+LATE, HARMONIC = 9, float(np.log(1.5) / np.log(2.0))
 #: Least share of its change that a slip takes, so that it is not held where it happens to be.
 LEAST_SHARE = 0.1
 NOWHERE = np.empty(0, dtype=np.int64)

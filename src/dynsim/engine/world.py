@@ -27,10 +27,10 @@ from dynsim.engine.friction import block_friction, common_friction, has_own_fric
 from dynsim.engine.guards import (
     check_assembly,
     check_blocks,
-    check_masses,
     check_overlap,
     check_rotations,
-    has_uneven_masses,
+    iterations_for,
+    may_have_uneven_masses,
 )
 from dynsim.engine.step_loads import StepLoads
 from dynsim.settings import Settings
@@ -131,8 +131,9 @@ class World:
         self.settings = settings
         if interfaces is not None:
             self.interfaces = interfaces
-        if has_uneven_masses(assembly):
-            check_masses(assembly, self.interfaces)
+        if may_have_uneven_masses(assembly, settings.iterations):
+            needed = iterations_for(assembly, self.interfaces)
+            self.settings = replace(settings, iterations=max(settings.iterations, needed))
         self.length = BLOCK_SIZE / float(np.median(assembly.size[free]))  #: simulation metres a scene metre
         strength = float(np.linalg.norm(assembly.gravity))
         self.time = float(np.sqrt(self.length * strength / GRAVITY))  #: simulation seconds a scene second
