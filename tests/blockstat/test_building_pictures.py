@@ -63,6 +63,18 @@ def test_a_film_shows_blocks_from_their_step_on_and_moves_those_that_fall(tmp_pa
         write_plan_film(arch(), assess_plan(arch(), plan), tmp_path / "plan.gif")
 
 
+def test_a_film_in_which_nothing_falls_shows_the_last_step_as_long_as_the_others(tmp_path):
+    plan = Plan(
+        (Step(("s0",), ("s0",)), *(Step((f"s{k}",), tuple(f"s{j}" for j in range(k + 1))) for k in range(1, 7)))
+    )
+    found = assess_plan(arch(), plan)
+    assert found.outcome.word == "stable"
+    data = write_plan_film(arch(), found, tmp_path / "plan.glb", seconds=2.0).read_bytes()
+    content = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])
+    ends = [one["max"][0] for one in content["accessors"] if "max" in one and one["type"] == "SCALAR"]
+    assert max(ends) == pytest.approx(14.0)  # the seventh block comes at 12 s
+
+
 def test_a_reader_moves_the_slider_in_a_browser(tmp_path):
     executable = browser_path()
     from playwright.sync_api import sync_playwright

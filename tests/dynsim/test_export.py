@@ -130,8 +130,8 @@ def test_glb_opens_and_goes_where_the_blocks_went(falling, tmp_path):
     assert (np.einsum("ti,ti->t", quaternion[1:], quaternion[:-1]) > 0).all()
     scale = channels["voussoir4", "scale"]
     assert scale["interpolation"] == "STEP"
-    np.testing.assert_allclose(array(scale["input"])[:, 0], [0, falling.removed[6]], rtol=1e-6)
-    np.testing.assert_array_equal(array(scale["output"]), [[1, 1, 1], [0, 0, 0]])
+    np.testing.assert_allclose(array(scale["input"])[:, 0], [0, falling.removed[6], falling.times[-1]], rtol=1e-6)
+    np.testing.assert_array_equal(array(scale["output"]), [[1, 1, 1], [0, 0, 0], [0, 0, 0]])
     assert [key for key in channels if key[1] == "scale"] == [("voussoir4", "scale")]
 
 

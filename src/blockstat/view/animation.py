@@ -168,7 +168,9 @@ def write_motion(
         "meshes": meshes,
         "materials": [{"name": "stone", "pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": 0.9}}],
     }
-    animation = _animation(assembly, times, displacement, quaternion, _shown(assembly, come, gone), buffer)
+    animation = _animation(
+        assembly, times, displacement, quaternion, _shown(assembly, float(times[-1]), come, gone), buffer
+    )
     if animation["channels"]:
         content["animations"] = [{"name": name, **animation}]
     with written_whole(path) as place:
@@ -273,8 +275,13 @@ def _blocks(assembly: Assembly, colours: Floats, buffer: _Buffer) -> tuple[list[
     return meshes, nodes
 
 
-def _shown(assembly: Assembly, come: Floats | None, gone: Floats | None) -> dict[int, tuple[list[float], list[float]]]:
-    """When each block that is not always shown appears and goes: times, and its size from then on."""
+def _shown(
+    assembly: Assembly, end: float, come: Floats | None, gone: Floats | None
+) -> dict[int, tuple[list[float], list[float]]]:
+    """When each block that is not always shown appears and goes: times, and its size from then on.
+
+    The last of the times is the end, so that a film in which nothing moves shows its last state, too.
+    """
     n = assembly.n_blocks
     come, gone = (np.zeros(n) if come is None else come), (np.full(n, np.inf) if gone is None else gone)
     found = {}
@@ -284,6 +291,8 @@ def _shown(assembly: Assembly, come: Floats | None, gone: Floats | None) -> dict
             sizes[float(come[i])] = 1.0
         if np.isfinite(gone[i]):
             sizes[float(gone[i])] = 0.0
+        if end > max(sizes):
+            sizes[end] = sizes[max(sizes)]
         found[int(i)] = list(sizes), list(sizes.values())
     return found
 
