@@ -360,7 +360,8 @@ def _status(call: Callable[[], Any], prog: str, interruptions: Interruptions | N
             raise KeyboardInterrupt
         return ended if isinstance(ended, int) else 0
     except InputError as error:
-        print(f"{prog}: {error}", file=sys.stderr)
+        for text in str(error).splitlines() or [""]:
+            print(f"{prog}: {text}", file=sys.stderr)
         return 2
     except UsageError as error:
         _say_usage(error, prog)

@@ -214,7 +214,7 @@ def verdict_row(scene: Scene, memory: Memory) -> dict[str, Any]:
         assembly = build(scene)
         verdict = assess(assembly, memory=memory)
     except InputError as error:
-        return {"static": ERROR, "note": str(error)}
+        return {"static": ERROR, "note": error.line}
     return {
         "static": verdict.outcome.word,
         "score": verdict.score if isfinite(verdict.score) else None,

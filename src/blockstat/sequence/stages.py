@@ -26,6 +26,7 @@ from blockstat.errors import InputError, known_options
 from blockstat.result import Result, finite
 from blockstat.sequence.props import Falsework, FalseworkOutcome, centring, held_by_props
 from blockstat.sequence.states import Whole
+from blockstat.system.faults import faults
 from blockstat.typing import Ints
 
 if TYPE_CHECKING:
@@ -134,11 +135,11 @@ def stages_of(assembly: Assembly) -> tuple[Stage, ...]:
     """
     found: list[Stage] = []
     placed: dict[int, str] = {}
-    for number, table in enumerate(assembly.metadata.get("stages", ())):
-        try:
-            stage = msgspec.convert(table, Stage)
-        except msgspec.ValidationError as error:
-            raise InputError(f"stages.{number}: {error}") from None
+    tables = assembly.metadata.get("stages", ())
+    if wrong := [f"stages.{k}: {text}" for k, table in enumerate(tables) for text in faults(Stage, table)]:
+        raise InputError(*wrong)
+    for number, table in enumerate(tables):
+        stage = msgspec.convert(table, Stage)
         where = f'stages.{number} ("{stage.name}")'
         for block in _blocks(assembly, stage.place, where).tolist():
             if block in placed:
