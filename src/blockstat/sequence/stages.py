@@ -20,9 +20,10 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 import numpy as np
 
+from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.verdict import Outcome
 from blockstat.contact.interfaces import GAP
-from blockstat.errors import InputError, known_options
+from blockstat.errors import InputError, check_choice, known_options
 from blockstat.result import Result, finite
 from blockstat.sequence.props import Falsework, FalseworkOutcome, centring, held_by_props
 from blockstat.sequence.states import Whole
@@ -201,6 +202,7 @@ def assess_stages(
     >>> [stage.falsework.total > 1.0 for stage in found.stages[:3]], found.stages[-1].outcome.word
     ([False, True, False], 'stable')
     """
+    check_choice("flow", flow, FLOWS)
     stages = stages_of(assembly)
     if not stages:
         raise InputError(f'"{assembly.name}" has no stages; write them as [[stages]] in its scene file')
