@@ -141,13 +141,12 @@ def tried(capsys, *words):
     return status, capsys.readouterr().err
 
 
-def assert_one_sentence(status, message):
+def assert_one_sentence(status, message, errors=1):
     lines = [line for line in message.splitlines() if not line.startswith("warning: ")]
     assert status == 2, message
-    assert len(lines) == 1
-    assert lines[0].startswith("blockstat: ")
-    assert len(lines[0]) < 1000
-    assert "internal error" not in lines[0]
+    assert len(lines) == errors
+    assert all(line.startswith("blockstat: ") and len(line) < 1000 for line in lines)
+    assert "internal error" not in message
 
 
 @pytest.mark.parametrize("name", FILES)
@@ -156,7 +155,8 @@ def test_a_file_is_refused_with_one_sentence(name, tmp_path, monkeypatch, capsys
     monkeypatch.chdir(tmp_path)
     (tmp_path / name).write_bytes(FILES[name])
     supports = () if name.endswith((".json", ".toml")) else ("--supports", "0")
-    assert_one_sentence(*tried(capsys, "check", name, *supports))
+    errors = 2 if name == "far.toml" else 1  # the ground goes as far as the block that stands on it
+    assert_one_sentence(*tried(capsys, "check", name, *supports), errors)
     assert [path.name for path in tmp_path.iterdir()] == [name]
 
 
