@@ -23,9 +23,19 @@ class InputError(ValueError):
     """
 
     def __str__(self) -> str:
+        return "\n".join(self.told())
+
+    def told(self) -> list[str]:
+        """Return the texts of the first errors, and how many more there are.
+
+        Returns
+        -------
+        list of str
+            The lines of the message.
+        """
         told = [str(text) for text in self.args[:MOST_TOLD]]
         more = len(self.args) - len(told)
-        return "\n".join([*told, f"and {more:,} more errors"] if more else told)
+        return [*told, f"and {more:,} more errors"] if more else told
 
     def under(self, path: str) -> InputError:
         """Return the same error with a path in front of each of its texts.

@@ -191,7 +191,7 @@ def _check_load(path: str, table: Any) -> None:
     if not isinstance(table, Mapping):
         raise InputError(f"{path}: it must be a table with a kind, or a wrench on each block")
     kind = table.get("kind")
-    if kind not in KINDS:
+    if not isinstance(kind, str) or kind not in KINDS:
         given = "the kind is missing" if kind is None else f"no kind {kind!r}"
         raise InputError(f"{path}.kind: {given}; kinds are: {', '.join(KINDS)}")
     keys = {name: p for name, p in inspect.signature(KINDS[kind]).parameters.items() if name not in OURS}

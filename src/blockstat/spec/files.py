@@ -107,16 +107,19 @@ def load_file(path: str | Path) -> dict[str, dict[str, Any]]:
     path = Path(path)
     data = _tables(path)
     try:
-        _, tables = gathered((partial(_check_loads, data), partial(load_tables, *(data.get(key, {}) for key in LOADS))))
-        return tables
+        tables = [data[key] if isinstance(data.get(key), dict) else {} for key in LOADS]
+        _, found = gathered((partial(_check_loads, data), partial(load_tables, *tables)))
+        return found
     except InputError as error:
         raise located(path, error) from None
 
 
 def _check_loads(data: dict[str, Any]) -> None:
     """Check the keys of a file of loads."""
-    if unknown := [f"{key}: unknown key; keys here are: {', '.join(LOADS)}" for key in data if key not in LOADS]:
-        raise InputError(*unknown)
+    wrong = [f"{key}: unknown key; keys here are: {', '.join(LOADS)}" for key in data if key not in LOADS]
+    wrong += [f"{key}: it must be a table of tables" for key in LOADS if not isinstance(data.get(key, {}), dict)]
+    if wrong:
+        raise InputError(*wrong)
 
 
 def _tables(path: Path) -> dict[str, Any]:
