@@ -251,7 +251,7 @@ def given(name):
     }
 
 
-@pytest.mark.parametrize(("module", "name", "option"), options())
+@pytest.mark.parametrize(("module", "name", "option"), list(options()))
 def test_a_wrong_option_is_refused_with_all_that_are_allowed(module, name, option, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     bs.write(stack(3), "FILE.json")
