@@ -254,6 +254,8 @@ def given(name):
 @pytest.mark.parametrize(("module", "name", "option"), list(options()))
 def test_a_wrong_option_is_refused_with_all_that_are_allowed(module, name, option, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    if name in ("interactive_html", "show"):
+        pytest.importorskip("viser")
     bs.write(stack(3), "FILE.json")
     function = getattr(importlib.import_module(module), name)
     needed = given(name)
