@@ -1,9 +1,9 @@
 """Build the wheel, install it in a fresh environment of each Python, and run the tests of the statics there.
 
-    python extras/try_wheel.py python3.10 python3.13 [--tests tests/validation ...]
+    python extras/try_wheel.py python3.10 python3.13 [--tests tests/validation ...] [--extras dynamics,ui] [--slow]
 
-The tests run in a copy of the repository without src/, so that they see what the wheel holds and nothing else. None of
-the extras is installed: no MKL (SuperLU solves), no Bullet, no live page. Tests that need these are skipped.
+The tests run in a copy of the repository without src/, so that they see what the wheel holds and nothing else. Without
+`--extras` there is no MKL (SuperLU solves), no Bullet and no live page, and tests that need these are skipped.
 """
 
 import argparse
@@ -46,18 +46,19 @@ def copied() -> Path:
     return tree
 
 
-def tried(python: str, wheel: Path, tree: Path, tests: list[str]) -> int:
+def tried(python: str, wheel: Path, tree: Path, given: argparse.Namespace) -> int:
     """The status of the tests with one Python."""
     place = PLACE / Path(python).name if "/" not in python else PLACE / Path(python).parent.parent.name
     own = place / "bin" / "python" if os.name != "nt" else place / "Scripts" / "python.exe"
     # A checkout on PYTHONPATH would count as installed.
     environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
-    install = (own, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", wheel, *NEEDED)
+    what = f"{wheel}[{given.extras}]" if given.extras else wheel
+    install = (own, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", what, *NEEDED)
     if run(python, "-m", "venv", "--clear", place) or run(*install, env=environment):
         return 1
     where = "import blockstat, sys; print(sys.version.split()[0], blockstat.__file__)"
     run(own, "-c", where, cwd=tree, env=environment)
-    words = ("-m", "pytest", *tests, "-m", "not slow", "-p", "no:cacheprovider")
+    words = ("-m", "pytest", *given.tests, *(() if given.slow else ("-m", "not slow")), "-p", "no:cacheprovider")
     return run(own, *words, cwd=tree, env=environment)
 
 
@@ -65,9 +66,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("pythons", nargs="+", metavar="PYTHON")
     parser.add_argument("--tests", nargs="+", default=TESTS)
+    parser.add_argument("--extras", metavar="NAME,...")
+    parser.add_argument("--slow", action="store_true", help="Run the slow tests, too.")
     given = parser.parse_args()
     wheel, tree = built(), copied()
-    status = {python: tried(python, wheel, tree, given.tests) for python in given.pythons}
+    status = {python: tried(python, wheel, tree, given) for python in given.pythons}
     for python, found in status.items():
         print(f"{python}: {'all passed' if not found else f'status {found}'}")
     raise SystemExit(max(status.values()) != 0)

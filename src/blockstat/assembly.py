@@ -8,12 +8,21 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
-from blockstat.errors import HUGE, InputError, InputWarning, check_density, check_friction, check_gravity, no_such
+from blockstat.errors import (
+    HUGE,
+    InputError,
+    InputWarning,
+    check_density,
+    check_friction,
+    check_gravity,
+    gathered,
+    no_such,
+)
 from blockstat.geometry.polyhedron import Polyhedra
 from blockstat.geometry.validity import check_geometry
 from blockstat.joint import JointLaw, Tie, check_laws
@@ -141,27 +150,21 @@ class Assembly(Polyhedra):
         check_words("block", tuple(names))
         check_words("the group of block", tuple(str(block.group) for block in blocks))
         check_words("assembly", (name,))
-        vertices = [_vertex_array(block, label) for block, label in zip(blocks, names, strict=True)]
-        _check_coordinates(vertices, names)
-        vertex_start = np.concatenate([[0], np.cumsum([len(v) for v in vertices])])
-        corners, sides, doubled = [], [], []
-        checked: dict[tuple[int, int], tuple[Ints, list[int]]] = {}  # bricks share one list of faces
-        for index, (block, label) in enumerate(zip(blocks, names, strict=True)):
-            kind = id(block.faces), len(vertices[index])
-            if kind not in checked:
-                faces = _face_lists(block, label, len(vertices[index]))
-                checked[kind] = np.concatenate(faces), [len(face) for face in faces]
-            flat, sizes = checked[kind]
-            if len(sizes) < len(block.faces):
-                doubled.append(label)
-            corners.append(flat + vertex_start[index])
-            sides.append(sizes)
-        if doubled:
-            text = f'{len(doubled)} blocks list faces twice (the first is "{doubled[0]}"); each counts once'
-            warnings.warn(InputWarning(text), stacklevel=3)
-        face_start = np.concatenate([[0], np.cumsum(np.concatenate(sides))])
         given = [density if b.density is None else b.density for b in blocks]
-        densities = np.array([check_density(label, value) for label, value in zip(names, given, strict=True)])
+        vertices, densities, support, rubbing, pull = gathered(
+            (
+                partial(_vertex_arrays, blocks, names),
+                lambda: gathered(partial(check_density, label, own) for label, own in zip(names, given, strict=True)),
+                partial(_support_mask, supports, names),
+                partial(check_friction, friction),
+                partial(check_gravity, gravity),
+            )
+        )
+        vertex_start = np.concatenate([[0], np.cumsum([len(v) for v in vertices])])
+        faces = _faces_of_all(blocks, names, [len(own) for own in vertices])
+        sides = [sizes for _, sizes in faces]
+        corners = [flat + start for (flat, _), start in zip(faces, vertex_start[:-1], strict=True)]
+        face_start = np.concatenate([[0], np.cumsum(np.concatenate(sides))])
         assembly = cls(
             name=name,
             vertices=np.concatenate(vertices),
@@ -171,10 +174,10 @@ class Assembly(Polyhedra):
             face_block=np.repeat(np.arange(len(blocks)), [len(count) for count in sides]),
             names=tuple(names),
             groups=tuple(b.group for b in blocks),
-            density=densities,
-            support=_support_mask(supports, names),
-            friction=check_friction(friction),
-            gravity=check_gravity(gravity),
+            density=np.array(densities),
+            support=support,
+            friction=rubbing,
+            gravity=pull,
             metadata=dict(metadata or {}),
             joints=tuple(joints),
             ties=tuple(ties),
@@ -356,13 +359,44 @@ def _vertex_array(block: Block, label: str) -> Floats:
     return vertices
 
 
+def _vertex_arrays(blocks: Sequence[Block], names: Sequence[str]) -> list[Floats]:
+    found = gathered(partial(_vertex_array, block, label) for block, label in zip(blocks, names, strict=True))
+    _check_coordinates(found, names)
+    return found
+
+
 def _check_coordinates(vertices: Sequence[Floats], names: Sequence[str]) -> None:
     if (np.abs(np.concatenate(vertices)) < HUGE).all():
         return
-    for corners, label in zip(vertices, names, strict=True):
-        for number in np.flatnonzero(~(np.abs(corners) < HUGE).all(axis=1)):
-            where = f'block "{label}": vertex {number} is {corners[number].tolist()}'
-            raise InputError(f"{where}; coordinates must be finite and below {HUGE:g}")
+    raise InputError(
+        *(
+            f'block "{label}": vertex {number} is {corners[number].tolist()}; '
+            f"coordinates must be finite and below {HUGE:g}"
+            for corners, label in zip(vertices, names, strict=True)
+            for number in np.flatnonzero(~(np.abs(corners) < HUGE).all(axis=1))[:1]
+        )
+    )
+
+
+def _faces_of_all(
+    blocks: Sequence[Block], names: Sequence[str], corners: Sequence[int]
+) -> list[tuple[Ints, list[int]]]:
+    """The corners of the faces of each block in a row, and how many each face has."""
+    checked: dict[tuple[int, int], tuple[Ints, list[int]]] = {}  # bricks share one list of faces
+
+    def read(block: Block, label: str, count: int) -> tuple[Ints, list[int]]:
+        kind = id(block.faces), count
+        if kind not in checked:
+            faces = _face_lists(block, label, count)
+            checked[kind] = np.concatenate(faces), [len(face) for face in faces]
+        return checked[kind]
+
+    found = gathered(partial(read, *own) for own in zip(blocks, names, corners, strict=True))
+    doubled = [label for block, label, own in zip(blocks, names, found, strict=True) if len(own[1]) < len(block.faces)]
+    if doubled:
+        text = f'{len(doubled)} blocks list faces twice (the first is "{doubled[0]}"); each counts once'
+        warnings.warn(InputWarning(text), stacklevel=4)
+    return found
 
 
 def _face_lists(block: Block, label: str, n_vertices: int) -> list[list[int]]:
@@ -411,21 +445,22 @@ def block_indices(names: Sequence[str], given: Iterable[int | str] | int | str, 
         For a name or a number that no block has.
     """
     index = {label: i for i, label in enumerate(names)}
-    found = []
-    for block in [given] if isinstance(given, (str, int)) else given:
+
+    def number(block: Any) -> int:
         if isinstance(block, str):
             if block not in index and block.isdecimal() and block.isascii() and int(block) < len(names):
                 block = names[int(block)]
             if block not in index:
                 raise InputError(f'{what}: no block "{block}"; blocks are: {_some(names)}')
-            found.append(index[block])
-        elif isinstance(block, (int, np.integer)) and not isinstance(block, bool):
+            return index[block]
+        if isinstance(block, (int, np.integer)) and not isinstance(block, bool):
             if not 0 <= block < len(names):
                 raise InputError(f"{what}: no block {block}; blocks are numbered 0 to {len(names) - 1}")
-            found.append(int(block))
-        else:
-            raise InputError(f"{what}: {block!r} is neither a block's index nor its name")
-    return np.array(found, dtype=np.int64)
+            return int(block)
+        raise InputError(f"{what}: {block!r} is neither a block's index nor its name")
+
+    asked = [given] if isinstance(given, (str, int)) else given
+    return np.array(gathered(partial(number, block) for block in asked), dtype=np.int64)
 
 
 def _support_mask(supports: Iterable[int | str], names: Sequence[str]) -> np.ndarray:

@@ -11,14 +11,57 @@ import numpy as np
 
 from blockstat.typing import Floats
 
+MOST_TOLD = 20  #: errors that one message tells
 HUGE = 1e30  #: no length, density or acceleration of a building comes near it
 
 
 class InputError(ValueError):
     """The input cannot be used; the message says what was given, where, and what is allowed.
 
-    The command line prints the message on one line and exits with status 2.
+    Where several things are wrong, `args` has a text for each, and the message a line. The command line prints the
+    lines and exits with status 2.
     """
+
+    def __str__(self) -> str:
+        return "\n".join(self.told())
+
+    def told(self) -> list[str]:
+        """Return the texts of the first errors, and how many more there are.
+
+        Returns
+        -------
+        list of str
+            The lines of the message.
+        """
+        told = [str(text) for text in self.args[:MOST_TOLD]]
+        more = len(self.args) - len(told)
+        return [*told, f"and {more:,} more errors"] if more else told
+
+    def under(self, path: str) -> InputError:
+        """Return the same error with a path in front of each of its texts.
+
+        Parameters
+        ----------
+        path : str
+            Where the fault is: a file, a key, a block.
+
+        Returns
+        -------
+        InputError
+            Of the same class.
+
+        Examples
+        --------
+        >>> print(InputError("height is 0", "width is 0").under("door"))
+        door: height is 0
+        door: width is 0
+        """
+        return type(self)(*(f"{path}: {text}" for text in self.args))
+
+    @property
+    def line(self) -> str:
+        """The message in one line, as for a cell of a table."""
+        return str(self).replace("\n", "; ")
 
 
 class NoSupportError(InputError):
@@ -31,6 +74,48 @@ class InputWarning(UserWarning):
 
 P = ParamSpec("P")
 R = TypeVar("R")
+
+
+def gathered(readings: Iterable[Callable[[], Any]]) -> list[Any]:
+    """Return what each of several independent readings gives, or raise one error that tells all of theirs.
+
+    Parameters
+    ----------
+    readings : iterable of callable
+        Without arguments; none depends on what another returns.
+
+    Returns
+    -------
+    list
+        What they return, in their order.
+
+    Raises
+    ------
+    InputError
+        With the texts of all errors that the readings raise, each once.
+
+    Examples
+    --------
+    >>> gathered([lambda: check_friction(0.5), lambda: check_density("brick", 1800)])
+    [0.5, 1800.0]
+    >>> gathered([lambda: check_friction(-1), lambda: check_density("brick", 0)])
+    Traceback (most recent call last):
+    ...
+    blockstat.errors.InputError: friction is -1; it must be a number of at least 0 (inf for no sliding)
+    block "brick": density is 0; it must be a positive number of kg/m3
+    """
+    results: list[Any] = []
+    texts: dict[str, None] = {}
+    kinds: set[type[InputError]] = set()
+    for reading in readings:
+        try:
+            results.append(reading())
+        except InputError as error:
+            texts |= dict.fromkeys(error.args)
+            kinds.add(type(error))
+    if texts:
+        raise (kinds.pop() if len(kinds) == 1 else InputError)(*texts)
+    return results
 
 
 def known_options(function: Callable[P, R]) -> Callable[P, R]:

@@ -112,11 +112,14 @@ def check_laws(laws: Sequence[JointLaw], groups: Sequence[str]) -> None:
     InputError
         For a law about a group that does not exist.
     """
-    for law in laws:
-        for name in law.between:
-            if name != "*" and not any(fits(name, group) for group in groups):
-                found = no_such("group", name, sorted({group for group in groups if group}))
-                raise InputError(f"joint law: {found}")
+    unknown = [
+        f"joint law: {no_such('group', name, sorted({group for group in groups if group}))}"
+        for law in laws
+        for name in law.between
+        if name != "*" and not any(fits(name, group) for group in groups)
+    ]
+    if unknown:
+        raise InputError(*dict.fromkeys(unknown))
 
 
 def fits(name: str, group: str) -> bool:

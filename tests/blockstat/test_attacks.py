@@ -10,7 +10,7 @@ import pytest
 from blockstat import Assembly, InputError, read, write
 from blockstat.cli.commands import app
 from blockstat.cli.options import _status
-from evidence.scenes.small import box
+from evidence.scenes.small import box, stack
 
 CUBE = {
     "name": "cube",
@@ -141,13 +141,12 @@ def tried(capsys, *words):
     return status, capsys.readouterr().err
 
 
-def assert_one_sentence(status, message):
+def assert_one_sentence(status, message, errors=1):
     lines = [line for line in message.splitlines() if not line.startswith("warning: ")]
     assert status == 2, message
-    assert len(lines) == 1
-    assert lines[0].startswith("blockstat: ")
-    assert len(lines[0]) < 1000
-    assert "internal error" not in lines[0]
+    assert len(lines) == errors
+    assert all(line.startswith("blockstat: ") and len(line) < 1000 for line in lines)
+    assert "internal error" not in message
 
 
 @pytest.mark.parametrize("name", FILES)
@@ -156,11 +155,13 @@ def test_a_file_is_refused_with_one_sentence(name, tmp_path, monkeypatch, capsys
     monkeypatch.chdir(tmp_path)
     (tmp_path / name).write_bytes(FILES[name])
     supports = () if name.endswith((".json", ".toml")) else ("--supports", "0")
-    assert_one_sentence(*tried(capsys, "check", name, *supports))
+    errors = 2 if name == "far.toml" else 1  # the ground goes as far as the block that stands on it
+    assert_one_sentence(*tried(capsys, "check", name, *supports), errors)
     assert [path.name for path in tmp_path.iterdir()] == [name]
 
 
 WORDS = [
+    f"reliability ok.json --uncertain friction=normal,0.7,0.1 --draws {'9' * 12}", "app ok.json --folder nowhere",
     "check ok.json --supports ,,,", "check ok.json --supports -1", f"check ok.json --supports {'9' * 30}",
     "check ok.json --friction nan", "check ok.json --friction -1", "check ok.json --gravity 0,0",
     "check ok.json --gravity nan,0,0", "check ok.json --gravity 1e300,0,0", "check ok.json --gap -1",
@@ -227,3 +228,53 @@ def test_a_mesh_without_numbers_names_its_object(tmp_path):
     path.write_bytes(FILES[path.name])
     with pytest.raises(InputError, match=r'matrix\.glb: object "GLTF": coordinates must be finite and below 1e\+30'):
         read(path, supports=[0])
+
+
+def test_what_a_name_says_does_not_reach_the_terminal(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.toml").write_text('[elements."\\u001b[2J\\nblockstat: Stable"]\nkind = "peer"\n')
+    status, message = tried(capsys, "check", "a.toml")
+    assert status == 2
+    assert "\x1b" not in message
+    assert all(line.startswith("blockstat: a.toml: elements") for line in message.splitlines())
+
+
+@pytest.mark.parametrize(
+    ("text", "starts"),
+    [
+        ('[loads.w]\nkind = ["point"]\n', ["a.toml, line 2: loads.w.kind: no kind ['point']; kinds are: point"]),
+        (
+            'loads = 3\ncases = "x"\n',
+            ["a.toml, line 1: loads: it must be a table", "a.toml, line 2: cases: it must be"],
+        ),
+        (
+            "load = 3\n[cases.a]\nlive = 1\n",
+            ["a.toml: load: unknown key", "a.toml, line 3: cases.a.live: it must give"],
+        ),
+    ],
+)
+def test_a_file_of_loads_is_refused_with_a_sentence_for_each_error(text, starts, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    write(stack(2), "ok.json")
+    (tmp_path / "a.toml").write_text(text)
+    status, message = tried(capsys, "check", "ok.json", "--loads", "a.toml", "--case", "a")
+    assert status == 2
+    for line, start in zip(message.splitlines(), starts, strict=True):
+        assert line.startswith(f"blockstat: {start}")
+
+
+@pytest.mark.parametrize("kind", ['["pier"]', "{ a = 1 }", "3"])
+def test_a_kind_that_is_no_word_is_refused(kind, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.toml").write_text(f"[elements.a]\nkind = {kind}\n")
+    assert_one_sentence(*tried(capsys, "check", "a.toml"))
+
+
+def test_a_film_without_end_is_refused(tmp_path, monkeypatch):
+    pytest.importorskip("pybullet")
+    from dynsim.cli.commands import app as dynamics
+
+    monkeypatch.chdir(tmp_path)
+    write(stack(2), "ok.json")
+    with pytest.raises(InputError, match="--film takes a positive number of seconds, at most 600"):
+        dynamics(["verify", "ok.json", "-o", "a.gif", "--film", "1e9"], standalone_mode=False)

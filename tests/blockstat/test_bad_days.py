@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import contextmanager
 
 import pytest
 
@@ -21,21 +22,25 @@ resource = pytest.importorskip("resource")
 SUFFIXES = (".json", ".obj", ".glb", ".stl", ".ply")
 
 
-@pytest.fixture
+@contextmanager
 def full_disk():
-    """Files of this process may not grow beyond 500 bytes; Python gets an OSError as of a full disk."""
+    """Files of this process may not grow beyond 500 bytes; Python gets an OSError as of a full disk.
+
+    No fixture, which would last while pytest writes its own report, perhaps to a file.
+    """
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (500, limits[1]))
-    yield
-    resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
-def test_a_full_disk_keeps_the_old_file(suffix, tmp_path, request):
+def test_a_full_disk_keeps_the_old_file(suffix, tmp_path):
     path = write(stack(2), tmp_path / f"stack{suffix}")
     old = path.read_bytes()
-    request.getfixturevalue("full_disk")
-    with pytest.raises(InputError) as refused:
+    with full_disk(), pytest.raises(InputError) as refused:
         write(stack(30), path)
     assert str(refused.value).startswith(f"{path}: cannot be written (")
     assert str(refused.value).endswith("; the file that was there is kept")
@@ -43,8 +48,8 @@ def test_a_full_disk_keeps_the_old_file(suffix, tmp_path, request):
     assert [place.name for place in tmp_path.iterdir()] == [path.name]
 
 
-def test_a_new_file_on_a_full_disk_leaves_nothing(tmp_path, full_disk):
-    with pytest.raises(InputError, match=r"new\.json: cannot be written \(File too large\)$"):
+def test_a_new_file_on_a_full_disk_leaves_nothing(tmp_path):
+    with full_disk(), pytest.raises(InputError, match=r"new\.json: cannot be written \(File too large\)$"):
         write(stack(30), tmp_path / "new.json")
     assert not list(tmp_path.iterdir())
 

@@ -120,8 +120,8 @@ def test_an_unknown_setting_is_refused_with_the_settings_there_are():
 @pytest.mark.parametrize(
     ("function", "options"),
     [
-        (dynsim.verify, "settings, loads, actions, interfaces, engine, statics"),
-        (dynsim.simulate, "settings, stop, loads, actions, hold, interfaces, engine"),
+        (dynsim.verify, "settings, loads, actions, interfaces, engine, statics, progress"),
+        (dynsim.simulate, "settings, stop, loads, actions, hold, interfaces, engine, progress"),
         (dynsim.limit, "loads, settings, width, check, interfaces, progress"),
         (dynsim.compare, "settings, closely, engines, interfaces, jobs, timeout, progress"),
         (dynsim.verify_many, "settings, loads, actions, interfaces, jobs, timeout, progress"),

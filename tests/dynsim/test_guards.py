@@ -1,12 +1,15 @@
 """What Bullet would take without a word is refused; hostile scenes end in an error of ours or in a right verdict."""
 
 import dataclasses
+import importlib
+import sys
 
 import numpy as np
 import pytest
 
 from blockstat import InputError, JointLaw, find_interfaces
 from dynsim import DynamicOutcome, Settings, World, verify
+from dynsim.engine.bullet import import_bullet
 from dynsim.engine.friction import block_friction
 from dynsim.engine.guards import check_rotations, thickness
 from evidence.scenes.small import assembly, box
@@ -164,3 +167,20 @@ def test_a_joint_without_friction_has_none_in_bullet():
     assert block_friction(alone, find_interfaces(alone)).tolist() == [0.0, 0.0]
     assert verify(alone).outcome is STANDS
     assert verify(alone.with_(gravity=(0.05, 0, -1))).outcome is FALLS
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (ModuleNotFoundError("No module named 'pybullet'"), "^Bullet needs pybullet: pip install "),
+        (ImportError("numpy.core.multiarray failed to import"), "cannot be imported .numpy.core.* need numpy below 2"),
+    ],
+)
+def test_pybullet_that_is_missing_is_told_from_one_that_numpy_refuses(error, words, monkeypatch):
+    def refuse(name):
+        raise error
+
+    monkeypatch.delitem(sys.modules, "pybullet", raising=False)
+    monkeypatch.setattr(importlib, "import_module", refuse)
+    with pytest.raises(InputError, match=words):
+        import_bullet()

@@ -246,3 +246,17 @@ def test_a_rocking_block_is_watched_until_it_rests():
     assert verdict.outcome is STANDS
     assert peak > 0.05
     assert np.linalg.norm(verdict.displacement[1]) < 0.1 * peak
+
+
+def test_a_run_tells_how_far_it_is():
+    told = []
+    pulse = Pulse((1.0, 0, 0), duration=0.2)
+    verdict = verify(stack(2), loads=[pulse], progress=lambda *times: told.append(times))
+    passed, change, latest = np.array(told).T
+    assert passed[0] == 0
+    assert (np.diff(passed) > 0).all()
+    assert passed[-1] == verdict.run.times[-1]
+    assert (change == change[0]).all()
+    assert pulse.end <= change[0] < pulse.end + 2 * np.diff(passed).max()
+    assert (latest == latest[0]).all()
+    assert passed[-1] <= latest[0]

@@ -322,9 +322,9 @@ def friction_limit(
     >>> print(f"{blockstat.friction_limit(pair).value:.3f}")
     0.364
     """
-    shared = find_interfaces(assembly, gap=gap) if interfaces is None else interfaces
-
+    check_choice("solver", solver, CHOICES)
     check_choice("flow", flow, FLOWS)
+    shared = find_interfaces(assembly, gap=gap) if interfaces is None else interfaces
     least = LEAST_FRICTION if any(law.cohesion for law in assembly.joints) else 0.0
 
     def outcome(mu: float, kinds: Sequence[tuple[float, float]] = FAMILY) -> Outcome:

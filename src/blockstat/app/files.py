@@ -81,7 +81,7 @@ def read_upload(
         try:
             return open_model(path, supports=supports, units=units, up=up, folder=folder or Path(directory))
         except InputError as error:
-            raise type(error)(str(error).replace(str(path), path.name)) from None
+            raise type(error)(*(str(text).replace(str(path), path.name) for text in error.args)) from None
         except (OSError, ValueError, KeyError, IndexError, TypeError) as error:
             # What the error says may quote the file, or another that it names.
             raise InputError(f"{path.name}: cannot be read ({type(error).__name__})") from None

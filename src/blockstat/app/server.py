@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from blockstat.app.background import Limits, prepare
 from blockstat.app.design import Model, open_model
+from blockstat.errors import InputError
 from blockstat.view.three_d.page import start_viser, stop_viser
 
 if TYPE_CHECKING:
@@ -106,6 +107,8 @@ def serve(
     model = open_model(path, supports=supports, units=units, up=up)
     logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(name)s: %(message)s")
     inside = folder or Path(path).parent
+    if not inside.is_dir():
+        raise InputError(f"{inside}: no such directory; uploaded scenes name files in it")
     try:
         with running(model, port=port, panels=panels, folder=inside, limits=limits) as (_, address):
             print(f"{model.name}: {address}  (Ctrl-C ends it)", flush=True)

@@ -183,7 +183,7 @@ def trouble(message: str) -> str:
     if not message:
         return ""
     box = "border-left:4px solid #D55E00;background:#fdf3ec;padding:.4em .6em;margin:.4em 10px;overflow-wrap:anywhere"
-    return f'<div role="alert" class="trouble" style="{box};{SMALL}">{escape(message)}</div>'
+    return f'<div role="alert" class="trouble" style="{box};{SMALL}">{escape(message).replace(chr(10), "<br>")}</div>'
 
 
 def block_card(verdict: Verdict, block: int, moved: Floats | None = None) -> str:

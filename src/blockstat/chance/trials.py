@@ -33,6 +33,10 @@ BATCH = 20
 Progress = Callable[[int, int], None]
 
 
+#: Random numbers that are drawn at once: 0.8 GB.
+MOST_NUMBERS = 100_000_000
+
+
 @dataclass(frozen=True)
 class Row:
     """What became of one draw."""
@@ -158,8 +162,11 @@ def judge_all(
     Raises
     ------
     InputError
-        For a file of other draws.
+        For a file of other draws, and for more draws than fit into memory.
     """
+    size = trials.population.size
+    if draws * size > MOST_NUMBERS:
+        raise InputError(f"draws is {draws:,}; of {size:,} random numbers each at most {MOST_NUMBERS // size:,} fit")
     path = None if file is None else Path(file)
     with nullcontext() if path is None else locked(path.parent, name=f".{path.name}-lock"):
         rows = {} if path is None else _opened(path, trials)

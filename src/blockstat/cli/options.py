@@ -360,7 +360,8 @@ def _status(call: Callable[[], Any], prog: str, interruptions: Interruptions | N
             raise KeyboardInterrupt
         return ended if isinstance(ended, int) else 0
     except InputError as error:
-        print(f"{prog}: {error}", file=sys.stderr)
+        for text in error.told():
+            print(f"{prog}: {_one_line(text)}", file=sys.stderr)
         return 2
     except UsageError as error:
         _say_usage(error, prog)
@@ -384,6 +385,11 @@ def _status(call: Callable[[], Any], prog: str, interruptions: Interruptions | N
         return 1
 
 
+def _one_line(text: str) -> str:
+    """A text as it may stand on a terminal: names in files may hold what clears the screen or looks like an answer."""
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+
+
 def _say_usage(error: Any, prog: str) -> None:
     """Print what is wrong with the arguments in one line; the message is empty where the help was printed instead."""
     command = error.ctx.command_path if error.ctx is not None else prog
@@ -393,4 +399,4 @@ def _say_usage(error: Any, prog: str) -> None:
 
 def _show_warning(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:
     if issubclass(category, InputWarning):
-        print(f"warning: {message}", file=sys.stderr)
+        print(f"warning: {_one_line(str(message))}", file=sys.stderr)

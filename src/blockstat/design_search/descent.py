@@ -84,7 +84,7 @@ class Descent:
             found = measure(lambda v: under(build(space.near(v))), values, self.moved, self.margin)
         except InputError as error:
             seconds, zeros = process_time() - begin, (0.0,) * (2 * len(self.moved))
-            return Candidate(values, ERROR, None, UNASKED, None, None, seconds, 0.0, str(error), "", -TOP, zeros)
+            return Candidate(values, ERROR, None, UNASKED, None, None, seconds, 0.0, error.line, "", -TOP, zeros)
         seconds = process_time() - begin
         slopes = (*found.volume_slopes.tolist(), *found.reserve_slopes.tolist())
         if before is not None:

@@ -234,7 +234,7 @@ class Evaluator:
             assembly = self._weighed.pop(key, None) or self.make(values)
             verdict = self.callbacks.static(assembly)
         except InputError as error:
-            return Candidate(values, ERROR, None, UNASKED, None, None, process_time() - begin, 0.0, str(error))
+            return Candidate(values, ERROR, None, UNASKED, None, None, process_time() - begin, 0.0, error.line)
         self._evaluated[key] = assembly, verdict
         word = PRUNED if verdict.outcome is Outcome.UNSTABLE else UNASKED
         if self.callbacks.verify is None and verdict.outcome is Outcome.STABLE:
@@ -260,7 +260,7 @@ class Evaluator:
         try:
             found = self.callbacks.verify(assembly)
         except InputError as error:
-            return replace(candidate, dynamic=ERROR, dynamic_seconds=process_time() - begin, note=str(error))
+            return replace(candidate, dynamic=ERROR, dynamic_seconds=process_time() - begin, note=error.line)
         seconds = max(process_time() - begin, getattr(found, "process_seconds", 0.0))
         candidate = replace(candidate, dynamic=found.outcome.word, dynamic_seconds=seconds)
         if candidate.stands:

@@ -207,14 +207,15 @@ def verdict_row(scene: Scene, memory: Memory) -> dict[str, Any]:
     Returns
     -------
     dict
-        Verdict, score, volume of the free blocks [m3] and number of blocks; "error" and a note where it cannot be
-        built.
+        Verdict, score, volume of the free blocks [m3] and number of blocks.
+
+    Raises
+    ------
+    InputError
+        For a design that cannot be built.
     """
-    try:
-        assembly = build(scene)
-        verdict = assess(assembly, memory=memory)
-    except InputError as error:
-        return {"static": ERROR, "note": str(error)}
+    assembly = build(scene)
+    verdict = assess(assembly, memory=memory)
     return {
         "static": verdict.outcome.word,
         "score": verdict.score if isfinite(verdict.score) else None,
@@ -333,7 +334,10 @@ def _evaluated(
     scene, memory, rows = scene_from(data), Memory(), []
     for number, values in part:
         begin = process_time()
-        row = measure(with_values(scene, values), memory)
+        try:
+            row = measure(with_values(scene, values), memory)
+        except InputError as error:
+            row = {"static": ERROR, "note": error.line}
         rows.append({"design": number, **values, **row, "seconds": process_time() - begin})
     return rows
 

@@ -29,7 +29,7 @@ def check_geometry(blocks: Polyhedra, names: Sequence[str]) -> None:
     Raises
     ------
     InputError
-        For the first block that is open, has an inverted face, or has no volume.
+        For each block that is open, has an inverted face, or has no volume.
 
     Warns
     -----
@@ -42,16 +42,17 @@ def check_geometry(blocks: Polyhedra, names: Sequence[str]) -> None:
     lower, upper = blocks.bounds
     diagonal = np.linalg.norm(upper - lower, axis=1)
     surface = np.bincount(blocks.face_block, blocks.planes.area, blocks.n_blocks)
-    flat = np.flatnonzero(np.abs(blocks.volume) <= FLAT * diagonal * surface / 2)
-    if len(flat):
-        block = flat[0]
-        raise InputError(f'block "{names[block]}": its volume is {blocks.volume[block]:.3g} m3; it is flat')
-    inside_out = np.flatnonzero(blocks.volume < 0)
-    if len(inside_out):
-        raise InputError(
-            f'block "{names[inside_out[0]]}": all its faces point inwards; '
-            "list the corners counter-clockwise seen from outside"
-        )
+    flat = np.abs(blocks.volume) <= FLAT * diagonal * surface / 2
+    wrong = [
+        f'block "{names[block]}": its volume is {blocks.volume[block]:.3g} m3; it is flat'
+        for block in np.flatnonzero(flat).tolist()
+    ]
+    wrong += [
+        f'block "{names[block]}": all its faces point inwards; list the corners counter-clockwise seen from outside'
+        for block in np.flatnonzero(~flat & (blocks.volume < 0)).tolist()
+    ]
+    if wrong:
+        raise InputError(*wrong)
 
 
 def _check_surface(blocks: Polyhedra, names: Sequence[str], merged: np.ndarray) -> None:
@@ -69,19 +70,25 @@ def _check_surface(blocks: Polyhedra, names: Sequence[str], merged: np.ndarray) 
     wrong = np.flatnonzero(own != balance)
     if not len(wrong):
         return
-    block = blocks.face_block[corner_face[wrong[0]]]
-    label = names[int(block)]
-    mine = wrong[blocks.face_block[corner_face[wrong]] == block]
-    face_offset = np.searchsorted(blocks.face_block, block)
-    if (own[mine] > 1).any():
-        votes = np.bincount(corner_face[mine] - face_offset)
-        raise InputError(
-            f'block "{label}": face {votes.argmax()} is inverted against its neighbours; '
+    at = blocks.face_block[corner_face[wrong]]
+    found = (_surface_fault(int(block), names, blocks, corner_face, wrong[at == block], own) for block in np.unique(at))
+    raise InputError(*found)
+
+
+def _surface_fault(
+    block: int, names: Sequence[str], blocks: Polyhedra, corner_face: np.ndarray, wrong: np.ndarray, own: np.ndarray
+) -> str:
+    """What is wrong with the surface of a block: the edges at fault, and how often each is walked."""
+    first = np.searchsorted(blocks.face_block, block)
+    if (own[wrong] > 1).any():
+        votes = np.bincount(corner_face[wrong] - first)
+        return (
+            f'block "{names[block]}": face {votes.argmax()} is inverted against its neighbours; '
             "list the corners counter-clockwise seen from outside"
         )
-    raise InputError(
-        f'block "{label}": its surface is open ({len(mine)} edges without a neighbour, '
-        f"the first at face {corner_face[mine[0]] - face_offset}); blocks must be closed solids"
+    return (
+        f'block "{names[block]}": its surface is open ({len(wrong)} edges without a neighbour, '
+        f"the first at face {corner_face[wrong[0]] - first}); blocks must be closed solids"
     )
 
 

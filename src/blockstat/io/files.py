@@ -95,8 +95,8 @@ def blaming(path: Path, call: Callable[[], T]) -> T:
     try:
         return call()
     except InputError as error:
-        message = str(error)
-        raise type(error)(message if message.startswith(str(path)) else f"{path}: {message}") from None
+        told = (text if str(text).startswith(str(path)) else f"{path}: {text}" for text in error.args)
+        raise type(error)(*told) from None
 
 
 @known_options

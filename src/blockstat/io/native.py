@@ -11,7 +11,9 @@ Other keys are kept as metadata.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,10 +21,11 @@ import msgspec
 import numpy as np
 
 from blockstat.assembly import DENSITY, FRICTION, STANDARD_GRAVITY, Assembly, Block
-from blockstat.errors import InputError
+from blockstat.errors import InputError, gathered
 from blockstat.io.names import distinct_names
 from blockstat.io.parts import Parts
 from blockstat.joint import JointLaw, Tie
+from blockstat.system.faults import faults
 from blockstat.system.reading import check_depth, text_of
 
 
@@ -133,8 +136,8 @@ def native_parts(
         raise InputError(f'the file holds a {type(data).__name__}; an object with "blocks" is needed')
     try:
         record = msgspec.convert(data, _Record)
-    except msgspec.ValidationError as error:
-        raise InputError(_in_words(error, data)) from None
+    except msgspec.ValidationError:
+        raise InputError(*(_in_words(text, data) for text in faults(_Record, data))) from None
     if units is None and record.units != "m":
         raise InputError(f'units are "{record.units}"; only "m" is read unless others are asked for')
     if units is not None and data.get("units", units) != units:
@@ -142,6 +145,12 @@ def native_parts(
     known = {field.name for field in msgspec.structs.fields(_Record)}
     chosen = record.supports if supports is None else list(supports)
     names = distinct_names([b.name for b in record.blocks], chosen)
+    joints, ties = gathered(
+        (
+            lambda: gathered(partial(JointLaw, **msgspec.structs.asdict(joint)) for joint in record.joints),
+            lambda: gathered(partial(Tie, **msgspec.structs.asdict(tie)) for tie in record.ties),
+        )
+    )
     return Parts(
         [Block(b.vertices, b.faces, name, b.group, b.density) for b, name in zip(record.blocks, names, strict=True)],
         chosen,
@@ -151,22 +160,21 @@ def native_parts(
             "friction": record.friction,
             "gravity": record.gravity,
             "metadata": {key: value for key, value in data.items() if key not in known},
-            "joints": [JointLaw(**msgspec.structs.asdict(j)) for j in record.joints],
-            "ties": [Tie(**msgspec.structs.asdict(tie)) for tie in record.ties],
+            "joints": joints,
+            "ties": ties,
         },
     )
 
 
-def _in_words(error: msgspec.ValidationError, data: dict[str, Any]) -> str:
-    """Msgspec's message with `$.blocks[3].faces` turned into the block's name."""
-    message, _, where = str(error).partition(" - at `$")
-    where = where.rstrip("`").lstrip(".")
-    if where.startswith("blocks["):
-        index, _, rest = where[len("blocks[") :].partition("]")
-        block = data["blocks"][int(index)] if index.isdigit() else {}
-        label = block.get("name") or f"block{index}" if isinstance(block, dict) else f"block{index}"
-        return f'block "{label}": {rest.lstrip(".") or "entry"}: {message}'
-    return f"{where}: {message}" if where else message
+def _in_words(text: str, data: dict[str, Any]) -> str:
+    """A fault with "blocks[3].faces" turned into the block's name."""
+    found = re.match(r"blocks\[(\d+)\]\.?(.*?): (.*)", text, flags=re.DOTALL)
+    if found is None:
+        return text
+    index, rest, message = found.groups()
+    block = data["blocks"][int(index)]
+    label = block.get("name") or f"block{index}" if isinstance(block, dict) else f"block{index}"
+    return f'block "{label}": {rest or "entry"}: {message}'
 
 
 def write_json(assembly: Assembly, path: Path) -> None:

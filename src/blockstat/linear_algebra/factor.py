@@ -90,6 +90,7 @@ class SuperLU:
 
     def __init__(self) -> None:
         self._lu: Any = None
+        self._full: Any = None
 
     def update(self, upper: sparse.csr_array) -> None:
         """Factor a matrix; see `Factor.update`.
@@ -101,7 +102,7 @@ class SuperLU:
         """
         from scipy.sparse.linalg import splu
 
-        full = sparse.csc_array(upper + sparse.triu(upper, 1).T)
+        full = self._full = sparse.csc_array(upper + sparse.triu(upper, 1).T)
         options = {"SymmetricMode": True}
         try:
             self._lu = splu(full, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
@@ -121,7 +122,10 @@ class SuperLU:
         array of float
             Solutions, of the shape of the right-hand sides.
         """
-        return self._lu.solve(right)
+        found = self._lu.solve(right)
+        # One round of refinement, because there was no pivoting.
+        better = found + self._lu.solve(right - self._full @ found)
+        return better if np.isfinite(better).all() else found
 
 
 class Pardiso:

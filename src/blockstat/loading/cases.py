@@ -5,12 +5,13 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from blockstat.contact.interfaces import Interfaces, find_interfaces
-from blockstat.errors import InputError, no_such
+from blockstat.errors import InputError, gathered, no_such
 from blockstat.loading.ground import dispersed_load, fill_load, fluid_pressure
 from blockstat.loading.on_faces import body_load, line_load, patch_load, surface_load
 from blockstat.loads import acceleration, point_load
@@ -106,7 +107,9 @@ def load_cases(assembly: Assembly, loads: Tables | None = None, cases: Tables | 
         joints[:] = joints or [find_interfaces(assembly)]
         return joints[0]
 
-    made = {name: _wrench(assembly, table, f"loads.{name}", shared) for name, table in given.items() if name in used}
+    acting = [name for name in given if name in used]
+    wrenches = gathered(partial(_wrench, assembly, given[name], f"loads.{name}", shared) for name in acting)
+    made = dict(zip(acting, wrenches, strict=True))
     return {name: _case(assembly, name, table, made) for name, table in asked.items()}
 
 
@@ -156,48 +159,60 @@ def check_tables(loads: Tables, cases: Tables) -> None:
     Raises
     ------
     InputError
-        Naming the key at fault.
+        Naming each key at fault.
     """
-    for name, table in loads.items():
-        if not isinstance(table, np.ndarray):
-            _check_load(f"loads.{name}", table)
-    for name, table in cases.items():
-        path = f"cases.{name}"
-        if not isinstance(table, Mapping):
-            raise InputError(f"{path}: it must be a table with factors or live")
-        for key in table:
-            if key not in CASE_KEYS:
-                raise InputError(f"{path}.{key}: unknown key; keys here are: {', '.join(CASE_KEYS)}")
-        for key in ("factors", "live"):
-            factors = table.get(key, {})
-            if not isinstance(factors, Mapping):
-                raise InputError(f"{path}.{key}: it must give a number to each load, such as {{ snow = 1.5 }}")
-            for load, factor in factors.items():
-                if load not in loads:
-                    raise InputError(f"{path}.{key}.{load}: {no_such('load', load, loads)}")
-                _check_number(f"{path}.{key}.{load}", factor)
-        _check_number(f"{path}.weight", table.get("weight", 1.0))
+    of_loads = [partial(_check_load, f"loads.{name}", table) for name, table in loads.items()]
+    gathered([*of_loads, *(partial(_check_case, f"cases.{name}", table, loads) for name, table in cases.items())])
+
+
+def _check_case(path: str, table: Any, loads: Tables) -> None:
+    if not isinstance(table, Mapping):
+        raise InputError(f"{path}: it must be a table with factors or live")
+    wrong = [
+        f"{path}.{key}: unknown key; keys here are: {', '.join(CASE_KEYS)}" for key in table if key not in CASE_KEYS
+    ]
+    for key in ("factors", "live"):
+        factors = table.get(key, {})
+        if not isinstance(factors, Mapping):
+            wrong.append(f"{path}.{key}: it must give a number to each load, such as {{ snow = 1.5 }}")
+            continue
+        for load, factor in factors.items():
+            if load not in loads:
+                wrong.append(f"{path}.{key}.{load}: {no_such('load', load, loads)}")
+            wrong += _not_a_number(f"{path}.{key}.{load}", factor)
+    wrong += _not_a_number(f"{path}.weight", table.get("weight", 1.0))
+    if wrong:
+        raise InputError(*wrong)
 
 
 def _check_load(path: str, table: Any) -> None:
+    if isinstance(table, np.ndarray):  # a wrench on each block
+        return
     if not isinstance(table, Mapping):
         raise InputError(f"{path}: it must be a table with a kind, or a wrench on each block")
     kind = table.get("kind")
-    if kind not in KINDS:
+    if not isinstance(kind, str) or kind not in KINDS:
         given = "the kind is missing" if kind is None else f"no kind {kind!r}"
         raise InputError(f"{path}.kind: {given}; kinds are: {', '.join(KINDS)}")
     keys = {name: p for name, p in inspect.signature(KINDS[kind]).parameters.items() if name not in OURS}
-    for key in table:
-        if key != "kind" and key not in keys:
-            raise InputError(f"{path}.{key}: unknown key; keys of a {kind} load are: {', '.join(keys)}")
-    for name, parameter in keys.items():
-        if parameter.default is parameter.empty and name not in table:
-            raise InputError(f"{path}: a {kind} load needs {name}; keys are: {', '.join(keys)}")
+    wrong = [
+        f"{path}.{key}: unknown key; keys of a {kind} load are: {', '.join(keys)}"
+        for key in table
+        if key != "kind" and key not in keys
+    ]
+    wrong += [
+        f"{path}: a {kind} load needs {name}; keys are: {', '.join(keys)}"
+        for name, parameter in keys.items()
+        if parameter.default is parameter.empty and name not in table
+    ]
+    if wrong:
+        raise InputError(*wrong)
 
 
-def _check_number(path: str, value: Any) -> None:
+def _not_a_number(path: str, value: Any) -> list[str]:
     if isinstance(value, bool) or not isinstance(value, (int, float, np.number)) or not np.isfinite(value):
-        raise InputError(f"{path}: {value!r} is not a finite number")
+        return [f"{path}: {value!r} is not a finite number"]
+    return []
 
 
 def _wrench(assembly: Assembly, table: Any, path: str, shared: Callable[[], Interfaces]) -> Floats:
@@ -215,7 +230,7 @@ def _wrench(assembly: Assembly, table: Any, path: str, shared: Callable[[], Inte
     try:
         return make(assembly, **options)
     except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+        raise error.under(path) from None
     except (TypeError, ValueError):
         raise InputError(f"{path}: a {table['kind']} load cannot be made of {dict(table)}") from None
 

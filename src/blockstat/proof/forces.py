@@ -181,7 +181,7 @@ def _level(structure: Structure, slack: Floats, usable: Ints, body: Ints, lines:
             joints[tuple(pair)] = cost, points
     if not joints:
         return [], body
-    row, column = np.array(list(joints)).T
+    row, column = np.array(list(joints), dtype=np.int32).T  # scipy 1.15, the last for Python 3.10, takes no other
     graph = sparse.csr_array(([cost for cost, _ in joints.values()], (row, column)), shape=(ground + 1, ground + 1))
     tree = minimum_spanning_tree(graph)
     _, label = connected_components(tree, directed=False)

@@ -17,7 +17,7 @@ from blockstat.analysis.problem import Problem, pose
 from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.certificate.check import balance, point_slack
 from blockstat.contact.interfaces import GAP, Interfaces
-from blockstat.errors import InputError, known_options
+from blockstat.errors import InputError, check_choice, known_options
 from blockstat.loads import as_load
 from blockstat.proof.centre import centred_forces
 from blockstat.proof.connectors import connector_forces
@@ -28,6 +28,7 @@ from blockstat.proof.parallel import parallel_forces
 from blockstat.proof.rational import Exact, exact, text, written
 from blockstat.proof.structure import Structure, structure, with_normals_of_faces
 from blockstat.result import Result, Sentence
+from blockstat.solve.dispatch import CHOICES
 from blockstat.system.writing import written_whole
 from blockstat.typing import Floats
 
@@ -168,6 +169,7 @@ def prove(
     >>> proof.outcome.word, len(proof.content["proof"]["forces"])
     ('stable', 4)
     """
+    check_choice("solver", solver, CHOICES)
     options: dict[str, Any] = {"friction": friction, "gravity": gravity, "gap": gap, "interfaces": interfaces}
     problem = pose(assembly, loads=loads, **options)
     if load is None:

@@ -24,8 +24,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from blockstat.analysis.assess import FLOWS
 from blockstat.contact.interfaces import GAP, Interfaces
-from blockstat.errors import InputError, known_options
+from blockstat.errors import InputError, check_choice, known_options
 from blockstat.result import Result, finite
 from blockstat.sequence.plan import Plan, least_friction
 from blockstat.sequence.search import Constraints, Journal, OrderOutcome, Search
@@ -147,6 +148,7 @@ def find_order(
     >>> found.outcome.word, [step.install for step in found.plan.steps if step.install][-1]
     ('found', ('top',))
     """
+    check_choice("flow", flow, FLOWS)
     if held_at_most < 1:
         raise InputError(f"held_at_most is {held_at_most}; a new block arrives in a hand, so at least 1 is needed")
     whole = Whole(assembly, friction=friction, gap=gap, interfaces=interfaces)
@@ -337,6 +339,7 @@ def count_orders(
     >>> found.stable, found.orders, found.rest, found.placing
     (6, 3, 0, 1)
     """
+    check_choice("flow", flow, FLOWS)
     n = len(assembly.free)
     if n > SMALL:
         raise InputError(f"{n} blocks have 2^{n} states; all orders are counted for at most {SMALL} free blocks")

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.contact.interfaces import GAP
-from blockstat.errors import InputError, known_options, no_such
+from blockstat.errors import InputError, check_choice, known_options, no_such
 from blockstat.result import Result, finite
 from blockstat.sequence.props import Falsework, FalseworkOutcome, Prop, falls_on_props, held_by_props
 from blockstat.sequence.states import Whole
@@ -426,6 +427,7 @@ def assess_plan(
     >>> assess_plan(assembly, plan).outcome.word
     'stable'
     """
+    check_choice("flow", flow, FLOWS)
     check_plan(plan, assembly)
     whole = Whole(assembly, friction=friction, gap=gap)
     states = [whole.state_of(*state, f"step {k}") for k, state in enumerate(plan.states())]

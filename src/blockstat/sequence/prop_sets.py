@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.certificate.check import FORCE_LIMIT, power
-from blockstat.errors import InputError, known_options
+from blockstat.errors import InputError, check_choice, known_options
 from blockstat.result import Result
 from blockstat.sequence.props import Falsework, FalseworkOutcome, Prop, held_by_props, pushes_of
 from blockstat.sequence.states import State
@@ -164,6 +164,7 @@ def least_centring(
     >>> least_centring(Assembly.from_blocks(blocks, supports=["ground"]), hoists).order
     ('low', 'high')
     """
+    check_choice("least", least, ("total", "peak"))
     names = [assembly.names[k] for k in assembly.free]
     options: dict[str, Any] = {"least": least, "friction": friction}
     every = {prop.block: prop for prop in props(assembly, names)}

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy import sparse
 
+from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.problem import Problem
 from blockstat.analysis.verdict import Verdict
 from blockstat.certificate.check import FORCE_LIMIT, force_errors, power
@@ -392,6 +393,7 @@ def remove_each(
     >>> {name: verdict.outcome.word for name, verdict in found.items()}
     {'low': 'unstable', 'high': 'stable'}
     """
+    check_choice("flow", flow, FLOWS)
     whole = Whole(assembly, friction=friction, gap=gap, interfaces=interfaces)
     chosen = assembly.free if blocks is None else assembly.blocks_named(blocks, "remove_each")
     everything = np.ones(assembly.n_blocks, dtype=bool)

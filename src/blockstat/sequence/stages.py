@@ -20,12 +20,14 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 import numpy as np
 
+from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.verdict import Outcome
 from blockstat.contact.interfaces import GAP
-from blockstat.errors import InputError, known_options
+from blockstat.errors import InputError, check_choice, known_options
 from blockstat.result import Result, finite
 from blockstat.sequence.props import Falsework, FalseworkOutcome, centring, held_by_props
 from blockstat.sequence.states import Whole
+from blockstat.system.faults import faults
 from blockstat.typing import Ints
 
 if TYPE_CHECKING:
@@ -134,11 +136,11 @@ def stages_of(assembly: Assembly) -> tuple[Stage, ...]:
     """
     found: list[Stage] = []
     placed: dict[int, str] = {}
-    for number, table in enumerate(assembly.metadata.get("stages", ())):
-        try:
-            stage = msgspec.convert(table, Stage)
-        except msgspec.ValidationError as error:
-            raise InputError(f"stages.{number}: {error}") from None
+    tables = assembly.metadata.get("stages", ())
+    if wrong := [f"stages.{k}: {text}" for k, table in enumerate(tables) for text in faults(Stage, table)]:
+        raise InputError(*wrong)
+    for number, table in enumerate(tables):
+        stage = msgspec.convert(table, Stage)
         where = f'stages.{number} ("{stage.name}")'
         for block in _blocks(assembly, stage.place, where).tolist():
             if block in placed:
@@ -200,6 +202,7 @@ def assess_stages(
     >>> [stage.falsework.total > 1.0 for stage in found.stages[:3]], found.stages[-1].outcome.word
     ([False, True, False], 'stable')
     """
+    check_choice("flow", flow, FLOWS)
     stages = stages_of(assembly)
     if not stages:
         raise InputError(f'"{assembly.name}" has no stages; write them as [[stages]] in its scene file')

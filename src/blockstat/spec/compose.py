@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fnmatch import fnmatchcase
+from functools import partial
 from itertools import product
 from math import prod
 from typing import Any
@@ -13,7 +14,7 @@ import numpy as np
 
 from blockstat.assembly import Assembly, Block
 from blockstat.contact.penetration import overlaps
-from blockstat.errors import InputError
+from blockstat.errors import InputError, gathered
 from blockstat.joint import JointLaw
 from blockstat.model.ground import ground
 from blockstat.model.placing import moved, rotation
@@ -61,9 +62,10 @@ def build(scene: Scene) -> Assembly:
     plan = resolve(scene) if isinstance(scene, Composition) else lowered(scene)
     try:
         _check_numbers(plan)
-        blocks = [block for name, element in plan.elements.items() for block in _placed(name, element)]
+        placed = gathered(partial(_placed, name, element) for name, element in plan.elements.items())
     except InputError as error:
-        raise InputError(_said(str(error), plan.keys)) from None
+        raise InputError(*(_said(text, plan.keys) for text in error.args)) from None
+    blocks = [block for own in placed for block in own]
     if not blocks:
         raise InputError(f'"{plan.name}": no element is present; there is nothing to build')
     if GROUND in plan.supports:
@@ -112,19 +114,21 @@ def _check_numbers(plan: Plan) -> None:
     check_number("elements", total)
 
 
-def _placed(name: str, element: Element) -> Iterator[Block]:
+def _placed(name: str, element: Element) -> list[Block]:
     """The blocks of an element and its copies, in place."""
     try:
         own = blocks_of(element)
     except InputError as error:
-        raise InputError(f"elements.{name}: {error}") from None
+        raise error.under(f"elements.{name}") from None
+    found: list[Block] = []
     repeats = repeats_of(element)
     copies = list(product(*(range(repeat.number) for repeat in repeats)))
     for number, steps in enumerate(copies, 1):
         parts = [name if element.prefix is None else element.prefix, str(number) if len(copies) > 1 else ""]
         prefix = "".join(f"{part}." for part in parts if part)
         turn, place = _pose(element, repeats, steps)
-        yield from moved(own, place, turn=turn, prefix=prefix, density=element.density)
+        found += moved(own, place, turn=turn, prefix=prefix, density=element.density)
+    return found
 
 
 def _pose(element: Element, repeats: Sequence[Repeat], steps: Sequence[int]) -> tuple[float, list[float]]:
@@ -154,17 +158,19 @@ def _check_feet(blocks: Sequence[Block]) -> None:
 
 def _supports(plan: Plan, blocks: Sequence[Block]) -> list[int | str]:
     """Indices of the blocks in the groups that cannot move."""
-    fixed: set[int] = set()
-    for wanted in plan.supports:
-        parts = wanted.split(".")
-        found = [i for i, block in enumerate(blocks) if _within(block.group.split("."), parts)]
-        if not found:
-            known = ", ".join(sorted({block.group for block in blocks if block.group}))
-            raise InputError(f'supports: no group "{wanted}"; groups are: {known}')
-        fixed.update(found)
+    fixed = {i for found in gathered(partial(_held, wanted, blocks) for wanted in plan.supports) for i in found}
     if not fixed:
         raise InputError('supports: there are none; write "ground" or groups that cannot move')
     return sorted(fixed)
+
+
+def _held(wanted: str, blocks: Sequence[Block]) -> list[int]:
+    parts = wanted.split(".")
+    found = [i for i, block in enumerate(blocks) if _within(block.group.split("."), parts)]
+    if not found:
+        known = ", ".join(sorted({block.group for block in blocks if block.group}))
+        raise InputError(f'supports: no group "{wanted}"; groups are: {known}')
+    return found
 
 
 def _within(group: list[str], wanted: list[str]) -> bool:

@@ -7,11 +7,12 @@ the parameters ("= bays * 4"). `resolve` computes what stands there now.
 from __future__ import annotations
 
 import re
+from functools import partial
 from typing import Any
 
 import msgspec
 
-from blockstat.errors import InputError
+from blockstat.errors import InputError, gathered
 from blockstat.joint import Tie
 from blockstat.loading.cases import check_tables
 from blockstat.model.expression import RESERVED, evaluate, is_expression
@@ -20,6 +21,7 @@ from blockstat.spec.elements import KINDS
 from blockstat.spec.material import Joint, Material, TieTable, uncertain_of
 from blockstat.spec.ranges import Range, is_range
 from blockstat.spec.reading import check_name, entries, joined, read_as
+from blockstat.system.faults import faults, unknown_keys
 
 GROUND = "ground"  #: among the supports: a slab under all that stands at z = 0
 #: Parameters that follow from one another before the next is known: each takes some frames of Python's stack.
@@ -46,6 +48,9 @@ class Composition(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
 
     def __post_init__(self) -> None:
         check_name(self.name)
+
+
+FIELDS = {field.name: field.type for field in msgspec.structs.fields(Composition)}
 
 
 class Plan(msgspec.Struct, frozen=True, kw_only=True):
@@ -84,25 +89,39 @@ def composition_from(data: dict[str, Any]) -> Composition:
     InputError
         With the path of a bad key, kind, name or number.
     """
-    composition = read_as(Composition, data)
+    sound = {key: data[key] for key in FIELDS if key in data and not faults(FIELDS[key], data[key])}
+    if {"elements", "parameters"} & set(data) - set(sound) or "elements" not in data:
+        return read_as(Composition, data)  # what the rest stands on cannot be read
+    composition, _ = gathered((partial(read_as, Composition, data), partial(_check, sound)))
+    return composition
+
+
+def _check(data: dict[str, Any]) -> None:
+    """Check the tables of a composition that are of the right form."""
+    composition = msgspec.convert(data | {"name": "scene"}, Composition)
     if not composition.elements:
         raise InputError("elements: there are none; write one as [elements.NAME]")
-    for table, label in ((composition.elements, "elements"), (composition.parameters, "parameters")):
-        for name in table:
-            if not re.fullmatch(NAME, name):
-                raise InputError(f'{label}: "{name}" is no name; it must be of letters, digits, _ and -')
-    for name, value in composition.parameters.items():
-        if name in RESERVED or not name.isidentifier():
-            raise InputError(f'parameters.{name}: "{name}" is no name of a parameter; expressions could not say it')
-        if not (isinstance(value, (bool, int, float)) or is_range(value) or is_expression(value)):
-            if isinstance(value, dict):
-                read_as(Range, value, f"parameters.{name}")
-            raise InputError(
-                f"parameters.{name}: {value!r} is not a number, true, false, "
-                '"search", {value, min, max, step} or arithmetic ("= ...")'
-            )
-    resolve(composition)
-    return composition
+    gathered(
+        (*(partial(_check_name, name, "elements") for name in composition.elements), partial(resolve, composition))
+    )
+
+
+def _check_name(name: str, table: str) -> None:
+    if not re.fullmatch(NAME, name):
+        raise InputError(f'{table}: "{name}" is no name; it must be of letters, digits, _ and -')
+
+
+def _check_parameter(name: str, value: Any) -> None:
+    _check_name(name, "parameters")
+    if name in RESERVED or not name.isidentifier():
+        raise InputError(f'parameters.{name}: "{name}" is no name of a parameter; expressions could not say it')
+    if not (isinstance(value, (bool, int, float)) or is_range(value) or is_expression(value)):
+        if isinstance(value, dict):
+            read_as(Range, value, f"parameters.{name}")
+        raise InputError(
+            f"parameters.{name}: {value!r} is not a number, true, false, "
+            '"search", {value, min, max, step} or arithmetic ("= ...")'
+        )
 
 
 def resolve(composition: Composition) -> Plan:
@@ -124,22 +143,38 @@ def resolve(composition: Composition) -> Plan:
         With the path of a bad key, kind or number.
     """
     names = _Names(composition.parameters)
-    elements = {
-        name: _element(_plain(keys, f"elements.{name}", names), f"elements.{name}")
-        for name, keys in composition.elements.items()
-    }
-    joints = _plain(composition.joints, "joints", names)
+    _, elements, material, joints, tables, ties, uncertain = gathered(
+        (
+            names.check,
+            partial(_elements, composition.elements, names),
+            lambda: read_as(Material, _plain(composition.material, "material", names), "material"),
+            partial(_joints, composition.joints, names),
+            partial(load_tables, composition.loads, composition.cases, names),
+            partial(ties_of, composition.ties, names),
+            lambda: uncertain_of(_plain(composition.uncertain, "uncertain", names)),
+        )
+    )
     return Plan(
         name=composition.name,
         elements={name: element for name, element in elements.items() if element.present},
-        material=read_as(Material, _plain(composition.material, "material", names), "material"),
-        joints=tuple(read_as(Joint, joint, f"joints.{i}") for i, joint in enumerate(joints)),
+        material=material,
+        joints=joints,
         supports=composition.supports,
-        **load_tables(composition.loads, composition.cases, names),
-        ties=ties_of(composition.ties, names),
-        uncertain=uncertain_of(_plain(composition.uncertain, "uncertain", names)),
+        **tables,
+        ties=ties,
+        uncertain=uncertain,
         stages=tuple(composition.stages),
     )
+
+
+def _elements(tables: dict[str, dict[str, Any]], names: _Names) -> dict[str, Element]:
+    read = gathered(partial(_element, keys, f"elements.{name}", names) for name, keys in tables.items())
+    return dict(zip(tables, read, strict=True))
+
+
+def _joints(tables: list[dict[str, Any]], names: _Names) -> tuple[Joint, ...]:
+    plain = _plain(tables, "joints", names)
+    return tuple(gathered(partial(read_as, Joint, joint, f"joints.{i}") for i, joint in enumerate(plain)))
 
 
 def ties_of(tables: dict[str, Any], names: _Names | None = None) -> tuple[Tie, ...]:
@@ -162,14 +197,16 @@ def ties_of(tables: dict[str, Any], names: _Names | None = None) -> tuple[Tie, .
     InputError
         With the path of a bad key or value.
     """
-    found = []
-    for name, table in _plain(tables, "ties", _Names({}) if names is None else names).items():
-        own = read_as(TieTable, table, f"ties.{name}")
-        try:
-            found.append(Tie(**msgspec.structs.asdict(own), name=name))
-        except InputError as error:
-            raise InputError(f"ties.{name}: {error}") from None
-    return tuple(found)
+    plain = _plain(tables, "ties", _Names({}) if names is None else names)
+    return tuple(gathered(partial(_tie, name, table) for name, table in plain.items()))
+
+
+def _tie(name: str, table: Any) -> Tie:
+    own = read_as(TieTable, table, f"ties.{name}")
+    try:
+        return Tie(**msgspec.structs.asdict(own), name=name)
+    except InputError as error:
+        raise error.under(f"ties.{name}") from None
 
 
 def load_tables(loads: dict[str, Any], cases: dict[str, Any], names: _Names | None = None) -> dict[str, Any]:
@@ -204,20 +241,33 @@ class _Names:
     def __init__(self, parameters: dict[str, Any]) -> None:
         self.parameters = parameters
         self.values: dict[str, float] = {}
+        self.refused: dict[str, InputError] = {}
+        self.deep: InputError | None = None
         self.asked: list[str] = []
-        for name in parameters:
-            self.value(name)
+
+    def check(self) -> None:
+        gathered(partial(self.value, name) for name in self.parameters)
 
     def value(self, name: str) -> float:
+        if name in self.refused:
+            raise self.refused[name]
         if name not in self.values:
             if name in self.asked:
                 circle = " -> ".join([*self.asked[self.asked.index(name) :], name])
                 raise InputError(f"parameters.{name}: it depends on itself: {circle}")
             if len(self.asked) > DEEPEST:
-                raise InputError(f"parameters.{self.asked[0]}: it follows from more than {DEEPEST} others in a row")
+                first = f"parameters.{self.asked[0]}: it follows from more than {DEEPEST} others in a row"
+                self.deep = self.deep or InputError(first)
+                raise self.deep  # others in the same row are not at another fault
             self.asked.append(name)
-            self.values[name] = float(_plain(self.parameters[name], f"parameters.{name}", self))
-            self.asked.pop()
+            try:
+                _check_parameter(name, self.parameters[name])
+                self.values[name] = float(_plain(self.parameters[name], f"parameters.{name}", self))
+            except InputError as error:
+                self.refused[name] = error  # all that names it is at the same fault
+                raise
+            finally:
+                self.asked.pop()
         return self.values[name]
 
     def computed(self, text: str, path: str) -> float | int:
@@ -226,7 +276,7 @@ class _Names:
             return _whole(evaluate(text, self.value, self.parameters))
         except InputError as error:
             # Another parameter's fault keeps its own path.
-            raise error if str(error).startswith("parameters.") else InputError(f"{path}: {error}") from None
+            raise error if str(error).startswith("parameters.") else error.under(path) from None
 
 
 def _whole(value: float) -> float | int:
@@ -239,17 +289,20 @@ def _plain(node: Any, path: str, names: _Names) -> Any:
         node = names.computed(node, path)
     elif isinstance(node, dict) and {"value", "min", "max", "step"} & set(node):
         node = _whole(read_as(Range, node, path).value)
-    elif isinstance(node, dict):
-        return {key: _plain(child, joined(path, key), names) for key, child in entries(node)}
-    elif isinstance(node, (list, tuple)):
-        return [_plain(child, joined(path, key), names) for key, child in entries(node)]
+    elif isinstance(node, (dict, list, tuple)):
+        plain = gathered(partial(_plain, child, joined(path, key), names) for key, child in entries(node))
+        return dict(zip(node, plain, strict=True)) if isinstance(node, dict) else plain
     return bool(node) if path.endswith(".present") and node in (0, 1) else node
 
 
-def _element(keys: dict[str, Any], path: str) -> Element:
-    keys = dict(keys)
-    kind = keys.pop("kind", None)
-    if kind not in KINDS:
+def _element(table: dict[str, Any], path: str, names: _Names) -> Element:
+    kind = table.get("kind")
+    if not isinstance(kind, str) or kind not in KINDS:
         given = f'no kind "{kind}"' if kind is not None else "the kind is missing"
         raise InputError(f"{path}.kind: {given}; kinds are: {', '.join(KINDS)}")
-    return read_as(KINDS[kind], keys, path)
+    keys = {key: value for key, value in table.items() if key != "kind"}
+    try:
+        plain = _plain(keys, path, names)
+    except InputError as error:  # unknown keys are told all the same
+        raise InputError(*error.args, *unknown_keys(KINDS[kind], keys, path)) from None
+    return read_as(KINDS[kind], plain, path)

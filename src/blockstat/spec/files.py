@@ -5,11 +5,12 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Iterable
+from functools import partial
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
 from blockstat.assembly import Assembly
-from blockstat.errors import InputError, known_options
+from blockstat.errors import InputError, gathered, known_options
 from blockstat.io.files import blaming, read_parts
 from blockstat.spec.compose import build
 from blockstat.spec.composition import load_tables
@@ -23,6 +24,7 @@ else:
 
 #: Tables whose errors name the line.
 LOCATED = ("loads", "cases", "ties", "uncertain")
+LOADS = ("loads", "cases")  #: tables of a file of loads
 BLOCKS = (".json", ".obj", ".glb", ".stl", ".ply")  #: suffixes of files that are no scenes
 
 
@@ -105,12 +107,19 @@ def load_file(path: str | Path) -> dict[str, dict[str, Any]]:
     path = Path(path)
     data = _tables(path)
     try:
-        for key in data:
-            if key not in ("loads", "cases"):
-                raise InputError(f"{key}: unknown key; keys here are: loads, cases")
-        return load_tables(data.get("loads", {}), data.get("cases", {}))
+        tables = [data[key] if isinstance(data.get(key), dict) else {} for key in LOADS]
+        _, found = gathered((partial(_check_loads, data), partial(load_tables, *tables)))
+        return found
     except InputError as error:
         raise located(path, error) from None
+
+
+def _check_loads(data: dict[str, Any]) -> None:
+    """Check the keys of a file of loads."""
+    wrong = [f"{key}: unknown key; keys here are: {', '.join(LOADS)}" for key in data if key not in LOADS]
+    wrong += [f"{key}: it must be a table of tables" for key in LOADS if not isinstance(data.get(key, {}), dict)]
+    if wrong:
+        raise InputError(*wrong)
 
 
 def _tables(path: Path) -> dict[str, Any]:
@@ -150,11 +159,14 @@ def located(path: str | Path, error: InputError) -> InputError:
     'hut.toml, line 3: loads.wind.kind: no such kind'
     """
     path = Path(path)
-    key = str(error).partition(":")[0]
-    if path.suffix.lower() != ".toml" or key.partition(".")[0] not in LOCATED:
-        return InputError(f"{path}: {error}")
-    line = _line_of(text_of(path), key.split("."))
-    return InputError(f"{path}, line {line}: {error}" if line else f"{path}: {error}")
+    text = text_of(path) if path.suffix.lower() == ".toml" else ""
+    return type(error)(*(_located(path, text, str(told)) for told in error.args))
+
+
+def _located(path: Path, text: str, message: str) -> str:
+    key = message.partition(":")[0].split(".")
+    line = _line_of(text, key) if key[0] in LOCATED else None
+    return f"{path}, line {line}: {message}" if line else f"{path}: {message}"
 
 
 def _line_of(text: str, key: list[str]) -> int | None:

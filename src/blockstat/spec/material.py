@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Annotated, Any, Literal
 
 import msgspec
 
-from blockstat.errors import InputError
+from blockstat.errors import InputError, gathered
 from blockstat.model.quantities import Point
 from blockstat.spec.reading import joined, read_as
 
@@ -88,23 +89,26 @@ def uncertain_of(tables: dict[str, Any], path: str = "uncertain") -> dict[str, d
     InputError
         With the path of a bad key or value, and for numbers that do not belong to the distribution.
     """
-    found: dict[str, dict[str, Any]] = {}
-    for name, table in tables.items():
-        own = joined(path, name)
-        if not isinstance(table, dict):
-            raise InputError(f"{own}: {table!r} is no table; write kind, and mean and deviation or least and most")
-        if "kind" not in table and table and all(isinstance(inner, dict) for inner in table.values()):
-            inner = uncertain_of(table, own)
-            found |= {f"{name}.{key}": values for key, values in inner.items()}
-            continue
-        read = read_as(Uncertain, table, own)
-        needed = ("least", "most") if read.kind == "uniform" else ("mean", "deviation")
-        for key in ("mean", "deviation", "least", "most"):
-            if (getattr(read, key) is None) == (key in needed):
-                what = "is needed" if key in needed else "does not belong here"
-                raise InputError(f"{own}.{key}: it {what}; {read.kind} has {needed[0]} and {needed[1]}")
-        if read.direction is not None and name != "push":
-            raise InputError(f"{own}.direction: push alone has one")
-        values = msgspec.structs.asdict(read)
-        found[name] = {key: value for key, value in values.items() if value is not None}
-    return found
+    found = gathered(partial(_variables, name, table, joined(path, name)) for name, table in tables.items())
+    return {key: values for inner in found for key, values in inner.items()}
+
+
+def _variables(name: str, table: Any, path: str) -> dict[str, dict[str, Any]]:
+    """The random variable of a table, or those of the groups in it, by key."""
+    if not isinstance(table, dict):
+        raise InputError(f"{path}: {table!r} is no table; write kind, and mean and deviation or least and most")
+    if "kind" not in table and table and all(isinstance(inner, dict) for inner in table.values()):
+        return {f"{name}.{key}": values for key, values in uncertain_of(table, path).items()}
+    read = read_as(Uncertain, table, path)
+    needed = ("least", "most") if read.kind == "uniform" else ("mean", "deviation")
+    wrong = []
+    for key in ("mean", "deviation", "least", "most"):
+        if (getattr(read, key) is None) == (key in needed):
+            what = "is needed" if key in needed else "does not belong here"
+            wrong.append(f"{path}.{key}: it {what}; {read.kind} has {needed[0]} and {needed[1]}")
+    if read.direction is not None and name != "push":
+        wrong.append(f"{path}.direction: push alone has one")
+    if wrong:
+        raise InputError(*wrong)
+    values = msgspec.structs.asdict(read)
+    return {name: {key: value for key, value in values.items() if value is not None}}

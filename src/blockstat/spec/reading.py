@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import re
-import types
 from collections.abc import Iterator
-from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
+from typing import Any, TypeVar
 
 import msgspec
 import numpy as np
 
 from blockstat.errors import InputError
+from blockstat.system.faults import faults
 
 T = TypeVar("T", bound=msgspec.Struct)
 
@@ -35,19 +34,12 @@ def read_as(kind: type[T], data: Any, path: str = "") -> T:
     Raises
     ------
     InputError
-        With the path of a bad or unknown key and the keys there are.
+        With the path of each bad or unknown key and the keys there are.
     """
     try:
         return msgspec.convert(data, kind)
-    except msgspec.ValidationError as error:
-        message, _, where = str(error).partition(" - at `$")
-        inner = where.rstrip("`").lstrip(".")
-        if message.startswith("Object contains unknown field"):
-            field = message.split("`")[1]
-            message = f"unknown key; keys here are: {', '.join(_fields_at(kind, inner))}"
-            inner = joined(inner, field)
-        whole = joined(path, inner)
-        raise InputError(f"{whole}: {message}" if whole else message) from None
+    except msgspec.ValidationError:
+        raise InputError(*faults(kind, data, path)) from None
 
 
 def joined(path: str, key: str | int) -> str:
@@ -100,12 +92,17 @@ def check_finite(node: Any, path: str = "") -> None:
     Raises
     ------
     InputError
-        With the path of a number that is not.
+        With the path of each number that is not.
     """
+    if found := list(_not_finite(node, path)):
+        raise InputError(*found)
+
+
+def _not_finite(node: Any, path: str) -> Iterator[str]:
     if isinstance(node, float) and not np.isfinite(node):
-        raise InputError(f"{path}: {node} is not a finite number")
+        yield f"{path}: {node} is not a finite number"
     for key, child in entries(node):
-        check_finite(child, joined(path, key))
+        yield from _not_finite(child, joined(path, key))
 
 
 def check_name(name: str) -> None:
@@ -144,21 +141,3 @@ def at_path(data: Any, path: str) -> tuple[Any, Any]:
     for key in parents:
         data = data[int(key) if isinstance(data, list) else key]
     return data, int(last) if isinstance(data, list) else last
-
-
-def _fields_at(kind: Any, path: str) -> tuple[str, ...]:
-    """Names of the fields of the struct at a path of msgspec, where map keys are `[...]` and items `[0]`."""
-    for part in re.findall(r"\[|\w+", re.sub(r"\[[^\]]*\]", "[", path)):
-        if part != "[":
-            kind = next(f.type for f in msgspec.structs.fields(kind) if f.name == part)
-        elif get_args(kind):
-            kind = next(a for a in reversed(get_args(kind)) if a is not Ellipsis)
-        kind = _struct_of(kind) or kind
-    return kind.__struct_fields__
-
-
-def _struct_of(kind: Any) -> Any:
-    """The struct among the alternatives of a type."""
-    if get_origin(kind) in (Union, types.UnionType, Annotated):
-        return next((found for a in get_args(kind) if (found := _struct_of(a))), None)
-    return kind if isinstance(kind, type) and issubclass(kind, msgspec.Struct) else None

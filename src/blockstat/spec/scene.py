@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, TypeAlias
 
 import msgspec
 import numpy as np
 
-from blockstat.errors import InputError
+from blockstat.errors import InputError, gathered
 from blockstat.spec.chapel import Building
 from blockstat.spec.composition import Composition, composition_from, load_tables, ties_of
 from blockstat.spec.material import uncertain_of
@@ -126,15 +127,18 @@ def scene_from(data: Any) -> Scene:
         raise InputError(f"a scene is a table of keys, not {data!r}")
     check_finite(data)
     scene = _read(data)
-    # The ends of a range must be values that the parameter could have by itself.
-    for path, found in parameters(scene).items():
-        for end in {found.min, found.max, found.max - found.step if found.max > found.min else found.max}:
-            plain = _plain(scene)
-            table, key = at_path(plain, path)
-            whole = int(end) if float(end).is_integer() else end
-            table[key] = bool(whole) if key == "present" and whole in (0, 1) else whole
-            _read(plain)
+    gathered(partial(_check_ends, scene, path, found) for path, found in parameters(scene).items())
     return scene
+
+
+def _check_ends(scene: Scene, path: str, found: Range) -> None:
+    """The ends of a range must be values that the parameter could have by itself."""
+    for end in {found.min, found.max, found.max - found.step if found.max > found.min else found.max}:
+        plain = _plain(scene)
+        table, key = at_path(plain, path)
+        whole = int(end) if float(end).is_integer() else end
+        table[key] = bool(whole) if key == "present" and whole in (0, 1) else whole
+        _read(plain)
 
 
 def _from_numpy(value: Any) -> Any:
@@ -146,10 +150,17 @@ def _from_numpy(value: Any) -> Any:
 def _read(data: dict[str, Any]) -> Scene:
     if {"elements", "parameters"} & set(data):
         return composition_from(data)
-    building = read_as(Building, data)
-    load_tables(building.loads, building.cases)
-    ties_of(building.ties)
-    uncertain_of(building.uncertain)
+    tables = {
+        key: data[key] if isinstance(data.get(key), dict) else {} for key in ("loads", "cases", "ties", "uncertain")
+    }
+    building, *_ = gathered(
+        (
+            partial(read_as, Building, data),
+            partial(load_tables, tables["loads"], tables["cases"]),
+            partial(ties_of, tables["ties"]),
+            partial(uncertain_of, tables["uncertain"]),
+        )
+    )
     return building
 
 

@@ -17,7 +17,8 @@ from blockstat.analysis.assess import assess
 from blockstat.analysis.limit_load import LimitLoad
 from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.contact.interfaces import GAP
-from blockstat.errors import known_options
+from blockstat.errors import check_choice, known_options
+from blockstat.io.parts import UNITS
 from blockstat.result import Result, plain
 from blockstat.studies.directions import DIRECTIONS, DirectionalLimits, DirectionOutcome, limit_load_by_direction
 from blockstat.typing import Floats
@@ -128,6 +129,7 @@ def assess_fully(
     InputError
         As in `blockstat.assess`.
     """
+    check_choice("units", units, UNITS)
     if case is not None:
         loads = case.loads if loads is None else loads + case.loads
     coulomb = assess(assembly, gap=gap, loads=loads, flow="coulomb")

@@ -48,6 +48,7 @@ from dynsim.cli.loads import (
 )
 from dynsim.cli.optimise import optimise
 from dynsim.cli.page import open_page
+from dynsim.cli.progress import shown
 from dynsim.cli.report import report
 from dynsim.cli.rows import end_of, print_comparisons, side_by_side, told_apart, verify_summary
 from dynsim.cli.sequence import sequence
@@ -141,14 +142,14 @@ def _verify_one(
 ) -> None:
     """One verdict, its run written where that is asked for."""
     from dynsim.view.export import check_path, write_run
-    from dynsim.view.film import past_verdict
+    from dynsim.view.film import LONGEST, past_verdict
 
     if output is not None:
         check_path(output)
-    if film is not None and (output is None or film <= 0):
-        raise InputError("--film takes a positive number of seconds, and goes with -o FILE")
-    with at_work(f"simulating {assembly.n_blocks:,} blocks"):
-        verdict = evaluate(assembly)
+    if film is not None and (output is None or not 0 < film <= LONGEST):
+        raise InputError(f"--film takes a positive number of seconds, at most {LONGEST:g}, and goes with -o FILE")
+    with at_work(f"simulating {assembly.n_blocks:,} blocks") as say:
+        verdict = evaluate(assembly, progress=shown(say, assembly.n_blocks, evaluate.keywords["settings"]))
     if output is not None:
         acting = {name: evaluate.keywords.get(name, ()) for name in ("loads", "actions")}
         write_run(verdict.run if film is None else past_verdict(verdict, film, **acting), output)

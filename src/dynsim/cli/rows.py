@@ -70,7 +70,7 @@ def side_by_side(
             assemblies.append(read(file))
             number.append(i)
         except InputError as error:
-            rows[i] = Row(file.stem, None, str(error))
+            rows[i] = Row(file.stem, None, error.line)
     with at_work(f"0/{len(assemblies)}") as say:
         done: list[int] = []
 

@@ -26,6 +26,10 @@ MISSING = (
     "Bullet needs pybullet: pip install 'blockstat[dynamics]' on Linux x86-64 with Python 3.10 or 3.11, and elsewhere "
     "conda install -c conda-forge pybullet"
 )
+BROKEN = (
+    "pybullet is installed but cannot be imported ({error}); versions before 3.2.7 need numpy below 2: "
+    "pip install 'pybullet==3.2.7'"
+)
 
 
 def import_bullet() -> Any:
@@ -39,7 +43,7 @@ def import_bullet() -> Any:
     Raises
     ------
     InputError
-        When pybullet is not installed; it says how to get it.
+        When pybullet is not installed, or is not of this numpy; it says what to install.
     """
     if "pybullet" in sys.modules:
         return sys.modules["pybullet"]
@@ -50,8 +54,10 @@ def import_bullet() -> Any:
         for stream, _ in kept:
             os.dup2(nowhere, stream)
         return importlib.import_module("pybullet")
-    except ImportError:
+    except ModuleNotFoundError:
         raise InputError(MISSING) from None
+    except ImportError as error:
+        raise InputError(BROKEN.format(error=error)) from None
     finally:
         for stream, copy in kept:
             os.dup2(copy, stream)

@@ -109,6 +109,7 @@ def simulate(
     hold: float = 0.0,
     interfaces: Interfaces | None = None,
     engine: str = "bullet",
+    progress: Callable[[float, float, float], None] | None = None,
 ) -> Run:
     """Settle an assembly under full damping, release it, and return its motion.
 
@@ -131,6 +132,9 @@ def simulate(
         Joints of the assembly; searched for when None. Those that statics count as closed are closed here, too.
     engine : str
         "bullet", or "lmgc90" for weight alone; see `verify`.
+    progress : callable, optional
+        Called at every look after release with the time that has been simulated, the time at which `hold` is over, and
+        the time at which the run ends at the latest [s].
 
     Returns
     -------
@@ -190,6 +194,8 @@ def simulate(
             kinetic.append(_kinetic(assembly, *world.velocities(), turned))
             new = [block for block in world.removed if np.isinf(removed[block])]
             removed[new] = times[-1] - look / world.time
+            if progress is not None:
+                progress(times[-1], held * look / world.time, (held + looks) * look / world.time)
             if stop is not None and stop(settings.longest * (frame - held) / looks, moved - displacement[0]):
                 break
         contacts = Contacts(*world.contact_forces())

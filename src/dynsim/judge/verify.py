@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import degrees
+from typing import TypeAlias
 
 import numpy as np
 
@@ -28,6 +29,8 @@ from dynsim.judge.verdict import DynamicOutcome, DynamicVerdict
 from dynsim.loads.load import Load, Loads, as_loads
 from dynsim.settings import Settings
 
+Progress: TypeAlias = Callable[[float, float, float], None] | None
+
 
 @known_options
 def verify(
@@ -39,6 +42,7 @@ def verify(
     interfaces: Interfaces | None = None,
     engine: str = "bullet",
     statics: bool = False,
+    progress: Progress = None,
 ) -> DynamicVerdict:
     """Simulate an assembly in Bullet or LMGC90 and judge it by displacement.
 
@@ -69,6 +73,9 @@ def verify(
         for it. A rest then counts at `Settings.resolution` only where statics prove an equilibrium with Coulomb
         friction and a reserve to all sides beyond Bullet's own error of 2 %, and at a resolution of 1e-4 elsewhere. A
         fall needs no finer run where statics find no such equilibrium. The verdict is then not independent of statics.
+    progress : callable, optional
+        Called as the run goes on with the time that has been simulated, the time from which the loads no longer change,
+        and the time at which the run ends at the latest [s]. Where one run is followed by another, it begins anew.
 
     Returns
     -------
@@ -111,9 +118,11 @@ def verify(
     scene = closed_scene(assembly, find_interfaces(assembly) if interfaces is None else interfaces)
     if engine == "bullet":
         reserve = StaticReserve(scene.assembly, scene.interfaces) if statics else None
-        verdict = _verify(scene.assembly, settings, acting, actions, scene.interfaces, reserve)
+        verdict = _verify(scene.assembly, settings, acting, actions, scene.interfaces, reserve, progress)
     else:
-        verdict = _Evaluator(scene.assembly, settings, acting, actions, scene.interfaces, engine)(settings)
+        verdict = _Evaluator(scene.assembly, settings, acting, actions, scene.interfaces, engine, progress=progress)(
+            settings
+        )
     if scene.warnings:
         verdict = replace(verdict, corners_moved=scene.moved, misfit=scene.misfit)
     return replace(verdict, warnings=(*scene.warnings, *verdict.warnings))
@@ -126,12 +135,13 @@ def _verify(
     actions: Sequence[Action],
     interfaces: Interfaces,
     reserve: StaticReserve | None,
+    progress: Progress,
 ) -> DynamicVerdict:
     """The verdict on blocks whose joints are closed."""
     reserve = None if acting or actions else reserve
-    evaluate = _Evaluator(assembly, settings, acting, actions, interfaces, reserve=reserve)
+    evaluate = _Evaluator(assembly, settings, acting, actions, interfaces, reserve=reserve, progress=progress)
     if not (acting or actions) and (weak := weakened(assembly, interfaces)) is not None:
-        verdict = _Evaluator(weak, settings, acting, actions, interfaces)(settings)
+        verdict = _Evaluator(weak, settings, acting, actions, interfaces, progress=progress)(settings)
         if verdict.outcome is DynamicOutcome.STANDS:
             return replace(verdict, run=replace(verdict.run, assembly=assembly), warnings=(*verdict.warnings, WEAKER))
     if acting or actions or any(law.strong for law in assembly.joints):
@@ -182,9 +192,10 @@ class _Evaluator:
         interfaces: Interfaces,
         engine: str = "bullet",
         reserve: StaticReserve | None = None,
+        progress: Progress = None,
     ) -> None:
         self._assembly, self._interfaces, self._engine = assembly, interfaces, engine
-        self._reserve = reserve
+        self._reserve, self._progress = reserve, progress
         self._group, blocks = _roof(assembly, settings.group)
         self._judged = stays(assembly, loads)
         self._blocks = np.intersect1d(blocks, self._judged)
@@ -217,7 +228,7 @@ class _Evaluator:
 
         run = simulate(
             self._assembly, settings=settings, stop=decided, loads=self._loads, actions=self._actions, hold=self._hold,
-            interfaces=self._interfaces, engine=self._engine,
+            interfaces=self._interfaces, engine=self._engine, progress=self._progress,
         )  # fmt: skip
         run = replace(run, process_seconds=run.process_seconds + spent)
         return self._verdict(run, replace(settings, resolution=resolution), rest.reached)

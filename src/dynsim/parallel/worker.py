@@ -48,7 +48,7 @@ def _answer(function: Callable[[Any], Any], argument: Any) -> tuple[Any, str]:
     try:
         return function(argument), ""
     except InputError as error:
-        return None, str(error)
+        return None, error.line
     except MemoryError:
         return None, "not enough memory"
     except Exception as error:

@@ -32,6 +32,10 @@ MOVING = (".gif", ".mp4")  #: what `write_movie` writes
 LARGEST = 6.0  #: the longer side of a moving picture [inches]
 
 
+#: Nothing that falls does so for longer [s].
+LONGEST = 600.0
+
+
 def past_verdict(verdict: DynamicVerdict, seconds: float, *, loads: Loads = (), actions: Sequence[Action] = ()) -> Run:
     """Simulate the run of a verdict again, and go on past the moment at which it was decided.
 
@@ -55,7 +59,7 @@ def past_verdict(verdict: DynamicVerdict, seconds: float, *, loads: Loads = (), 
     Raises
     ------
     InputError
-        For a number of seconds that is not positive, and for a verdict without its settings.
+        For a number of seconds that is not positive or above 600, and for a verdict without its settings.
 
     Examples
     --------
@@ -67,8 +71,8 @@ def past_verdict(verdict: DynamicVerdict, seconds: float, *, loads: Loads = (), 
     >>> verdict.outcome.word, round(float(film.times[-1] - verdict.run.times[-1]), 1)
     ('falls', 0.3)
     """
-    if not 0 < seconds < float("inf"):
-        raise InputError(f"film: {seconds!r} seconds; a positive number is needed")
+    if not 0 < seconds <= LONGEST:
+        raise InputError(f"film: {seconds!r} seconds; a positive number of at most {LONGEST:g} is needed")
     if verdict.settings is None:
         raise InputError("film: the verdict does not know the settings of its run")
     run = verdict.run

@@ -127,7 +127,8 @@ class Row:
                 at = f"at a height of {self.strip.bed(self.course)[0]:.3g} m"
                 left = f"{width:.3g} m is left between" if width > 0 else "nothing is left between"
                 raise InputError(
-                    f'"{self.strip.group}": {left} {before.what} and {after.what} {at}; leave at least {least:.3g} m'
+                    f'"{self.strip.group}": {left} {before.what} and {after.what} {at}, lintels and arches included; '
+                    f"leave at least {least:.3g} m"
                 )
             found.append((before.high, after.low))
         return found

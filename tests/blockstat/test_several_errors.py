@@ -1,0 +1,199 @@
+"""What is wrong in an input is told at once, a line each."""
+
+import json
+import pickle
+import subprocess
+import sys
+
+import pytest
+
+from blockstat import Assembly, Block, InputError, box, build, load_scene, scene_from, write
+from blockstat.errors import MOST_TOLD, gathered
+from evidence.scenes.small import stack
+
+HUT = """
+length = 4.0
+span = "wide"
+wall = { thickness = 0.5, hieght = 2.0 }
+[doors.south]
+width = 1.0
+height = -2.0
+[loads.wind]
+kind = "gale"
+[ties.chain]
+between = ["a"]
+points = [[0, 0, 0], [1, 0, 0]]
+"""
+GATE = """
+[parameters]
+t = 0.5
+wide = "= narow * 2"
+[elements.pier]
+kind = "pier"
+size = [0.5, "= t"]
+height = "high"
+courses = 3
+bond = "flemish"
+[elements.ring]
+kind = "ark"
+[elements.drum]
+kind = "box"
+size = ["= wide", 1.0, 1.0]
+hight = 2.0
+[material]
+friction = -1.0
+[[joints]]
+between = ["pier", "ring"]
+cohesoin = 1.0
+[loads.wind]
+kind = "gale"
+[cases.storm]
+live = { rain = 1.0 }
+[uncertain.friction]
+kind = "gamma"
+"""
+
+
+def lines_of(call) -> list[str]:
+    with pytest.raises(InputError) as refused:
+        call()
+    assert type(refused.value) is InputError
+    return str(refused.value).splitlines()
+
+
+def begins(lines, *starts):
+    assert len(lines) == len(starts), lines
+    for line, start in zip(lines, starts, strict=True):
+        assert line.startswith(start), line
+
+
+def test_all_errors_of_a_building_are_told(tmp_path):
+    path = tmp_path / "hut.toml"
+    path.write_text(HUT)
+    begins(
+        lines_of(lambda: load_scene(path)),
+        f"{path}: span: Expected `float | object`, got `str`",
+        f"{path}: wall.hieght: unknown key; keys here are: thickness, height",
+        f"{path}: doors.south.height: Expected `float` > 0",
+        f"{path}, line 9: loads.wind.kind: no kind 'gale'; kinds are: point",
+        f"{path}, line 11: ties.chain.between: ",
+    )
+
+
+def test_all_errors_of_a_composition_are_told(tmp_path):
+    path = tmp_path / "gate.toml"
+    path.write_text(GATE)
+    begins(
+        lines_of(lambda: load_scene(path)),
+        f'{path}: parameters.wide: "= narow * 2": no parameter "narow"; parameters are: t, wide',
+        f"{path}: elements.pier.height: Expected `float",
+        f"{path}: elements.pier.bond: Invalid enum value 'flemish'; it must be one of: ",
+        f'{path}: elements.ring.kind: no kind "ark"; kinds are: ',
+        f"{path}: elements.drum.hight: unknown key; keys here are: ",
+        f"{path}: material.friction: Expected `float` >= 0",
+        f"{path}: joints.0.cohesoin: unknown key; keys here are: between",
+        f"{path}, line 23: loads.wind.kind: no kind 'gale'",
+        f'{path}, line 25: cases.storm.live.rain: no load "rain"; loads are: wind',
+        f"{path}, line 27: uncertain.friction.kind: Invalid enum value 'gamma'; it must be one of: normal",
+    )
+
+
+def test_a_wrong_key_of_the_scene_does_not_hide_wrong_elements():
+    data = {"name": "gate", "elements": {"pier": {"kind": "peir"}}, "lods": {}, "supports": "ground"}
+    begins(
+        lines_of(lambda: scene_from(data)),
+        "lods: unknown key; keys here are: ",
+        "supports: Expected `array`, got `str`",
+        'elements.pier.kind: no kind "peir"; kinds are: ',
+    )
+
+
+def test_an_element_that_cannot_be_built_does_not_hide_another():
+    piers = {
+        name: {"kind": "pier", "size": [0.5, 0.5], "height": 1.0, "courses": 3, "bond": "flemish"} for name in "ab"
+    }
+    arch = {"kind": "arch", "span": 2.0, "thickness": 0.3, "depth": 1.0, "voussoirs": 9, "shape": "round"}
+    data = {"name": "gate", "elements": {"ring": arch, "other": arch | {"shape": "flat"}}}
+    begins(
+        lines_of(lambda: build(scene_from(data))),
+        "elements.ring: shape is 'round'; it must be one of: ",
+        "elements.other: shape is 'flat'; it must be one of: ",
+    )
+    begins(
+        lines_of(lambda: scene_from({"name": "gate", "elements": piers})),
+        "elements.a.bond: ",
+        "elements.b.bond: ",
+    )
+
+
+def test_all_errors_of_a_json_file_are_told_by_block(tmp_path, capsys):
+    path = write(stack(3), tmp_path / "stack.json")
+    data = json.loads(path.read_text())
+    data["blocks"][0]["density"] = "heavy"
+    data["blocks"][1]["vertices"][3] = [0, 0, "up"]
+    data["friction"] = None
+    path.write_text(json.dumps(data))
+    from blockstat.cli.commands import app
+    from blockstat.cli.options import _status
+
+    assert _status(lambda: app(["check", str(path)], standalone_mode=False), "blockstat") == 2
+    names = [block["name"] for block in data["blocks"]]
+    begins(
+        capsys.readouterr().err.splitlines(),
+        f'blockstat: {path}: block "{names[0]}": density: Expected `float | null`, got `str`',
+        f'blockstat: {path}: block "{names[1]}": vertices[3][2]: Expected `float`, got `str`',
+        f"blockstat: {path}: friction: Expected `float`, got `null`",
+    )
+
+
+def test_all_errors_of_blocks_given_in_python_are_told():
+    blocks = [box((0, 0, k), (1, 1, k + 1), name=f"b{k}") for k in range(4)]
+    blocks[1] = Block(blocks[1].vertices[:3], blocks[1].faces, "b1")
+    blocks[2] = Block(blocks[2].vertices, blocks[2].faces, "b2", density=-1.0)
+    begins(
+        lines_of(lambda: Assembly.from_blocks(blocks, supports=["b0", "b9"], friction=-1, gravity=(0, 0))),
+        'block "b1": vertices have shape (3, 3)',
+        'block "b2": density is -1.0',
+        'supports: no block "b9"',
+        "friction is -1",
+        "gravity is (0, 0)",
+    )
+
+
+def test_open_and_inverted_and_flat_blocks_are_told_together():
+    blocks = [box((0, 0, k), (1, 1, k + 1), name=f"b{k}") for k in range(4)]
+    blocks[1] = Block(blocks[1].vertices, blocks[1].faces[:-1], "b1")
+    blocks[3] = Block(blocks[3].vertices, [list(blocks[3].faces[0])[::-1], *blocks[3].faces[1:]], "b3")
+    begins(
+        lines_of(lambda: Assembly.from_blocks(blocks)),
+        'block "b1": its surface is open',
+        'block "b3": face 0 is inverted',
+    )
+
+
+def test_the_command_tells_a_line_each_and_ends_with_2(tmp_path):
+    path = tmp_path / "hut.toml"
+    path.write_text(HUT)
+    run = subprocess.run([sys.executable, "-m", "blockstat", "check", path], capture_output=True, text=True)
+    assert run.returncode == 2
+    assert run.stdout == ""
+    lines = run.stderr.splitlines()
+    assert len(lines) == 5
+    assert all(line.startswith(f"blockstat: {path}") for line in lines)
+
+
+def test_one_fault_that_many_name_is_told_once():
+    def refuse():
+        raise InputError("friction is -1")
+
+    assert lines_of(lambda: gathered([refuse, refuse, lambda: 3])) == ["friction is -1"]
+    assert gathered([lambda: 3]) == [3]
+
+
+def test_a_thousand_errors_are_counted():
+    error = InputError(*(f"block {k} is open" for k in range(1000)))
+    lines = str(error).splitlines()
+    assert len(lines) == MOST_TOLD + 1
+    assert lines[-1] == f"and {1000 - MOST_TOLD} more errors"
+    assert pickle.loads(pickle.dumps(error)).args == error.args
+    assert error.under("a.json").args[999] == "a.json: block 999 is open"
