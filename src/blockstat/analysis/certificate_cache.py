@@ -79,19 +79,39 @@ class Memory:
         known = self._known.get(joined_blocks(program)) if program is not None else None
         if program is None or known is None:
             return None
-        no_force, no_twist = np.zeros((len(program.friction), 3)), np.zeros_like(program.load)
-        for twist in known.twists:
-            with_opening = with_interior_motion(program, twist, problem.motions())
-            found = evidence(program, no_force, with_opening, "mechanism")
-            if outcome_of(found.certificate) is Outcome.UNSTABLE:
-                self.statistics["mechanism"] += 1
-                return found
-        for force in known.forces:
-            found = evidence(program, certificate.settle(program, force), no_twist, "forces")
-            if outcome_of(found.certificate) is Outcome.STABLE:
-                self.statistics["forces"] += 1
-                return found
-        return None
+        tried = [(Outcome.UNSTABLE, twist) for twist in known.twists]
+        tried += [(Outcome.STABLE, force) for force in known.forces]
+        return next(filter(None, (self.tried(problem, program, *one) for one in tried)), None)
+
+    def tried(self, problem: Problem, program: PenaltyProgram, outcome: Outcome, vector: Floats) -> Answer | None:
+        """Return what forces or a mechanism of an earlier problem prove of a new one, and count it.
+
+        Parameters
+        ----------
+        problem
+            The posed problem.
+        program
+            Its penalty program.
+        outcome
+            What they proved of the earlier one: stable for forces, unstable for a mechanism.
+        vector
+            Forces, shape (m, 3), or twist, shape (6 n,), in the units of the program.
+
+        Returns
+        -------
+        Answer or None
+            With the certificate on the new problem; None where they do not prove the same.
+        """
+        if outcome is Outcome.STABLE:
+            kind, force, twist = "forces", certificate.settle(program, vector), np.zeros_like(program.load)
+        else:
+            kind, force = "mechanism", np.zeros((len(program.friction), 3))
+            twist = with_interior_motion(program, vector, problem.motions())
+        found = evidence(program, force, twist, kind)
+        if outcome_of(found.certificate) is not outcome:
+            return None
+        self.statistics[kind] += 1
+        return found
 
     def keep(self, problem: Problem, answer: Answer) -> None:
         """Remember the evidence of an answer that was solved for.

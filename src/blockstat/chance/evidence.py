@@ -7,12 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from blockstat.analysis.certificate_cache import Memory, evidence, joined_blocks
+from blockstat.analysis.certificate_cache import Memory, joined_blocks
 from blockstat.analysis.decision import outcome_of
 from blockstat.analysis.problem import Problem
 from blockstat.analysis.verdict import Outcome
-from blockstat.certificate import check as certificate
-from blockstat.certificate.interior_motions import with_interior_motion
 from blockstat.solve.answer import Answer
 from blockstat.typing import Floats
 
@@ -62,17 +60,10 @@ class NearbyEvidence(Memory):
         away = np.linalg.norm(np.array([known.place for known in own]) - self.place, axis=1)
         order = [own[i] for i in np.argsort(away, kind="stable")]
         likely = order[0].outcome
-        tried = [known for known in order if known.outcome is likely][:LIKELY]
-        tried += [known for known in order if known.outcome is not likely][:UNLIKELY]
-        no_force, no_twist = np.zeros((len(program.friction), 3)), np.zeros_like(program.load)
-        for known in tried:
-            if known.outcome is Outcome.STABLE:
-                found = evidence(program, certificate.settle(program, known.vector), no_twist, "forces")
-            else:
-                twist = with_interior_motion(program, known.vector, problem.motions())
-                found = evidence(program, no_force, twist, "mechanism")
-            if outcome_of(found.certificate) is known.outcome:
-                self.statistics["forces" if known.outcome is Outcome.STABLE else "mechanism"] += 1
+        nearest = [known for known in order if known.outcome is likely][:LIKELY]
+        nearest += [known for known in order if known.outcome is not likely][:UNLIKELY]
+        for known in nearest:
+            if (found := self.tried(problem, program, known.outcome, known.vector)) is not None:
                 self._add(kind, found, known.outcome)
                 return found
         return None
