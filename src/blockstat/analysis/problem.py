@@ -17,7 +17,7 @@ from blockstat.contact.cells import refine
 from blockstat.contact.interfaces import Interfaces, find_interfaces, near_blocks
 from blockstat.contact.penetration import check_copies, check_overlaps
 from blockstat.contact.point_law import joint_friction, last_law, point_law
-from blockstat.contact.tolerance import gap_words
+from blockstat.contact.tolerance import beyond, gap_words
 from blockstat.errors import InputError
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import point_velocity
@@ -470,7 +470,7 @@ def gap_warnings(problem: Problem, outcome: Outcome) -> list[str]:
         a, b = assembly.names[least.a], assembly.names[least.b]
         return [
             f"{len(near)} near joints were not taken (gap tolerance {gap_words(gap)}), the closest "
-            f'"{a}" to "{b}" with {least.value:.2g} m: a larger tolerance may change the verdict'
+            f'"{a}" to "{b}" with {beyond(least.value, least.limit)} m: a larger tolerance may change the verdict'
         ]
     loose = interfaces.gap > LOOSE * assembly.size[interfaces.pair].min(axis=1)
     if outcome is Outcome.STABLE and loose.any():
