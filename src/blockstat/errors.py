@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import wraps
 from typing import Any, ParamSpec, TypeVar
 
@@ -188,9 +188,29 @@ def no_such(what: str, given: Any, existing: Iterable[str], *, plural: str = "",
     >>> str(no_such("group", "wal", ["ground", "wall"]))
     'no group "wal"; groups are: ground, wall'
     """
-    names = list(existing)
-    listed = ", ".join(names[:limit]) + (f", ... ({len(names)} in all)" if len(names) > limit else "")
-    return InputError(f'no {what} "{given}"; {plural or what + "s"} are: {listed or "none"}')
+    return InputError(f'no {what} "{given}"; {plural or what + "s"} are: {some(list(existing), limit) or "none"}')
+
+
+def some(names: Sequence[Any], limit: int = 8) -> str:
+    """Return the first of some names or numbers, and how many there are.
+
+    Parameters
+    ----------
+    names : sequence
+        The names or numbers.
+    limit : int, optional
+        At most so many are listed.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> some(range(30), 4)
+    '0, 1, 2, 3, ... (30 in all)'
+    """
+    return ", ".join(map(str, names[:limit])) + (f", ... ({len(names)} in all)" if len(names) > limit else "")
 
 
 def check_choice(option: str, given: Any, choices: Iterable[str]) -> None:
