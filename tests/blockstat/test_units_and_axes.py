@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from blockstat import Assembly, Block, InputError, assess, read, write
+from blockstat import Assembly, Block, InputError, assess, box, read, write
 from blockstat.cli.commands import app
 from blockstat.cli.options import _status
 from blockstat.io.parts import UP, doubts
@@ -114,3 +114,33 @@ def test_a_glb_written_with_z_up_stands_when_that_is_said(tmp_path):
     assert assess(lying).outcome.word == "unstable"
     assert doubts(lying, up="y")[0].endswith("if z is up, give --up z")
     assert (read(path, supports=["stone0"], units="mm", up="y").vertices == lying.vertices).all()
+
+
+#: Commands that search for joints, with what a tower of two cubes of 0.1 m says that is read with its gaps of 2 mm.
+SEARCHES = {
+    "check": ([], '"verdict": "stable"'),
+    "limit": (["--load", "1,0,0"], '"status": "limit"'),
+    "limit all round": (["--directions", "4"], '"outcome": "limit"'),
+    "tilt": (["--axis", "x"], '"angle_deg": 26.'),
+    "capacity": (["--load", "1,0,0", "--steps", "3"], '"outcome": "zero"'),
+    "settle": (["--move", "ground:0,0,-0.001"], '"outcome"'),
+    "sequence": (["--courses"], '"most_held": 0'),
+    "cases": (["--loads", "LOADS"], '"status": "limit"'),
+}
+
+
+@pytest.mark.parametrize("command", SEARCHES)
+def test_every_command_that_searches_for_joints_takes_a_stated_gap(command, tmp_path, capsys):
+    blocks = [box((-100, -100, -50), (200, 200, 0), name="ground")]
+    blocks += [box((0, 0, 102 * k + 2), (100, 100, 102 * k + 102), name=f"cube{k}") for k in range(2)]
+    path = write(Assembly.from_blocks(blocks, supports=[0]), tmp_path / "tower.glb")
+    (tmp_path / "loads.toml").write_text(
+        '[loads.push]\nkind = "acceleration"\ndirection = [0.1, 0, 0]\n[cases.push]\nlive = { push = 1.0 }\n'
+    )
+    own, expected = SEARCHES[command]
+    own = [str(tmp_path / "loads.toml") if text == "LOADS" else text for text in own]
+    arguments = [command.split()[0], str(path), "--units", "mm", *own, "--json"]
+    _status(lambda: app(arguments, standalone_mode=False), "blockstat")
+    assert expected not in capsys.readouterr().out
+    assert _status(lambda: app([*arguments, "--gap", "2 mm"], standalone_mode=False), "blockstat") == 0
+    assert expected in capsys.readouterr().out

@@ -149,13 +149,12 @@ def check(
 ) -> None:
     """Give a static verdict on whether an assembly stands, with its certificate."""
     from blockstat.analysis.assess import assess
-    from blockstat.contact.interfaces import GAP
     from blockstat.view.attributes import write_verdict
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     acting = chosen_case(assembly, file, case, loads)
     permanent = None if acting is None else acting.loads
-    near = GAP if gap is None else gap_of(gap)
+    near = gap_of(gap)
     if not 0 <= tightnesses <= MOST_TIGHTNESSES or (tightnesses and flow != "coulomb"):
         asked = f"it must be 0 to {MOST_TIGHTNESSES:,} and goes with --flow coulomb"
         raise InputError(f"--tightnesses is {tightnesses}; {asked}")
@@ -193,6 +192,7 @@ def limit(
     supports: Supports = None,
     units: Units = None,
     up: Up = None,
+    gap: Gap = None,
     flow: Flow = "associated",
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Polar plot of the directions (.png, .svg, .pdf).")
@@ -211,25 +211,33 @@ def limit(
     if output is not None and directions is None:
         raise InputError("-o draws the directions; it goes with --directions")
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
+    near = gap_of(gap)
     if directions is not None:
         if case is not None or loads is not None:
             raise InputError("--case and --directions are different questions; ask for one of them")
         if imperfection:
             raise InputError("--imperfection goes with --load or --case")
-        over_the_horizon(file, assembly, directions, flow, output, units, as_json)
+        over_the_horizon(file, assembly, directions, flow, output, units, near, as_json)
         return
     growing, permanent = load_and_loads(load, chosen_case(assembly, file, case, loads))
     allowed = imperfections_of(imperfection)
     with shown_progress() as progress:
         result = limit_load(
-            assembly, growing, loads=permanent, flow=flow, tolerance=tolerance, imperfections=allowed, progress=progress
+            assembly,
+            growing,
+            loads=permanent,
+            flow=flow,
+            gap=near,
+            tolerance=tolerance,
+            imperfections=allowed,
+            progress=progress,
         )
     if as_json:
-        echo = inputs(assembly, units=units) | ({"case": case} if case else {})
+        echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
         print_json({"file": str(file), **echo, **result.summary()})
         return
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {result.timings['total']:.2f} s")
-    typer.echo(f"{said(assembly, units=units)}\n{result.explain()}")
+    typer.echo(f"{said(assembly, units=units, gap=near)}\n{result.explain()}")
 
 
 @app.command("tilt")
@@ -241,6 +249,7 @@ def tilt_command(
     supports: Supports = None,
     units: Units = None,
     up: Up = None,
+    gap: Gap = None,
     imperfection: Imperfect = None,
     flow: Flow = "associated",
     as_json: AsJson = False,
@@ -251,15 +260,16 @@ def tilt_command(
     from blockstat.analysis.tilt_friction import tilt_limit
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=None, supports=supports, units=units, up=up)
+    near = gap_of(gap)
     about = axis if "," not in axis else numbers(axis, 3, "--axis", "x, y, z or AX,AY,AZ")
     with at_work(f"tilting {assembly.n_blocks:,} blocks"):
-        found = tilt_limit(assembly, about, flow=flow, imperfections=imperfections_of(imperfection))
+        found = tilt_limit(assembly, about, flow=flow, gap=near, imperfections=imperfections_of(imperfection))
     stands, falls = (None if isnan(value) else value for value in (found.stands, found.falls))
     if as_json:
         angles = {"axis": axis, "angle_deg": stands or 0.0, "stands_deg": stands, "falls_deg": falls}
         kinds = {"kinds_deg": found.summary()["kinds"]} if found.kinds else {}
         worst = {"imperfections": found.worst} if found.worst else {}
-        print_json({"file": str(file), **angles, **kinds, **inputs(assembly, units=units), **worst})
+        print_json({"file": str(file), **angles, **kinds, **inputs(assembly, units=units, gap=near), **worst})
     elif flow == "coulomb":
         typer.echo(f"{assembly.name}: {found.explain()}")
     elif stands is None:

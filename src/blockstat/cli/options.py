@@ -57,19 +57,23 @@ UsageError: type[Exception] = typer.BadParameter.__bases__[0]
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
-def gap_of(text: str) -> float | str:
+def gap_of(text: str | None) -> float | str:
     """Return what `--gap` says.
 
     Parameters
     ----------
-    text : str
-        A number or a length.
+    text : str or None
+        A number or a length; None for the default.
 
     Returns
     -------
     float or str
         The number, or the text.
     """
+    from blockstat.contact.tolerance import GAP
+
+    if text is None:
+        return GAP
     try:
         return float(text)
     except ValueError:

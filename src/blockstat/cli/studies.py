@@ -37,7 +37,14 @@ FORM = "NAME:DX,DY,DZ or X0,Y0,Z0,X1,Y1,Z1:DX,DY,DZ"
 
 
 def over_the_horizon(
-    file: Path, assembly: Assembly, directions: int, flow: str, output: Path | None, units: str | None, as_json: bool
+    file: Path,
+    assembly: Assembly,
+    directions: int,
+    flow: str,
+    output: Path | None,
+    units: str | None,
+    gap: float | str,
+    as_json: bool,
 ) -> None:
     """Print the limit loads all round, and draw them where that is asked for.
 
@@ -55,6 +62,8 @@ def over_the_horizon(
         Where the polar plot goes.
     units : str or None
         Of the file's coordinates.
+    gap : float or str
+        Tolerance of the joint search.
     as_json : bool
         Print JSON.
     """
@@ -66,14 +75,15 @@ def over_the_horizon(
         def progress(done: int, name: str, found: LimitLoad) -> None:
             say(f"{done} of at least {directions} directions, {found.upper:.4g} towards {name}")
 
-        found = limit_load_by_direction(assembly, directions, flow=flow, progress=progress)
+        found = limit_load_by_direction(assembly, directions, flow=flow, gap=gap, progress=progress)
     if output is not None:
         plot_directions(found, output)
     if as_json:
         drawn = {} if output is None else {"output": str(output)}
-        print_json({"file": str(file), **inputs(assembly, units=units), **found.summary(), **drawn})
+        print_json({"file": str(file), **inputs(assembly, units=units, gap=gap), **found.summary(), **drawn})
         return
-    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{said(assembly, units=units)}\n{found.explain()}")
+    basis = said(assembly, units=units, gap=gap)
+    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
 
 
 def settle_command(
@@ -92,6 +102,7 @@ def settle_command(
     supports: Supports = None,
     units: Units = None,
     up: Up = None,
+    gap: Gap = None,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Also draw it (.png, .svg, .pdf).")] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -103,9 +114,10 @@ def settle_command(
     moves = dict(_move(text) for text in move)
     if len(moves) < len(move):
         raise InputError("--move names a part twice; give its whole displacement once")
+    near = gap_of(gap)
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     with at_work(f"settling {assembly.n_blocks:,} blocks") as say:
-        found = settle(assembly, moves)
+        found = settle(assembly, moves, gap=near)
         say("following the settlement until collapse")
         path = settle_to_collapse(assembly, moves, interfaces=found.interfaces)
     if output is not None:
@@ -113,9 +125,12 @@ def settle_command(
     if as_json:
         drawn = {} if output is None else {"output": str(output)}
         further = {"collapse": path.collapse, "path": path.summary()}
-        print_json({"file": str(file), **inputs(assembly, units=units), **found.summary(), **further, **drawn})
+        print_json(
+            {"file": str(file), **inputs(assembly, units=units, gap=near), **found.summary(), **further, **drawn}
+        )
         return
-    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{said(assembly, units=units)}\n{found.explain()}")
+    basis = said(assembly, units=units, gap=near)
+    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
     typer.echo(f"Further on. {path.explain()}")
 
 
@@ -128,7 +143,7 @@ def report_command(
     supports: Supports = None,
     units: Units = None,
     up: Up = None,
-    gap: Annotated[float | None, typer.Option(help="Largest gap of a joint, relative to block size.")] = None,
+    gap: Gap = None,
     directions: Annotated[int, typer.Option(metavar="N", help="Of the horizon; a multiple of 4.")] = 16,
     case: Case = None,
     loads: LoadsFile = None,
@@ -138,7 +153,7 @@ def report_command(
     It lists all load cases; with --case all verdicts and limit loads are those under the loads of that case.
     """
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
-    write_report(file, assembly, output, units=units, gap=gap, directions=directions, case=case, loads=loads)
+    write_report(file, assembly, output, units=units, gap=gap_of(gap), directions=directions, case=case, loads=loads)
 
 
 def write_report(
@@ -147,7 +162,7 @@ def write_report(
     output: Path,
     *,
     units: str | None = None,
-    gap: float | None = None,
+    gap: float | str | None = None,
     directions: int = 16,
     verify: Any = None,
     case: str | None = None,
@@ -165,7 +180,7 @@ def write_report(
         The page.
     units : str, optional
         Of the file's coordinates; None for metres.
-    gap : float, optional
+    gap : float or str, optional
         Tolerance of the joint search; None for the default.
     directions : int, optional
         Of the horizon.
@@ -186,16 +201,17 @@ def write_report(
         raise InputError(f"{output}: a report is a page, .html; the browser prints it as PDF")
     if not output.parent.is_dir():
         raise InputError(f"{output}: no such directory: {output.parent}")
+    near = GAP if gap is None else gap
     cases = all_cases(assembly, file, loads)
     chosen = None if case is None else chosen_case(assembly, file, case, loads)
     with at_work("load cases") as say:
         answers = tuple(
             (row["case"], cases[row["case"]].words, row["verdict"].replace("_", " "), bracket(row))
-            for row in case_answers(assembly, cases)
+            for row in case_answers(assembly, cases, gap=near)
         )
         say("verdicts and limit loads")
         found = assess_fully(
-            assembly, source=str(file), gap=GAP if gap is None else gap, units=units or "m", directions=directions,
+            assembly, source=str(file), gap=near, units=units or "m", directions=directions,
             verify=verify, cases=answers, case=chosen,
         )  # fmt: skip
         say("pictures")
@@ -234,7 +250,6 @@ def prove_command(
     as_json: AsJson = False,
 ) -> None:
     """Write an exact proof that an assembly stands or falls, for `python extras/check_proof.py`."""
-    from blockstat.contact.interfaces import GAP
     from blockstat.proof.proof_file import prove
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
@@ -242,7 +257,7 @@ def prove_command(
     growing, permanent = None, None if chosen is None else chosen.loads
     if load is not None or limit:
         growing, permanent = load_and_loads(load, chosen)
-    near = GAP if gap is None else gap_of(gap)
+    near = gap_of(gap)
     with at_work(f"proving {assembly.n_blocks:,} blocks"):
         proof = prove(assembly, growing, loads=permanent, gap=near)
     proof.write(output)
