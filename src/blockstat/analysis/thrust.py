@@ -14,7 +14,7 @@ from blockstat.analysis.problem import Problem, pose
 from blockstat.analysis.verdict import Outcome
 from blockstat.certificate import check as certificate
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
-from blockstat.errors import InputError, check_choice, known_options
+from blockstat.errors import InputError, check_choice, check_vector, known_options
 from blockstat.loads import as_load
 from blockstat.program.conic import conic_program
 from blockstat.result import Result, Sentence, finite
@@ -349,9 +349,7 @@ def support_indices(assembly: Assembly, supports: Sequence[int | str]) -> Ints:
 
 def _functional(problem: Problem, supports: Ints, direction: Sequence[float]) -> Floats:
     """Row c with c' f the force on the supports along the direction, in scaled units, shape (3 m,)."""
-    unit = np.asarray(direction, dtype=float)
-    if unit.shape != (3,) or not np.isfinite(unit).all() or not unit.any():
-        raise InputError(f"direction is {direction!r}; it must be three numbers, not all zero")
+    unit = check_vector("direction", direction)
     unit = unit / np.linalg.norm(unit)
     rows = []
     for columns in problem.eq.columns:

@@ -17,7 +17,7 @@ from blockstat.analysis.thrust import admissible, standing, support_indices, val
 from blockstat.analysis.verdict import corner_speed, relative_motion
 from blockstat.certificate import check as certificate
 from blockstat.contact.interfaces import GAP, Interfaces
-from blockstat.errors import InputError, known_options
+from blockstat.errors import InputError, check_vector, known_options
 from blockstat.joint import fits
 from blockstat.program.bonds import KINDS
 from blockstat.program.conic import conic_program
@@ -255,9 +255,7 @@ def settle(
         raise InputError(f'"{assembly.name}": no supports move; name them, as in {{"ground": (0, 0, -0.01)}}')
     parts, whole = [], np.zeros((problem.assembly.n_blocks, 6))
     for where, given in moves.items():
-        displacement = np.asarray(given, dtype=float)
-        if displacement.shape != (3,) or not np.isfinite(displacement).all() or not displacement.any():
-            raise InputError(f"{_called(where)}: displacement is {given!r}; it must be three numbers, not all zero")
+        displacement = check_vector(f"{_called(where)}: displacement", given)
         supports, joints = _part(problem, where)
         whole[supports, :3] = displacement
         parts.append(Foundation(_called(where), displacement, joints, np.zeros(3)))
@@ -322,9 +320,7 @@ def settlement(
     options = {"friction": friction, "gravity": gravity, "loads": loads, "gap": gap, "interfaces": interfaces}
     problem, inside = standing(assembly, solver=solver, **options)
     moving = support_indices(problem.assembly, supports)
-    unit = np.asarray(direction, dtype=float)
-    if unit.shape != (3,) or not np.isfinite(unit).all() or not unit.any():
-        raise InputError(f"direction is {direction!r}; it must be three numbers, not all zero")
+    unit = check_vector("direction", direction)
     unit = unit / np.linalg.norm(unit)
     whole = np.zeros((problem.assembly.n_blocks, 6))
     whole[moving, :3] = unit
