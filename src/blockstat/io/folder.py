@@ -57,7 +57,10 @@ def folder_parts(path: Path, *, supports: Iterable[int | str] | None = None) -> 
     chosen = chosen_supports([], supports, names, "a mesh")
     labels = distinct_names(names, chosen)
     surfaces = gathered(partial(_surface, path, file) for file in files)
-    blocks = [Block(*own, name, group) for own, name, group in zip(surfaces, labels, groups, strict=True)]
+    blocks = [
+        Block(vertices, faces, name, group)
+        for (vertices, faces), name, group in zip(surfaces, labels, groups, strict=True)
+    ]
     return Parts(blocks, chosen, {"name": path.name})
 
 

@@ -166,7 +166,7 @@ def loaded(path: Path, load: Callable[..., Any]) -> Any:
         (f'object "{name.removesuffix(path.suffix)}": ' if name else "")
         + f"a face has a corner that does not exist (face {some(faces)})"
         for name, faces in lost.items()
-        if len(faces)
+        if faces
     ]
     if wrong:
         raise InputError(*wrong)
@@ -183,16 +183,16 @@ def _compressions(path: Path) -> list[str]:
     return re.findall(r"\w+_(?:draco|meshopt)_\w+", found[1].decode("ascii", "ignore")) if found else []
 
 
-def _lost(mesh: trimesh.Trimesh) -> np.ndarray:
+def _lost(mesh: trimesh.Trimesh) -> list[int]:
     """Numbers of the faces with a corner that does not exist."""
     faces = np.asarray(mesh.faces).reshape(-1, 3)
-    return np.flatnonzero(((faces < 0) | (faces >= len(mesh.vertices))).any(axis=1))
+    return np.flatnonzero(((faces < 0) | (faces >= len(mesh.vertices))).any(axis=1)).tolist()
 
 
 def _check_vertices(mesh: trimesh.Trimesh, label: str) -> None:
     """Raise InputError with the vertices whose coordinates cannot be used."""
-    wrong = np.flatnonzero(~(np.abs(mesh.vertices) < HUGE).all(axis=1))
-    if len(wrong):
+    wrong = np.flatnonzero(~(np.abs(mesh.vertices) < HUGE).all(axis=1)).tolist()
+    if wrong:
         text = f"coordinates must be finite and below {HUGE:g} (vertex {some(wrong)})"
         raise InputError(f"{label}: {text}" if label else text)
 
