@@ -34,6 +34,7 @@ Where = str | int | tuple[float, float, float, float, float, float]
 MOVING = 0.01
 #: Joints that open or slide by less than this, relative to the movement of the supports, stay shut.
 SHUT = 1e-4
+FALLS_ANYWAY = "it falls without any movement of its supports"  #: says what does not stand
 
 
 class SettlementOutcome(Sentence):
@@ -250,7 +251,7 @@ def settle(
     ('pushes', [(('left', 'lintel'), 0.005), (('right', 'lintel'), 0.005)])
     """
     options = {"friction": friction, "gravity": gravity, "loads": loads, "gap": gap, "interfaces": interfaces}
-    problem, inside = standing(assembly, solver=solver, **options)
+    problem, inside = standing(assembly, solver=solver, otherwise=FALLS_ANYWAY, **options)
     if not moves:
         raise InputError(f'"{assembly.name}": no supports move; name them, as in {{"ground": (0, 0, -0.01)}}')
     parts, whole = [], np.zeros((problem.assembly.n_blocks, 6))
@@ -320,7 +321,7 @@ def settlement(
     ('pushes', 2006)
     """
     options = {"friction": friction, "gravity": gravity, "loads": loads, "gap": gap, "interfaces": interfaces}
-    problem, inside = standing(assembly, solver=solver, **options)
+    problem, inside = standing(assembly, solver=solver, otherwise=FALLS_ANYWAY, **options)
     moving = support_indices(problem.assembly, supports)
     unit = np.asarray(direction, dtype=float)
     if unit.shape != (3,) or not np.isfinite(unit).all() or not unit.any():
