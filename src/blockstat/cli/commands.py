@@ -200,7 +200,9 @@ def check(
     typer.echo(said(assembly, units=units, gap=near))
     typer.echo(verdict.explain())
     if verdict.outcome.word == "unstable":
-        typer.echo("What would make it stand: see `blockstat friction`, `blockstat tie` and docs/howto/falls.md.")
+        typer.echo(
+            "What would make it stand: `blockstat friction`, `blockstat tie`, and the how-to page on models that fall."
+        )
 
 
 @app.command()

@@ -21,6 +21,7 @@ from blockstat.errors import InputError, known_options
 from blockstat.joint import fits
 from blockstat.program.bonds import KINDS
 from blockstat.program.conic import conic_program
+from blockstat.program.equilibrium import Columns
 from blockstat.result import Result, Sentence, finite, plain
 from blockstat.solve.dispatch import solve
 from blockstat.typing import Floats, Ints
@@ -74,6 +75,7 @@ class Settlement(Result):
     warnings: tuple[str, ...] = ()
     displacement: float = 1.0  #: [m], of the foundation that moves furthest; all else is in proportion
     foundations: tuple[Foundation, ...] = ()
+    ties: Floats | None = None  #: tension of each tie, or compression of each strut, with `forces`, (n_ties,) [N]
 
     @property
     def outcome(self) -> SettlementOutcome:
@@ -344,12 +346,14 @@ def _settled(problem: Problem, inside: Floats, parts: Sequence[Foundation], whol
         imposed[part.joints] = part.displacement / size
     # The velocity of block b against block a: that of the support, or its opposite.
     imposed *= np.where(problem.assembly.support[faces.pair[:, 1]], 1.0, -1.0)[:, None]
-    of_columns = [faces.point_interface[problem.eq.points], np.repeat(problem.bonds, KINDS)]
+    bonds = [np.repeat(problem.bonds, KINDS)] if len(problem.bonds) else []
+    of_columns = [faces.point_interface[problem.eq.points], *bonds]
     rate = np.concatenate(
         [
             np.einsum("nij,nj->ni", columns.force, imposed[index])
             for columns, index in zip(problem.eq.columns, of_columns, strict=False)
         ]
+        + [_of_ties(columns, whole / size) for columns in problem.eq.columns[len(of_columns) :]]
     ).reshape(-1)
     moved = conic_program(program, -program.load, offset=rate)
     answer = solve(moved, solver=solver)
@@ -364,9 +368,16 @@ def _settled(problem: Problem, inside: Floats, parts: Sequence[Foundation], whol
         interfaces=faces,
         assembly=problem.assembly,
         warnings=problem.warnings,
+        ties=problem.to_ties(force),
         displacement=size,
         foundations=tuple(part._replace(reaction=_reaction(problem, part.joints, forces)) for part in parts),
     )
+
+
+def _of_ties(columns: Columns, whole: Floats) -> Floats:
+    """Rates at which supports that move whole carry the ends of ties apart, shape (n_ties, 3)."""
+    apart = whole[columns.pair[:, 1], :3] - whole[columns.pair[:, 0], :3]
+    return np.einsum("nij,nj->ni", columns.force, apart)
 
 
 def _reaction(problem: Problem, joints: Ints, forces: Floats) -> Floats:

@@ -51,7 +51,9 @@ class DynamicVerdict(Result):
     corners_moved: float = 0.0  #: the furthest that a corner was moved to close the joints before the run [m]
     misfit: float = 0.0  #: largest gap or overlap of the joints that statics count as closed and that were left [m]
     settings: Settings | None = None  #: of the run
-    max_turn: float = 0.0  #: the furthest that turning moved a point at half the size of its block from the centroid [m]
+    max_turn: float = (
+        0.0  #: the furthest that turning moved a point at half the size of its block from the centroid [m]
+    )
     turn_threshold: float = 0.0  #: of it [m]
     falls_alone: bool = False  #: whether it falls without the loads that change, too, as far as that was asked
 
