@@ -146,7 +146,7 @@ def test_ties_and_the_unit_of_a_frame_are_in_the_file(tmp_path):
 
 @pytest.mark.parametrize("name", ["clean.glb", "clean.obj", "clean.json"])
 def test_a_repaired_file_is_in_the_frame_of_the_file(name, tmp_path, capsys):
-    """Millimetres, z up: `repair` and `check` with the same options see the same blocks, without supports in between."""
+    """Millimetres, z up: `repair` and `check` with the same options see the same blocks; no supports are needed."""
     rough = write(stack(3), tmp_path / "rough.glb", units="mm", up="z")
     frame = ("--units", "mm", "--up", "z")
     run = lambda *words: _status(lambda: app([*map(str, words)], standalone_mode=False), "blockstat")  # noqa: E731

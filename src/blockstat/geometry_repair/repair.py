@@ -111,7 +111,7 @@ class RepairReport(Result):
         return RepairOutcome.REPAIRED if self.changed else RepairOutcome.UNCHANGED
 
     def explain(self) -> str:
-        """Return the outcome, a line for each block that was changed or not repaired, what overlaps, and the sum of all.
+        """Return the outcome, a line for each block that was changed or not repaired, what overlaps, and the sum.
 
         Returns
         -------

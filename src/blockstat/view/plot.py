@@ -442,9 +442,9 @@ def extent(assembly: Assembly) -> float:
 def plot_forces(verdict: Verdict, place: Place, **options: Any) -> Place:
     """Draw the resultant of each joint as a line through its centre of pressure, over pale blocks.
 
-    The lines' lengths go with the forces; in an arch they join up to its thrust line. Of an assembly that does not stand
-    the forces need the least adhesion, as the title says, and joints in tension are dotted. Contacts without area are blue: an edge on a face is a line, a corner or
-    the crossing of two edges is a dot.
+    The lines' lengths go with the forces; in an arch they join up to its thrust line. Of an assembly that does not
+    stand the forces are those of least adhesion, as the title says, and joints in tension are dotted. Contacts without
+    area are blue: an edge on a face is a line, a corner or the crossing of two edges is a dot.
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ Settle = Annotated[
     list[str] | None,
     typer.Option(
         metavar="NAME,...:DX,DY,DZ[@SPEED]",
-        help="Move supports, by metres or as in 0,0,'-10 mm', at so many metres a second (0.02 by default); repeatable.",
+        help="Move supports, by metres or as in 0,0,'-10 mm', at so many metres a second (0.02); repeatable.",
     ),
 ]
 Pushed = Annotated[

@@ -40,8 +40,8 @@ def past_verdict(verdict: DynamicVerdict, seconds: float, *, loads: Loads = (), 
     """Simulate the run of a verdict again, and go on past the moment at which it was decided.
 
     A run ends as soon as it is decided, so a fall is seen only as far as the threshold. This shows the rest of it. The
-    verdict stays as it is. In Bullet what falls past the supports comes to lie on a floor, a little below the lowest point
-    of all blocks as built. It is laid at the moment of the verdict, so it cannot change what was judged.
+    verdict stays as it is. In Bullet what falls past the supports comes to lie on a floor, a little below the lowest
+    point of all blocks as built. It is laid at the moment of the verdict, so it cannot change what was judged.
 
     Parameters
     ----------
