@@ -185,7 +185,7 @@ def tie_command(
         raise InputError(f'--between is "{between}"; it must read A,B')
     blocks = [int(assembly.blocks_named(name, "--between")[0]) for name in names]
     ends = assembly.centroid[blocks] if points is None else np.reshape(lengths(points, 6, "--points", form), (2, 3))
-    tie = Tie((names[0], names[1]), tuple(ends.tolist()), name=between)
+    tie = Tie((names[0], names[1]), (ends[0].tolist(), ends[1].tolist()), name=between)
     tied = assembly.with_(ties=[*assembly.ties, tie])
     with at_work(f"tying {assembly.n_blocks:,} blocks"):
         found = tie_range(tied, len(assembly.ties))
