@@ -286,7 +286,9 @@ def load_domain(
     return LoadDomain(np.array(inner), np.array(outer))
 
 
-def standing(assembly: Assembly, *, solver: str, **options: Any) -> tuple[Problem, Floats]:
+def standing(
+    assembly: Assembly, *, solver: str, otherwise: str = "this is asked of what stands", **options: Any
+) -> tuple[Problem, Floats]:
     """Return the problem of an assembly that stands, and a force field strictly inside its cones.
 
     Parameters
@@ -295,6 +297,8 @@ def standing(assembly: Assembly, *, solver: str, **options: Any) -> tuple[Proble
         The blocks.
     solver : str
         As in `blockstat.assess`.
+    otherwise : str, optional
+        What the error says of an assembly that does not stand.
     **options
         Those of `pose`.
 
@@ -317,7 +321,7 @@ def standing(assembly: Assembly, *, solver: str, **options: Any) -> tuple[Proble
         found = decide(problem.program, solve_penalty(problem.program, **posed), **posed)
         if outcome_of(found.certificate) is Outcome.STABLE:
             return problem, found.force
-    raise InputError(f'"{assembly.name}" does not stand; it has no thrust to speak of')
+    raise InputError(f'"{assembly.name}" does not stand as it is; {otherwise}')
 
 
 def support_indices(assembly: Assembly, supports: Sequence[int | str]) -> Ints:

@@ -24,6 +24,7 @@ from blockstat.cli.options import (
     Units,
     Up,
     Version,
+    doubt,
     gap_of,
     inputs,
     numbers,
@@ -35,7 +36,14 @@ from blockstat.cli.options import load as load_assembly
 from blockstat.cli.pictures import app_command, plot_command
 from blockstat.cli.progress import at_work, shown_progress
 from blockstat.cli.sequence import sequence
-from blockstat.cli.studies import over_the_horizon, prove_command, report_command, settle_command
+from blockstat.cli.studies import (
+    friction_command,
+    over_the_horizon,
+    prove_command,
+    report_command,
+    settle_command,
+    tie_command,
+)
 from blockstat.errors import InputError
 
 MOST_TIGHTNESSES = 10_000  #: each is a solve; this many tell a share to a hundredth
@@ -47,6 +55,8 @@ app = typer.Typer(
 app.command("cases")(cases_command)
 app.command("capacity")(capacity_command)
 app.command("settle")(settle_command)
+app.command("friction")(friction_command)
+app.command("tie")(tie_command)
 app.command("report")(report_command)
 app.command("prove")(prove_command)
 app.command("reliability")(reliability_command)
@@ -87,12 +97,15 @@ def convert(
     units: Units = None,
     up: Up = None,
 ) -> None:
-    """Read an assembly or a scene and write it in another format, in metres."""
+    """Read an assembly or a scene and write it in another format, in metres, z up (in GLB y up).
+
+    --units and --up say what the file that is read is in. Read what is written without them.
+    """
     from blockstat.io.files import write
 
     assembly = load_assembly(file, friction=None, gravity=None, tilt=None, supports=supports, units=units, up=up)
     write(assembly, output, format=format)
-    typer.echo(f"{output}: {assembly.n_blocks} blocks")
+    typer.echo(f"{output}: {assembly.n_blocks} blocks, {_written(output, None, None)}")
 
 
 @app.command("heal", hidden=True)  # the name of this command before it was `repair`
@@ -107,15 +120,27 @@ def repair_command(
     units: Units = None,
     up: Up = None,
 ) -> None:
-    """Repair rough geometry and print what was changed: merge vertices, turn and flatten faces, close joints."""
+    """Repair rough geometry and print what was changed: merge vertices, turn and flatten faces, close joints.
+
+    --units and --up say what the file is in. The repaired blocks are written in the same units and axes.
+    """
     from blockstat.contact.interfaces import GAP
     from blockstat.geometry_repair.repair import repair
     from blockstat.io.files import write
 
     chosen = supports.split(",") if supports else None
     assembly, report = repair(file, gap=GAP if gap is None else gap, supports=chosen, units=units, up=up)
-    write(assembly, output)
+    doubt(assembly, file)
+    write(assembly, output, units=units, up=up)
     typer.echo(report.explain())
+    typer.echo(f"{output}: {assembly.n_blocks} blocks, {_written(output, units, up)}")
+
+
+def _written(output: Path, units: str | None, up: str | None) -> str:
+    """What the coordinates of a file that was written are in, and the options with which to read it."""
+    asked = [f"--{name} {value}" for name, value in (("units", units), ("up", up)) if value is not None]
+    frame = f"in {units or 'm'}, {up or ('y' if output.suffix.lower() == '.glb' else 'z')} up"
+    return f"{frame}; read it with {' '.join(asked)}" if asked else frame
 
 
 @app.command()
@@ -173,6 +198,10 @@ def check(
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {faces.n_interfaces} interfaces, {seconds:.2f} s")
     typer.echo(said(assembly, units=units, gap=near))
     typer.echo(verdict.explain())
+    if verdict.outcome.word == "unstable":
+        typer.echo(
+            "What would make it stand: `blockstat friction`, `blockstat tie`, and the how-to page on models that fall."
+        )
 
 
 @app.command()

@@ -18,9 +18,10 @@ from blockstat.cli.options import (
     Tilt,
     Units,
     Up,
+    doubt_movement,
     gap_of,
     inputs,
-    numbers,
+    lengths,
     print_json,
     said,
 )
@@ -92,8 +93,9 @@ def settle_command(
         list[str],
         typer.Option(
             metavar="NAME:DX,DY,DZ",
-            help="How a part of the supports moves [m]: NAME is a support, a group of supports, or a block or a group "
-            "that stands on them; six numbers in its place are a box. May be given several times.",
+            help="How a part of the supports moves, in metres or as in 0,0,'-10 mm': NAME is a support, a group of "
+            "supports, or a block or a group that stands on them; six lengths in its place are a box. "
+            "May be given several times.",
         ),
     ],
     friction: Friction = None,
@@ -116,6 +118,8 @@ def settle_command(
         raise InputError("--move names a part twice; give its whole displacement once")
     near = gap_of(gap)
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
+    for displacement in moves.values():
+        doubt_movement(assembly, "--move", displacement)
     with at_work(f"settling {assembly.n_blocks:,} blocks") as say:
         found = settle(assembly, moves, gap=near)
         say("following the settlement until collapse")
@@ -132,6 +136,81 @@ def settle_command(
     basis = said(assembly, units=units, gap=near)
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
     typer.echo(f"Further on. {path.explain()}")
+
+
+def friction_command(
+    file: FileArgument,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
+    supports: Supports = None,
+    units: Units = None,
+    up: Up = None,
+    gap: Gap = None,
+    flow: Annotated[str, typer.Option(help="associated, or coulomb: no dilatancy and no self-stress.")] = "associated",
+    as_json: AsJson = False,
+) -> None:
+    """Find the least coefficient of friction with which an assembly stands, whatever its own is."""
+    from blockstat.analysis.tilt_friction import friction_limit
+    from blockstat.contact.interfaces import GAP
+
+    assembly = load_assembly(file, friction=None, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
+    with at_work(f"trying frictions of {assembly.n_blocks:,} blocks"):
+        found = friction_limit(assembly, gap=GAP if gap is None else gap_of(gap), flow=flow)
+    if as_json:
+        print_json({"file": str(file), **inputs(assembly, units=units), **found.summary()})
+        return
+    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{found.explain()}")
+
+
+def tie_command(
+    file: FileArgument,
+    between: Annotated[str, typer.Option(metavar="A,B", help="The two blocks that the tie pulls together.")],
+    points: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y,Z,X,Y,Z",
+            help="Where it holds each of them, z up, in metres or with a unit as in '250 mm'; "
+            "by default at their centroids.",
+        ),
+    ] = None,
+    friction: Friction = None,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
+    supports: Supports = None,
+    units: Units = None,
+    up: Up = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Also write the blocks with the tie (.json, in metres, z up).")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Find the least and the greatest force of a tie between two blocks with which an assembly stands."""
+    import numpy as np
+
+    from blockstat.io.files import write
+    from blockstat.joint import Tie
+    from blockstat.reinforcement.ties import tie_range
+
+    if output is not None and output.suffix.lower() != ".json":
+        raise InputError(f"{output}: only .json keeps ties")
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
+    form = "X,Y,Z,X,Y,Z"
+    names = between.split(",")
+    if len(names) != 2:
+        raise InputError(f'--between is "{between}"; it must read A,B')
+    blocks = [int(assembly.blocks_named(name, "--between")[0]) for name in names]
+    ends = assembly.centroid[blocks] if points is None else np.reshape(lengths(points, 6, "--points", form), (2, 3))
+    tie = Tie((names[0], names[1]), (ends[0].tolist(), ends[1].tolist()), name=between)
+    tied = assembly.with_(ties=[*assembly.ties, tie])
+    with at_work(f"tying {assembly.n_blocks:,} blocks"):
+        found = tie_range(tied, len(assembly.ties))
+    if output is not None:
+        write(tied, output)
+    if as_json:
+        written = {} if output is None else {"output": str(output)}
+        print_json({"file": str(file), **inputs(assembly, units=units), **found.summary(), **written})
+        return
+    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{said(assembly, units=units)}\n{found.explain()}")
 
 
 def report_command(
@@ -226,8 +305,8 @@ def _move(text: str) -> tuple[Any, list[float]]:
     where, colon, displacement = text.rpartition(":")
     if not colon or not where:
         raise InputError(f'--move is "{text}"; it must read {FORM}')
-    moved = numbers(displacement, 3, "--move", FORM)
-    return (tuple(numbers(where, 6, "--move", FORM)) if "," in where else where), moved
+    moved = lengths(displacement, 3, "--move", FORM)
+    return (tuple(lengths(where, 6, "--move", FORM)) if "," in where else where), moved
 
 
 def prove_command(

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 #: Largest gap or overlap of a joint, relative to the smaller block: 2 mm for a brick. Real vault meshes do not
 #: close better, and their verdicts do not change from half this tolerance to five times it.
 GAP = 1e-2
+#: A joint open by more than this fraction of the block size does not quite close, which a verdict mentions.
+LOOSE = 1e-3
 THIN = 0.25  #: of the mean thickness of a block, volume over half its surface, that a gap may be at most
 #: Of a gap given as a length, what the corners of a face may leave its plane. Two such faces are a joint if their
 #: planes are as near as the gap says, and no two points that face each other are further apart than half of it more.

@@ -287,7 +287,9 @@ def _loop(triangles: np.ndarray, boundary: set[tuple[int, ...]]) -> list[int]:
     return loop if len(loop) == len(following) else []
 
 
-def write_mesh(assembly: Assembly, path: Path, values: Mapping[str, Any]) -> None:
+def write_mesh(
+    assembly: Assembly, path: Path, values: Mapping[str, Any], *, frame: tuple[str, str] = ("m", "z")
+) -> None:
     """Write one object a block; STL and PLY hold all blocks as one soup of solids.
 
     Parameters
@@ -298,6 +300,8 @@ def write_mesh(assembly: Assembly, path: Path, values: Mapping[str, Any]) -> Non
         An .obj, .glb, .stl or .ply file.
     values : mapping of str to sequence
         For each key one number or list a block, for GLB and OBJ.
+    frame : tuple of str, optional
+        Unit of the coordinates and axis that is up, which an OBJ names.
 
     Raises
     ------
@@ -312,7 +316,7 @@ def write_mesh(assembly: Assembly, path: Path, values: Mapping[str, Any]) -> Non
     extras = [_described(assembly, i, values) for i in range(assembly.n_blocks)]
     shared = {"friction": assembly.friction, "gravity": assembly.gravity.tolist()}
     if suffix == ".obj":
-        write_obj(assembly, path, extras, shared)
+        write_obj(assembly, path, extras, shared, frame=frame)
         return
     meshes = [block_mesh(assembly, i) for i in range(assembly.n_blocks)]
     if suffix in (".stl", ".ply"):

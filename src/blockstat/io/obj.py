@@ -165,8 +165,15 @@ def _solid(
     return Solid(name, [vertices[corner] for corner in used], [[index[c] for c in face] for face in faces], extras)
 
 
-def write_obj(assembly: Assembly, path: Path, extras: list[dict[str, Any]], shared: Mapping[str, Any]) -> None:
-    """Write one object a block, with all digits, in metres and z up.
+def write_obj(
+    assembly: Assembly,
+    path: Path,
+    extras: list[dict[str, Any]],
+    shared: Mapping[str, Any],
+    *,
+    frame: tuple[str, str] = ("m", "z"),
+) -> None:
+    """Write one object a block, with all digits.
 
     Parameters
     ----------
@@ -178,8 +185,11 @@ def write_obj(assembly: Assembly, path: Path, extras: list[dict[str, Any]], shar
         What is noted of each block.
     shared : mapping of str to object
         What is noted of all.
+    frame : tuple of str, optional
+        Unit of the coordinates and axis that is up, for the first line.
     """
-    lines = [f"# {' '.join(assembly.name.split())}: {assembly.n_blocks} blocks, metres, z up", _note(shared)]
+    units, up = frame
+    lines = [f"# {' '.join(assembly.name.split())}: {assembly.n_blocks} blocks, in {units}, {up} up", _note(shared)]
     offset = 1
     for block, name in enumerate(assembly.names):
         vertices = assembly.block_vertices(block)

@@ -21,6 +21,7 @@ from blockstat.errors import InputError, check_vector, known_options
 from blockstat.joint import fits
 from blockstat.program.bonds import KINDS
 from blockstat.program.conic import conic_program
+from blockstat.program.equilibrium import Columns
 from blockstat.result import Result, Sentence, finite, plain
 from blockstat.solve.dispatch import solve
 from blockstat.typing import Floats, Ints
@@ -34,6 +35,7 @@ Where = str | int | tuple[float, float, float, float, float, float]
 MOVING = 0.01
 #: Joints that open or slide by less than this, relative to the movement of the supports, stay shut.
 SHUT = 1e-4
+FALLS_ANYWAY = "it falls without any movement of its supports"  #: says what does not stand
 
 
 class SettlementOutcome(Sentence):
@@ -73,6 +75,7 @@ class Settlement(Result):
     warnings: tuple[str, ...] = ()
     displacement: float = 1.0  #: [m], of the foundation that moves furthest; all else is in proportion
     foundations: tuple[Foundation, ...] = ()
+    ties: Floats | None = None  #: tension of each tie, or compression of each strut, with `forces`, (n_ties,) [N]
 
     @property
     def outcome(self) -> SettlementOutcome:
@@ -250,7 +253,7 @@ def settle(
     ('pushes', [(('left', 'lintel'), 0.005), (('right', 'lintel'), 0.005)])
     """
     options = {"friction": friction, "gravity": gravity, "loads": loads, "gap": gap, "interfaces": interfaces}
-    problem, inside = standing(assembly, solver=solver, **options)
+    problem, inside = standing(assembly, solver=solver, otherwise=FALLS_ANYWAY, **options)
     if not moves:
         raise InputError(f'"{assembly.name}": no supports move; name them, as in {{"ground": (0, 0, -0.01)}}')
     parts, whole = [], np.zeros((problem.assembly.n_blocks, 6))
@@ -318,7 +321,7 @@ def settlement(
     ('pushes', 2006)
     """
     options = {"friction": friction, "gravity": gravity, "loads": loads, "gap": gap, "interfaces": interfaces}
-    problem, inside = standing(assembly, solver=solver, **options)
+    problem, inside = standing(assembly, solver=solver, otherwise=FALLS_ANYWAY, **options)
     moving = support_indices(problem.assembly, supports)
     unit = check_vector("direction", direction)
     unit = unit / np.linalg.norm(unit)
@@ -339,12 +342,14 @@ def _settled(problem: Problem, inside: Floats, parts: Sequence[Foundation], whol
         imposed[part.joints] = part.displacement / size
     # The velocity of block b against block a: that of the support, or its opposite.
     imposed *= np.where(problem.assembly.support[faces.pair[:, 1]], 1.0, -1.0)[:, None]
-    of_columns = [faces.point_interface[problem.eq.points], np.repeat(problem.bonds, KINDS)]
+    bonds = [np.repeat(problem.bonds, KINDS)] if len(problem.bonds) else []
+    of_columns = [faces.point_interface[problem.eq.points], *bonds]
     rate = np.concatenate(
         [
             np.einsum("nij,nj->ni", columns.force, imposed[index])
             for columns, index in zip(problem.eq.columns, of_columns, strict=False)
         ]
+        + [_of_ties(columns, whole / size) for columns in problem.eq.columns[len(of_columns) :]]
     ).reshape(-1)
     moved = conic_program(program, -program.load, offset=rate)
     answer = solve(moved, solver=solver)
@@ -359,9 +364,16 @@ def _settled(problem: Problem, inside: Floats, parts: Sequence[Foundation], whol
         interfaces=faces,
         assembly=problem.assembly,
         warnings=problem.warnings,
+        ties=problem.to_ties(force),
         displacement=size,
         foundations=tuple(part._replace(reaction=_reaction(problem, part.joints, forces)) for part in parts),
     )
+
+
+def _of_ties(columns: Columns, whole: Floats) -> Floats:
+    """Rates at which supports that move whole carry the ends of ties apart, shape (n_ties, 3)."""
+    apart = whole[columns.pair[:, 1], :3] - whole[columns.pair[:, 0], :3]
+    return np.einsum("nij,nj->ni", columns.force, apart)
 
 
 def _reaction(problem: Problem, joints: Ints, forces: Floats) -> Floats:
