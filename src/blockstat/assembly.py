@@ -282,7 +282,7 @@ class Assembly(Polyhedra):
             changes["gravity"] = check_gravity(changes["gravity"])
         if "joints" in changes:
             changes["joints"] = tuple(changes["joints"])
-            check_laws(changes["joints"], self.groups)
+            check_laws(changes["joints"], changes.get("groups", self.groups))
         if "ties" in changes:
             changes["ties"] = tuple(changes["ties"])
         changed = replace(self, **changes)
@@ -451,7 +451,7 @@ def block_indices(names: Sequence[str], given: Iterable[int | str] | int | str, 
             if block not in index and block.isdecimal() and block.isascii() and int(block) < len(names):
                 block = names[int(block)]
             if block not in index:
-                raise InputError(f'{what}: no block "{block}"; blocks are: {_some(names)}')
+                raise InputError(f'{what}: no block "{block}"; blocks are: {_some(names, block)}')
             return index[block]
         if isinstance(block, (int, np.integer)) and not isinstance(block, bool):
             if not 0 <= block < len(names):
@@ -469,5 +469,12 @@ def _support_mask(supports: Iterable[int | str], names: Sequence[str]) -> np.nda
     return mask
 
 
-def _some(names: Sequence[str], limit: int = 8) -> str:
-    return ", ".join(names[:limit]) + (f", ... ({len(names)} in all)" if len(names) > limit else "")
+def _some(names: Sequence[str], given: str, limit: int = 8) -> str:
+    """Names of blocks; of many those that are spelled like one that was given, and the first."""
+    from difflib import get_close_matches
+
+    if len(names) <= limit:
+        return ", ".join(names)
+    close = get_close_matches(given, names)
+    first = [name for name in names if name not in close][: limit - len(close)]
+    return f"{', '.join([*close, *first])}, ... ({len(names)} in all)"
