@@ -218,6 +218,17 @@ def test_the_gain_of_a_tie_up_to_a_force(height):
         tie_gain(limit, (1, 0, 0), [tie], force=0)
 
 
+def test_the_tie_of_a_verdict_without_dilatancy_balances_its_forces():
+    """Beside the ground's, only the tie acts along it: what the contacts push back is its tension."""
+    blocks = [box((-5, -5, -1), (5, 5, 0), name="ground"), box((0, 0, 0), (1, 0.5, 2), name="slab")]
+    tie = Tie(("ground", "slab"), ((0.5, -4, 2), (0.5, 0, 2)), greatest=1000.0)
+    held = Assembly.from_blocks(blocks, supports=["ground"], density=2000.0, ties=[tie])
+    found = assess(held, flow="coulomb")
+    assert found.outcome is Outcome.STABLE
+    across = np.einsum("pi,pij->j", found.forces, found.interfaces.frame[found.interfaces.point_interface])[1]
+    assert abs(across) == pytest.approx(found.ties[0], abs=1e-6 * held.free_weight)
+
+
 @pytest.mark.parametrize("mu", [0.7, 0.3])
 @pytest.mark.parametrize("force", [0.5, 1.0, 4.0])
 def test_a_tendon_presses_a_stack_together(mu, force):

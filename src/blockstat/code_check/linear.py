@@ -63,6 +63,7 @@ class LinearCheck(Result):
     demand: float | None  #: ag asked for at SLV, in units of g
     bodies: tuple[tuple[int, ...], ...]  #: blocks that move as one, for each body of the mechanism
     multiplier: str  #: which multiplier alpha0 is, in words
+    ground: str  #: the site or the spectrum, in words
     warnings: tuple[str, ...] = ()
 
     @property
@@ -88,7 +89,7 @@ class LinearCheck(Result):
                 f"M* = {self.mass:.6g} kg (C8.7.1.5).",
                 f"alpha0 is {self.multiplier}.",
                 f"a0* = alpha0 g / (e* FC) = {self.acceleration:.6g} m/s2, FC = {self.confidence:g} (C8.7.1.3).",
-                f"Activated at ag = {self.ag_damage:.6g} g (SLD).",
+                f"Activated at ag = {self.ag_damage:.6g} g (SLD), on {self.ground}.",
                 f"With q = {self.behaviour:g}: ag = {self.ag_life:.6g} g (SLV){asked}.",
                 *(f"Warning: {text}" for text in self.warnings),
             ]
@@ -107,6 +108,7 @@ class LinearCheck(Result):
             "sentence": self.outcome.value,
             "alpha0": self.alpha0,
             "multiplier": self.multiplier,
+            "ground": self.ground,
             "e_star": self.participation,
             "e_star_apart": self.apart,
             "m_star": self.mass,
@@ -223,6 +225,7 @@ def linear_check(
         demand=demand,
         bodies=tuple(tuple(int(block) for block in body) for body in bodies),
         multiplier=multiplier,
+        ground=ground.words,
         warnings=warnings,
     )
 

@@ -200,7 +200,7 @@ def limit(
                 search.stands(multiplier)
     return DynamicLimit(
         outcome, lower, upper, (static.lower, static.upper), tuple(search.trials), process_time() - start,
-        _warnings(search.trials, lower, upper),
+        search.threshold, _warnings(search.trials, lower, upper),
     )  # fmt: skip
 
 
