@@ -317,7 +317,7 @@ def _ties(found: Assessment) -> str:
     least = found.directions.least.ties if found.directions.outcome is DirectionOutcome.LIMIT else None
     rows = []
     for k, tie in enumerate(found.assembly.ties):
-        forces = [f"{plain(own[k] / 1e3)}" if own is not None else "-" for own in (found.associated.ties, least)]
+        forces = ["-" if own is None else plain(round(own[k]) / 1e3) for own in (found.associated.ties, least)]
         bounds = f"{plain(tie.least / 1e3)} to {plain(tie.greatest / 1e3)}"
         rows.append((tie.name or str(k), " and ".join(tie.between), "strut" if tie.strut else "tie", bounds, *forces))
     heads = ["name", "between", "", "force [kN]", "at rest [kN]", "at the least limit load [kN]"]
