@@ -319,7 +319,9 @@ def _ties(found: Assessment) -> str:
     for k, tie in enumerate(found.assembly.ties):
         forces = ["-" if own is None else plain(round(own[k]) / 1e3) for own in (found.associated.ties, least)]
         bounds = f"{plain(tie.least / 1e3)} to {plain(tie.greatest / 1e3)}"
-        rows.append((tie.name or str(k), " and ".join(tie.between), "strut" if tie.strut else "tie", bounds, *forces))
+        rows.append(
+            (tie.name or str(k), " and ".join(map(str, tie.between)), "strut" if tie.strut else "tie", bounds, *forces)
+        )
     heads = ["name", "between", "", "force [kN]", "at rest [kN]", "at the least limit load [kN]"]
     words = "<p>The force at rest is one of an admissible force field; others may be admissible too.</p>"
     return table(heads, rows) + words
