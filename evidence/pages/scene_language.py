@@ -5,11 +5,12 @@ from typing import Any, Literal, get_args, get_origin
 
 import msgspec
 
+from blockstat.loading.cases import KINDS, OURS
 from blockstat.model.expression import CONSTANTS, FUNCTIONS
 from blockstat.model.walling import run
 from blockstat.spec import Composition, Joint, Material, Range, chapel, elements, material
 from blockstat.spec.element import Element, Repeat
-from blockstat.spec.meanings import meanings
+from blockstat.spec.meanings import meanings, said
 from evidence.paths import DOCS
 from evidence.tables import table
 
@@ -60,6 +61,84 @@ In Python the same tables are dicts: `blockstat.build(blockstat.scene_from({{"na
 may also call the builders of `blockstat.model`, and compose their blocks with `moved` and `assemble`.
 """
 
+LOADS = """### `loads.NAME`
+
+A load has a `kind` and the parameters of the function of `blockstat` that makes it. It acts only in cases that name it.
+Coordinates are those of the whole building. `group` takes groups inside a group along.
+"""
+
+CASES = """### `cases.NAME`
+
+A combination of loads, for `--case NAME` and `blockstat cases`.
+
+| key | default | |
+|---|---|---|
+| `factors` | none | a number by the name of each load that stays |
+| `live` | none | a number by the name of each load that a limit analysis multiplies |
+| `weight` | 1 | factor on the weight of the blocks |
+| `description` | none | one line |
+"""
+
+TIED = """A wall with a tie between two anchor plates, and the thrust of a roof:
+
+```toml
+description = "A tied wall."
+
+[elements.wall]
+kind = "walls"
+brick = [0.5, 0.25]
+
+[elements.wall.runs.front]
+path = [[0, 0.25], [3, 0.25]]
+thickness = 0.5
+height = 2.5
+
+[elements.wall.runs.back]
+path = [[0, 3.75], [3, 3.75]]
+thickness = 0.5
+height = 2.5
+
+[elements.plates]
+kind = "box"                                 # steel against the outer faces
+size = [0.5, 0.03, 0.5]
+density = 7850
+at = [1.5, -0.015, 1.75]
+repeat = { number = 2, by = [0, 4.03, 0] }
+
+[ties.cross]
+between = ["plates.1", "plates.2"]
+points = [[1.5, -0.03, 2.0], [1.5, 4.03, 2.0]]
+greatest = 40e3
+
+[loads.roof]
+kind = "line"
+start = [0, 0.25, 2.5]
+end = [3, 0.25, 2.5]
+force = [0, -500, -2000]
+
+[cases.thrust]
+factors = { roof = 1.0 }
+```
+
+Nothing stands under the plates: the pull of the tie holds them on the wall by friction.
+`blockstat limit tied.toml --load 0,-1,0 --case thrust` says what the wall carries.
+"""
+
+
+def load_kinds() -> str:
+    """Keys of the loads, by kind."""
+    parts = [LOADS]
+    for name, make in KINDS.items():
+        words = said(make)
+        rows = [
+            [f"`{key}`", "needed" if own.default is own.empty else shown(own.default), words[key]]
+            for key, own in inspect.signature(make).parameters.items()
+            if key not in OURS
+        ]
+        first = (inspect.getdoc(make) or "").split("\n\n")[0]
+        parts.append(f'#### kind = "{name}"\n\n{first}\n\n{table(["key", "default", ""], rows)}\n')
+    return "\n".join(parts)
+
 
 def keys(kind: type, without: frozenset[str] = frozenset()) -> str:
     """Keys of a struct, their defaults and what they mean."""
@@ -86,8 +165,11 @@ def default(field: msgspec.structs.FieldInfo) -> str:
     value = field.default
     if value is msgspec.NODEFAULT:
         value = field.default_factory()
-    if isinstance(value, msgspec.Struct):
-        return "see below"
+    return "see below" if isinstance(value, msgspec.Struct) else shown(value)
+
+
+def shown(value: Any) -> str:
+    """A default in the words of a scene file."""
     if value is None or value in ((), [], {}, ""):
         return "none"
     if isinstance(value, bool):
@@ -117,6 +199,7 @@ def page() -> str:
             parts += [section(f"`{name}`", own, 4) for name, own in (*shared, ("through", run.Through))]
     parts.append("## Both forms\n")
     parts += [section("`material`", Material), section("`joints`", Joint)]
+    parts += [load_kinds(), CASES, section("`ties.NAME`", material.TieTable), TIED]
     parts += [section("`uncertain.KEY`", material.Uncertain), section("A range", Range)]
     parts.append(section("The short form", chapel.Building, 2))
     short = (("brick", chapel.Brick), ("wall", chapel.Wall), ("doors.WALL, windows.WALL", chapel.Opening),

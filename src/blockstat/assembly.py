@@ -22,7 +22,6 @@ from blockstat.errors import (
     check_gravity,
     gathered,
     no_such,
-    some,
 )
 from blockstat.geometry.polyhedron import Polyhedra
 from blockstat.geometry.validity import check_geometry
@@ -283,7 +282,7 @@ class Assembly(Polyhedra):
             changes["gravity"] = check_gravity(changes["gravity"])
         if "joints" in changes:
             changes["joints"] = tuple(changes["joints"])
-            check_laws(changes["joints"], self.groups)
+            check_laws(changes["joints"], changes.get("groups", self.groups))
         if "ties" in changes:
             changes["ties"] = tuple(changes["ties"])
         changed = replace(self, **changes)
@@ -452,7 +451,7 @@ def block_indices(names: Sequence[str], given: Iterable[int | str] | int | str, 
             if block not in index and block.isdecimal() and block.isascii() and int(block) < len(names):
                 block = names[int(block)]
             if block not in index:
-                raise InputError(f'{what}: no block "{block}"; blocks are: {some(names)}')
+                raise InputError(f'{what}: no block "{block}"; blocks are: {_some(names, block)}')
             return index[block]
         if isinstance(block, (int, np.integer)) and not isinstance(block, bool):
             if not 0 <= block < len(names):
@@ -468,3 +467,14 @@ def _support_mask(supports: Iterable[int | str], names: Sequence[str]) -> np.nda
     mask = np.zeros(len(names), dtype=bool)
     mask[block_indices(names, supports, "supports")] = True
     return mask
+
+
+def _some(names: Sequence[str], given: str, limit: int = 8) -> str:
+    """Names of blocks; of many those that are spelled like one that was given, and the first."""
+    from difflib import get_close_matches
+
+    if len(names) <= limit:
+        return ", ".join(names)
+    close = get_close_matches(given, names)
+    first = [name for name in names if name not in close][: limit - len(close)]
+    return f"{', '.join([*close, *first])}, ... ({len(names)} in all)"

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blockstat import Assembly, Block, InputError
+from blockstat import Assembly, Block, InputError, JointLaw
 from evidence.scenes.small import box
 
 
@@ -65,3 +65,19 @@ def test_groups_take_their_subgroups_along():
 def test_supports_by_name_or_index():
     blocks = [box((i, 0, 0), (i + 1, 1, 1), name=n) for i, n in enumerate("abc")]
     assert Assembly.from_blocks(blocks, supports=["c", 0]).support.tolist() == [True, False, True]
+
+
+def test_of_many_blocks_an_error_names_those_spelled_alike_first():
+    blocks = [box((i, 0, 0), (i + 1, 1, 1), name=f"wall.{i}") for i in range(30)]
+    plate = box((0, 1, 0), (1, 2, 1), name="pfw")
+    with pytest.raises(InputError, match=r'no block "pfw\.0"; blocks are: pfw, wall\.0, .*, \.\.\. \(31 in all\)'):
+        Assembly.from_blocks([*blocks, plate], supports=["pfw.0"])
+
+
+def test_laws_given_with_groups_are_about_those_groups():
+    asm = Assembly.from_blocks([box((i, 0, 0), (i + 1, 1, 1), group="old") for i in range(2)], supports=[0])
+    law = JointLaw(("left", "right"), friction=0.5)
+    changed = asm.with_(groups=("left", "right"), joints=[law])
+    assert changed.joints == (law,)
+    with pytest.raises(InputError, match='no group "old"; groups are: left, right'):
+        asm.with_(groups=("left", "right"), joints=[JointLaw(("old", "*"), friction=0.5)])

@@ -213,3 +213,19 @@ def test_every_direction_of_the_horizon_is_told():
     limit_load_by_direction(slab, 4, refine=False, progress=lambda *state: told.append(state))
     assert [(done, name) for done, name, _ in told] == [(1, "+x"), (2, "+y"), (3, "-x"), (4, "-y")]
     assert told[1][2].upper == pytest.approx(0.25)
+
+
+def test_the_code_check_of_a_file(tmp_path):
+    """A slab .5 m deep and 2 m high tips at 1/4: ag S = 2 alpha0 / 1.35, S = 1 on rock and 1.4 - .4 F0 ag on soil B."""
+    blocks = [box((-5, -5, -1), (5, 5, 0), name="ground"), box((0, 0, 0), (1, 0.5, 2), name="slab")]
+    file = write(Assembly.from_blocks(blocks, supports=["ground"]), tmp_path / "slab.json")
+    asked = ["code-check", str(file), "--load", "0,1,0", "--ag"]
+    found = json.loads(run(*asked, "0.3", "--json").stdout)
+    assert found["outcome"] == "satisfied"
+    assert found["ag_slv"] == pytest.approx(0.5 / 1.35, rel=1e-4)
+    ag = (1.4 - math.sqrt(1.4**2 - 4 * 0.375)) / 2  # ag (1.4 - ag) = 1.5 x .25, with S = 1.038
+    on_soil = run(*asked, "0.3", "--soil", "B", "--q", "1.5", "--fc", "1").stdout
+    assert f"ag = {ag:.5g}" in on_soil
+    assert "asked for 0.3 g" in on_soil
+    wrong = run(*asked, "15")
+    assert (wrong.returncode, "--ag is 15; it is in units of g" in wrong.stderr) == (2, True)

@@ -26,3 +26,29 @@ def test_a_limit_that_a_solver_misses_is_not_taken_for_none(monkeypatch, cheap):
     assert found.lower <= 0.5 <= found.upper
     if cheap:
         assert (found.lower, found.upper) == pytest.approx((0.5, 0.5), rel=2e-3)
+
+
+def test_a_multiplier_says_that_its_friction_dilates_and_which_blocks_move():
+    found = limit_load(stack(2), (1, 0, 0))
+    assert [found.assembly.names[i] for i in found.moving] == found.summary()["moving"] == ["stone1", "stone0"]
+    assert "First to move: stone1, stone0." in found.explain()
+    assert 'flow="coulomb"' in found.explain()
+    assert 'flow="coulomb"' not in limit_load(stack(2), (1, 0, 0), flow="coulomb").explain()
+
+
+def test_the_bracket_without_dilatancy_is_told_and_kept_when_it_is_stopped():
+    """A cube slides at the coefficient of friction."""
+    told = []
+    whole = limit_load(stack(1), (1, 0, 0), flow="coulomb", friction=0.3, progress=lambda *step: told.append(step))
+    assert [trial for trial, _, _ in told].count(0) == len(whole.coulomb_kinds) == 3
+    assert told[-1][1:] == whole.coulomb_kinds[-1]
+
+    def stop(trial, low, high):
+        if trial == 1:
+            raise KeyboardInterrupt
+
+    found = limit_load(stack(1), (1, 0, 0), flow="coulomb", friction=0.3, progress=stop)
+    assert found.outcome is LoadOutcome.STOPPED
+    assert (found.lower, found.upper) == (whole.lower, whole.upper)
+    assert found.coulomb_kinds == (told[1][1:],)
+    assert "stopped before every kind of joints" in found.explain()

@@ -8,7 +8,7 @@ from datetime import date
 import numpy as np
 import pytest
 
-from blockstat import Assembly, JointLaw, assess, assess_fully, assessment_html, box, load_scene, write
+from blockstat import Assembly, JointLaw, Site, Tie, assess, assess_fully, assessment_html, box, load_scene, write
 from blockstat.view.thrust_lines import thrust_lines
 from evidence.scenes.small import arch
 from tests.browser import CHAPEL, FLAGS, browser_path
@@ -46,13 +46,44 @@ def test_the_page_gives_all_verdicts_and_the_least_direction(page):
     assert "Without dilatancy and self-stress (Coulomb friction): stable" in text
     assert "Simulation (Bullet) Not asked for." in text
     assert "is 0.25 times gravity, towards +y." in text
+    assert "Least limit load (associated friction): 0.25 " in text
+    assert "real ones may carry less" in text
+    assert "Mechanism of the limit load, 0.5 towards -x." in text
     assert text.index("Sources of the method") > text.index("Warnings None.")
+
+
+def test_what_is_not_there_has_no_heading(page):
+    assert all(f"<h2>{title}</h2>" not in page for title in ("Load cases", "Ties", "Code check"))
+    assert "ties none" in words(page)
+
+
+def test_the_code_check_of_all_four_directions():
+    """The slab tips as one body, e* = 1: ag S = q a0*/g = 2 alpha0 / 1.35 towards +y, with S = 1 on rock."""
+    site = {"site": Site(), "behaviour": 2.0}
+    html = assessment_html(assess_fully(slab(), directions=4, code={**site, "demand": 0.38}))
+    text = words(html)
+    assert "Code check (linear): not satisfied" in text
+    assert f"Least towards +y: ag = {2 * 0.25 / 1.35:.4g} g at SLV, asked for 0.38 g." in text
+    assert f"-x 0.5 1 1 1 {0.5 * 9.81 / 1.35:.4g} {0.5 / 1.35:.4g} {1 / 1.35:.4g} satisfied" in text
+    assert "alpha0 is with associated friction" in text
+    assert "Circolare 21 gennaio 2019" in text[text.index("Sources of the method") :]
+    assert "Code check (linear): capacity" in words(assessment_html(assess_fully(slab(), directions=4, code=site)))
+
+
+def test_ties_are_listed_with_their_forces():
+    """A tie of 1 kN at 2 m holds a slab of 19.62 kN that tips about its edge: alpha = .25 + 2 / 19.62."""
+    tie = Tie(("ground", "slab <1>"), ((0.5, -4, 2), (0.5, 0, 2)), greatest=1000.0, name="back")
+    text = words(assessment_html(assess_fully(slab(density=2000.0, ties=[tie]), directions=4)))
+    assert "back ground and slab &lt;1&gt; tie 0 to 1" in text
+    assert re.search(r"tie 0 to 1 \S+ 0 ", text)  # at the least limit load, towards the tie, it is slack
+    assert f"+y {0.25 + 2 / 19.62:.5g}" in text
 
 
 def test_the_page_loads_nothing_and_escapes_names(page):
     assert not re.search(r'(src|href)="(?!data:)', page)
     assert "slab &amp; ground" in page
-    assert page.count("data:image/png;base64,") == 5
+    # The blocks, their forces, the thrust, the horizon, and the mechanisms of four directions.
+    assert page.count("data:image/png;base64,") == 8
     assert 'name="viewport"' in page
     assert "@media print" in page
 
@@ -112,6 +143,11 @@ def test_the_command_writes_the_page_and_refuses_other_files(tmp_path):
     answer = run(file, "-o", tmp_path / "report.html", "--directions", 4, "--friction", 0.5)
     assert answer.returncode == 0, answer.stderr
     assert "friction 0.5 " in words((tmp_path / "report.html").read_text())
+    code_check = ["--directions", 4, "--ag", 0.15, "--soil", "B", "--tc", 0.3]
+    answer = run(file, "-o", tmp_path / "code.html", *code_check)
+    assert answer.returncode == 0, answer.stderr
+    assert "on soil B, F0 2.5, TC* 0.3 s. Asked for at SLV: ag = 0.15 g." in words((tmp_path / "code.html").read_text())
+    assert "it needs --ag, too" in run(file, "-o", tmp_path / "code.html", "--soil", "B").stderr
     assert "a report is a page, .html" in run(file, "-o", tmp_path / "report.pdf").stderr
     assert "no such directory" in run(file, "-o", "/nowhere/report.html").stderr
 

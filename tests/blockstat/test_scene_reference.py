@@ -1,8 +1,12 @@
 """docs/scenes.md is what the scene language says, and the scene language is what the builders take."""
 
+import re
+
 import msgspec
 import pytest
 
+from blockstat import assess, build, load_case, load_scene
+from blockstat.loading.cases import KINDS
 from blockstat.model import kinds
 from blockstat.model.quantities import Length, Three
 from blockstat.model.walling.run import Run
@@ -58,3 +62,14 @@ def test_every_key_of_an_element_has_a_meaning(tag):
     table = elements.KINDS[tag]
     words = meanings(table)
     assert [field.name for field in msgspec.structs.fields(table) if not words.get(field.name)] == []
+
+
+def test_every_key_of_a_load_has_a_meaning_and_the_tied_wall_stands_by_its_tie(root, tmp_path):
+    assert scene_language.load_kinds().count("#### kind") == len(KINDS)
+    written = [text for text in re.findall(r"```toml\n(.*?)```", (root / "docs" / "scenes.md").read_text(), re.DOTALL)]
+    (tied,) = (text for text in written if "[ties." in text)
+    (tmp_path / "tied.toml").write_text(tied)
+    wall = build(load_scene(tmp_path / "tied.toml"))
+    thrust = load_case(wall, "thrust").loads
+    assert assess(wall, loads=thrust).outcome.word == "stable"
+    assert assess(wall.with_(ties=()), loads=thrust).outcome.word == "unstable"

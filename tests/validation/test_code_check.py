@@ -4,6 +4,8 @@ Every step of the hand examples follows the formulas of the Circolare with the s
 TC* 0.30 s, FC 1.35, g 9.81.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -16,6 +18,8 @@ from blockstat import (
     SpectrumTable,
     box,
     capacity,
+    limit_load,
+    linear_check,
     nonlinear_check,
 )
 
@@ -129,3 +133,79 @@ def test_an_unfinished_curve_is_refused(wall):
         nonlinear_check(short, (1, 0, 0))
     with pytest.raises(InputError, match="SLX"):
         nonlinear_check(wall, (1, 0, 0), demand={"SLX": 0.1})
+
+
+def dry_stones(courses):
+    """A wall of equal courses that slide on each other, each pushed as much as it bears: all slide at the same push."""
+    return on_ground(*(box((0, 0, k), (4, 3, k + 1), name=f"c{k}") for k in range(courses)), friction=0.2)
+
+
+def moved(wall, *shifts):
+    """The limit load of a wall with a mechanism of our own, in which its courses slide by so much."""
+    limit = limit_load(wall, (1, 0, 0))
+    mechanism = np.zeros((wall.n_blocks, 6))
+    mechanism[1:, 0] = shifts
+    return replace(limit, lower=limit.upper, mechanism=mechanism)
+
+
+def test_up_to_three_bodies_have_the_participation_of_the_formula():
+    """Of three equal weights that slide by 1/3, 2/3 and 1, e* = 2^2 / (3 x 14/9) = 6/7."""
+    limit = moved(dry_stones(3), 1 / 3, 2 / 3, 1)
+    found = linear_check(limit, (1, 0, 0))
+    assert len(found.bodies) == 3
+    assert (found.participation, found.apart) == pytest.approx((6 / 7, 6 / 7))
+    assert found.acceleration == pytest.approx(0.2 * 9.81 / (6 / 7 * 1.35), rel=1e-6)
+    assert not found.warnings
+
+
+def test_a_mechanism_of_more_bodies_is_taken_as_one():
+    """Of four equal weights that slide by k/4, e* = 2.5^2 / (4 x 30/16) = 10/12; as one body a0* = alpha0 g / FC."""
+    limit = moved(dry_stones(4), 0.25, 0.5, 0.75, 1)
+    found = linear_check(limit, (1, 0, 0), site=Site("B"), demand=0.1)
+    assert (len(found.bodies), found.participation) == (4, 1.0)
+    assert found.apart == pytest.approx(10 / 12)
+    assert found.acceleration == pytest.approx(0.2 * 9.81 / 1.35, rel=1e-6)
+    assert "the safe side" in found.explain()
+    assert found.summary()["e_star_apart"] == found.apart
+    by_formula = linear_check(limit, (1, 0, 0), site=Site("B"), macro_blocks=4)
+    assert by_formula.acceleration == pytest.approx(found.acceleration * 12 / 10)
+    between = (found.ag_life + by_formula.ag_life) / 2
+    assert linear_check(limit, (1, 0, 0), site=Site("B"), demand=between).outcome.word == "not_satisfied"
+
+
+def test_weights_that_the_mechanism_does_not_move_do_not_count():
+    """A motion far below what the bracket resolves would halve e* of one body that slides; it is none."""
+    limit = replace(moved(dry_stones(2), 1e-4, 1), lower=0.2 * (1 - 1e-6), upper=0.2)
+    found = linear_check(limit, (1, 0, 0))
+    assert found.bodies == ((2,),)
+    assert found.participation == pytest.approx(1.0)
+    counted = linear_check(replace(limit, lower=0.2, upper=0.2), (1, 0, 0))
+    assert counted.participation == pytest.approx(0.5, rel=1e-3)
+
+
+def test_the_multiplier_without_dilatancy_is_taken_where_it_is_known():
+    limit = moved(dry_stones(1), 1)
+    assert "with associated friction" in linear_check(limit, (1, 0, 0)).explain()
+    lower = replace(limit, coulomb_kinds=((0.15, 0.151), (0.17, 0.171)))
+    found = linear_check(lower, (1, 0, 0))
+    assert found.alpha0 == 0.15
+    assert "without dilatancy" in found.explain()
+
+
+def test_a_curve_of_many_bodies_is_that_of_one_body():
+    """As one body a0 and d0 both shrink by e* of the bodies apart, and the period stays."""
+    blocks = [box((0, 0, 0), (0.5, 3, 3), name="wall"), box((4, 0, 0), (7, 3, 3), name="idle")]
+    curve = capacity(on_ground(*blocks), (1, 0, 0), control="wall", tolerance=FINE)
+    mechanism = curve.points[0].mechanism.copy()
+    mechanism[curve.assembly.blocks_named("idle")] = (0.1, 0, 0, 0, 0, 0)
+    points = (replace(curve.points[0], mechanism=mechanism), *curve.points[1:])
+    curve = replace(curve, points=points, limit=replace(curve.limit, mechanism=mechanism))
+    apart = nonlinear_check(curve, (1, 0, 0))
+    one = nonlinear_check(curve, (1, 0, 0), macro_blocks=1)
+    assert apart.participation == one.apart < 0.9
+    assert one.participation == 1.0
+    assert one.acceleration == pytest.approx(apart.acceleration * one.apart)
+    assert one.ultimate == pytest.approx(apart.ultimate * one.apart)
+    assert one.state("SLV").period == pytest.approx(apart.state("SLV").period)
+    assert one.state("SLV").ag < apart.state("SLV").ag
+    assert (len(one.warnings), len(apart.warnings)) == (1, 0)

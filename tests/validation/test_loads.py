@@ -196,6 +196,39 @@ def test_the_greatest_useful_force_and_the_gain_of_a_tie():
     assert tie_gain(weaker, (1, 0, 0), asm.ties)[0] * unit == pytest.approx(slope, rel=1e-5)
 
 
+@pytest.mark.parametrize("height", [0.5, 1.0, 2.0])
+def test_the_gain_of_a_tie_up_to_a_force(height):
+    """The foot of a pillar slides away under a tie off its centroid, before the pillar tips about its edge.
+
+    A pillar of b x h = 0.5 x 2 with its weight W = 1 and a tie of F = 2 at the height z. About its edge:
+    a h/2 = b/2 + F z. About the tie, with full friction at the foot: a |h/2 - z| = b/2 + mu z.
+    """
+    friction, force = 0.7, 2.0
+    blocks = [box((-4, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 1, 2), name="pillar")]
+    pillar = Assembly.from_blocks(blocks, supports=["ground"], density=1 / 9.81, friction=friction)
+    tie = Tie(("ground", "pillar"), ((-4, 0.5, height), (0, 0.5, height)))
+    limit = limit_load(pillar, (1, 0, 0))
+    off = abs(1.0 - height)
+    tips, slides = 0.25 + force * height, (0.25 + friction * height) / off if off else np.inf
+    assert value(limit) == pytest.approx(0.25, rel=CLOSE)
+    found = tie_gain(limit, (1, 0, 0), [tie], force=force)
+    assert found[0] == pytest.approx((min(tips, slides) - 0.25) / force, rel=1e-6)
+    assert found[0] <= tie_gain(limit, (1, 0, 0), [tie])[0] * (1 + 1e-6)
+    with pytest.raises(InputError, match="force is 0"):
+        tie_gain(limit, (1, 0, 0), [tie], force=0)
+
+
+def test_the_tie_of_a_verdict_without_dilatancy_balances_its_forces():
+    """Beside the ground's, only the tie acts along it: what the contacts push back is its tension."""
+    blocks = [box((-5, -5, -1), (5, 5, 0), name="ground"), box((0, 0, 0), (1, 0.5, 2), name="slab")]
+    tie = Tie(("ground", "slab"), ((0.5, -4, 2), (0.5, 0, 2)), greatest=1000.0)
+    held = Assembly.from_blocks(blocks, supports=["ground"], density=2000.0, ties=[tie])
+    found = assess(held, flow="coulomb")
+    assert found.outcome is Outcome.STABLE
+    across = np.einsum("pi,pij->j", found.forces, found.interfaces.frame[found.interfaces.point_interface])[1]
+    assert abs(across) == pytest.approx(found.ties[0], abs=1e-6 * held.free_weight)
+
+
 @pytest.mark.parametrize("mu", [0.7, 0.3])
 @pytest.mark.parametrize("force", [0.5, 1.0, 4.0])
 def test_a_tendon_presses_a_stack_together(mu, force):

@@ -222,6 +222,7 @@ def _with_state(problem: Problem, verdict: Verdict, state: CoulombState | None) 
         coulomb=state,
         forces=problem.to_points(state.force),
         bonds=problem.to_bonds(state.force),
+        ties=problem.to_ties(state.force),
         certificate=check(problem.program, state.force, np.zeros(len(problem.program.load))),
         displacement=unit_motion(problem.assembly, problem.to_blocks(state.displacement)),
     )

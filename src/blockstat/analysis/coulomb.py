@@ -19,11 +19,12 @@ thrust holds slips on by the same amount or more with each program.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from blockstat.certificate.bracket import Progress
 from blockstat.certificate.coulomb_state import RATE_ACCURACY, CoulombCertificate, check_coulomb_state, loaded_points
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.solve.coulomb import Iterate, solve_state
@@ -320,8 +321,13 @@ def settling_share(program: PenaltyProgram, *, tries: int = 12, seed: int = 0, s
 
 
 def multiplier_brackets(
-    program: PenaltyProgram, load: Floats, associated: float, *, solver: str = "auto"
-) -> tuple[tuple[float, float], ...]:
+    program: PenaltyProgram,
+    load: Floats,
+    associated: float,
+    *,
+    solver: str = "auto",
+    progress: Progress | None = None,
+) -> tuple[tuple[tuple[float, float], ...], bool]:
     """Find, for each kind of joints, the multipliers of a load with and without a Coulomb state.
 
     Parameters
@@ -334,21 +340,40 @@ def multiplier_brackets(
         The multiplier of limit analysis, above which there is none.
     solver
         One of `blockstat.solve.dispatch.CHOICES`.
+    progress
+        Told the number of the trial, from 0 for each kind, and the bracket of the kind until then.
 
     Returns
     -------
-    tuple of (float, float)
+    brackets : tuple of (float, float)
         By kind as in `FAMILY`, found by bisection.
+    stopped : bool
+        Whether a KeyboardInterrupt has ended the last bracket early; kinds behind it have none.
     """
+    brackets = [(0.0, associated)]
+    try:
+        for number, kind in enumerate(FAMILY):
+            brackets[number:] = [(0.0, associated)]
+            for trial, bracket in enumerate(_bisection(program, load, associated, kind, solver)):
+                brackets[number] = bracket
+                if progress is not None:
+                    progress(trial, *bracket)
+    except KeyboardInterrupt:
+        return tuple(brackets), True
+    return tuple(brackets), False
+
+
+def _bisection(
+    program: PenaltyProgram, load: Floats, associated: float, kind: tuple[float, float], solver: str
+) -> Iterator[tuple[float, float]]:
+    """The brackets of one kind of joints, ever narrower."""
     width = MULTIPLIER_WIDTH * associated
-    brackets = []
-    for kind in FAMILY:
-        low, high = 0.0, associated
-        while high - low > width:
-            # Most structures lose little to zero dilatancy, so the first trial is near the top.
-            middle = high - width if low == 0.0 and high == associated else (low + high) / 2
-            loaded = replace(program, load=program.load + middle * load)
-            settles = coulomb_state(loaded, kinds=[kind], solver=solver).settles is True
-            low, high = (middle, high) if settles else (low, middle)
-        brackets.append((low, high))
-    return tuple(brackets)
+    low, high = 0.0, associated
+    yield low, high
+    while high - low > width:
+        # Most structures lose little to zero dilatancy, so the first trial is near the top.
+        middle = high - width if low == 0.0 and high == associated else (low + high) / 2
+        loaded = replace(program, load=program.load + middle * load)
+        settles = coulomb_state(loaded, kinds=[kind], solver=solver).settles is True
+        low, high = (middle, high) if settles else (low, middle)
+        yield low, high

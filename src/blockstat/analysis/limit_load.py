@@ -17,10 +17,9 @@ from blockstat.analysis.coulomb import multiplier_brackets
 from blockstat.analysis.decision import Bound, decide, narrowed, outcome_of, proven_bounds
 from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, pose, timed
 from blockstat.analysis.rims import overlap_warnings, rim_warnings, with_rims
-from blockstat.analysis.verdict import Outcome, relative_motion, unit_motion
+from blockstat.analysis.verdict import Outcome, fastest_first, first_words, moving_joints, unit_motion
 from blockstat.certificate.bracket import ROUNDING, Bracket, Progress, is_closed
 from blockstat.contact.interfaces import GAP, Interfaces
-from blockstat.contact.point_law import joint_friction
 from blockstat.errors import InputError, check_choice, known_options
 from blockstat.imperfection.imperfections import Imperfections
 from blockstat.loads import as_load
@@ -32,7 +31,7 @@ from blockstat.solve import interior_point
 from blockstat.solve.answer import Answer, EarlyEnd, Status, no_answer
 from blockstat.solve.dispatch import CHOICES, pays, solve
 from blockstat.solve.penalty import solve_penalty
-from blockstat.typing import Floats
+from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -48,6 +47,11 @@ SHARP, CHEAP, LOOSE = 1e-7, 2_000, 1e-3
 ON_THE_WAY = 1e-5
 #: Width of a bracket, relative to its upper end, that tells a limit well enough for an engineer.
 TOLERANCE = 1e-4
+
+
+#: What a multiplier alone leaves open.
+DILATES = 'Friction is associated: joints dilate as they slide, and real ones may carry less (see flow="coulomb").'
+INTERRUPTED = "stopped before every kind of joints without dilatancy was bracketed"
 
 
 class LoadOutcome(Sentence):
@@ -93,6 +97,11 @@ class LimitLoad(Result):
         return min(self.coulomb_kinds, default=None)
 
     @property
+    def moving(self) -> Ints:
+        """Blocks that move in the mechanism, fastest first."""
+        return fastest_first(self.assembly, self.mechanism)
+
+    @property
     def gap(self) -> float:
         """Width of the bracket relative to its larger end."""
         if np.isinf(self.lower) or np.isinf(self.upper):
@@ -116,23 +125,7 @@ class LimitLoad(Result):
         dict of str to list of tuple of str
             "hinges", "sliding" and "opening" pairs of block names.
         """
-        found: dict[str, list[tuple[str, str]]] = {"hinges": [], "sliding": [], "opening": []}
-        rate = relative_motion(self.assembly, self.interfaces, self.mechanism)
-        friction = np.minimum(joint_friction(self.assembly, self.interfaces), 1e3)
-        a, b = self.interfaces.pair.T
-        turning = np.linalg.norm(self.mechanism[b, 3:] - self.mechanism[a, 3:], axis=1)
-        size = self.assembly.size[self.interfaces.pair].min(axis=1)
-        turns = (self.interfaces.area == 0) & (turning * size > tolerance)
-        for k, pair in enumerate(self.interfaces.pair):
-            own = rate[self.interfaces.start[k] : self.interfaces.start[k + 1]]
-            slide = np.hypot(own[:, 1], own[:, 2])
-            contact = own[:, 0] - friction[k] * slide <= tolerance
-            still = bool(np.abs(own).max(initial=0.0) <= tolerance)
-            if still and not turns[k]:
-                continue
-            kind = "sliding" if contact.all() and not still else "hinges" if contact.any() else "opening"
-            found[kind].append((self.assembly.names[pair[0]], self.assembly.names[pair[1]]))
-        return found
+        return moving_joints(self.assembly, self.interfaces, self.mechanism, tolerance)
 
     def explain(self) -> str:
         """Return the answer in words.
@@ -147,13 +140,17 @@ class LimitLoad(Result):
             lines.append(f"Worst case of the imperfections: {self.worst}.")
         if self.outcome in (LoadOutcome.LIMIT, LoadOutcome.STOPPED):
             lines.append(f"{self.lower:.9g} <= multiplier <= {self.upper:.9g}")
-            if self.coulomb is not None:
+            if self.coulomb is None:
+                lines.append(DILATES)
+            else:
                 lines.append(f"Without dilatancy and self-stress: {self.coulomb[0]:.5g} to {self.coulomb[1]:.5g}")
             if self.coulomb_least is not None and self.coulomb is not None and self.coulomb_least[1] < self.coulomb[0]:
                 least, above = self.coulomb_least
                 lines.append(f"In the kind of joints that carries least: {least:.5g} to {above:.5g}")
             counts = ", ".join(f"{len(pairs)} {kind}" for kind, pairs in self.joints().items())
             lines.append(f"Joints of the mechanism: {counts}.")
+            if len(self.moving):
+                lines.append(first_words(self.assembly, self.moving))
         if words := self.interfaces.contact_words:
             lines.append(f"Contacts: {words}.")
         return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
@@ -178,6 +175,7 @@ class LimitLoad(Result):
             "coulomb_least": None if self.coulomb_least is None else self.coulomb_least[0],
             "branch": None if self.coulomb is None else "without dilatancy and self-stress",
             "joints": self.joints(),
+            "moving": [self.assembly.names[i] for i in self.moving],
             "blocks": self.assembly.n_blocks,
             "interfaces": self.interfaces.n_interfaces,
             "contacts": self.interfaces.contacts,
@@ -247,7 +245,8 @@ def limit_load(
         differences.
     progress
         Told the iteration, the multiplier reached (not yet proven) and the proven upper bound, above 500 unknowns.
-        A KeyboardInterrupt ends the solve, and the outcome is "stopped" with the bracket that is proven until then.
+        With flow="coulomb" then, for each kind of joints from 0 on, the trial and the bracket until then. A
+        KeyboardInterrupt ends the solve, and the outcome is "stopped" with the brackets until then.
 
     Returns
     -------
@@ -297,11 +296,15 @@ def limit_load(
         solved = _bracket(problem, direction, solver, tolerance, optimum=optimum, progress=progress)
     outcome, lower, upper, force, twist, iterations = solved
     kinds: tuple[tuple[float, float], ...] = ()
+    warnings = problem.warnings
     if flow == "coulomb" and outcome is LoadOutcome.LIMIT and lower > 0:
         with timed(timings, "coulomb"):
             kinds = ((lower, lower),)
             if problem.program is not None and problem.slips:
-                kinds = multiplier_brackets(problem.program, problem.scaled(direction), lower, solver=solver)
+                options = {"solver": solver, "progress": progress}
+                kinds, stopped = multiplier_brackets(problem.program, problem.scaled(direction), lower, **options)
+                if stopped:
+                    outcome, warnings = LoadOutcome.STOPPED, (*warnings, INTERRUPTED)
     found = LimitLoad(
         outcome=outcome,
         lower=lower,
@@ -310,7 +313,7 @@ def limit_load(
         mechanism=unit_motion(problem.assembly, problem.to_blocks(twist)),
         interfaces=problem.interfaces,
         assembly=problem.assembly,
-        warnings=problem.warnings,
+        warnings=warnings,
         timings=timings,
         coulomb_kinds=kinds,
         bonds=problem.to_bonds(force),

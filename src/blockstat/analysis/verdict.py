@@ -10,7 +10,7 @@ import numpy as np
 from blockstat.analysis.coulomb import CoulombState
 from blockstat.certificate.check import FORCE_TOLERANCE, Certificate
 from blockstat.contact.interfaces import Interfaces
-from blockstat.contact.point_law import point_law
+from blockstat.contact.point_law import joint_friction, point_law
 from blockstat.geometry.polyhedron import point_velocity
 from blockstat.program.bonds import Bonds
 from blockstat.result import Result, Sentence, finite
@@ -80,9 +80,7 @@ class Verdict(Result):
     @property
     def moving(self) -> Ints:
         """Blocks that move in the mechanism, fastest first."""
-        speed = self.motion
-        order = np.argsort(-speed, kind="stable")
-        return order[speed[order] > 0.01]
+        return fastest_first(self.assembly, self.mechanism)
 
     def demand(self) -> Floats:
         """Return how hard friction and strength are used at each block.
@@ -151,10 +149,8 @@ class Verdict(Result):
                 lines.append(
                     f"Best force field: residual {proof.residual:.1e}, cones violated by {proof.cone_violation:.1e}."
                 )
-            names = [self.assembly.names[i] for i in self.moving]
-            if names:
-                more = f" and {len(names) - limit} more" if len(names) > limit else ""
-                lines.append(f"First to move: {', '.join(names[:limit])}{more}.")
+            if len(self.moving):
+                lines.append(first_words(self.assembly, self.moving, limit=limit))
                 lines += motion_words(self.assembly, self.interfaces, self.mechanism, limit=limit)
         if self.coulomb is not None:
             lines.append(self.coulomb.explain())
@@ -271,6 +267,87 @@ def _joints(assembly: Assembly, interfaces: Interfaces, joints: list[int], limit
     """Names of the two blocks of some joints."""
     named = ", ".join(f"{assembly.names[a]} | {assembly.names[b]}" for a, b in interfaces.pair[joints[:limit]])
     return named + (f" and {len(joints) - limit} joints more" if len(joints) > limit else "")
+
+
+def fastest_first(assembly: Assembly, mechanism: Floats) -> Ints:
+    """Return the blocks that move in a mechanism, fastest first.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    mechanism : array of float, shape (n_blocks, 6)
+        Twists of the blocks; the fastest corner moves by 1 m.
+
+    Returns
+    -------
+    array of int
+        Those of which a corner moves by more than 0.01 m.
+    """
+    speed = corner_speed(assembly, mechanism)
+    order = np.argsort(-speed, kind="stable")
+    return order[speed[order] > 0.01]
+
+
+def first_words(assembly: Assembly, moving: Ints, *, limit: int = 5) -> str:
+    """Name the blocks that move first.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    moving : array of int
+        What `fastest_first` returns.
+    limit : int, optional
+        Most blocks that are named.
+
+    Returns
+    -------
+    str
+        One sentence.
+    """
+    more = f" and {len(moving) - limit} more" if len(moving) > limit else ""
+    return f"First to move: {', '.join(assembly.names[i] for i in moving[:limit])}{more}."
+
+
+def moving_joints(
+    assembly: Assembly, interfaces: Interfaces, mechanism: Floats, tolerance: float
+) -> dict[str, list[tuple[str, str]]]:
+    """Return the joints that move in a mechanism, as `LimitLoad.joints` names them.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    interfaces : Interfaces
+        Their joints.
+    mechanism : array of float, shape (n_blocks, 6)
+        Twists of the blocks; the fastest corner moves by 1 m.
+    tolerance : float
+        Of motion [m].
+
+    Returns
+    -------
+    dict of str to list of tuple of str
+        "hinges", "sliding" and "opening" pairs of block names.
+    """
+    found: dict[str, list[tuple[str, str]]] = {"hinges": [], "sliding": [], "opening": []}
+    rate = relative_motion(assembly, interfaces, mechanism)
+    friction = np.minimum(joint_friction(assembly, interfaces), 1e3)
+    a, b = interfaces.pair.T
+    turning = np.linalg.norm(mechanism[b, 3:] - mechanism[a, 3:], axis=1)
+    size = assembly.size[interfaces.pair].min(axis=1)
+    turns = (interfaces.area == 0) & (turning * size > tolerance)
+    for k, pair in enumerate(interfaces.pair):
+        own = rate[interfaces.start[k] : interfaces.start[k + 1]]
+        slide = np.hypot(own[:, 1], own[:, 2])
+        contact = own[:, 0] - friction[k] * slide <= tolerance
+        still = bool(np.abs(own).max(initial=0.0) <= tolerance)
+        if still and not turns[k]:
+            continue
+        kind = "sliding" if contact.all() and not still else "hinges" if contact.any() else "opening"
+        found[kind].append((assembly.names[pair[0]], assembly.names[pair[1]]))
+    return found
 
 
 def corner_speed(assembly: Assembly, twist: Floats) -> Floats:

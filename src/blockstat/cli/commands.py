@@ -9,7 +9,7 @@ import typer
 
 from blockstat.cli.cases import Case, LoadsFile, cases_command, chosen_case, load_and_loads
 from blockstat.cli.chance import reliability_command
-from blockstat.cli.displacement import capacity_command
+from blockstat.cli.displacement import capacity_command, code_check_command
 from blockstat.cli.examples import example_command
 from blockstat.cli.imperfect import Imperfect, imperfections_of
 from blockstat.cli.options import (
@@ -54,6 +54,7 @@ app = typer.Typer(
 )  # plain help: markup would swallow units and table names in brackets
 app.command("cases")(cases_command)
 app.command("capacity")(capacity_command)
+app.command("code-check")(code_check_command)
 app.command("settle")(settle_command)
 app.command("friction")(friction_command)
 app.command("tie")(tie_command)

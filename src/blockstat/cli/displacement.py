@@ -1,4 +1,4 @@
-"""Commands beyond the first motion: the capacity curve."""
+"""Commands beyond the limit load: the capacity curve, and the code check of a mechanism."""
 
 from __future__ import annotations
 
@@ -25,7 +25,15 @@ from blockstat.cli.options import (
     said,
 )
 from blockstat.cli.options import load as load_assembly
-from blockstat.cli.progress import at_work
+from blockstat.cli.progress import at_work, shown_progress
+from blockstat.errors import InputError
+
+Ag = Annotated[float | None, typer.Option(help="Peak ground acceleration asked for at SLV, in units of g.")]
+Soil = Annotated[str | None, typer.Option(help="Category of the ground, A to E; A by default.")]
+F0 = Annotated[float | None, typer.Option(help="F0 of the spectrum; 2.5 by default.")]
+Tc = Annotated[float | None, typer.Option(help="TC* of the spectrum [s]; 0.3 by default.")]
+Confidence = Annotated[float | None, typer.Option("--fc", help="Confidence factor FC; 1.35 by default.")]
+Behaviour = Annotated[float | None, typer.Option("--q", help="Behaviour factor q; 2 by default.")]
 
 
 def capacity_command(
@@ -89,6 +97,80 @@ def capacity_command(
         return
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {found.timings['total']:.2f} s")
     typer.echo(f"{said(assembly, units=units, gap=near)}\n{found.explain()}")
+
+
+def code_check_command(
+    file: FileArgument,
+    load: Annotated[str, typer.Option(metavar="AX,AY,AZ", help="Direction of the horizontal acceleration.")],
+    ag: Ag = None,
+    soil: Soil = None,
+    f0: F0 = None,
+    tc: Tc = None,
+    confidence: Confidence = None,
+    behaviour: Behaviour = None,
+    flow: Annotated[str, typer.Option(help="associated, or coulomb: alpha0 without dilatancy.")] = "associated",
+    case: Case = None,
+    loads: LoadsFile = None,
+    friction: Friction = None,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
+    supports: Supports = None,
+    units: Units = None,
+    up: Up = None,
+    as_json: AsJson = False,
+) -> None:
+    """Verify the mechanism of a limit load linearly by Circolare 7/2019, C8.7.1.2.1. Loads of a case have no mass."""
+    from blockstat.analysis.limit_load import limit_load
+    from blockstat.code_check.linear import linear_check
+
+    code = code_options(ag, soil, f0, tc, confidence, behaviour)
+    direction = numbers(load, 3, "--load", "AX,AY,AZ")
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
+    acting = chosen_case(assembly, file, case, loads)
+    permanent = None if acting is None else acting.loads
+    with shown_progress() as progress:
+        limit = limit_load(assembly, direction, loads=permanent, flow=flow, progress=progress)
+    found = linear_check(limit, direction, **code)
+    if as_json:
+        echo = inputs(assembly, units=units) | ({"case": case} if case else {})
+        print_json({"file": str(file), **echo, **found.summary()})
+        return
+    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{said(assembly, units=units)}\n{found.explain()}")
+
+
+def code_options(
+    ag: float | None,
+    soil: str | None,
+    f0: float | None,
+    tc: float | None,
+    confidence: float | None,
+    behaviour: float | None,
+) -> dict[str, Any]:
+    """Return options of `blockstat.linear_check` from those of a command.
+
+    Parameters
+    ----------
+    ag, soil, f0, tc, confidence, behaviour : float or str, optional
+        Values of `--ag`, `--soil`, `--f0`, `--tc`, `--fc` and `--q`; None for the defaults.
+
+    Returns
+    -------
+    dict
+        Keyword arguments.
+
+    Raises
+    ------
+    InputError
+        For a value that cannot be used.
+    """
+    from blockstat.code_check.spectrum import Site
+
+    if ag is not None and not 0 < ag < 10:
+        raise InputError(f"--ag is {ag:g}; it is in units of g, such as 0.15")
+    given = {"soil": soil, "f0": f0, "tc_star": tc}
+    site = Site(**{name: value for name, value in given.items() if value is not None})
+    factors = {"demand": ag, "confidence": confidence, "behaviour": behaviour}
+    return {"site": site, **{name: value for name, value in factors.items() if value is not None}}
 
 
 def _point(control: str | None) -> Any:

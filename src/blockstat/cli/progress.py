@@ -61,9 +61,15 @@ def shown_progress() -> Iterator[Callable[[int, float, float], None]]:
         As `progress` of `blockstat.limit_load`.
     """
     with at_work("limit load") as say:
+        kinds = 0
 
         def show(iteration: int, reached: float, upper: float) -> None:
-            bracket = f"{max(reached, 0.0):.6g} reached, at most {upper:.6g}"
-            say(f"iteration {iteration}: {bracket} (Ctrl-C keeps the bracket)")
+            nonlocal kinds
+            kinds += iteration == 0
+            if kinds:
+                text = f"without dilatancy, kind of joints {kinds}, trial {iteration}: {reached:.5g} to {upper:.5g}"
+            else:
+                text = f"iteration {iteration}: {max(reached, 0.0):.6g} reached, at most {upper:.6g}"
+            say(f"{text} (Ctrl-C keeps the bracket)")
 
         yield show

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from blockstat.cli.cases import Case, LoadsFile, all_cases, bracket, case_answers, chosen_case, load_and_loads
+from blockstat.cli.displacement import F0, Ag, Behaviour, Confidence, Soil, Tc, code_options
 from blockstat.cli.options import (
     AsJson,
     FileArgument,
@@ -226,13 +227,47 @@ def report_command(
     directions: Annotated[int, typer.Option(metavar="N", help="Of the horizon; a multiple of 4.")] = 16,
     case: Case = None,
     loads: LoadsFile = None,
+    ag: Ag = None,
+    soil: Soil = None,
+    f0: F0 = None,
+    tc: Tc = None,
+    confidence: Confidence = None,
+    behaviour: Behaviour = None,
 ) -> None:
     """Write a report to hand over: assumptions, verdicts, the least limit load, pictures, warnings and sources.
 
-    It lists all load cases; with --case all verdicts and limit loads are those under the loads of that case.
+    It lists all load cases; with --case all verdicts and limit loads are those under the loads of that case. With --ag
+    it has the linear code check of Circolare 7/2019 towards +-x, +-y and the weakest direction.
     """
+    code = asked_code(ag, soil, f0, tc, confidence, behaviour)
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
-    write_report(file, assembly, output, units=units, gap=gap_of(gap), directions=directions, case=case, loads=loads)
+    options = {"units": units, "gap": gap_of(gap), "directions": directions, "case": case, "loads": loads, "code": code}
+    write_report(file, assembly, output, **options)
+
+
+def asked_code(ag: float | None, *others: Any) -> dict[str, Any] | None:
+    """Return the code check that a report is asked for.
+
+    Parameters
+    ----------
+    ag : float or None
+        Value of `--ag`.
+    *others : float, str or None
+        The others, as `code_options` takes them.
+
+    Returns
+    -------
+    dict or None
+        Options of `blockstat.linear_check`; None without `--ag`.
+
+    Raises
+    ------
+    InputError
+        For others without `--ag`, or a value that cannot be used.
+    """
+    if ag is None and any(value is not None for value in others):
+        raise InputError("--soil, --f0, --tc, --fc and --q are those of the code check; it needs --ag, too")
+    return None if ag is None else code_options(ag, *others)
 
 
 def write_report(
@@ -246,6 +281,7 @@ def write_report(
     verify: Any = None,
     case: str | None = None,
     loads: Path | None = None,
+    code: dict[str, Any] | None = None,
 ) -> None:
     """Assess an assembly and write the page.
 
@@ -267,6 +303,8 @@ def write_report(
         Simulates the assembly, as `blockstat.assess_fully` calls it.
     case, loads : str and Path, optional
         Values of `--case` and `--loads`.
+    code : dict, optional
+        As `asked_code` returns it.
 
     Raises
     ------
@@ -291,7 +329,7 @@ def write_report(
         say("verdicts and limit loads")
         found = assess_fully(
             assembly, source=str(file), gap=near, units=units or "m", directions=directions,
-            verify=verify, cases=answers, case=chosen,
+            verify=verify, cases=answers, case=chosen, code=code,
         )  # fmt: skip
         say("pictures")
         text = assessment_html(found)

@@ -6,7 +6,9 @@
 
 P are the weights that take part, d the horizontal components of the virtual displacements of their points. Blocks that
 move as one body count as one: a wall divided into courses that turn together has `e* = 1`, while its courses one by one
-give 3/4, and an a0* that is a third too high.
+give 3/4, and an a0* that is a third too high. The formula is for the few macro-blocks of a mechanism drawn by hand. A
+mechanism that spreads over the stones of a wall lowers e* in the same way, so there its bodies are taken as one: e* is
+at most 1 (Cauchy and Schwarz), and a0* at least alpha0 g / FC.
 """
 
 from __future__ import annotations
@@ -28,9 +30,11 @@ from blockstat.typing import Floats, Ints
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-#: Corners of two blocks move as those of one body to this fraction of the fastest corner of the mechanism: what the
-#: solvers leave in a mechanism, and far below any joint that opens.
+#: Corners of two blocks move as those of one body to this fraction of the mean speed of the mechanism, at least: what
+#: the solvers leave in a mechanism of the optimum.
 TOGETHER = 1e-5
+#: Bodies of a mechanism drawn by hand, at most: a plane chain between two supports moves with four hinges.
+MACRO_BLOCKS = 3
 G = 9.81  #: [m/s2]
 GREATEST = 10.0  #: no ground acceleration comes near it, in units of g
 
@@ -48,7 +52,8 @@ class LinearCheck(Result):
     """The linear verification of a mechanism and the figures that it rests on."""
 
     alpha0: float  #: load multiplier [-]
-    participation: float  #: e* [-]
+    participation: float  #: e* that the verification takes [-]; 1 where all bodies are taken as one
+    apart: float  #: e* of the bodies apart [-]
     mass: float  #: M* [kg]
     acceleration: float  #: a0* [m/s2]
     confidence: float  #: FC [-]
@@ -57,6 +62,9 @@ class LinearCheck(Result):
     ag_life: float  #: ag at the limit state of life safety (SLV) by behaviour factor, in units of g
     demand: float | None  #: ag asked for at SLV, in units of g
     bodies: tuple[tuple[int, ...], ...]  #: blocks that move as one, for each body of the mechanism
+    multiplier: str  #: which multiplier alpha0 is, in words
+    ground: str  #: the site or the spectrum, in words
+    warnings: tuple[str, ...] = ()
 
     @property
     def outcome(self) -> CheckOutcome:
@@ -77,11 +85,13 @@ class LinearCheck(Result):
         return "\n".join(
             [
                 self.outcome.value,
-                f"alpha0 = {self.alpha0:.6g}, {len(self.bodies)} bodies, e* = {self.participation:.6g}, "
+                f"alpha0 = {self.alpha0:.6g}, {count(self.bodies)}, e* = {self.participation:.6g}, "
                 f"M* = {self.mass:.6g} kg (C8.7.1.5).",
+                f"alpha0 is {self.multiplier}.",
                 f"a0* = alpha0 g / (e* FC) = {self.acceleration:.6g} m/s2, FC = {self.confidence:g} (C8.7.1.3).",
-                f"Activated at ag = {self.ag_damage:.6g} g (SLD).",
+                f"Activated at ag = {self.ag_damage:.6g} g (SLD), on {self.ground}.",
                 f"With q = {self.behaviour:g}: ag = {self.ag_life:.6g} g (SLV){asked}.",
+                *(f"Warning: {text}" for text in self.warnings),
             ]
         )
 
@@ -97,7 +107,10 @@ class LinearCheck(Result):
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,
             "alpha0": self.alpha0,
+            "multiplier": self.multiplier,
+            "ground": self.ground,
             "e_star": self.participation,
+            "e_star_apart": self.apart,
             "m_star": self.mass,
             "a0_star": self.acceleration,
             "fc": self.confidence,
@@ -106,6 +119,7 @@ class LinearCheck(Result):
             "ag_slv": self.ag_life,
             "demand": self.demand,
             "bodies": len(self.bodies),
+            "warnings": list(self.warnings),
         }
 
 
@@ -120,13 +134,15 @@ def linear_check(
     masses: Sequence[tuple[int | str, Sequence[float], float]] = (),
     floor: Floor | None = None,
     demand: float | None = None,
+    macro_blocks: int = MACRO_BLOCKS,
 ) -> LinearCheck:
     """Verify the mechanism of a limit load linearly, with a behaviour factor.
 
     Parameters
     ----------
     limit : LimitLoad
-        Of a horizontal acceleration, of all that has mass. Its lower bound is alpha0.
+        Of a horizontal acceleration, of all that has mass. alpha0 is its lower bound; with flow="coulomb" that without
+        dilatancy, of the joints that carry least. The displacements are those of its mechanism.
     direction : sequence of float, shape (3,)
         Direction of the acceleration.
     site : Site or SpectrumTable, optional
@@ -142,6 +158,9 @@ def linear_check(
         For a part high up in a building; by default the mechanism stands on the ground.
     demand : float, optional
         ag asked for at the limit state of life safety, in units of g.
+    macro_blocks : int, optional
+        A mechanism of more bodies than these is taken as one body, e* = 1. Raise it only where you judge its bodies to
+        be macro-blocks.
 
     Returns
     -------
@@ -162,6 +181,10 @@ def linear_check(
     On the ground, `ag S = q a0*` (q = 1 for SLD); high up, `S_eZ(T0) = q a0*` with the floor spectrum. The method is
     calibrated for mechanisms whose points move parallel to one plane.
 
+    By C8.7.1.5 a lower e* is a higher a0*. e* sinks where still weights count and where one macro-block counts as many
+    bricks; by Cauchy and Schwarz it is at most 1. So blocks whose motion the bracket of the limit does not prove do not
+    count, and more bodies than a hand mechanism has are taken as one. The result has both e*.
+
     Examples
     --------
     A wall 4 m high and 0.5 m thick, in four courses that turn as one.
@@ -178,14 +201,22 @@ def linear_check(
     for name, value in (("confidence", confidence), ("behaviour", behaviour)):
         if not (np.isfinite(value) and value >= 1):
             raise InputError(f"{name} is {value!r}; it must be at least 1")
+    if macro_blocks < 1:
+        raise InputError(f"macro_blocks is {macro_blocks!r}; it must be at least 1")
     ground: Spectrum = Site() if site is None else site
     bodies = moving_bodies(limit)
-    share, weight = _participation(limit, direction, bodies, masses)
-    acceleration = limit.lower * G / (share * confidence)
+    if limit.coulomb_least is None:
+        alpha0, multiplier = limit.lower, "with associated friction, which dilates: real joints may carry less"
+    else:
+        alpha0, multiplier = limit.coulomb_least[0], "without dilatancy, of the joints that carry least"
+    sums = work_sums(limit.assembly, limit.mechanism, direction, bodies, masses)
+    share, _, warnings = oscillator(sums, bodies, macro_blocks)
+    acceleration = alpha0 * G / (share * confidence)
     return LinearCheck(
-        alpha0=limit.lower,
+        alpha0=alpha0,
         participation=share,
-        mass=share * weight / G,
+        apart=sums[1] ** 2 / (sums[0] * sums[2]),
+        mass=share * sums[0] / G,
         acceleration=acceleration,
         confidence=confidence,
         behaviour=behaviour,
@@ -193,7 +224,62 @@ def linear_check(
         ag_life=_ground(behaviour * acceleration / G, ground, floor),
         demand=demand,
         bodies=tuple(tuple(int(block) for block in body) for body in bodies),
+        multiplier=multiplier,
+        ground=ground.words,
+        warnings=warnings,
     )
+
+
+def count(bodies: Sequence[Any]) -> str:
+    """Return the number of bodies in words.
+
+    Parameters
+    ----------
+    bodies : sequence
+        The bodies.
+
+    Returns
+    -------
+    str
+        Such as "2 bodies".
+    """
+    return "1 body" if len(bodies) == 1 else f"{len(bodies):,} bodies"
+
+
+def oscillator(
+    sums: tuple[float, float, float], bodies: Sequence[Ints], macro_blocks: int
+) -> tuple[float, float, tuple[str, ...]]:
+    """Return the equivalent oscillator of a mechanism, of one body where there are more bodies than macro-blocks.
+
+    Parameters
+    ----------
+    sums : tuple of float
+        What `work_sums` returns.
+    bodies : sequence of array of int
+        Blocks that move as one.
+    macro_blocks : int
+        Bodies up to which e* is that of the bodies apart.
+
+    Returns
+    -------
+    share, displacement, warnings
+        e*, the displacement of the oscillator [m] in the mechanism, and what a reader must know.
+
+    Notes
+    -----
+    Of one body with the same weight and the same work, sum P d^2 is (sum P d)^2 / sum P, the least it can be. It has
+    e* = 1 and the mean displacement of the weights: both a0 and d0 are on the safe side, and T is the same.
+    """
+    total, first, second = sums
+    if len(bodies) <= macro_blocks:
+        return first**2 / (total * second), second / first, ()
+    apart = first**2 / (total * second)
+    words = (
+        f"the mechanism has {count(bodies)}, more than the {macro_blocks} of a mechanism drawn by hand; they are taken "
+        f"as one, e* = 1, the safe side. Apart they have e* = {apart:.4g} and would bear {1 / apart:.3g} times the "
+        f"acceleration: bricks count there as macro-blocks"
+    )
+    return 1.0, first / total, (words,)
 
 
 def side_wall_friction(
@@ -284,37 +370,34 @@ def moving_bodies(limit: LimitLoad) -> list[Ints]:
 
     Notes
     -----
-    Two blocks move as one when the corners of both would move alike with either of them, to a hundred-thousandth of the
-    fastest corner.
+    Two blocks move as one when the corners of both would move alike with either of them. Blocks that move alike with
+    the ground are no part of the mechanism.
+
+    A mechanism whose bound is within a share g of the optimum may be as far as sqrt(g) from the best one, because
+    friction cones are curved. So motions below sqrt(g) of the mean speed sum P v^2 / sum P v are not proven to be part
+    of it. Merging bodies raises e*, and so does leaving out weights that move by less than about e*/2 of the mean
+    speed: both are on the safe side.
     """
     assembly, motion = limit.assembly, limit.mechanism
     own = assembly.vertex_block
     speed = np.linalg.norm(point_velocity(assembly, motion, own, assembly.vertices), axis=1)
     fastest = np.maximum.reduceat(speed, assembly.vertex_start[:-1])
-    moving = fastest > TOGETHER * float(fastest.max(initial=1.0))
+    momentum = assembly.mass * fastest
+    mean = float(momentum @ fastest) / max(float(momentum.sum()), 1e-300)
+    unproven = max(TOGETHER, float(np.sqrt(limit.gap))) * mean
+    moving = fastest > unproven
     pairs = limit.interfaces.pair
     pairs = pairs[moving[pairs].all(axis=1)]
-    together = np.array([_as_one(assembly, motion, a, b) for a, b in pairs], dtype=bool)
+    together = np.array([_as_one(assembly, motion, a, b, unproven) for a, b in pairs], dtype=bool)
     _, label = connected_components(assembly.n_blocks, pairs[together] if len(pairs) else pairs)
     return [np.flatnonzero((label == k) & moving) for k in np.unique(label[moving])]
 
 
-def _as_one(assembly: Assembly, motion: Floats, a: int, b: int) -> bool:
-    """Whether two blocks have one motion."""
+def _as_one(assembly: Assembly, motion: Floats, a: int, b: int, unproven: float) -> bool:
+    """Whether two blocks have one motion, up to what is not proven."""
     corners = np.concatenate([assembly.block_vertices(a), assembly.block_vertices(b)])
     with_a, with_b = (point_velocity(assembly, motion, np.full(len(corners), k), corners) for k in (a, b))
-    return bool(np.abs(with_a - with_b).max() <= TOGETHER)
-
-
-def _participation(
-    limit: LimitLoad,
-    direction: Sequence[float],
-    bodies: Sequence[Ints],
-    masses: Sequence[tuple[int | str, Sequence[float], float]],
-) -> tuple[float, float]:
-    """e* and the sum of the weights that take part [N]."""
-    total, first, second = work_sums(limit.assembly, limit.mechanism, direction, bodies, masses)
-    return first**2 / (total * second), total
+    return bool(np.abs(with_a - with_b).max() <= unproven)
 
 
 def work_sums(

@@ -19,7 +19,16 @@ from typing import Any
 
 import numpy as np
 
-from blockstat.code_check.linear import CheckOutcome, G, bearable, moving_bodies, work_sums
+from blockstat.code_check.linear import (
+    MACRO_BLOCKS,
+    CheckOutcome,
+    G,
+    bearable,
+    count,
+    moving_bodies,
+    oscillator,
+    work_sums,
+)
 from blockstat.code_check.spectrum import Floor, Site, Spectrum
 from blockstat.errors import InputError, check_choice, known_options
 from blockstat.large_displacement.capacity_curve import CapacityCurve, CapacityOutcome
@@ -64,7 +73,8 @@ class NonlinearCheck(Result):
     """The nonlinear verification of a mechanism and the figures that it rests on."""
 
     alpha0: float  #: multiplier at rest [-]
-    participation: float  #: e* [-]
+    participation: float  #: e* that the verification takes [-]; 1 where all bodies are taken as one
+    apart: float  #: e* of the bodies apart [-]
     mass: float  #: M* [kg]
     acceleration: float  #: a0 [m/s2]
     ultimate: float  #: d0, displacement of the oscillator where its acceleration is zero [m]
@@ -119,7 +129,7 @@ class NonlinearCheck(Result):
         }
         lines = [
             told[self.outcome],
-            f"alpha0 = {self.alpha0:.6g}, {len(self.bodies)} bodies, e* = {self.participation:.6g}, "
+            f"alpha0 = {self.alpha0:.6g}, {count(self.bodies)}, e* = {self.participation:.6g}, "
             f"M* = {self.mass:.6g} kg (C8.7.1.5).",
             f"a0 = alpha0 g / (e* FC) = {self.acceleration:.6g} m/s2, FC = {self.confidence:g} (C8.7.1.3).",
             f"d0 = {self.ultimate:.6g} m (C8.7.1.4); multipliers of the {self.shape}.",
@@ -152,6 +162,7 @@ class NonlinearCheck(Result):
             "outcome": self.outcome.word,
             "alpha0": self.alpha0,
             "e_star": self.participation,
+            "e_star_apart": self.apart,
             "m_star": self.mass,
             "a0_star": self.acceleration,
             "d0_star": self.ultimate,
@@ -188,6 +199,7 @@ def nonlinear_check(
     floor: Floor | None = None,
     shape: str = "curve",
     demand: Mapping[str, float] | None = None,
+    macro_blocks: int = MACRO_BLOCKS,
 ) -> NonlinearCheck:
     """Verify a mechanism from its capacity curve: acceleration (SLD) and displacements (SLV, SLC).
 
@@ -210,6 +222,8 @@ def nonlinear_check(
         The code leaves the choice: "curve" takes multipliers off the curve; "line" takes alpha0 (1 - d / d0).
     demand : mapping, optional
         ag asked for by limit state, in units of g, as {"SLV": 0.15}.
+    macro_blocks : int, optional
+        As in `blockstat.linear_check`. Taken as one body, a mechanism has a lower a0 and a lower d0.
 
     Returns
     -------
@@ -253,11 +267,11 @@ def nonlinear_check(
         check_choice("demand", name, ("SLD", *STATES))
     ground: Spectrum = Site() if site is None else site
     bodies = moving_bodies(curve.limit)
-    total, first, second = work_sums(curve.assembly, curve.points[0].mechanism, direction, bodies, masses)
-    share, per_control = first**2 / (total * second), second / first
+    sums = work_sums(curve.assembly, curve.points[0].mechanism, direction, bodies, masses)
+    share, per_control, told = oscillator(sums, bodies, macro_blocks)
     displacement = per_control * curve.displacement
     acceleration = curve.lower * G / (share * confidence)
-    ultimate, warnings = float(displacement[-1]), []
+    ultimate, warnings = float(displacement[-1]), list(told)
     if curve.outcome is CapacityOutcome.COLLAPSE:
         warnings.append("the curve ends before the multiplier is zero; d0 is its end")
     sharp = [event for event in curve.events if event.after is not None and event.after < REMAINS * event.before]
@@ -276,7 +290,8 @@ def nonlinear_check(
     return NonlinearCheck(
         alpha0=float(curve.lower[0]),
         participation=share,
-        mass=share * total / G,
+        apart=sums[1] ** 2 / (sums[0] * sums[2]),
+        mass=share * sums[0] / G,
         acceleration=float(acceleration[0]),
         ultimate=ultimate,
         confidence=confidence,

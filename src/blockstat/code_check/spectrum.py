@@ -40,6 +40,12 @@ class Site:
             if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0):
                 raise InputError(f"site: {name} is {getattr(self, name)!r}; it must be above 0")
 
+    @property
+    def words(self) -> str:
+        """The site in words."""
+        slope = "" if self.topography == 1 else f", S_T {self.topography:g}"
+        return f"soil {self.soil}, F0 {self.f0:g}, TC* {self.tc_star:g} s{slope}"
+
     def amplification(self, ag: float) -> float:
         """Return S = S_S S_T.
 
@@ -110,6 +116,11 @@ class SpectrumTable:
             raise InputError("spectrum: periods must ascend from 0")
         if not (np.isfinite(values).all() and (values >= 0).all() and values[0] > 0):
             raise InputError("spectrum: values must be at least 0, and above 0 at the period 0")
+
+    @property
+    def words(self) -> str:
+        """The table in words."""
+        return f"ground with a spectrum of {len(self.periods)} values"
 
     def spectrum(self, ag: float, period: float, *, damping: float = 5.0) -> float:
         """Return the spectral acceleration S_e(T) in units of g, with all values scaled to a peak ground acceleration.

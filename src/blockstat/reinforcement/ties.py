@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.analysis.limit_load import LimitLoad, LoadOutcome
+from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, limit_load
 from blockstat.analysis.thrust import extreme, standing
 from blockstat.assembly import Block
 from blockstat.contact.interfaces import GAP, Interfaces
@@ -141,8 +141,14 @@ def tie_range(
     return TieRange(assembly.ties[tie], -least, greatest, least_forces, greatest_forces, problem.assembly)
 
 
-def tie_gain(limit: LimitLoad, load: Any, ties: Sequence[Tie]) -> Floats:
+@known_options
+def tie_gain(
+    limit: LimitLoad, load: Any, ties: Sequence[Tie], *, force: float | None = None, loads: Floats | None = None
+) -> Floats:
     """Return by how much each of some ties would raise a limit load multiplier, for each newton of its force.
+
+    It is the slope at no force, and an upper bound for any force: the multiplier is concave in the force that a tie may
+    have. A tie that is anchored in single stones soon pulls these out, and then gains nothing more. `force` tells.
 
     Parameters
     ----------
@@ -152,22 +158,27 @@ def tie_gain(limit: LimitLoad, load: Any, ties: Sequence[Tie]) -> Floats:
         Its load, as `blockstat.limit_load` took it.
     ties : sequence of Tie
         The ties that are considered.
+    force : float, optional
+        Greatest force of each tie by itself [N]: what it gains up to there is computed by a limit load each.
+    loads : array of float, shape (n_blocks, 6), optional
+        With `force`, the permanent loads of the limit [N, N m].
 
     Returns
     -------
     array, shape (n_ties,)
-        Derivatives of the multiplier by the forces [1/N], to first order: those of the mechanism of the limit. The best
-        place of a tie is that of the largest.
+        Derivatives of the multiplier by the forces [1/N], to first order: those of the mechanism of the limit. With
+        `force`, the mean gain up to it. The best place of a tie is that of the largest.
 
     Raises
     ------
     InputError
-        When there is no limit, or for a tie to a block that does not exist.
+        When there is no limit, for a tie to a block that does not exist, or a force that is not positive.
 
     Notes
     -----
     A mechanism u with l'u = 1 bounds the multiplier by -w'u. The wrenches t of a unit tension add to w, so the bound
-    rises by -t'u, the rate at which the mechanism lengthens the tie.
+    rises by -t'u, the rate at which the mechanism lengthens the tie. The gain for a given force is no derivative of one
+    mechanism: the weakest one changes.
 
     Examples
     --------
@@ -180,10 +191,21 @@ def tie_gain(limit: LimitLoad, load: Any, ties: Sequence[Tie]) -> Floats:
     >>> places = [Tie(("ground", "pillar"), ((-4, 0.5, z), (0, 0.5, z))) for z in (0.5, 1.0, 2.0)]
     >>> (9810.0 * tie_gain(limit, (1, 0, 0), places)).round(6).tolist()
     [0.5, 1.0, 2.0]
+
+    Up to 20 kN those above and below the centroid gain less: the foot of the pillar slides away under them.
+
+    >>> (9810.0 * tie_gain(limit, (1, 0, 0), places, force=20e3)).round(3).tolist()
+    [0.466, 1.0, 0.687]
     """
     if limit.outcome is not LoadOutcome.LIMIT:
         raise InputError(f"no limit load to raise: {limit.outcome.value}")
     assembly = limit.assembly
+    if force is not None:
+        if not (np.isfinite(force) and force > 0):
+            raise InputError(f"force is {force!r}; it must be above 0")
+        options: dict[str, Any] = {"loads": loads, "interfaces": limit.interfaces, "optimum": True}
+        held = [assembly.with_(ties=(*assembly.ties, replace(tie, greatest=force))) for tie in ties]
+        return np.array([limit_load(one, load, **options).lower - limit.lower for one in held]) / force
     motion = limit.mechanism / float((limit.mechanism * as_load(assembly, load)).sum())
     columns = tie_columns(assembly, ties)
     gain = np.zeros(len(ties))

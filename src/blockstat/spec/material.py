@@ -41,7 +41,12 @@ class Joint(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
 
 
 class TieTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
-    """A tie, an anchor or a strut between two blocks (see `blockstat.Tie`)."""
+    """A tie, an anchor or a strut between two blocks (see `blockstat.Tie`).
+
+    An anchor plate is an element of the kind "box" that lies against the wall, with a tie that ends on it. A tie that
+    ends in a single stone pulls it out. `blockstat build` writes the names of the blocks; that of a box is the name of
+    its element.
+    """
 
     between: tuple[str, str]  #: two blocks by name; "ground" for an anchor in the ground
     points: tuple[Point, Point]  #: where it holds each of them [m]

@@ -12,7 +12,7 @@ from blockstat.model import kinds
 from blockstat.spec.element import Element
 from blockstat.spec.elements import KINDS, kind_of
 
-_ENTRY = re.compile(r"^(\w+) : .*\n((?:    .*\n?)+)", flags=re.MULTILINE)
+_ENTRY = re.compile(r"^(\w+(?:, \w+)*) : .*\n((?:    .*\n?)+)", flags=re.MULTILINE)
 _FIELD = re.compile(r"^    (\w+): .*?(?:  #: (.*))?$")
 
 
@@ -31,7 +31,7 @@ def meanings(table: type[msgspec.Struct]) -> dict[str, str]:
     """
     if issubclass(table, Element) and table in KINDS.values():
         kind = kinds.KINDS[kind_of(table)]
-        return meanings(Element) | (_said(kind.more) if kind.more else {}) | _said(kind.build)
+        return meanings(Element) | (said(kind.more) if kind.more else {}) | said(kind.build)
     found: dict[str, str] = {}
     for base in reversed(table.__mro__):
         if issubclass(base, msgspec.Struct) and base is not msgspec.Struct:
@@ -39,13 +39,26 @@ def meanings(table: type[msgspec.Struct]) -> dict[str, str]:
     return found
 
 
-def _said(taker: Any) -> dict[str, str]:
-    """What the Parameters of a docstring say, or the comments of a struct."""
+def said(taker: Any) -> dict[str, str]:
+    """What the Parameters of a docstring say, or the comments of a struct.
+
+    Parameters
+    ----------
+    taker : callable or type
+        A function with a numpy docstring, or a struct.
+
+    Returns
+    -------
+    dict of str
+        By name.
+    """
     if isinstance(taker, type):
         return meanings(taker)
     entries = _ENTRY.findall(inspect.getdoc(taker) or "")
-    words = {name: re.sub(r"\s+", " ", text).strip().rstrip(".") for name, text in entries}
-    return {name: text[0].lower() + text[1:] for name, text in words.items()}
+    words = {
+        name: re.sub(r"\s+", " ", text).strip().rstrip(".") for names, text in entries for name in names.split(", ")
+    }
+    return {name: text if text[1:2] == ":" else text[0].lower() + text[1:] for name, text in words.items()}
 
 
 def _comments(table: type) -> dict[str, str]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.analysis.limit_load import UNBOUNDED, LimitLoad, LoadOutcome, limit_load
+from blockstat.analysis.limit_load import DILATES, UNBOUNDED, LimitLoad, LoadOutcome, limit_load
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
 from blockstat.loads import acceleration
@@ -107,6 +107,8 @@ class DirectionalLimits(Result):
             low, high = self.horizon
             lines.append(f"Least: {self.least.upper:.6g} towards {self.names[self.weakest]}.")
             lines.append(f"Over the whole horizon: {low:.6g} <= least multiplier <= {high:.6g}")
+            if self.least.coulomb is None:
+                lines.append(DILATES)
             width = max(map(len, self.names))
             lines += [
                 f"  {name:>{width}}  {limit.lower:.6g} to {limit.upper:.6g}{_beside(limit)}"

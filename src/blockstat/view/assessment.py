@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date as Date
 from html import escape
@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.assess import assess
-from blockstat.analysis.limit_load import LimitLoad
+from blockstat.analysis.limit_load import DILATES, LimitLoad, LoadOutcome
 from blockstat.analysis.verdict import Outcome, Verdict
+from blockstat.code_check.linear import CheckOutcome, LinearCheck, linear_check
 from blockstat.contact.interfaces import GAP
 from blockstat.errors import check_choice, known_options
 from blockstat.io.parts import UNITS
@@ -34,7 +35,11 @@ if TYPE_CHECKING:
 #: A verdict in Bullet, or by any other means, on the same assembly.
 Verifier = Callable[..., Result]
 #: The tone of an answer by its word; others are grey.
-TONES = {"stable": "good", "stands": "good", "unstable": "bad", "falls": "bad", "stable_only_by_self_stress": "bad"}
+TONES = {
+    "stable": "good", "stands": "good", "satisfied": "good",
+    "unstable": "bad", "falls": "bad", "stable_only_by_self_stress": "bad", "not_satisfied": "bad",
+}  # fmt: skip
+AXES = ("+x", "-x", "+y", "-y")  #: directions whose mechanisms are shown, beside the weakest
 MEANING = (
     "Blocks are rigid and joints carry no tension unless a joint law says so. Stable by force fields alone means that "
     "forces within every friction cone balance every block. This is necessary for rest and, with real friction, not "
@@ -54,6 +59,7 @@ SOURCES = (
     "G. De Saxce, Z.-Q. Feng: The bipotential method. Mathematical and Computer Modelling 28, 1998. The fixed point "
     "behind the verdict without dilatancy.",
 )
+CODE = "Circolare 21 gennaio 2019, n. 7 C.S.LL.PP., C8.7.1.2.1, linear verification; NTC 2018, 3.2.3.2.1."
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +76,7 @@ class Assessment:
     #: Name, what acts, verdict and multiplier of the live loads of each load case; only the weight acts where empty.
     cases: tuple[tuple[str, str, str, str], ...] = ()
     case: LoadCase | None = None  #: the case under which all else was found; None for the weight alone
+    checks: tuple[tuple[str, LinearCheck], ...] = ()  #: by direction; none where no demand was given
 
     @property
     def assembly(self) -> Assembly:
@@ -80,7 +87,9 @@ class Assessment:
     def warnings(self) -> tuple[str, ...]:
         """The warnings of all parts, each once."""
         parts = (self.associated, self.coulomb, self.directions, self.dynamic)
-        return tuple(dict.fromkeys(text for part in parts for text in getattr(part, "warnings", ())))
+        own = [text for part in parts for text in getattr(part, "warnings", ())]
+        own += [f"code check towards {name}: {text}" for name, check in self.checks for text in check.warnings]
+        return tuple(dict.fromkeys(own))
 
 
 @known_options
@@ -95,6 +104,7 @@ def assess_fully(
     verify: Verifier | None = None,
     cases: Sequence[tuple[str, str, str, str]] = (),
     case: LoadCase | None = None,
+    code: Mapping[str, Any] | None = None,
 ) -> Assessment:
     """Find what a report shows: the verdicts of all kinds, and the limit load over the horizon.
 
@@ -118,6 +128,9 @@ def assess_fully(
         Name, what acts, verdict, and multiplier of the live loads of each load case, to be listed.
     case : LoadCase, optional
         All of its loads act beside the weight, and beside `loads`.
+    code : mapping, optional
+        Options of `blockstat.linear_check`, such as ``{"site": Site("B"), "demand": 0.15}``: the mechanisms towards +-x
+        and +-y and the weakest one are verified.
 
     Returns
     -------
@@ -140,7 +153,17 @@ def assess_fully(
     dynamic = None
     if verify is not None:
         dynamic = verify(assembly) if loads is None else verify(assembly, loads=loads)
-    return Assessment(associated, coulomb, limits, dynamic, source or assembly.name, units, gap, tuple(cases), case)
+    checks = () if code is None else tuple(
+        (limits.names[k], linear_check(limits.limits[k], limits.directions[k], **code)) for k in _shown(limits)
+    )  # fmt: skip
+    source = source or assembly.name
+    return Assessment(associated, coulomb, limits, dynamic, source, units, gap, tuple(cases), case, checks)
+
+
+def _shown(limits: DirectionalLimits) -> list[int]:
+    """Directions along the axes, and the weakest one, that have a limit."""
+    chosen = [k for k, name in enumerate(limits.names) if name in AXES or k == limits.weakest]
+    return [k for k in chosen if limits.limits[k].outcome is LoadOutcome.LIMIT]
 
 
 def assessment_html(found: Assessment, *, day: Date | None = None) -> str:
@@ -173,13 +196,15 @@ def assessment_html(found: Assessment, *, day: Date | None = None) -> str:
         f"<h1>{escape(name)}: assessment as rigid blocks</h1><p>{escape(made)}</p>",
         "<h2>Answer</h2>" + _answers(found),
         "<h2>Inputs and assumptions</h2>" + facts(assumptions(found)),
-        "<h2>Load cases</h2>" + _cases(found),
+        "<h2>Load cases</h2>" + _cases(found) if found.cases else "",
+        "<h2>Ties</h2>" + _ties(found) if found.assembly.ties else "",
         "<h2>Limit load over the horizon</h2>" + _horizon(found),
+        "<h2>Code check</h2>" + _checks(found) if found.checks else "",
         "<h2>Pictures</h2>" + _pictures(found),
         "<h2>Warnings</h2>" + (bullets(found.warnings) or "<p>None.</p>"),
         f"<h2>What the answers mean</h2><p>{escape(MEANING)}</p>",
         "<h2>Evidence</h2>" + _evidence(found),
-        "<h2>Sources of the method</h2>" + bullets(SOURCES),
+        "<h2>Sources of the method</h2>" + bullets((*SOURCES, CODE) if found.checks else SOURCES),
     ]
     return page(f"{name}: assessment", body)
 
@@ -223,6 +248,7 @@ def assumptions(found: Assessment) -> list[tuple[str, str]]:
         ),
         ("blocks", f"{assembly.n_blocks:,}, of which {len(free):,} are free"),
         ("supports", f"{', '.join(supports[:8])}{more}"),
+        ("ties", f"{len(assembly.ties)}, listed below" if assembly.ties else "none"),
         ("loads", "the weight of the blocks" if found.case is None else f"{found.case.name}: {found.case.words}"),
         ("weight of the free blocks", f"{plain(assembly.free_weight / 1e3, 4)} kN"),
         ("volume of the free blocks", f"{plain(assembly.volume[free].sum(), 4)} m3"),
@@ -256,12 +282,21 @@ def _answers(found: Assessment) -> str:
         words = (
             f"The least horizontal acceleration that makes it move is {limits.least.upper:.4g} times gravity, towards "
             f"{limits.names[limits.weakest]}. Over all directions of the horizon the least lies between {low:.4g} and "
-            f"{high:.4g}."
+            f"{high:.4g}. {DILATES}"
         )
-        parts.append(_box("", f"Least limit load: {limits.least.upper:.4g}", words))
+        parts.append(_box("", f"Least limit load (associated friction): {limits.least.upper:.4g}", words))
     else:
         parts.append(_box("", f"Least limit load: {limits.outcome.word.replace('_', ' ')}", limits.outcome.value))
+    if found.checks:
+        name, check = min(found.checks, key=lambda row: row[1].ag_life)
+        asked = "" if check.demand is None else f", asked for {check.demand:.4g} g"
+        words = f"Least towards {name}: ag = {check.ag_life:.4g} g at SLV{asked}. {check.outcome.value}"
+        parts.append(_box(TONES.get(check.outcome.word, ""), f"Code check (linear): {_answer(check)}", words))
     return "".join(parts)
+
+
+def _answer(check: LinearCheck) -> str:
+    return check.outcome.word.replace("_", " ")
 
 
 def _box(tone: str, title: str, words: str) -> str:
@@ -274,7 +309,43 @@ def _cases(found: Assessment) -> str:
         acting = f'all loads of the case "{found.case.name}": {found.case.words}'
     words = f"<p>Verdicts and pictures here are those under {escape(acting)}. The horizontal acceleration is added.</p>"
     heads = ["case", "loads", "verdict", "multiplier of the live loads"]
-    return words + (table(heads, found.cases) if found.cases else "")
+    return words + table(heads, found.cases)
+
+
+def _ties(found: Assessment) -> str:
+    """The ties, and their forces in the force fields that the page rests on."""
+    least = found.directions.least.ties if found.directions.outcome is DirectionOutcome.LIMIT else None
+    rows = []
+    for k, tie in enumerate(found.assembly.ties):
+        forces = ["-" if own is None else plain(round(own[k]) / 1e3) for own in (found.associated.ties, least)]
+        bounds = f"{plain(tie.least / 1e3)} to {plain(tie.greatest / 1e3)}"
+        rows.append(
+            (tie.name or str(k), " and ".join(map(str, tie.between)), "strut" if tie.strut else "tie", bounds, *forces)
+        )
+    heads = ["name", "between", "", "force [kN]", "at rest [kN]", "at the least limit load [kN]"]
+    words = "<p>The force at rest is one of an admissible force field; others may be admissible too.</p>"
+    return table(heads, rows) + words
+
+
+def _checks(found: Assessment) -> str:
+    """The linear verification towards each direction."""
+    rows = [
+        (
+            name, f"{check.alpha0:.5g}", str(len(check.bodies)), f"{check.participation:.4g}", f"{check.apart:.4g}",
+            f"{check.acceleration:.4g}", f"{check.ag_damage:.4g}", f"{check.ag_life:.4g}",
+            "-" if check.outcome is CheckOutcome.CAPACITY else _answer(check),
+        )
+        for name, check in found.checks
+    ]  # fmt: skip
+    first = found.checks[0][1]
+    asked = "" if first.demand is None else f" Asked for at SLV: ag = {first.demand:.4g} g."
+    words = (
+        f"Linear verification of the mechanisms by Circolare 7/2019, C8.7.1.2.1, with FC = {first.confidence:g} and "
+        f"q = {first.behaviour:g}; on {first.ground}.{asked} alpha0 is {first.multiplier}. e* is that taken; beside it "
+        "that of the bodies apart. The mass is that of the blocks; loads have none."
+    )
+    heads = ["towards", "alpha0", "bodies", "e*", "apart", "a0* [m/s2]", "ag SLD [g]", "ag SLV [g]", "answer"]
+    return f"<p>{escape(words)}</p>" + table(heads, rows)
 
 
 def _horizon(found: Assessment) -> str:
@@ -308,9 +379,11 @@ def _pictures(found: Assessment) -> str:
         else:
             draw(plot_mechanism, found.associated, "fall", "How the blocks move first under their weight alone.")
         if limits.outcome is DirectionOutcome.LIMIT:
-            towards = limits.names[limits.weakest]
             draw(plot_directions, limits, "horizon", "Limit load by direction; the least is orange.")
-            draw(plot_mechanism, limits.least, "mechanism", f"Mechanism of the least limit load, towards {towards}.")
+            for k in sorted(_shown(limits), key=lambda k: limits.upper[k]):
+                what = "least limit load" if k == limits.weakest else "limit load"
+                words = f"Mechanism of the {what}, {limits.upper[k]:.4g} towards {limits.names[k]}."
+                draw(plot_mechanism, limits.limits[k], f"mechanism{k}", words)
     return f'<div class="pictures">{"".join(parts)}</div>'
 
 

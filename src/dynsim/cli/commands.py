@@ -219,20 +219,25 @@ def limit(
     supports: Supports = None,
     units: Units = None,
     up: Up = None,
+    threshold: Threshold = None,
     glue: Glue = None,
     preset: Preset = "default",
     as_json: AsJson = False,
 ) -> None:
-    """Bracket the multiplier of an acceleration, or of the live loads of a case, that moves an assembly in Bullet."""
+    """Bracket the multiplier of an acceleration, or of the live loads of a case, that moves an assembly in Bullet.
+
+    A block falls when it moves further than the threshold, by default about a thirtieth of the median block size; a run
+    ends there. Limits need --preset default or careful: in the coarse steps of fast, joints creep.
+    """
     from dynsim.judge.limit import limit as run
     from dynsim.settings import Settings
 
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     growing, permanent = load_and_loads(direction, chosen_case(assembly, file, case, loads_file))
+    settings = Settings.named(preset, roof_threshold=threshold, brick_threshold=threshold)
     with at_work("static limit") as say:
         found = run(
-            with_glue(assembly, glue), growing, loads=permanent, settings=Settings.named(preset), width=width,
-            check=check,
+            with_glue(assembly, glue), growing, loads=permanent, settings=settings, width=width, check=check,
             progress=lambda trial: say(f"{trial.multiplier:.5g}: {trial.verdict}"),
         )  # fmt: skip
     if as_json:

@@ -9,8 +9,9 @@ from typing import Annotated
 import typer
 
 from blockstat.cli.cases import Case, LoadsFile
+from blockstat.cli.displacement import F0, Ag, Behaviour, Confidence, Soil, Tc
 from blockstat.cli.options import FileArgument, Friction, Gravity, Supports, Tilt, Units, Up, load
-from blockstat.cli.studies import write_report
+from blockstat.cli.studies import asked_code, write_report
 from dynsim.cli.criteria import Preset
 
 
@@ -27,12 +28,19 @@ def report(
     directions: Annotated[int, typer.Option(metavar="N", help="Of the horizon; a multiple of 4.")] = 16,
     case: Case = None,
     loads: LoadsFile = None,
+    ag: Ag = None,
+    soil: Soil = None,
+    f0: F0 = None,
+    tc: Tc = None,
+    confidence: Confidence = None,
+    behaviour: Behaviour = None,
 ) -> None:
     """Write the report of `blockstat report` with the verdict of a simulation beside those of the statics."""
     from dynsim.judge.verify import verify
     from dynsim.settings import Settings
 
+    code = asked_code(ag, soil, f0, tc, confidence, behaviour)
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     simulated = partial(verify, settings=Settings.named(preset))
-    options = {"units": units, "directions": directions, "case": case, "loads": loads}
+    options = {"units": units, "directions": directions, "case": case, "loads": loads, "code": code}
     write_report(file, assembly, output, verify=simulated, **options)

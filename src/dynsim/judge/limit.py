@@ -16,6 +16,7 @@ from blockstat.errors import InputError, known_options
 from blockstat.loads import as_load
 from blockstat.result import Result, Sentence, finite, plain
 from blockstat.typing import Floats
+from dynsim.judge.criteria import default_threshold
 from dynsim.judge.verdict import DynamicOutcome
 from dynsim.judge.verify import verify
 from dynsim.loads.load import Load, as_loads
@@ -61,6 +62,7 @@ class DynamicLimit(Result):
     static: tuple[float, float]  #: the static bracket, associated flow
     trials: tuple[Trial, ...]  #: in the order they were run
     process_seconds: float  #: of the runs and the static limit
+    threshold: float  #: displacement from which a block has fallen [m]
     warnings: tuple[str, ...] = ()
 
     @property
@@ -86,6 +88,9 @@ class DynamicLimit(Result):
             lines.append(f"Static bracket: {self.static[0]:.5g} to {self.static[1]:.5g}.")
         if self.ratio is not None and self.outcome is LimitOutcome.LIMIT:
             lines.append(f"Bullet / static: {self.ratio:.3f}.")
+        lines.append(
+            f"Falls: a block moves by more than {plain(1e3 * self.threshold, 2)} mm, or turns as far; a run ends there."
+        )
         lines += [f"{t.multiplier:.5g}: {t.verdict}, {plain(1e3 * t.max_displacement, 2)} mm" for t in self.trials]
         lines += [f"Warning: {text}" for text in self.warnings]
         return "\n".join(lines)
@@ -106,6 +111,7 @@ class DynamicLimit(Result):
             "static_lower": finite(self.static[0]),
             "static_upper": finite(self.static[1]),
             "ratio": self.ratio,
+            "threshold": self.threshold,
             "runs": len(self.trials),
             "trials": [vars(trial) for trial in self.trials],
             "process_seconds": self.process_seconds,
@@ -128,7 +134,8 @@ def limit(
     """Bracket the multiplier of a load at which an assembly ceases to stand in Bullet.
 
     The search starts from the static limit load. Whatever is not "stands" counts as beyond the limit; where statics
-    carry the load without bound, only "falls" does.
+    carry the load without bound, only "falls" does. A block falls by the criteria of `verify`, with the threshold of
+    `settings`; a run ends there, so its displacement is the threshold and little more.
 
     Parameters
     ----------
@@ -193,7 +200,7 @@ def limit(
                 search.stands(multiplier)
     return DynamicLimit(
         outcome, lower, upper, (static.lower, static.upper), tuple(search.trials), process_time() - start,
-        _warnings(search.trials, lower, upper),
+        search.threshold, _warnings(search.trials, lower, upper),
     )  # fmt: skip
 
 
@@ -225,6 +232,8 @@ class _Search:
         self._permanent = permanent
         self._interfaces, self._width, self._progress = interfaces, width, progress
         self._unbounded = unbounded
+        chosen = None if settings is None else settings.brick_threshold
+        self.threshold = chosen or default_threshold(assembly)
         self.trials: list[Trial] = []
 
     def stands(self, multiplier: float) -> bool:
