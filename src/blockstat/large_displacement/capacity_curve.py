@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from time import process_time
 from typing import TYPE_CHECKING, Any
@@ -11,6 +11,7 @@ import numpy as np
 
 from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, limit_load
+from blockstat.analysis.verdict import corner_speed
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.contact.point_law import last_law
 from blockstat.errors import InputError, check_choice, known_options, no_such
@@ -20,8 +21,9 @@ from blockstat.large_displacement.jump import statuses
 from blockstat.large_displacement.linkage import Control, Linkage
 from blockstat.large_displacement.loading import Loading, loading
 from blockstat.large_displacement.path import Begin, Follower, PathEnd, PathEvent, State
-from blockstat.large_displacement.pose import Pose, rest
+from blockstat.large_displacement.pose import Pose, displaced, rest
 from blockstat.large_displacement.statics import LACKING, Structure, limiting
+from blockstat.large_displacement.steps import Left, Stepper
 from blockstat.loads import on_block, three
 from blockstat.result import Result, Sentence, finite
 from blockstat.solve.dispatch import CHOICES
@@ -34,6 +36,8 @@ if TYPE_CHECKING:
 MEAN = "mean"
 #: A control that moves by less than this, where the fastest corner moves at 1, does not move.
 MOVES = 1e-6
+#: The longest step where the path is no linkage, relative to the size of the blocks.
+FINE = 0.03
 #: Contacts that move apart at less than this in the first mechanism, whose fastest corner moves at 1, stick.
 STILL = 1e-5
 
@@ -116,10 +120,12 @@ class CapacityCurve(Result):
             For a displacement that is not on the curve.
         """
         there = self.displacement
-        if not 0 <= displacement <= there[-1]:
-            raise InputError(f"displacement is {displacement!r}; the curve is known from 0 to {there[-1]:.6g} m")
-        last = max(int(np.searchsorted(there, displacement, side="right")), 1)
-        rows = slice(last - 1, min(last + 1, len(there)))
+        if not 0 <= displacement <= there.max():
+            raise InputError(f"displacement is {displacement!r}; the curve is known from 0 to {there.max():.6g} m")
+        last = int(np.flatnonzero(there <= displacement)[-1])
+        if last + 1 == len(there) and there[last] < displacement:  # the control has come back from there
+            last = int(np.flatnonzero((there[:-1] - displacement) * (there[1:] - displacement) <= 0)[-1])
+        rows = slice(last, last + 2)
         lower, upper = (float(np.interp(displacement, there[rows], of[rows])) for of in (self.lower, self.upper))
         return lower, upper
 
@@ -280,12 +286,15 @@ def capacity(
     linkage = _first_linkage(limit, _control(limit, live, control), dilates=flow == "associated")
     follower = Follower(structure, structure.multiplier, _begin(structure), displacement or np.inf, np.inf, tolerance)
     follower = replace(follower, step=_first_step(follower, linkage, start, limit, steps))
-    states, events, outcome = _followed(follower, linkage, start, limit, progress)
+    states, events, left, outcome = _followed(follower, linkage, start, limit, steps, progress)
     points = tuple(_point(structure, state, limit) for state in states)
     unproven = sum(not state.forces.proven for state in states)
     warnings = list(limit.warnings)
     if unproven:
         warnings.append(f"at {unproven} of {len(states)} points forces balance to the solver's tolerance only")
+    for item in left:
+        names = ", ".join(f'"{assembly.names[block]}"' for block in item.blocks)
+        warnings.append(f"{names}: fallen out at {item.parameter:.4g} m and left out from there on")
     seconds = {"limit": limit.timings["total"], "total": process_time() - began}
     assert linkage.control is not None
     return CapacityCurve(outcome, points, tuple(events), linkage.control.name, limit, tuple(warnings), seconds)
@@ -415,15 +424,19 @@ def _followed(
     linkage: Linkage,
     pose: Pose,
     limit: LimitLoad,
+    steps: int,
     progress: Callable[[float, float], None] | None,
-) -> tuple[list[State], list[PathEvent], CapacityOutcome]:
+) -> tuple[list[State], list[PathEvent], list[Left], CapacityOutcome]:
     """All states and events, and how it ends; what is done when it is interrupted stays."""
     states: list[State] = []
     events: list[PathEvent] = []
+    left: list[Left] = []
     outcome = CapacityOutcome.INTERRUPTED
     try:
-        for item in follower.follow(linkage, pose, limit.mechanism):
-            if isinstance(item, State):
+        for item in _path(follower, linkage, pose, limit.mechanism, steps):
+            if isinstance(item, Left):
+                left.append(item)
+            elif isinstance(item, State):
                 states.append(item)
                 if progress is not None:
                     progress(item.motion.parameter, item.motion.value)
@@ -437,7 +450,25 @@ def _followed(
     except KeyboardInterrupt:
         if not states:
             raise
-    return states, events, outcome
+    return states, events, left, outcome
+
+
+def _path(
+    follower: Follower, linkage: Linkage, pose: Pose, guess: Floats, steps: int
+) -> Iterator[State | PathEvent | Left | PathEnd]:
+    """The path of the linkage, and where that is lost, the path by finite steps from there."""
+    last: State | None = None
+    for item in follower.follow(linkage, pose, guess):
+        if isinstance(item, State):
+            last = item
+        if item is not PathEnd.LOST or last is None:
+            yield item
+    if item is PathEnd.LOST and last is not None:
+        motion = last.motion
+        speed = float(corner_speed(displaced(linkage.assembly, motion.pose), motion.rate).max())
+        step = min(speed * follower.step, FINE * float(np.median(linkage.assembly.size)))
+        stepper = Stepper(follower.structure, follower.end, step, 1.0 / steps, follower.tolerance)
+        yield from stepper.follow(last)
 
 
 def _point(structure: Structure, state: State, limit: LimitLoad) -> CapacityPoint:
@@ -448,7 +479,7 @@ def _point(structure: Structure, state: State, limit: LimitLoad) -> CapacityPoin
         lower, upper = limit.lower, limit.upper  # no forces go with this mechanism without dilatancy
     elif not motion.parameter:
         lower, upper = min(limit.lower, lower), max(limit.upper, upper)
-    elif linkage.rubs:
+    elif linkage.rubs and not state.stepped:
         closed = linkage.pinned | linkage.sliding
         found = limiting(structure, linkage.contacts, closed, motion.pose, motion.parameter)
         upper = upper if found is None else max(upper, found[0])
