@@ -201,7 +201,6 @@ class Stepper:
             standing = place
             place = self._moved(place, step)
             fallen += step
-            step = min(2 * step, self.step)
             moved = np.linalg.norm(place.pose.displacement - start.pose.displacement, axis=1)
             most = np.flatnonzero(moved > 0.5 * moved.max())
             if place.limit.multiplier is None and fallen > LEFT * float(place.linkage.assembly.size[most].max()):
@@ -211,7 +210,7 @@ class Stepper:
                 if rest is None or gone > 0.5:
                     break
                 place = self._place(*rest)
-                start, step, fallen = place, FALL * self.step, 0.0
+                start, fallen = place, 0.0
             if place.limit.multiplier is not None:
                 value = place.limit.multiplier if place.limit.multiplier > 0 else None
                 opened, shut = start.touching() - place.touching(), place.touching() - start.touching()
