@@ -10,7 +10,7 @@ import numpy as np
 
 import blockstat
 from evidence.checks import independent
-from evidence.checks.strength import bond_laws, strengths, taken_up
+from evidence.checks.strength import bond_laws, strengths, taken_up, tie_wrenches, ties_taken_up
 
 NEAR = 1e-4  #: verdicts are asked for so far on either side of a limit, relative to it
 TOUCH = 1e-5  #: of its distance from the origin, how far a half-plane may pass from its corner
@@ -52,7 +52,7 @@ def check_settlement(found, *, loads=None):
     asm, faces = found.assembly, found.interfaces
     assert not bond_laws(asm, faces), "a settlement does not say what bonds carry"
     wrench, centroid = independent.dead_load(asm, loads)
-    independent.check_forces(asm, faces, wrench, centroid, found.forces)
+    independent.check_forces(asm, faces, wrench, centroid, found.forces, ties=found.ties)
     k = faces.point_interface
     velocity = np.zeros((2, len(k), 3))
     for side in (0, 1):
@@ -70,8 +70,12 @@ def check_settlement(found, *, loads=None):
     assert closing.max() <= WORK * speed, "a joint closes"
     # Each term is at least 0: it is the most that the joint may take up, less what it does.
     assert (power + work).sum() <= WORK * scale, "a force resists the motion of its joint"
+    tied = tie_wrenches(asm, centroid, found.ties, None)
+    taken, given = ties_taken_up(asm, centroid, found.mechanism)
+    assert given <= WORK * speed, "a tie without a greatest force gives way"
+    assert abs(taken + (tied * found.mechanism).sum()) <= WORK * scale, "a tie yields at another force than its bounds"
     push = np.einsum("nij,ni->nj", faces.frame[k], found.forces)
-    done = 0.0
+    done = float((tied * found.mechanism)[asm.support].sum())
     for side, sign in ((0, -1.0), (1, 1.0)):
         fixed = asm.support[faces.pair[k, side]]
         done += sign * float((push * velocity[side])[fixed].sum())

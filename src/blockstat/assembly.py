@@ -22,6 +22,7 @@ from blockstat.errors import (
     check_gravity,
     gathered,
     no_such,
+    some,
 )
 from blockstat.geometry.polyhedron import Polyhedra
 from blockstat.geometry.validity import check_geometry
@@ -451,7 +452,7 @@ def block_indices(names: Sequence[str], given: Iterable[int | str] | int | str, 
             if block not in index and block.isdecimal() and block.isascii() and int(block) < len(names):
                 block = names[int(block)]
             if block not in index:
-                raise InputError(f'{what}: no block "{block}"; blocks are: {_some(names)}')
+                raise InputError(f'{what}: no block "{block}"; blocks are: {some(names)}')
             return index[block]
         if isinstance(block, (int, np.integer)) and not isinstance(block, bool):
             if not 0 <= block < len(names):
@@ -467,7 +468,3 @@ def _support_mask(supports: Iterable[int | str], names: Sequence[str]) -> np.nda
     mask = np.zeros(len(names), dtype=bool)
     mask[block_indices(names, supports, "supports")] = True
     return mask
-
-
-def _some(names: Sequence[str], limit: int = 8) -> str:
-    return ", ".join(names[:limit]) + (f", ... ({len(names)} in all)" if len(names) > limit else "")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import wraps
 from typing import Any, ParamSpec, TypeVar
 
@@ -188,9 +188,29 @@ def no_such(what: str, given: Any, existing: Iterable[str], *, plural: str = "",
     >>> str(no_such("group", "wal", ["ground", "wall"]))
     'no group "wal"; groups are: ground, wall'
     """
-    names = list(existing)
-    listed = ", ".join(names[:limit]) + (f", ... ({len(names)} in all)" if len(names) > limit else "")
-    return InputError(f'no {what} "{given}"; {plural or what + "s"} are: {listed or "none"}')
+    return InputError(f'no {what} "{given}"; {plural or what + "s"} are: {some(list(existing), limit) or "none"}')
+
+
+def some(names: Sequence[Any], limit: int = 8) -> str:
+    """Return the first of some names or numbers, and how many there are.
+
+    Parameters
+    ----------
+    names : sequence
+        The names or numbers.
+    limit : int, optional
+        At most so many are listed.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> some(range(30), 4)
+    '0, 1, 2, 3, ... (30 in all)'
+    """
+    return ", ".join(map(str, names[:limit])) + (f", ... ({len(names)} in all)" if len(names) > limit else "")
 
 
 def check_choice(option: str, given: Any, choices: Iterable[str]) -> None:
@@ -281,6 +301,76 @@ def check_friction(value: Any) -> float:
     if not isinstance(value, (int, float, np.number)) or isinstance(value, bool) or not value >= 0:
         raise InputError(f"friction is {value!r}; it must be a number of at least 0 (inf for no sliding)")
     return float(value)
+
+
+def check_seed(value: Any) -> None:
+    """Raise InputError unless random numbers can be drawn from a seed.
+
+    Parameters
+    ----------
+    value : object
+        What was given.
+
+    Raises
+    ------
+    InputError
+        For anything but a whole number of at least 0.
+    """
+    if not isinstance(value, (int, np.integer)) or value < 0:
+        raise InputError(f"seed is {value!r}; it must be a whole number of at least 0")
+
+
+def check_seconds(value: Any) -> None:
+    """Raise InputError unless a search can be given so much time.
+
+    Parameters
+    ----------
+    value : object
+        What was given [s]; None for no limit.
+
+    Raises
+    ------
+    InputError
+        For anything but a number of at least 0.
+    """
+    if value is not None and not (isinstance(value, (int, float)) and value >= 0):
+        raise InputError(f"seconds is {value!r}; it must be a number of at least 0")
+
+
+def check_vector(what: str, value: Any) -> Floats:
+    """Return a direction or a displacement as an array.
+
+    Parameters
+    ----------
+    what : str
+        What it is; the message of an error begins with it.
+    value : object
+        What was given, three numbers.
+
+    Returns
+    -------
+    array of float, shape (3,)
+        The vector.
+
+    Raises
+    ------
+    InputError
+        For anything but three numbers of a usable size, not all zero.
+
+    Examples
+    --------
+    >>> check_vector("direction", [0, 0, 0])
+    Traceback (most recent call last):
+    ...
+    blockstat.errors.InputError: direction is [0, 0, 0]; it must be three numbers, not all zero
+    """
+    try:
+        vector = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        vector = np.empty(0)
+    if vector.shape != (3,) or not 1 / HUGE < np.abs(vector).max() < HUGE:
+        raise InputError(f"{what} is {value!r}; it must be three numbers, not all zero")
+    return vector
 
 
 def check_gravity(value: Any) -> Floats:

@@ -2,12 +2,25 @@
 
 import gzip
 import json
+import math
 import struct
 
 import numpy as np
 import pytest
 
-from blockstat import Assembly, InputError, read, write
+from blockstat import (
+    Assembly,
+    InputError,
+    Random,
+    build_by_courses,
+    find_order,
+    read,
+    reliability,
+    safest_order,
+    settle,
+    settlement,
+    write,
+)
 from blockstat.cli.commands import app
 from blockstat.cli.options import _status
 from evidence.scenes.small import box, stack
@@ -103,7 +116,7 @@ FILES = {
     "inside.json": native(blocks=[CUBE | {"faces": CUBE["faces"] + [[0, 1, 2]] * 5}, TOP]),
     "small.json": native(blocks=[CUBE | {"vertices": (np.array(CUBE["vertices"]) * 1e-200).tolist()}, TOP]),
     "density.json": native(density="heavy"),
-    "compas.json": compas(["a"], 1),
+    "compas.json": compas(["a"], {}),
     "node.json": compas(
         "compas_assembly.datastructures/Assembly",
         {"graph": {"dtype": "g", "data": {"node": {"__import__('os').system('x')": {"block": None}}}}},
@@ -278,3 +291,40 @@ def test_a_film_without_end_is_refused(tmp_path, monkeypatch):
     write(stack(2), "ok.json")
     with pytest.raises(InputError, match="--film takes a positive number of seconds, at most 600"):
         dynamics(["verify", "ok.json", "-o", "a.gif", "--film", "1e9"], standalone_mode=False)
+
+
+@pytest.mark.parametrize("size", [1e-320, 1e-200, 1e200])
+def test_a_displacement_whose_square_is_no_number_is_refused(size):
+    # The length of 1e-200 is 0 in floating point: the division by it ended in a crash of a library.
+    with pytest.raises(InputError, match=r"displacement is .*; it must be three numbers, not all zero"):
+        settle(stack(2), {"ground": (size, 0, 0)})
+    with pytest.raises(InputError, match=r"direction is .*; it must be three numbers, not all zero"):
+        settlement(stack(2), ["ground"], (size, 0, 0))
+
+
+@pytest.mark.parametrize("kind", ["normal", "lognormal", "uniform"])
+@pytest.mark.parametrize(("first", "second"), [(0.6, 1e300), (1e300, 1e300), (0.6, math.nan), (math.nan, 0.6)])
+def test_a_distribution_beyond_numbers_is_refused(kind, first, second):
+    with pytest.raises(InputError, match=r"must be finite and below 1e\+30"):
+        Random(kind, first, second)
+
+
+def test_a_lognormal_mean_of_almost_nothing_is_refused():
+    with pytest.raises(InputError, match="the mean is 1e-300; it must be positive, 1e-30 at least"):
+        Random("lognormal", 1e-300, 1.0)
+    assert math.isfinite(Random("lognormal", 1e-29, 1e29).value(1.0))
+
+
+@pytest.mark.parametrize("seed", [-5, 1.5, "one"])
+def test_a_seed_that_is_no_count_is_refused(seed):
+    with pytest.raises(InputError, match=r"seed is .*; it must be a whole number of at least 0"):
+        reliability(stack(2), {"friction": Random("normal", 0.6, 0.1)}, draws=5, seed=seed)
+
+
+@pytest.mark.parametrize("seconds", [math.nan, -1.0, "soon"])
+def test_a_time_that_is_none_is_refused(seconds):
+    for search in (find_order, safest_order):
+        with pytest.raises(InputError, match=r"seconds is .*; it must be a number of at least 0"):
+            search(stack(2), held_at_most=1, seconds=seconds)
+    with pytest.raises(InputError, match=r"seconds is .*; it must be a number of at least 0"):
+        build_by_courses(stack(2), seconds=seconds)

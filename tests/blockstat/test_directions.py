@@ -94,6 +94,14 @@ def test_what_does_not_stand_has_no_directions():
         plot_directions(found, "x.png")
 
 
+def test_blocks_that_touch_nothing_have_no_directions():
+    apart = [box((0, 0, 2 * k), (1, 1, 2 * k + 1)) for k in range(3)]
+    found = limit_load_by_direction(Assembly.from_blocks(apart, supports=[0]), 4)
+    assert found.outcome is DirectionOutcome.DEAD_LOAD_UNSTABLE
+    assert found.weakest == 0
+    assert "does not stand without the load" in found.explain()
+
+
 @pytest.mark.parametrize("number", [0, 3, 6])
 def test_a_number_that_leaves_out_the_axes_is_refused(number):
     with pytest.raises(InputError, match="must be a multiple of 4"):

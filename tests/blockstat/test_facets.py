@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from blockstat import Assembly, Block, InputError, assess, box, find_interfaces
+from blockstat import Assembly, Block, InputError, assess, box, find_interfaces, read
 from blockstat.geometry.triangulation import triangulate
 from blockstat.surface.facets import facets
 
@@ -152,3 +152,36 @@ def test_a_gap_that_is_neither_share_nor_length_is_refused(gap):
 def test_a_joint_is_as_open_as_the_stated_length(gap, joints):
     blocks = Assembly.from_blocks([box((0, 0, 0), (1, 1, 1)), box((0, 0, 1.0018), (1, 1, 2.0018))], supports=[0])
     assert find_interfaces(blocks, gap=gap).n_interfaces == joints
+
+
+def glb_in_millimetres(path, gap, *, turn=0.0, away=0.0):
+    """Write twenty bricks in a row, so many millimetres apart, in single precision: z up, turned and far away."""
+    import trimesh
+
+    rng, scene, end = np.random.default_rng(5), trimesh.Scene(), 0.0
+    matrix = trimesh.transformations.rotation_matrix(turn, (0.3, 0.4, 0.5))
+    for k in range(20):
+        length = rng.uniform(100, 300)
+        brick = trimesh.creation.box(bounds=[[end, 0, 0], [end + length, 100, 60]])
+        brick.apply_transform(matrix)
+        brick.apply_translation((away, away, 0))
+        scene.add_geometry(brick, node_name=f"brick{k}", geom_name=f"brick{k}")
+        end += length + gap
+    scene.export(path)
+    return path
+
+
+@pytest.mark.parametrize(("turn", "away"), [(0.0, 0.0), (0.7, 0.0), (0.7, 1e5)])
+def test_a_joint_of_exactly_the_stated_gap_is_one_in_single_precision(tmp_path, turn, away):
+    path = glb_in_millimetres(tmp_path / "row.glb", 2.0, turn=turn, away=away)
+    row = read(path, supports=["brick0"], units="mm", up="z")
+    found = find_interfaces(row, gap="2 mm")
+    assert (found.gap > 0.002).any()  # rounding opened some of them
+    assert found.n_interfaces == 19
+
+
+def test_a_joint_wider_than_the_stated_gap_is_none_and_the_message_shows_it(tmp_path):
+    path = glb_in_millimetres(tmp_path / "row.glb", 2.003)
+    verdict = assess(read(path, supports=["brick0"], units="mm", up="z"), gap="2 mm")
+    assert not len(verdict.interfaces.pair)
+    assert any("gap tolerance 2 mm" in text and "with 0.002003 m" in text for text in verdict.warnings)

@@ -211,7 +211,7 @@ def test_the_command_repairs_a_file_that_is_refused(tmp_path, command):
     answer = run(command, path, "-o", target, "--gap", "0.005")
     assert answer.returncode == 0, answer.stderr
     told = [RepairOutcome.REPAIRED.value, 'block "stone0": 1 faces turned', "2 of 3 blocks unchanged"]
-    assert answer.stdout.splitlines() == told
+    assert answer.stdout.splitlines() == [*told, f"{target}: 3 blocks, in m, z up"]
     assert assess(read(target)).outcome.word == "stable"
     wrong = run(command, path, "-o", target, "--gap", "7")
     assert (wrong.returncode, "gap is 7.0; it must be" in wrong.stderr) == (2, True)
@@ -225,3 +225,16 @@ def test_a_vault_from_elsewhere_closes(cases):
     assert find_interfaces(repaired, gap=1e-6).n_interfaces == 488
     assert assess(rough, gap=1e-6).outcome.word != "stable"
     assert assess(repaired, gap=1e-6).outcome.word == "stable"
+
+
+def test_repair_needs_no_supports_and_counts_the_joints_that_it_closed(tmp_path):
+    """A gap of 2 mm between two bricks: each of the two faces moves by half of it."""
+    bricks = [box((0, 0, 0), (1, 1, 1), name="low"), box((0, 0, 1.002), (1, 1, 2.002), name="high")]
+    path = tmp_path / "pair.ply"
+    write(Assembly.from_blocks(bricks), path)
+    repaired, report = repair(path)
+    assert not repaired.support.any()
+    assert report.closed == 1
+    assert report.explain().endswith("0 of 2 blocks unchanged, 1 joints closed, vertices moved by up to 1 mm")
+    _, again = repair(repaired)
+    assert again.closed == 0

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from blockstat import Assembly, Block, InputError, box, build, load_scene, scene_from, write
+from blockstat import Assembly, Block, InputError, box, build, load_scene, read, scene_from, write
 from blockstat.errors import MOST_TOLD, gathered
 from evidence.scenes.small import stack
 
@@ -168,6 +168,148 @@ def test_open_and_inverted_and_flat_blocks_are_told_together():
         lines_of(lambda: Assembly.from_blocks(blocks)),
         'block "b1": its surface is open',
         'block "b3": face 0 is inverted',
+    )
+
+
+def test_all_bad_lines_of_an_obj_file_are_told(tmp_path):
+    path = write(stack(2), tmp_path / "stack.obj")
+    lines = path.read_text().splitlines()
+    vertex = next(k for k, line in enumerate(lines) if line.startswith("v "))
+    face = max(k for k, line in enumerate(lines) if line.startswith("f "))
+    note = next(k for k, line in enumerate(lines) if line.startswith("# blockstat") and "density" in line)
+    lines[vertex], lines[face], lines[note] = "v 0 0 up", "f 1 2 999", "# blockstat {density: 1}"
+    path.write_text("\n".join(lines))
+    assert lines_of(lambda: read(path)) == [
+        f'{path}: line {number + 1}: cannot be read as "{word}" of an OBJ file'
+        for number, word in sorted([(vertex, "v"), (face, "f"), (note, "# blockstat")])
+    ]
+    scene = {"name": "shell", "elements": {"shell": {"kind": "mesh_vault", "file": str(path), "thickness": 0.1}}}
+    told = lines_of(lambda: build(scene_from(scene)))
+    assert [line.partition(f"{path}: line ")[2].split(":")[0] for line in told] == [
+        str(k + 1) for k in sorted([vertex, face, note])
+    ]
+
+
+def glb_of(path, spoil):
+    """Write a GLB of four triangulated cubes, of which `spoil` changes the vertices and faces by number."""
+    import trimesh
+
+    scene = trimesh.Scene()
+    for k in range(4):
+        cube = trimesh.creation.box(extents=(1, 1, 1))
+        vertices, faces = spoil(k, cube.vertices + [2 * k, 0, 0], cube.faces.copy())
+        name = f"cube{k}"
+        scene.add_geometry(trimesh.Trimesh(vertices, faces, process=False), node_name=name, geom_name=name)
+    scene.export(path)
+    return path
+
+
+def far_away(k, vertices, faces):
+    if k in (1, 3):
+        vertices[[2, 5], 0] = 2e30
+    return vertices, faces
+
+
+def lost(k, vertices, faces):
+    if k in (0, 2):
+        faces[[1, 4], 0] = 99
+    return vertices, faces
+
+
+def test_all_bad_objects_of_a_glb_are_told(tmp_path):
+    path = glb_of(tmp_path / "cubes.glb", far_away)
+    assert lines_of(lambda: read(path, supports=["cube0"])) == [
+        f'{path}: object "cube{k}": coordinates must be finite and below 1e+30 (vertex 2, 5)' for k in (1, 3)
+    ]
+    path = glb_of(tmp_path / "lost.glb", lost)
+    assert lines_of(lambda: read(path, supports=["cube1"])) == [
+        f'{path}: object "cube{k}": a face has a corner that does not exist (face 1, 4)' for k in (0, 2)
+    ]
+
+
+PLY = """ply
+format ascii 1.0
+element vertex 4
+property float x
+property float y
+property float z
+element face 4
+property list uchar int vertex_indices
+end_header
+0 0 0
+1 0 0
+0 1 0
+0 0 TOP
+3 0 2 1
+3 0 1 3
+3 1 2 3
+3 2 0 LAST
+"""
+
+
+def test_all_bad_files_of_a_folder_are_told_by_their_place(tmp_path):
+    stones = tmp_path / "stones"
+    for place, top, last in [("1", "1", "3"), ("2", "nan", "3"), ("wall/3", "1", "7"), ("wall/4", "1", "3")]:
+        file = stones / f"{place}.ply"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(PLY.replace("TOP", top).replace("LAST", last))
+    (stones / "wall" / "5.stl").write_text("solid nothing\nendsolid nothing\n")
+    begins(
+        lines_of(lambda: read(stones, supports=[0])),
+        f"{stones}: 2.ply: coordinates must be finite and below 1e+30 (vertex 3)",
+        f"{stones}: wall/3.ply: a face has a corner that does not exist (face 3)",
+        f"{stones}: wall/5.stl: ",
+    )
+
+
+def test_all_errors_of_a_compas_assembly_are_told(tmp_path):
+    path = write(stack(4), tmp_path / "stack.json", format="compas-assembly")
+    data = json.loads(path.read_text())
+    nodes = data["data"]["graph"]["data"]["node"]
+    nodes["0"]["block"] |= {"dtype": "compas.geometry/Brep", "inheritance": []}
+    nodes["1"]["block"]["data"]["vertex"]["3"]["x"] = "far"
+    nodes["1"]["block"]["data"]["vertex"]["5"]["x"] = "far"
+    nodes["1"]["block"]["data"]["vertex"]["6"]["z"] = 10**400
+    del nodes["2"]["block"]["data"]["vertex"]["7"]
+    nodes["3"]["block"]["data"]["face"] = []
+    path.write_text(json.dumps(data))
+    names = [node["block"]["name"] for node in nodes.values()]
+    faces = [key for key, face in nodes["2"]["block"]["data"]["face"].items() if 7 in face]
+    bad = "the mesh has a bad vertex or corner"
+    assert lines_of(lambda: read(path)) == [
+        f'{path}: node 0: geometry is a "compas.geometry/Brep"; only meshes ("compas.datastructures/Mesh") are read',
+        f"{path}: block \"{names[1]}\": {bad}: could not convert string to float: 'far' (vertex 3, 5)",
+        f'{path}: block "{names[1]}": {bad}: int too large to convert to float (vertex 6)',
+        f"{path}: block \"{names[2]}\": {bad}: '7' (face {', '.join(faces)})",
+        f"{path}: node 3: face: Expected `object`, got `array`",
+    ]
+
+
+def test_all_errors_of_a_compas_model_are_told(tmp_path):
+    path = write(stack(4), tmp_path / "stack.json", format="compas-model")
+    data = json.loads(path.read_text())
+    guids = list(data["data"]["elements"])
+    elements = [data["data"]["elements"][guid]["data"] for guid in guids]
+    turned = {"dtype": "compas.geometry/Rotation", "data": {"matrix": [[1, 0], [0, 10**400]]}}
+    data["data"]["transformation"] = turned
+    elements[0]["transformation"] = turned
+    elements[1]["transformation"] = {"data": {}}
+    elements[2]["name"] = ""
+    data["data"]["elements"][guids[2]]["name"] = None
+    elements[2]["geometry"]["data"]["vertex"]["3"]["x"] = None
+    elements[3]["material"] = ["stone"]
+    elements[3]["geometry"] = "a mesh"
+    data["data"]["tree"]["root"]["children"].append({"element": "nobody", "children": [{"element": "no one"}]})
+    path.write_text(json.dumps(data))
+    begins(
+        lines_of(lambda: read(path)),
+        f'{path}: model: a "compas.geometry/Rotation" is neither a 4 by 4 matrix nor a frame',
+        f'{path}: element "{elements[0]["name"]}": a "compas.geometry/Rotation" is neither',
+        f'{path}: element "{elements[1]["name"]}": transformation: Object missing required field `dtype`',
+        f'{path}: block "{guids[2]}": the mesh has a bad vertex or corner: float() argument must be a string or a',
+        f'{path}: element "{elements[3]["name"]}": a "compas_dem.elements',
+        f'{path}: tree: no element "nobody"',
+        f'{path}: tree: no element "no one"',
     )
 
 

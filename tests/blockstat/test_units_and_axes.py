@@ -1,9 +1,12 @@
 """Units and the axis that is up, and doubts about them."""
 
+import json
+
 import numpy as np
 import pytest
 
-from blockstat import Assembly, Block, InputError, assess, read, write
+from blockstat import Assembly, Block, InputError, InputWarning, Tie, assess, box, read, write
+from blockstat.assembly import STANDARD_GRAVITY
 from blockstat.cli.commands import app
 from blockstat.cli.options import _status
 from blockstat.io.parts import UP, doubts
@@ -114,3 +117,79 @@ def test_a_glb_written_with_z_up_stands_when_that_is_said(tmp_path):
     assert assess(lying).outcome.word == "unstable"
     assert doubts(lying, up="y")[0].endswith("if z is up, give --up z")
     assert (read(path, supports=["stone0"], units="mm", up="y").vertices == lying.vertices).all()
+
+
+#: Commands that search for joints, with what a tower of two cubes of 0.1 m says that is read with its gaps of 2 mm.
+SEARCHES = {
+    "check": ([], '"verdict": "stable"'),
+    "limit": (["--load", "1,0,0"], '"status": "limit"'),
+    "limit all round": (["--directions", "4"], '"outcome": "limit"'),
+    "tilt": (["--axis", "x"], '"angle_deg": 26.'),
+    "capacity": (["--load", "1,0,0", "--steps", "3"], '"outcome": "zero"'),
+    "settle": (["--move", "ground:0,0,-0.001"], '"outcome"'),
+    "sequence": (["--courses"], '"most_held": 0'),
+    "cases": (["--loads", "LOADS"], '"status": "limit"'),
+}
+
+
+@pytest.mark.parametrize("command", SEARCHES)
+def test_every_command_that_searches_for_joints_takes_a_stated_gap(command, tmp_path, capsys):
+    blocks = [box((-100, -100, -50), (200, 200, 0), name="ground")]
+    blocks += [box((0, 0, 102 * k + 2), (100, 100, 102 * k + 102), name=f"cube{k}") for k in range(2)]
+    path = write(Assembly.from_blocks(blocks, supports=[0]), tmp_path / "tower.glb")
+    (tmp_path / "loads.toml").write_text(
+        '[loads.push]\nkind = "acceleration"\ndirection = [0.1, 0, 0]\n[cases.push]\nlive = { push = 1.0 }\n'
+    )
+    own, expected = SEARCHES[command]
+    own = [str(tmp_path / "loads.toml") if text == "LOADS" else text for text in own]
+    arguments = [command.split()[0], str(path), "--units", "mm", *own, "--json"]
+    _status(lambda: app(arguments, standalone_mode=False), "blockstat")
+    assert expected not in capsys.readouterr().out
+    assert _status(lambda: app([*arguments, "--gap", "2 mm"], standalone_mode=False), "blockstat") == 0
+    assert expected in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", ["a.obj", "a.glb", "a.stl", "a.ply", "a.json", "folder"])
+@pytest.mark.parametrize(("units", "up"), [("mm", "z"), ("in", "-x"), ("cm", "y"), (None, None)])
+def test_what_is_written_in_a_frame_is_read_in_it(name, units, up, tmp_path):
+    ring = arch(9, 0.3).with_(gravity=STANDARD_GRAVITY)  # STL and PLY hold none
+    supports = [ring.names[i] for i in np.flatnonzero(ring.support)]
+    if name in ("a.stl", "a.ply"):  # they hold no names
+        supports = np.flatnonzero(ring.support).tolist()
+    path = write(ring, tmp_path / name, units=units, up=up)
+    found = read(path, supports=supports, units=units, up=up)
+    order = [found.names.index(own) for own in ring.names] if name not in ("a.stl", "a.ply") else slice(None)
+    assert found.centroid[order] == pytest.approx(ring.centroid, abs=1e-5)
+    assert found.gravity == pytest.approx(ring.gravity)
+
+
+def test_ties_and_the_unit_of_a_frame_are_in_the_file(tmp_path):
+    tie = Tie(("ground", "stone0"), ((0.1, 0.2, 0.0), (0.1, 0.2, 0.3)))
+    path = write(stack(1).with_(ties=[tie]), tmp_path / "a.json", units="mm", up="y")
+    data = json.loads(path.read_text())
+    assert data["units"] == "mm"
+    assert np.ptp(data["ties"][0]["points"], axis=0) == pytest.approx([0, 300, 0])
+    assert np.allclose(read(path, units="mm", up="y").ties[0].points, tie.points)
+    with pytest.raises(InputError, match="known are: m, dm"):
+        write(stack(1), tmp_path / "b.json", units="ells")
+
+
+@pytest.mark.parametrize("name", ["clean.glb", "clean.obj", "clean.json"])
+def test_a_repaired_file_is_in_the_frame_of_the_file(name, tmp_path, capsys):
+    """Millimetres, z up: `repair` and `check` with the same options see the same blocks; no supports are needed."""
+    rough = write(stack(3), tmp_path / "rough.glb", units="mm", up="z")
+    frame = ("--units", "mm", "--up", "z")
+    run = lambda *words: _status(lambda: app([*map(str, words)], standalone_mode=False), "blockstat")  # noqa: E731
+    assert run("repair", rough, *frame, "-o", tmp_path / name) == 0
+    assert "in mm, z up; read it with --units mm --up z" in capsys.readouterr().out
+    clean = read(tmp_path / name, units="mm", up="z", supports=["ground"])
+    assert clean.centroid == pytest.approx(read(rough, units="mm", up="z").centroid, abs=1e-6)
+    assert run("convert", rough, *frame, "-o", tmp_path / "plain.glb") == 0
+    assert "in m, y up" in capsys.readouterr().out
+    assert read(tmp_path / "plain.glb").centroid == pytest.approx(clean.centroid, abs=1e-6)
+
+
+def test_repair_doubts_units_as_check_does(tmp_path):
+    path = write(stack(2), tmp_path / "a.glb", units="mm", up="z")
+    with pytest.warns(InputWarning, match="give --units mm"):
+        app(["repair", str(path), "--up", "z", "-o", str(tmp_path / "b.glb")], standalone_mode=False)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blockstat import InputError
+from blockstat import Assembly, InputError
 from dynsim import DynamicOutcome, Settings, verify
 from dynsim.judge.criteria import ARM, angles, courses, default_threshold, rate
 from evidence.scenes.small import assembly, box, running_bond
@@ -94,3 +94,13 @@ def test_a_block_that_fell_over_has_fallen_whatever_the_threshold():
     assert verdict.max_displacement < 2.0
     assert verdict.max_rotation == pytest.approx(90, abs=5)
     assert verdict.outcome is DynamicOutcome.FALLS
+
+
+def test_a_fall_by_rotation_prints_what_was_compared():
+    """A top that turns over its edge: its centroid moves by less than a corner."""
+    blocks = [box((-1, -1, -1), (0.2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]
+    verdict = verify(Assembly.from_blocks(blocks, supports=["ground"]))
+    turn = np.radians(verdict.max_rotation) * ARM * verdict.run.assembly.size[1]
+    assert verdict.max_turn == pytest.approx(turn)
+    assert max(verdict.max_turn, verdict.max_displacement) >= verdict.turn_threshold
+    assert "rotation moved points at half a block's size by up to" in verdict.explain()

@@ -65,3 +65,13 @@ def test_an_mp4_without_its_package_says_what_to_install(leaning, tmp_path):
         assert not list(tmp_path.iterdir())
     else:
         assert write_run(leaning.run, tmp_path / "fall.mp4").stat().st_size > 1000
+
+
+def test_what_falls_past_its_supports_comes_to_lie_on_a_floor(leaning):
+    film = past_verdict(leaning, 4.0)
+    assembly = film.assembly
+    corners = assembly.block_vertices(1) - assembly.centroid[1]
+    low = (corners @ film.rotation[-1, 1].T)[:, 2].min() + assembly.centroid[1, 2] + film.displacement[-1, 1, 2]
+    # The ground is 1 m deep, and the floor lies below it by the threshold.
+    assert low == pytest.approx(-1.0 - leaning.brick_threshold - leaning.settling, abs=0.01)
+    assert film.kinetic[-1] < 1e-3 * film.kinetic.max()

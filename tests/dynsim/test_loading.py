@@ -7,8 +7,9 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from blockstat import Block, InputError
+from blockstat import Assembly, Block, InputError
 from dynsim import (
+    Constant,
     DynamicOutcome,
     Pulse,
     Push,
@@ -260,3 +261,21 @@ def test_a_run_tells_how_far_it_is():
     assert pulse.end <= change[0] < pulse.end + 2 * np.diff(passed).max()
     assert (latest == latest[0]).all()
     assert passed[-1] <= latest[0]
+
+
+def test_a_fall_that_needs_no_settlement_says_so():
+    ground = [box((-1, -1, -1), (0.2, 2, 0), name="ground"), box((5, 0, -1), (6, 1, 0), name="far")]
+    leaning = Assembly.from_blocks([*ground, box((0, 0, 0), (0.5, 0.5, 2), name="pillar")], supports=["ground", "far"])
+    verdict = verify(leaning, loads=[Settlement("far", (0, 0, -0.01), 0.02)])
+    assert verdict.outcome.word == "falls"
+    assert verdict.summary()["falls_alone"] is True
+    assert "without the loads that change, too" in verdict.explain().splitlines()[1]
+
+
+def test_a_fall_by_a_lost_block_or_beside_a_lasting_load_is_told_apart():
+    blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, 0), (1, 1, 1), name="foot")]
+    tower = Assembly.from_blocks([*blocks, box((0, 0, 1), (1, 1, 3), name="head")], supports=["ground"])
+    lost = Removal("foot")
+    assert not verify(tower, loads=[lost]).falls_alone
+    # A push of seven tenths of the weight turns the tower over its edge, whatever is lost.
+    assert verify(tower, loads=[Constant((7.0, 0, 0)), lost]).falls_alone

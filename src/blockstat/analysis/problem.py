@@ -17,7 +17,7 @@ from blockstat.contact.cells import refine
 from blockstat.contact.interfaces import Interfaces, find_interfaces, near_blocks
 from blockstat.contact.penetration import check_copies, check_overlaps
 from blockstat.contact.point_law import joint_friction, last_law, point_law
-from blockstat.contact.tolerance import gap_words
+from blockstat.contact.tolerance import LOOSE, beyond, gap_words
 from blockstat.errors import InputError
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import point_velocity
@@ -27,6 +27,7 @@ from blockstat.program.equilibrium import Equilibrium, equilibrium, split_floati
 from blockstat.program.penalty import PenaltyProgram, penalty_program
 from blockstat.program.planar import find_plane
 from blockstat.program.ties import check_anchors, tie_columns, tie_wrenches, tied_pairs
+from blockstat.result import plain
 from blockstat.surface.distance import smallest_gap
 from blockstat.surface.facets import facets
 from blockstat.typing import Floats, Ints
@@ -35,8 +36,6 @@ if TYPE_CHECKING:
     from blockstat.assembly import Assembly
     from blockstat.contact.unresolved import Unresolved
 
-#: A joint open by more than this fraction of the block size is mentioned when the verdict rests on it.
-LOOSE = 1e-3
 #: A contact that closes at less than this, where the fastest corner moves at 1, does not close: rounding.
 CLOSING = 1e-9
 
@@ -461,22 +460,23 @@ def gap_warnings(problem: Problem, outcome: Outcome) -> list[str]:
     Returns
     -------
     list of str
-        A sentence, or none.
+        A sentence for each kind of joint, or none.
     """
     assembly, interfaces, gap = problem.assembly, problem.interfaces, problem.gap
+    found = []
     near = [d for d in interfaces.dropped if d.reason == "gap"]
     if outcome is not Outcome.STABLE and near:
         least = min(near, key=lambda d: d.value / d.limit)
         a, b = assembly.names[least.a], assembly.names[least.b]
-        return [
+        found.append(
             f"{len(near)} near joints were not taken (gap tolerance {gap_words(gap)}), the closest "
-            f'"{a}" to "{b}" with {least.value:.2g} m: a larger tolerance may change the verdict'
-        ]
+            f'"{a}" to "{b}" with {beyond(least.value, least.limit)} m: a larger tolerance may change the verdict'
+        )
     loose = interfaces.gap > LOOSE * assembly.size[interfaces.pair].min(axis=1)
-    if outcome is Outcome.STABLE and loose.any():
-        worst = interfaces.gap[loose].max()
-        return [f"{loose.sum()} of {len(loose)} joints do not quite close (up to {worst:.2g} m) and count as touching"]
-    return []
+    if loose.any():
+        worst = f"{plain(1e3 * interfaces.gap[loose].max(), 2)} mm"
+        found.append(f"{loose.sum()} of {len(loose)} joints do not quite close (up to {worst}) and count as touching")
+    return found
 
 
 @contextmanager

@@ -14,7 +14,7 @@ from blockstat.analysis.problem import Problem, pose
 from blockstat.analysis.verdict import Outcome
 from blockstat.certificate import check as certificate
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
-from blockstat.errors import InputError, check_choice, known_options
+from blockstat.errors import InputError, check_choice, check_vector, known_options
 from blockstat.loads import as_load
 from blockstat.program.conic import conic_program
 from blockstat.result import Result, Sentence, finite
@@ -286,7 +286,9 @@ def load_domain(
     return LoadDomain(np.array(inner), np.array(outer))
 
 
-def standing(assembly: Assembly, *, solver: str, **options: Any) -> tuple[Problem, Floats]:
+def standing(
+    assembly: Assembly, *, solver: str, otherwise: str = "this is asked of what stands", **options: Any
+) -> tuple[Problem, Floats]:
     """Return the problem of an assembly that stands, and a force field strictly inside its cones.
 
     Parameters
@@ -295,6 +297,8 @@ def standing(assembly: Assembly, *, solver: str, **options: Any) -> tuple[Proble
         The blocks.
     solver : str
         As in `blockstat.assess`.
+    otherwise : str, optional
+        What the error says of an assembly that does not stand.
     **options
         Those of `pose`.
 
@@ -317,7 +321,7 @@ def standing(assembly: Assembly, *, solver: str, **options: Any) -> tuple[Proble
         found = decide(problem.program, solve_penalty(problem.program, **posed), **posed)
         if outcome_of(found.certificate) is Outcome.STABLE:
             return problem, found.force
-    raise InputError(f'"{assembly.name}" does not stand; it has no thrust to speak of')
+    raise InputError(f'"{assembly.name}" does not stand as it is; {otherwise}')
 
 
 def support_indices(assembly: Assembly, supports: Sequence[int | str]) -> Ints:
@@ -349,9 +353,7 @@ def support_indices(assembly: Assembly, supports: Sequence[int | str]) -> Ints:
 
 def _functional(problem: Problem, supports: Ints, direction: Sequence[float]) -> Floats:
     """Row c with c' f the force on the supports along the direction, in scaled units, shape (3 m,)."""
-    unit = np.asarray(direction, dtype=float)
-    if unit.shape != (3,) or not np.isfinite(unit).all() or not unit.any():
-        raise InputError(f"direction is {direction!r}; it must be three numbers, not all zero")
+    unit = check_vector("direction", direction)
     unit = unit / np.linalg.norm(unit)
     rows = []
     for columns in problem.eq.columns:

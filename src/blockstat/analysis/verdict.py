@@ -142,7 +142,11 @@ class Verdict(Result):
         else:
             if self.score > 0:  # not where an earlier mechanism decided, and not where none is missing
                 lines.append(f"Missing adhesion (score): {self.score:.3g} of the weight.")
-            lines.append(f"Any equilibrium would need {proof.required_force:.3g} times the weight in normal forces.")
+            lines.append(
+                f"Any equilibrium would need {proof.required_force:.3g} times the weight in normal forces."
+                if np.isfinite(proof.required_force)
+                else "No normal forces at all, however large, balance the blocks."
+            )
             if self.outcome is Outcome.UNDECIDED:
                 lines.append(
                     f"Best force field: residual {proof.residual:.1e}, cones violated by {proof.cone_violation:.1e}."

@@ -16,7 +16,7 @@ from blockstat.chance.population import population_of
 from blockstat.chance.trials import Trials, judge_all
 from blockstat.chance.variables import Random
 from blockstat.contact.interfaces import GAP, Interfaces
-from blockstat.errors import InputError, known_options
+from blockstat.errors import InputError, check_seed, known_options
 from blockstat.result import Result, Sentence
 from blockstat.typing import Floats
 
@@ -183,6 +183,7 @@ def reliability(
     if draws < 1 or (jobs is not None and jobs < 1) or not 0 < confidence < 1:
         given = f"draws is {draws}, jobs {jobs} and confidence {confidence}"
         raise InputError(f"{given}; one draw and one job are needed, and 0 < confidence < 1")
+    check_seed(seed)
     centre = np.zeros(population.size) if about is None else about.point
     trials = Trials(population, load, centre, seed, reuse)
     rows = judge_all(trials, draws, file, jobs, progress)
@@ -255,6 +256,7 @@ def fragility(
     if "push" in uncertain:
         raise InputError('the multiplier itself is what "push" would be; leave it out')
     population, load = population_of(assembly, uncertain, load, loads, gap=gap, interfaces=interfaces)
+    check_seed(seed)
     found = np.zeros(draws)
     for k, normal in enumerate(np.random.default_rng(seed).standard_normal((draws, population.size))):
         draw = population.realise(normal)

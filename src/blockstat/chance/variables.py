@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.special import ndtr
 
-from blockstat.errors import InputError, check_choice
+from blockstat.errors import HUGE, InputError, check_choice
 from blockstat.joint import fits
 from blockstat.typing import Floats
 
@@ -49,14 +49,14 @@ class Random:
     def __post_init__(self) -> None:
         check_choice("kind", self.kind, KINDS)
         check_choice("each", self.each, EACH)
-        if not (math.isfinite(self.first) and math.isfinite(self.second)):
-            raise InputError(f"{self.kind}: {self.first} and {self.second} must be finite")
+        if not max(abs(self.first), abs(self.second)) < HUGE or math.isnan(self.second):
+            raise InputError(f"{self.kind}: {self.first} and {self.second} must be finite and below {HUGE:g}")
         if self.kind == "uniform" and not self.first <= self.second:
             raise InputError(f"uniform: the ends are {self.first} and {self.second}; the least comes first")
         if self.kind != "uniform" and self.second < 0:
             raise InputError(f"{self.kind}: the standard deviation is {self.second}; it must not be negative")
-        if self.kind == "lognormal" and self.first <= 0:
-            raise InputError(f"lognormal: the mean is {self.first}; it must be positive")
+        if self.kind == "lognormal" and self.first < 1 / HUGE:
+            raise InputError(f"lognormal: the mean is {self.first}; it must be positive, {1 / HUGE:g} at least")
         if not 0 <= self.correlation <= 1:
             raise InputError(f"{self.kind}: the correlation is {self.correlation}; it must be from 0 to 1")
 

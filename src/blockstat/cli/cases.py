@@ -11,11 +11,13 @@ from blockstat.cli.options import (
     AsJson,
     FileArgument,
     Friction,
+    Gap,
     Gravity,
     Supports,
     Tilt,
     Units,
     Up,
+    gap_of,
     numbers,
     print_json,
 )
@@ -109,6 +111,7 @@ def cases_command(
     supports: Supports = None,
     units: Units = None,
     up: Up = None,
+    gap: Gap = None,
     as_json: AsJson = False,
 ) -> None:
     """Table of all load cases: the verdict under each, and the multiplier of its live loads."""
@@ -117,7 +120,7 @@ def cases_command(
     if not cases:
         raise InputError(f"{loads or file}: there are no load cases; write them as [cases.NAME]")
     with at_work(f"{len(cases)} load cases"):
-        rows = case_answers(assembly, cases)
+        rows = case_answers(assembly, cases, gap=gap_of(gap))
     if as_json:
         print_json({"file": str(file), "rows": rows})
         return
@@ -159,7 +162,7 @@ def all_cases(assembly: Assembly, file: Path, loads: Path | None) -> dict[str, L
         raise located(loads or file, error) from None
 
 
-def case_answers(assembly: Assembly, cases: dict[str, LoadCase]) -> list[dict[str, Any]]:
+def case_answers(assembly: Assembly, cases: dict[str, LoadCase], *, gap: float | str) -> list[dict[str, Any]]:
     """Return the verdict under each case, and the bracket on the multiplier of its live loads.
 
     Parameters
@@ -168,6 +171,8 @@ def case_answers(assembly: Assembly, cases: dict[str, LoadCase]) -> list[dict[st
         The blocks.
     cases : dict of str to LoadCase
         By name.
+    gap : float or str
+        Tolerance of the joint search.
 
     Returns
     -------
@@ -178,7 +183,7 @@ def case_answers(assembly: Assembly, cases: dict[str, LoadCase]) -> list[dict[st
     from blockstat.analysis.limit_load import limit_load
     from blockstat.contact.interfaces import find_interfaces
 
-    joints, rows = find_interfaces(assembly), []
+    joints, rows = find_interfaces(assembly, gap=gap), []
     for name, case in cases.items():
         verdict = assess(assembly, loads=case.loads, interfaces=joints)
         row: dict[str, Any] = {"case": name, "verdict": verdict.outcome.word, "lower": None, "upper": None}

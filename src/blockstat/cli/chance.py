@@ -81,11 +81,11 @@ def reliability_command(
     """Estimate the probability that an assembly falls when friction, joints, weights and loads are random."""
     from blockstat.chance.first_order import first_order as design_point
     from blockstat.chance.monte_carlo import reliability
-    from blockstat.contact.interfaces import GAP, find_interfaces
+    from blockstat.contact.interfaces import find_interfaces
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     chosen = chosen_case(assembly, file, case, loads)
-    near = GAP if gap is None else gap_of(gap)
+    near = gap_of(gap)
     random, direction = _chosen(file, assembly, uncertain, load)
     options: dict[str, Any] = {"load": direction, "interfaces": find_interfaces(assembly, gap=near)}
     options["loads"] = None if chosen is None else chosen.loads

@@ -24,6 +24,7 @@ from blockstat.cli.options import (
     Units,
     Up,
     Version,
+    doubt,
     gap_of,
     inputs,
     numbers,
@@ -35,7 +36,14 @@ from blockstat.cli.options import load as load_assembly
 from blockstat.cli.pictures import app_command, plot_command
 from blockstat.cli.progress import at_work, shown_progress
 from blockstat.cli.sequence import sequence
-from blockstat.cli.studies import over_the_horizon, prove_command, report_command, settle_command
+from blockstat.cli.studies import (
+    friction_command,
+    over_the_horizon,
+    prove_command,
+    report_command,
+    settle_command,
+    tie_command,
+)
 from blockstat.errors import InputError
 
 MOST_TIGHTNESSES = 10_000  #: each is a solve; this many tell a share to a hundredth
@@ -47,6 +55,8 @@ app = typer.Typer(
 app.command("cases")(cases_command)
 app.command("capacity")(capacity_command)
 app.command("settle")(settle_command)
+app.command("friction")(friction_command)
+app.command("tie")(tie_command)
 app.command("report")(report_command)
 app.command("prove")(prove_command)
 app.command("reliability")(reliability_command)
@@ -87,12 +97,15 @@ def convert(
     units: Units = None,
     up: Up = None,
 ) -> None:
-    """Read an assembly or a scene and write it in another format, in metres."""
+    """Read an assembly or a scene and write it in another format, in metres, z up (in GLB y up).
+
+    --units and --up say what the file that is read is in. Read what is written without them.
+    """
     from blockstat.io.files import write
 
     assembly = load_assembly(file, friction=None, gravity=None, tilt=None, supports=supports, units=units, up=up)
     write(assembly, output, format=format)
-    typer.echo(f"{output}: {assembly.n_blocks} blocks")
+    typer.echo(f"{output}: {assembly.n_blocks} blocks, {_written(output, None, None)}")
 
 
 @app.command("heal", hidden=True)  # the name of this command before it was `repair`
@@ -107,15 +120,27 @@ def repair_command(
     units: Units = None,
     up: Up = None,
 ) -> None:
-    """Repair rough geometry and print what was changed: merge vertices, turn and flatten faces, close joints."""
+    """Repair rough geometry and print what was changed: merge vertices, turn and flatten faces, close joints.
+
+    --units and --up say what the file is in. The repaired blocks are written in the same units and axes.
+    """
     from blockstat.contact.interfaces import GAP
     from blockstat.geometry_repair.repair import repair
     from blockstat.io.files import write
 
     chosen = supports.split(",") if supports else None
     assembly, report = repair(file, gap=GAP if gap is None else gap, supports=chosen, units=units, up=up)
-    write(assembly, output)
+    doubt(assembly, file)
+    write(assembly, output, units=units, up=up)
     typer.echo(report.explain())
+    typer.echo(f"{output}: {assembly.n_blocks} blocks, {_written(output, units, up)}")
+
+
+def _written(output: Path, units: str | None, up: str | None) -> str:
+    """What the coordinates of a file that was written are in, and the options with which to read it."""
+    asked = [f"--{name} {value}" for name, value in (("units", units), ("up", up)) if value is not None]
+    frame = f"in {units or 'm'}, {up or ('y' if output.suffix.lower() == '.glb' else 'z')} up"
+    return f"{frame}; read it with {' '.join(asked)}" if asked else frame
 
 
 @app.command()
@@ -149,13 +174,12 @@ def check(
 ) -> None:
     """Give a static verdict on whether an assembly stands, with its certificate."""
     from blockstat.analysis.assess import assess
-    from blockstat.contact.interfaces import GAP
     from blockstat.view.attributes import write_verdict
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     acting = chosen_case(assembly, file, case, loads)
     permanent = None if acting is None else acting.loads
-    near = GAP if gap is None else gap_of(gap)
+    near = gap_of(gap)
     if not 0 <= tightnesses <= MOST_TIGHTNESSES or (tightnesses and flow != "coulomb"):
         asked = f"it must be 0 to {MOST_TIGHTNESSES:,} and goes with --flow coulomb"
         raise InputError(f"--tightnesses is {tightnesses}; {asked}")
@@ -174,6 +198,10 @@ def check(
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {faces.n_interfaces} interfaces, {seconds:.2f} s")
     typer.echo(said(assembly, units=units, gap=near))
     typer.echo(verdict.explain())
+    if verdict.outcome.word == "unstable":
+        typer.echo(
+            "What would make it stand: `blockstat friction`, `blockstat tie`, and the how-to page on models that fall."
+        )
 
 
 @app.command()
@@ -193,6 +221,7 @@ def limit(
     supports: Supports = None,
     units: Units = None,
     up: Up = None,
+    gap: Gap = None,
     flow: Flow = "associated",
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Polar plot of the directions (.png, .svg, .pdf).")
@@ -211,25 +240,33 @@ def limit(
     if output is not None and directions is None:
         raise InputError("-o draws the directions; it goes with --directions")
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
+    near = gap_of(gap)
     if directions is not None:
         if case is not None or loads is not None:
             raise InputError("--case and --directions are different questions; ask for one of them")
         if imperfection:
             raise InputError("--imperfection goes with --load or --case")
-        over_the_horizon(file, assembly, directions, flow, output, units, as_json)
+        over_the_horizon(file, assembly, directions, flow, output, units, near, as_json)
         return
     growing, permanent = load_and_loads(load, chosen_case(assembly, file, case, loads))
     allowed = imperfections_of(imperfection)
     with shown_progress() as progress:
         result = limit_load(
-            assembly, growing, loads=permanent, flow=flow, tolerance=tolerance, imperfections=allowed, progress=progress
+            assembly,
+            growing,
+            loads=permanent,
+            flow=flow,
+            gap=near,
+            tolerance=tolerance,
+            imperfections=allowed,
+            progress=progress,
         )
     if as_json:
-        echo = inputs(assembly, units=units) | ({"case": case} if case else {})
+        echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
         print_json({"file": str(file), **echo, **result.summary()})
         return
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {result.timings['total']:.2f} s")
-    typer.echo(f"{said(assembly, units=units)}\n{result.explain()}")
+    typer.echo(f"{said(assembly, units=units, gap=near)}\n{result.explain()}")
 
 
 @app.command("tilt")
@@ -241,6 +278,7 @@ def tilt_command(
     supports: Supports = None,
     units: Units = None,
     up: Up = None,
+    gap: Gap = None,
     imperfection: Imperfect = None,
     flow: Flow = "associated",
     as_json: AsJson = False,
@@ -251,15 +289,16 @@ def tilt_command(
     from blockstat.analysis.tilt_friction import tilt_limit
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=None, supports=supports, units=units, up=up)
+    near = gap_of(gap)
     about = axis if "," not in axis else numbers(axis, 3, "--axis", "x, y, z or AX,AY,AZ")
     with at_work(f"tilting {assembly.n_blocks:,} blocks"):
-        found = tilt_limit(assembly, about, flow=flow, imperfections=imperfections_of(imperfection))
+        found = tilt_limit(assembly, about, flow=flow, gap=near, imperfections=imperfections_of(imperfection))
     stands, falls = (None if isnan(value) else value for value in (found.stands, found.falls))
     if as_json:
         angles = {"axis": axis, "angle_deg": stands or 0.0, "stands_deg": stands, "falls_deg": falls}
         kinds = {"kinds_deg": found.summary()["kinds"]} if found.kinds else {}
         worst = {"imperfections": found.worst} if found.worst else {}
-        print_json({"file": str(file), **angles, **kinds, **inputs(assembly, units=units), **worst})
+        print_json({"file": str(file), **angles, **kinds, **inputs(assembly, units=units, gap=near), **worst})
     elif flow == "coulomb":
         typer.echo(f"{assembly.name}: {found.explain()}")
     elif stands is None:

@@ -12,11 +12,13 @@ from blockstat.cli.options import (
     AsJson,
     FileArgument,
     Friction,
+    Gap,
     Gravity,
     Supports,
     Tilt,
     Units,
     Up,
+    gap_of,
     inputs,
     numbers,
     print_json,
@@ -48,6 +50,7 @@ def capacity_command(
     supports: Supports = None,
     units: Units = None,
     up: Up = None,
+    gap: Gap = None,
     flow: Annotated[str, typer.Option(help="coulomb: joints slide without opening; or associated.")] = "coulomb",
     displacement: Annotated[
         float | None, typer.Option(metavar="D", help="Where to stop [m]; by default where the multiplier is zero.")
@@ -62,6 +65,7 @@ def capacity_command(
     from blockstat.view.settling import plot_capacity
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
+    near = gap_of(gap)
     growing, permanent = load_and_loads(load, chosen_case(assembly, file, case, loads))
     with at_work("limit load") as say:
         found = capacity(
@@ -70,6 +74,7 @@ def capacity_command(
             control=_point(control),
             loads=permanent,
             flow=flow,
+            gap=near,
             displacement=displacement,
             steps=steps,
             tolerance=tolerance,
@@ -79,11 +84,11 @@ def capacity_command(
         plot_capacity(found, output)
     if as_json:
         drawn = {} if output is None else {"output": str(output)}
-        echo = inputs(assembly, units=units) | ({"case": case} if case else {})
+        echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
         print_json({"file": str(file), **echo, **found.summary(), **drawn})
         return
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {found.timings['total']:.2f} s")
-    typer.echo(f"{said(assembly, units=units)}\n{found.explain()}")
+    typer.echo(f"{said(assembly, units=units, gap=near)}\n{found.explain()}")
 
 
 def _point(control: str | None) -> Any:

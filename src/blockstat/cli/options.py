@@ -7,7 +7,7 @@ import json
 import math
 import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -57,19 +57,23 @@ UsageError: type[Exception] = typer.BadParameter.__bases__[0]
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
-def gap_of(text: str) -> float | str:
+def gap_of(text: str | None) -> float | str:
     """Return what `--gap` says.
 
     Parameters
     ----------
-    text : str
-        A number or a length.
+    text : str or None
+        A number or a length; None for the default.
 
     Returns
     -------
     float or str
         The number, or the text.
     """
+    from blockstat.contact.tolerance import GAP
+
+    if text is None:
+        return GAP
     try:
         return float(text)
     except ValueError:
@@ -120,14 +124,33 @@ def load(
     InputWarning
         Where units or the axis that is up look wrong, with what to type.
     """
-    from blockstat.io.parts import doubts
     from blockstat.spec import read
 
     chosen = supports.split(",") if supports else None
     assembly = read(path, supports=chosen, units=units, up=up)
-    for doubt in doubts(assembly, up="y" if path.suffix.lower() == ".glb" else "z"):
-        warnings.warn(f"{path}: {doubt}", InputWarning, stacklevel=2)
+    doubt(assembly, path)
     return modified(assembly, friction=friction, gravity=gravity, tilt=tilt)
+
+
+def doubt(assembly: Assembly, path: Path) -> None:
+    """Warn where units or the axis that is up look wrong.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        As it was read.
+    path : Path
+        The file.
+
+    Warns
+    -----
+    InputWarning
+        With what to type.
+    """
+    from blockstat.io.parts import doubts
+
+    for text in doubts(assembly, up="y" if path.suffix.lower() == ".glb" else "z"):
+        warnings.warn(f"{path}: {text}", InputWarning, stacklevel=2)
 
 
 def modified(assembly: Assembly, *, friction: float | None, gravity: str | None, tilt: str | None) -> Assembly:
@@ -201,6 +224,67 @@ def numbers(text: str, count: int, option: str, form: str) -> list[float]:
     if len(values) != count or not all(map(math.isfinite, values)):
         raise InputError(f'{option} is "{text}"; it must read {form}')
     return values
+
+
+def lengths(text: str, count: int, option: str, form: str) -> list[float]:
+    """Return the lengths in the text of an option, which are in metres where no unit follows.
+
+    Parameters
+    ----------
+    text : str
+        Lengths separated by commas, as "0,0,-10 mm".
+    count, option, form
+        As in `numbers`.
+
+    Returns
+    -------
+    list of float
+        All are finite [m].
+
+    Raises
+    ------
+    InputError
+        When the text is anything but so many lengths; it names the option and its form.
+
+    Examples
+    --------
+    >>> from blockstat.cli.options import lengths
+    >>> lengths("0,1.5,-10 mm", 3, "--move", "DX,DY,DZ")
+    [0.0, 1.5, -0.01]
+    """
+    from blockstat.io.parts import metres_in
+
+    parts = [part.strip() for part in text.split(",")]
+    units = [next((unit for unit in ("mm", "cm", "dm", "m", "in", "ft") if part.endswith(unit)), "") for part in parts]
+    bare = [part.removesuffix(unit) for part, unit in zip(parts, units, strict=True)]
+    try:
+        values = numbers(",".join(bare), count, option, form)
+    except InputError:
+        raise InputError(f'{option} is "{text}"; it must read {form}') from None
+    return [value * metres_in(unit or None) for value, unit in zip(values, units, strict=True)]
+
+
+def doubt_movement(assembly: Assembly, option: str, movement: Sequence[float]) -> None:
+    """Warn where supports are to move further than the blocks reach.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    option : str
+        Name of the option, for the warning.
+    movement : sequence of float, shape (3,)
+        The displacement [m].
+
+    Warns
+    -----
+    InputWarning
+        With what to type.
+    """
+    far, reach = math.hypot(*movement), float((assembly.vertices.max(axis=0) - assembly.vertices.min(axis=0)).max())
+    if far > reach:
+        text = f"{option} moves supports by {far:,.4g} m, and the blocks reach over {reach:,.4g} m"
+        warnings.warn(f'{text}; lengths are metres unless a unit follows, as in "10 mm"', InputWarning, stacklevel=2)
 
 
 def _tilted(gravity: Any, tilt: str) -> Any:

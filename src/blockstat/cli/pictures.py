@@ -12,6 +12,7 @@ from blockstat.cli.options import (
     FileArgument,
     Folder,
     Friction,
+    Gap,
     Gravity,
     MostGigabytes,
     MostSeconds,
@@ -20,12 +21,14 @@ from blockstat.cli.options import (
     Tilt,
     Units,
     Up,
+    gap_of,
     numbers,
 )
 from blockstat.cli.options import load as load_assembly
 from blockstat.errors import InputError
 
 if TYPE_CHECKING:
+    from blockstat.analysis.limit_load import LimitLoad
     from blockstat.assembly import Assembly
 
 Reserve = Annotated[
@@ -70,6 +73,7 @@ def plot_command(
     supports: Supports = None,
     units: Units = None,
     up: Up = None,
+    gap: Gap = None,
     plain: Annotated[bool, typer.Option("--plain", help="Only the blocks, no verdict.")] = False,
     forces: Annotated[bool, typer.Option("--forces", help="The forces of the joints instead.")] = False,
     joints: Annotated[bool, typer.Option("--joints", help="How much of each joint's capacity is used.")] = False,
@@ -103,30 +107,30 @@ def plot_command(
         raise InputError(f"{asked[0]} asks what raises a limit load; give its direction by --load AX,AY,AZ")
     direction = None if load is None else numbers(load, 3, "--load", "AX,AY,AZ")
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
+    near = gap_of(gap)
     if plain:
         plot(assembly, output, title=assembly.name, **look)
     elif stone and direction is not None:
-        limit = limit_load(assembly, direction, optimum=True)
+        limit = limit_load(assembly, direction, gap=near, optimum=True)
         plot_stone_sensitivity(limit, direction, output, **look)
     elif reserve is not None and direction is not None:
-        _plot_reserve(assembly, direction, reserve, output, look)
+        _plot_reserve(limit_load(assembly, direction, gap=near, optimum=True), direction, reserve, output, look)
     elif mechanism:
-        _plot_mechanism(assembly, direction, output, look)
+        _plot_mechanism(assembly, direction, near, output, look)
     else:
         draw = plot_forces if forces else plot_utilisation if joints else plot_verdict
-        draw(assess(assembly), output, **look)
+        draw(assess(assembly, gap=near), output, **look)
     typer.echo(str(output))
 
 
-def _plot_reserve(assembly: Assembly, direction: list[float], what: str, output: Path, look: dict[str, Any]) -> None:
+def _plot_reserve(limit: LimitLoad, direction: list[float], what: str, output: Path, look: dict[str, Any]) -> None:
     """What a limit load hangs on, as a picture, and the most of it in words."""
-    from blockstat.analysis.limit_load import limit_load
     from blockstat.errors import check_choice
     from blockstat.sensitivity.reserve import reserve_map
     from blockstat.view.utilisation import LABELS, plot_reserve_map
 
     check_choice("--reserve", what, tuple(LABELS))
-    found = reserve_map(limit_load(assembly, direction, optimum=True), direction, corners=what == "corner")
+    found = reserve_map(limit, direction, corners=what == "corner")
     plot_reserve_map(found, what, output, **look)
     label, step = LABELS[what]
     typer.echo(f"limit {found.value:.6g}; {label}:")
@@ -134,7 +138,9 @@ def _plot_reserve(assembly: Assembly, direction: list[float], what: str, output:
         typer.echo(f"{step * value:+.3g}  {name}")
 
 
-def _plot_mechanism(assembly: Assembly, direction: list[float] | None, output: Path, look: dict[str, Any]) -> None:
+def _plot_mechanism(
+    assembly: Assembly, direction: list[float] | None, gap: float | str, output: Path, look: dict[str, Any]
+) -> None:
     """The mechanism of the verdict, or with a load that of its limit, as a picture or as an animation."""
     from blockstat.analysis.assess import assess
     from blockstat.analysis.limit_load import limit_load
@@ -142,14 +148,14 @@ def _plot_mechanism(assembly: Assembly, direction: list[float] | None, output: P
     from blockstat.view.plot import plot_mechanism
 
     if direction is None:
-        result = assess(assembly)
+        result = assess(assembly, gap=gap)
         if not result.mechanism.any():
             raise InputError(
                 f"{assembly.name} is {result.outcome.word} and has no mechanism; "
                 "give --load AX,AY,AZ for that of its limit load"
             )
     else:
-        result = limit_load(assembly, direction)
+        result = limit_load(assembly, direction, gap=gap)
     if output.suffix.lower() == ".glb":
         write_mechanism(result, output)
     else:

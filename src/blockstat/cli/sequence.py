@@ -97,7 +97,6 @@ def sequence(
     as_json: AsJson = False,
 ) -> None:
     """Judge the steps in which an assembly is built, or search an order with few held blocks."""
-    from blockstat.contact.interfaces import GAP
     from blockstat.sequence.courses import build_by_courses
     from blockstat.sequence.order import find_order
     from blockstat.sequence.plan import assess_plan, read_plan
@@ -106,7 +105,7 @@ def sequence(
     if (plan is not None) + (held_at_most is not None) + remove + stages + courses != 1:
         raise InputError("give one of --plan PLAN.json, --held-at-most K, --courses, --remove-each and --stages")
     assembly = load(file, friction=friction, gravity=None, tilt=None, supports=supports, units=units, up=up)
-    options: dict[str, Any] = {"gap": GAP if gap is None else gap_of(gap), "flow": flow}
+    options: dict[str, Any] = {"gap": gap_of(gap), "flow": flow}
     head = {"file": str(file)}
     if remove:
         return _remove_each(assembly, head, output, as_json, options)

@@ -18,9 +18,10 @@ from blockstat.cli.options import (
     Tilt,
     Units,
     Up,
+    doubt_movement,
     gap_of,
     inputs,
-    numbers,
+    lengths,
     print_json,
     said,
 )
@@ -37,7 +38,14 @@ FORM = "NAME:DX,DY,DZ or X0,Y0,Z0,X1,Y1,Z1:DX,DY,DZ"
 
 
 def over_the_horizon(
-    file: Path, assembly: Assembly, directions: int, flow: str, output: Path | None, units: str | None, as_json: bool
+    file: Path,
+    assembly: Assembly,
+    directions: int,
+    flow: str,
+    output: Path | None,
+    units: str | None,
+    gap: float | str,
+    as_json: bool,
 ) -> None:
     """Print the limit loads all round, and draw them where that is asked for.
 
@@ -55,6 +63,8 @@ def over_the_horizon(
         Where the polar plot goes.
     units : str or None
         Of the file's coordinates.
+    gap : float or str
+        Tolerance of the joint search.
     as_json : bool
         Print JSON.
     """
@@ -66,14 +76,15 @@ def over_the_horizon(
         def progress(done: int, name: str, found: LimitLoad) -> None:
             say(f"{done} of at least {directions} directions, {found.upper:.4g} towards {name}")
 
-        found = limit_load_by_direction(assembly, directions, flow=flow, progress=progress)
+        found = limit_load_by_direction(assembly, directions, flow=flow, gap=gap, progress=progress)
     if output is not None:
         plot_directions(found, output)
     if as_json:
         drawn = {} if output is None else {"output": str(output)}
-        print_json({"file": str(file), **inputs(assembly, units=units), **found.summary(), **drawn})
+        print_json({"file": str(file), **inputs(assembly, units=units, gap=gap), **found.summary(), **drawn})
         return
-    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{said(assembly, units=units)}\n{found.explain()}")
+    basis = said(assembly, units=units, gap=gap)
+    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
 
 
 def settle_command(
@@ -82,8 +93,9 @@ def settle_command(
         list[str],
         typer.Option(
             metavar="NAME:DX,DY,DZ",
-            help="How a part of the supports moves [m]: NAME is a support, a group of supports, or a block or a group "
-            "that stands on them; six numbers in its place are a box. May be given several times.",
+            help="How a part of the supports moves, in metres or as in 0,0,'-10 mm': NAME is a support, a group of "
+            "supports, or a block or a group that stands on them; six lengths in its place are a box. "
+            "May be given several times.",
         ),
     ],
     friction: Friction = None,
@@ -92,6 +104,7 @@ def settle_command(
     supports: Supports = None,
     units: Units = None,
     up: Up = None,
+    gap: Gap = None,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Also draw it (.png, .svg, .pdf).")] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -103,9 +116,12 @@ def settle_command(
     moves = dict(_move(text) for text in move)
     if len(moves) < len(move):
         raise InputError("--move names a part twice; give its whole displacement once")
+    near = gap_of(gap)
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
+    for displacement in moves.values():
+        doubt_movement(assembly, "--move", displacement)
     with at_work(f"settling {assembly.n_blocks:,} blocks") as say:
-        found = settle(assembly, moves)
+        found = settle(assembly, moves, gap=near)
         say("following the settlement until collapse")
         path = settle_to_collapse(assembly, moves, interfaces=found.interfaces)
     if output is not None:
@@ -113,10 +129,88 @@ def settle_command(
     if as_json:
         drawn = {} if output is None else {"output": str(output)}
         further = {"collapse": path.collapse, "path": path.summary()}
-        print_json({"file": str(file), **inputs(assembly, units=units), **found.summary(), **further, **drawn})
+        print_json(
+            {"file": str(file), **inputs(assembly, units=units, gap=near), **found.summary(), **further, **drawn}
+        )
+        return
+    basis = said(assembly, units=units, gap=near)
+    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
+    typer.echo(f"Further on. {path.explain()}")
+
+
+def friction_command(
+    file: FileArgument,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
+    supports: Supports = None,
+    units: Units = None,
+    up: Up = None,
+    gap: Gap = None,
+    flow: Annotated[str, typer.Option(help="associated, or coulomb: no dilatancy and no self-stress.")] = "associated",
+    as_json: AsJson = False,
+) -> None:
+    """Find the least coefficient of friction with which an assembly stands, whatever its own is."""
+    from blockstat.analysis.tilt_friction import friction_limit
+    from blockstat.contact.interfaces import GAP
+
+    assembly = load_assembly(file, friction=None, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
+    with at_work(f"trying frictions of {assembly.n_blocks:,} blocks"):
+        found = friction_limit(assembly, gap=GAP if gap is None else gap_of(gap), flow=flow)
+    if as_json:
+        print_json({"file": str(file), **inputs(assembly, units=units), **found.summary()})
+        return
+    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{found.explain()}")
+
+
+def tie_command(
+    file: FileArgument,
+    between: Annotated[str, typer.Option(metavar="A,B", help="The two blocks that the tie pulls together.")],
+    points: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y,Z,X,Y,Z",
+            help="Where it holds each of them, z up, in metres or with a unit as in '250 mm'; "
+            "by default at their centroids.",
+        ),
+    ] = None,
+    friction: Friction = None,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
+    supports: Supports = None,
+    units: Units = None,
+    up: Up = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Also write the blocks with the tie (.json, in metres, z up).")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Find the least and the greatest force of a tie between two blocks with which an assembly stands."""
+    import numpy as np
+
+    from blockstat.io.files import write
+    from blockstat.joint import Tie
+    from blockstat.reinforcement.ties import tie_range
+
+    if output is not None and output.suffix.lower() != ".json":
+        raise InputError(f"{output}: only .json keeps ties")
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
+    form = "X,Y,Z,X,Y,Z"
+    names = between.split(",")
+    if len(names) != 2:
+        raise InputError(f'--between is "{between}"; it must read A,B')
+    blocks = [int(assembly.blocks_named(name, "--between")[0]) for name in names]
+    ends = assembly.centroid[blocks] if points is None else np.reshape(lengths(points, 6, "--points", form), (2, 3))
+    tie = Tie((names[0], names[1]), (ends[0].tolist(), ends[1].tolist()), name=between)
+    tied = assembly.with_(ties=[*assembly.ties, tie])
+    with at_work(f"tying {assembly.n_blocks:,} blocks"):
+        found = tie_range(tied, len(assembly.ties))
+    if output is not None:
+        write(tied, output)
+    if as_json:
+        written = {} if output is None else {"output": str(output)}
+        print_json({"file": str(file), **inputs(assembly, units=units), **found.summary(), **written})
         return
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{said(assembly, units=units)}\n{found.explain()}")
-    typer.echo(f"Further on. {path.explain()}")
 
 
 def report_command(
@@ -128,7 +222,7 @@ def report_command(
     supports: Supports = None,
     units: Units = None,
     up: Up = None,
-    gap: Annotated[float | None, typer.Option(help="Largest gap of a joint, relative to block size.")] = None,
+    gap: Gap = None,
     directions: Annotated[int, typer.Option(metavar="N", help="Of the horizon; a multiple of 4.")] = 16,
     case: Case = None,
     loads: LoadsFile = None,
@@ -138,7 +232,7 @@ def report_command(
     It lists all load cases; with --case all verdicts and limit loads are those under the loads of that case.
     """
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
-    write_report(file, assembly, output, units=units, gap=gap, directions=directions, case=case, loads=loads)
+    write_report(file, assembly, output, units=units, gap=gap_of(gap), directions=directions, case=case, loads=loads)
 
 
 def write_report(
@@ -147,7 +241,7 @@ def write_report(
     output: Path,
     *,
     units: str | None = None,
-    gap: float | None = None,
+    gap: float | str | None = None,
     directions: int = 16,
     verify: Any = None,
     case: str | None = None,
@@ -165,7 +259,7 @@ def write_report(
         The page.
     units : str, optional
         Of the file's coordinates; None for metres.
-    gap : float, optional
+    gap : float or str, optional
         Tolerance of the joint search; None for the default.
     directions : int, optional
         Of the horizon.
@@ -186,16 +280,17 @@ def write_report(
         raise InputError(f"{output}: a report is a page, .html; the browser prints it as PDF")
     if not output.parent.is_dir():
         raise InputError(f"{output}: no such directory: {output.parent}")
+    near = GAP if gap is None else gap
     cases = all_cases(assembly, file, loads)
     chosen = None if case is None else chosen_case(assembly, file, case, loads)
     with at_work("load cases") as say:
         answers = tuple(
             (row["case"], cases[row["case"]].words, row["verdict"].replace("_", " "), bracket(row))
-            for row in case_answers(assembly, cases)
+            for row in case_answers(assembly, cases, gap=near)
         )
         say("verdicts and limit loads")
         found = assess_fully(
-            assembly, source=str(file), gap=GAP if gap is None else gap, units=units or "m", directions=directions,
+            assembly, source=str(file), gap=near, units=units or "m", directions=directions,
             verify=verify, cases=answers, case=chosen,
         )  # fmt: skip
         say("pictures")
@@ -210,8 +305,8 @@ def _move(text: str) -> tuple[Any, list[float]]:
     where, colon, displacement = text.rpartition(":")
     if not colon or not where:
         raise InputError(f'--move is "{text}"; it must read {FORM}')
-    moved = numbers(displacement, 3, "--move", FORM)
-    return (tuple(numbers(where, 6, "--move", FORM)) if "," in where else where), moved
+    moved = lengths(displacement, 3, "--move", FORM)
+    return (tuple(lengths(where, 6, "--move", FORM)) if "," in where else where), moved
 
 
 def prove_command(
@@ -234,7 +329,6 @@ def prove_command(
     as_json: AsJson = False,
 ) -> None:
     """Write an exact proof that an assembly stands or falls, for `python extras/check_proof.py`."""
-    from blockstat.contact.interfaces import GAP
     from blockstat.proof.proof_file import prove
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
@@ -242,7 +336,7 @@ def prove_command(
     growing, permanent = None, None if chosen is None else chosen.loads
     if load is not None or limit:
         growing, permanent = load_and_loads(load, chosen)
-    near = GAP if gap is None else gap_of(gap)
+    near = gap_of(gap)
     with at_work(f"proving {assembly.n_blocks:,} blocks"):
         proof = prove(assembly, growing, loads=permanent, gap=near)
     proof.write(output)

@@ -19,7 +19,7 @@ import numpy as np
 
 from blockstat.analysis.limit_load import LimitLoad, LoadOutcome
 from blockstat.code_check.spectrum import Floor, Site, Spectrum
-from blockstat.errors import InputError, known_options
+from blockstat.errors import InputError, check_vector, known_options
 from blockstat.geometry.components import connected_components
 from blockstat.geometry.polyhedron import point_velocity
 from blockstat.result import Result, Sentence
@@ -349,9 +349,7 @@ def work_sums(
     InputError
         For a bad direction, or one that the mechanism does not move along, and for bad masses.
     """
-    unit = np.asarray(direction, dtype=float)
-    if unit.shape != (3,) or not np.isfinite(unit).all() or not unit.any():
-        raise InputError(f"direction is {direction!r}; it must be three numbers, not all zero")
+    unit = check_vector("direction", direction)
     unit = unit / np.linalg.norm(unit)
     load = assembly.mass * G
     work = load * (mechanism[:, :3] @ unit)

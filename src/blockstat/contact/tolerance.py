@@ -16,10 +16,15 @@ if TYPE_CHECKING:
 #: Largest gap or overlap of a joint, relative to the smaller block: 2 mm for a brick. Real vault meshes do not
 #: close better, and their verdicts do not change from half this tolerance to five times it.
 GAP = 1e-2
+#: A joint open by more than this fraction of the block size does not quite close, which a verdict mentions.
+LOOSE = 1e-3
 THIN = 0.25  #: of the mean thickness of a block, volume over half its surface, that a gap may be at most
 #: Of a gap given as a length, what the corners of a face may leave its plane. Two such faces are a joint if their
 #: planes are as near as the gap says, and no two points that face each other are further apart than half of it more.
 FLATNESS = 0.25
+#: Part of the largest coordinate by which single precision (GLB, STL) may move two faces apart. A coordinate is off by
+#: half of eps at most, the difference of two by eps, and the distance along a normal by sqrt(3) times that.
+ROUNDING = float(np.sqrt(3) * np.finfo(np.float32).eps)
 UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
 LENGTH = re.compile(r"\s*([0-9]*\.?[0-9]+(?:[eE][-+]?[0-9]+)?)\s*(mm|cm|m)\s*")
 
@@ -59,7 +64,7 @@ def stated_length(gap: float | str) -> float | None:
 
 
 def gap_lengths(solid: Polyhedra, gap: float | str) -> Floats:
-    """Return the gap as a length for each block.
+    """Return the gap as a length for each block; one stated as a length includes the rounding of the coordinates.
 
     Parameters
     ----------
@@ -79,7 +84,9 @@ def gap_lengths(solid: Polyhedra, gap: float | str) -> Floats:
         As `stated_length`.
     """
     length = stated_length(gap)
-    return gap * solid.size if length is None else np.full(solid.n_blocks, length)  # type: ignore[operator]
+    if length is None:
+        return gap * solid.size  # type: ignore[operator]
+    return np.full(solid.n_blocks, length + ROUNDING * np.abs(solid.vertices).max())
 
 
 def allowed_gap(solid: Polyhedra, gap: float | str) -> Floats:
@@ -120,3 +127,23 @@ def gap_words(gap: float | str) -> str:
         For example "0.01 of the block size".
     """
     return gap.strip() if isinstance(gap, str) else f"{gap:g} of the block size"
+
+
+def beyond(value: float, limit: float) -> str:
+    """Write a length with as many digits as tell it from a smaller one, at least two.
+
+    Parameters
+    ----------
+    value, limit : float
+        The two lengths, of which the first is to be written.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> beyond(0.0034567, 0.002), beyond(0.0020011, 0.002)
+    ('0.0035', '0.002001')
+    """
+    return next((text for digits in range(2, 17) if float(text := f"{value:.{digits}g}") > limit), repr(value))

@@ -15,16 +15,17 @@ from typing import Any
 import numpy as np
 
 from blockstat.assembly import Assembly, Block
-from blockstat.contact.interfaces import GAP
+from blockstat.contact.interfaces import GAP, find_interfaces
 from blockstat.contact.penetration import overlaps, tell
-from blockstat.errors import InputError, known_options
+from blockstat.contact.tolerance import LOOSE
+from blockstat.errors import InputError, NoSupportError, known_options
 from blockstat.geometry.validity import check_geometry
 from blockstat.geometry_repair.common_planes import common_planes, meet
 from blockstat.geometry_repair.shared_corners import settled_faces, shared_corners
 from blockstat.geometry_repair.surface import RepairedSurface, repair_surface
 from blockstat.io.parts import Parts
 from blockstat.joint import JointLaw
-from blockstat.result import Result, Sentence
+from blockstat.result import Result, Sentence, plain
 from blockstat.typing import Floats
 
 MERGE = 1e-4  #: vertices closer than this, relative to the diagonal of their block's box, are one
@@ -63,18 +64,22 @@ class Change:
         """
         said = []
         if self.merged:
-            said.append(f"{self.merged} duplicate vertices merged (moved by up to {self.spread:.2g} m)")
+            said.append(f"{self.merged} duplicate vertices merged (moved by up to {_mm(self.spread)})")
         if self.dropped:
             said.append(f"{self.dropped} faces dropped")
         if self.turned:
             said.append(f"{self.turned} faces turned")
         if self.warp:
-            said.append(f"faces flattened that were off by up to {self.warp:.2g} m")
+            said.append(f"faces flattened that were off by up to {_mm(self.warp)}")
         if self.joined:
             said.append(f"{self.joined} faces brought into common planes")
         if self.moved:
-            said.append(f"vertices moved by up to {self.moved:.2g} m")
+            said.append(f"vertices moved by up to {_mm(self.moved)}")
         return f'block "{self.name}": ' + "; ".join([*said, self.left] if self.left else said)
+
+
+def _mm(length: float) -> str:
+    return f"{plain(1e3 * length, 2)} mm"
 
 
 class RepairOutcome(Sentence):
@@ -91,6 +96,7 @@ class RepairReport(Result):
 
     changes: tuple[Change, ...]  #: one a block, in order, also for blocks that were not changed
     overlaps: str = ""  #: what of the blocks still overlaps, which no repair takes away
+    closed: int = 0  #: joints whose two faces lie in one plane now and did not before
 
     @property
     def changed(self) -> tuple[Change, ...]:
@@ -105,7 +111,7 @@ class RepairReport(Result):
         return RepairOutcome.REPAIRED if self.changed else RepairOutcome.UNCHANGED
 
     def explain(self) -> str:
-        """Return the outcome, a line for each block that was changed or not repaired, and what still overlaps.
+        """Return the outcome, a line for each block that was changed or not repaired, what overlaps, and the sum.
 
         Returns
         -------
@@ -115,7 +121,11 @@ class RepairReport(Result):
         same = len(self.changes) - len(self.changed)
         told = [change.explain() for change in self.changes if change.any or change.left]
         left = [f"left as they were: {self.overlaps}"] if self.overlaps else []
-        return "\n".join([self.outcome.value, *told, *left, f"{same} of {len(self.changes)} blocks unchanged"])
+        furthest = max((max(change.moved, change.spread) for change in self.changes), default=0.0)
+        total = [f"{same} of {len(self.changes)} blocks unchanged"]
+        total += [f"{self.closed} joints closed"] if self.closed else []
+        total += [f"vertices moved by up to {_mm(furthest)}"] if furthest else []
+        return "\n".join([self.outcome.value, *told, *left, ", ".join(total)])
 
     def summary(self) -> dict[str, Any]:
         """Return plain values for JSON: the changes of the blocks that were changed or not repaired.
@@ -131,6 +141,7 @@ class RepairReport(Result):
             "changes": [asdict(change) for change in self.changes if change.any or change.left],
             "overlaps": self.overlaps,
             "blocks": len(self.changes),
+            "closed": self.closed,
         }
 
 
@@ -166,7 +177,7 @@ def repair(
     warp : float, optional
         Faces whose corners are off their plane by no more than this fraction of the size of the block are made flat.
     supports : iterable of str or int, optional
-        Names or numbers of the blocks that cannot move, in place of those that the source marks.
+        Names or numbers of the blocks that cannot move, in place of those that the source marks. None are needed.
     units : str, optional
         Of the coordinates in a file, as in `blockstat.read`.
     up : str, optional
@@ -208,15 +219,24 @@ def repair(
         replace(block, vertices=own.vertices, faces=own.faces)
         for block, own in zip(parts.blocks, surfaces, strict=True)
     ]
-    assembly = replace(parts, blocks=blocks).assembled()
-    assembly, changes = close_joints(assembly, gap, warp)
+    rough = replace(parts, blocks=blocks).assembled()
+    assembly, changes = close_joints(rough, gap, warp)
     check_geometry(assembly, assembly.names)
+    closed = any(change.joined for change in changes) and _open_joints(rough, gap) - _open_joints(assembly, gap)
     told = [
         replace(change, merged=own.merged, spread=own.spread, dropped=own.dropped, turned=own.turned)
         for change, own in zip(changes, surfaces, strict=True)
     ]
     pairs, depth = overlaps(assembly, gap=gap or GAP)
-    return assembly, RepairReport(tuple(told), tell(assembly, pairs, depth) if len(pairs) else "")
+    left = tell(assembly, pairs, depth) if len(pairs) else ""
+    return assembly, RepairReport(tuple(told), left, len(closed) if closed else 0)
+
+
+def _open_joints(assembly: Assembly, gap: float) -> set[tuple[int, int]]:
+    """Pairs of blocks whose joint does not quite close."""
+    faces = find_interfaces(assembly, gap=gap or GAP)
+    loose = faces.gap > LOOSE * assembly.size[faces.pair].min(axis=1)
+    return {(int(a), int(b)) for a, b in faces.pair[loose]}
 
 
 def _parts(
@@ -229,7 +249,10 @@ def _parts(
     if isinstance(source, (str, Path)):
         from blockstat.io.files import read_parts
 
-        parts = read_parts(source, supports=supports, units=units).turned(up)
+        try:
+            parts = read_parts(source, supports=supports, units=units).turned(up)
+        except NoSupportError:  # what to repair does not hang on them
+            parts = read_parts(source, supports=[], units=units).turned(up)
         return replace(parts, options=parts.options | options)
     if units is not None or up is not None:
         raise InputError("units and up are those of a file; blocks are in metres, and z is up")
@@ -296,10 +319,10 @@ def close_joints(assembly: Assembly, gap: float = GAP, warp: float = WARP) -> tu
     changes = []
     for i, name in enumerate(assembly.names):
         own, bent = (np.flatnonzero((block == i) & chosen) for chosen in (label >= 0, ~flat))
-        left = [f"left as it was: a vertex would have moved by {far[i]:.2g} m"] if wild[i] else []
+        left = [f"left as it was: a vertex would have moved by {_mm(far[i])}"] if wild[i] else []
         left += [f"{len(bent)} faces are too far from flat and were left"] if len(bent) else []
         if after[own].max(initial=0.0) > FLAT * size[i]:
-            left.append(f"faces are still off by up to {after[own].max():.2g} m")
+            left.append(f"faces are still off by up to {_mm(after[own].max())}")
         change = Change(name, left="; ".join(left))
         if not (wild[i] or still[i]):
             flattened = float(before[own].max(initial=0.0))

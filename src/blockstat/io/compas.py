@@ -21,16 +21,19 @@ from __future__ import annotations
 
 import warnings
 from ast import literal_eval
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from functools import partial, reduce
 from typing import Any, TypeVar
 
 import msgspec
 import numpy as np
 
 from blockstat.assembly import Block
-from blockstat.errors import InputError, InputWarning
+from blockstat.errors import InputError, InputWarning, gathered, some
 from blockstat.io.names import distinct_names
 from blockstat.io.parts import Parts, chosen_supports
+from blockstat.system.faults import faults
 from blockstat.typing import Floats
 
 ASSEMBLY = "compas_assembly.datastructures/Assembly"
@@ -96,6 +99,7 @@ class _Solid(msgspec.Struct):
 
 
 Kind = TypeVar("Kind", bound=msgspec.Struct)
+T = TypeVar("T")
 
 
 def is_compas(data: Any) -> bool:
@@ -133,7 +137,7 @@ def compas_parts(data: dict[str, Any], name: str, *, supports: Iterable[int | st
     Raises
     ------
     InputError
-        Naming the block or the key at fault, for a dtype that is not known, or without supports.
+        Naming each block or key at fault, for a dtype that is not known, or without supports.
 
     Warns
     -----
@@ -163,69 +167,114 @@ def compas_parts(data: dict[str, Any], name: str, *, supports: Iterable[int | st
 
 def _assembly_solids(assembly: _Assembly) -> tuple[list[_Solid], dict[str, Any]]:
     graph = _as(assembly.graph.data, _Graph, "graph")
-    solids = []
-    for key, own in graph.node.items():
-        label = f"node {key}"
-        block = _as(own.get("block"), _Object, f"{label}: block")
-        mesh = _mesh(block, label)
-        attributes = {**graph.default_node_attributes, **mesh.attributes, **own}
-        solids.append(_solid(mesh, block.name or _key(key), np.eye(4), attributes))
+    solids = gathered(partial(_of_node, graph, key) for key in graph.node)
     return solids, assembly.attributes
+
+
+def _of_node(graph: _Graph, key: str) -> _Solid:
+    own, label = graph.node[key], f"node {key}"
+    block = _as(own.get("block"), _Object, f"{label}: block")
+    mesh = _mesh(block, label)
+    attributes = {**graph.default_node_attributes, **mesh.attributes, **own}
+    return _solid(mesh, block.name or _key(key), attributes, key)
 
 
 def _model_solids(model: _Model) -> tuple[list[_Solid], dict[str, Any]]:
     if any(pair.get("modifiers") for pairs in model.graph.edge.values() for pair in pairs.values()):
         warnings.warn(InputWarning("the modifiers between elements are not applied"), stacklevel=4)
-    places: dict[str, tuple[Floats, str]] = {}
-    _place(model, model.tree.root, _matrix(model.transformation, "model"), "", places)
-    solids = []
-    for guid, element in model.elements.items():
-        if element.is_a(GROUP):
-            continue
-        label = f'element "{_name(element)}"'
-        if not isinstance(element.data.get("geometry"), dict):
-            raise InputError(f'{label}: a "{element.dtype}" stores no mesh; only blocks with a mesh are read')
-        if guid not in places:
-            raise InputError(f"{label}: is not in the tree of the model")
-        mesh = _mesh(_as(element.data["geometry"], _Object, f"{label}: geometry"), label)
-        matrix, group = places[guid]
-        material = model.materials.get(element.data.get("material") or "")
-        attributes = {**mesh.attributes, **(material.data if material else {}), **element.data}
-        attributes |= {"group": group} if group else {}
-        solids.append(_solid(mesh, _name(element), matrix, attributes))
-    return solids, model.graph.attributes
-
-
-def _place(model: _Model, node: _Node, matrix: Floats, group: str, places: dict[str, tuple[Floats, str]]) -> None:
-    """Where the elements below a node of the tree stand, and the groups they belong to."""
-    for child in node.children:
-        if child.element not in model.elements:
-            raise InputError(f'tree: no element "{child.element}"')
-        element = model.elements[child.element]
-        own = (
-            _as(element.data["transformation"], _Object, f'element "{_name(element)}": transformation')
-            if element.data.get("transformation")
-            else None
+    blocks = [guid for guid, element in model.elements.items() if not element.is_a(GROUP)]
+    origin, own, solids, above = gathered(
+        (
+            partial(_matrix, model.transformation, "model"),
+            lambda: dict(gathered(partial(_own_matrix, guid, element) for guid, element in model.elements.items())),
+            lambda: gathered(partial(_of_element, model, guid) for guid in blocks),
+            partial(_ancestors, model),
         )
-        there = matrix @ _matrix(own, f'element "{_name(element)}"')
-        places[child.element] = there, group
-        inner = ".".join(filter(None, (group, _name(element)))) if element.is_a(GROUP) else group
-        _place(model, child, there, inner, places)
+    )
+    placed = []
+    for guid, solid in zip(blocks, solids, strict=True):
+        chain = [*above[guid], guid]
+        matrix = reduce(np.matmul, (own[k] for k in chain), origin)
+        groups = (_name(model.elements[k]) for k in chain if model.elements[k].is_a(GROUP))
+        placed.append(_placed(solid, matrix, ".".join(filter(None, groups))))
+    return placed, model.graph.attributes
 
 
-def _solid(mesh: _Mesh, name: str, matrix: Floats, attributes: Mapping[str, Any]) -> _Solid:
+def _of_element(model: _Model, guid: str) -> _Solid:
+    """The block of an element where its mesh has it."""
+    element = model.elements[guid]
+    label = _label(guid, element)
+    if not isinstance(element.data.get("geometry"), dict):
+        raise InputError(f'{label}: a "{element.dtype}" stores no mesh; only blocks with a mesh are read')
+    mesh = _mesh(_as(element.data["geometry"], _Object, f"{label}: geometry"), label)
+    material = model.materials.get(str(element.data.get("material") or ""))
+    attributes = {**mesh.attributes, **(material.data if material else {}), **element.data}
+    return _solid(mesh, _name(element), attributes, guid)
+
+
+def _own_matrix(guid: str, element: _Object) -> tuple[str, Floats]:
+    """An element and its transformation, without those of the elements above it."""
+    label = _label(guid, element)
+    given = element.data.get("transformation")
+    return guid, _matrix(_as(given, _Object, f"{label}: transformation") if given else None, label)
+
+
+def _ancestors(model: _Model) -> dict[str, tuple[str, ...]]:
+    """The elements above each element, from the root of the tree down."""
+    found: dict[str, tuple[str, ...]] = {}
+    unknown: list[str] = []
+    pending: list[tuple[_Node, tuple[str, ...]]] = [(child, ()) for child in model.tree.root.children]
+    while pending:
+        node, above = pending.pop()
+        guid = str(node.element)
+        if guid in model.elements:
+            found[guid] = above
+        else:
+            unknown.append(f'tree: no element "{guid}"')
+        pending += [(child, (*above, guid)) for child in node.children]
+    # An element that the tree lacks is often the one that it names wrongly.
+    lost = [
+        f"{_label(guid, element)}: is not in the tree of the model"
+        for guid, element in model.elements.items()
+        if guid not in found and not element.is_a(GROUP)
+    ]
+    if wrong := unknown or lost:
+        raise InputError(*wrong)
+    return found
+
+
+def _solid(mesh: _Mesh, name: str, attributes: Mapping[str, Any], key: str) -> _Solid:
     index = {key: i for i, key in enumerate(mesh.vertex)}
     origin = mesh.default_vertex_attributes
-    try:
-        points = [[float((origin | own)[axis]) for axis in "xyz"] for own in mesh.vertex.values()]
-        faces = [[index[str(corner)] for corner in face] for face in mesh.face.values()]
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f'block "{name}": the mesh has a bad vertex or corner: {error}') from None
+    wrong: dict[str, list[str]] = {}  # keys by what is wrong with them
+
+    def read(kind: str, part: Mapping[str, T], convert: Callable[[T], list[Any]]) -> list[Any]:
+        """The vertices or faces that can be read; the keys of the others go into `wrong`."""
+        found = []
+        for key, given in part.items():
+            try:
+                found.append(convert(given))
+            except (KeyError, TypeError, ValueError, OverflowError) as error:
+                wrong.setdefault(f"{error} ({kind} ", []).append(key)
+        return found
+
+    points = read("vertex", mesh.vertex, lambda own: [float((origin | own)[axis]) for axis in "xyz"])
+    faces = read("face", mesh.face, lambda face: [index[str(corner)] for corner in face])
+    if wrong:
+        text = f'block "{name or key}": the mesh has a bad vertex or corner'
+        raise InputError(*(f"{text}: {error}{some(keys)})" for error, keys in wrong.items()))
     vertices = np.array(points, dtype=float).reshape(-1, 3)
-    if (matrix != np.eye(4)).any():
-        vertices = vertices @ matrix[:3, :3].T + matrix[:3, 3]
     block = Block(vertices, faces, name, str(attributes.get("group") or ""), attributes.get("density"))
     return _Solid(block, bool(attributes.get("is_support")))
+
+
+def _placed(solid: _Solid, matrix: Floats, group: str) -> _Solid:
+    """The same block elsewhere, in a group if it is named."""
+    block = solid.block
+    vertices = block.vertices
+    if (matrix != np.eye(4)).any():
+        vertices = vertices @ matrix[:3, :3].T + matrix[:3, 3]
+    return _Solid(replace(block, vertices=vertices, group=group or block.group), solid.support)
 
 
 def _mesh(found: _Object, label: str) -> _Mesh:
@@ -248,13 +297,17 @@ def _matrix(found: _Object | None, label: str) -> Floats:
             matrix[:3] = np.column_stack([x, np.cross(z / np.linalg.norm(z), x), z / np.linalg.norm(z), point])
         if matrix.shape == (4, 4) and np.isfinite(matrix).all():
             return matrix
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, TypeError, ValueError, OverflowError):
         pass
     raise InputError(f'{label}: a "{found.dtype}" is neither a 4 by 4 matrix nor a frame')
 
 
 def _name(element: _Object) -> str:
     return str(element.data.get("name") or element.name or "")
+
+
+def _label(guid: str, element: _Object) -> str:
+    return f'element "{_name(element) or guid}"'
 
 
 def _key(key: str) -> str:
@@ -268,5 +321,5 @@ def _key(key: str) -> str:
 def _as(value: Any, kind: type[Kind], label: str) -> Kind:
     try:
         return msgspec.convert(value, kind)
-    except msgspec.ValidationError as error:
-        raise InputError(f"{label}: {str(error).replace(' - at `$', ' at `')}") from None
+    except msgspec.ValidationError:
+        raise InputError(*(f"{label}: {text}" for text in faults(kind, value))) from None

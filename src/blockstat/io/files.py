@@ -101,7 +101,13 @@ def blaming(path: Path, call: Callable[[], T]) -> T:
 
 @known_options
 def write(
-    assembly: Assembly, path: str | Path, *, format: str | None = None, values: Mapping[str, Any] | None = None
+    assembly: Assembly,
+    path: str | Path,
+    *,
+    format: str | None = None,
+    values: Mapping[str, Any] | None = None,
+    units: str | None = None,
+    up: str | None = None,
 ) -> Path:
     """Write an assembly as a file of blocks, or into a directory with one file a block.
 
@@ -116,6 +122,11 @@ def write(
         compas_dem); of a directory "ply" (the default) or "stl".
     values : mapping of str to sequence, optional
         For each key one number or list a block, kept as custom attributes of the objects of a .glb or .obj.
+    units : str, optional
+        Of the coordinates in the file, by default metres.
+    up : str, optional
+        The axis of the file that points up, by default z, and y in GLB. `blockstat.read` with the same units and axis
+        gives the same blocks.
 
     Returns
     -------
@@ -124,7 +135,8 @@ def write(
     Raises
     ------
     InputError
-        For a format that cannot be written, or a directory that does not exist. Also for an option that does not exist.
+        For a format that cannot be written, a directory that does not exist, or a unit or an axis that is not known.
+        Also for an option that does not exist.
 
     Examples
     --------
@@ -132,7 +144,11 @@ def write(
     >>> cube = Assembly.from_blocks([box((0, 0, 0), (1, 1, 1))], supports=[0])
     >>> read(write(cube, "cube.json")).volume.tolist()
     [1.0]
+    >>> read(write(cube, "cube.obj", units="mm", up="y"), units="mm", up="y").volume.round(9).tolist()
+    [1.0]
     """
+    from blockstat.io.parts import in_frame
+
     path = Path(path)
     suffix = "" if path.is_dir() else path.suffix.lower()
     if suffix not in ("", *WRITABLE):
@@ -144,17 +160,22 @@ def write(
         raise InputError(f"{path}: no such directory: {path.parent}")
     if values and suffix in FORMATS:
         raise InputError(f"{path}: values are written to .glb and .obj only")
+    own = "y" if suffix == ".glb" else "z"
+    assembly = in_frame(assembly, units, up, own)
+    frame = (units or "m", up or own)
     if not suffix:
         from blockstat.io.folder import write_folder
 
         write_folder(assembly, path, f".{format or formats[0]}")
         return path
     with written_whole(path) as place:
-        blaming(path, lambda: _write_file(assembly, place, format, values or {}))
+        blaming(path, lambda: _write_file(assembly, place, format, values or {}, frame))
     return path
 
 
-def _write_file(assembly: Assembly, path: Path, format: str | None, values: Mapping[str, Any]) -> None:
+def _write_file(
+    assembly: Assembly, path: Path, format: str | None, values: Mapping[str, Any], frame: tuple[str, str]
+) -> None:
     if format in ("compas-assembly", "compas-model"):
         from blockstat.io.compas_write import write_compas
 
@@ -162,8 +183,8 @@ def _write_file(assembly: Assembly, path: Path, format: str | None, values: Mapp
     elif path.suffix.lower() == ".json":
         from blockstat.io.native import write_json
 
-        write_json(assembly, path)
+        write_json(assembly, path, units=frame[0])
     else:
         from blockstat.io.mesh import write_mesh
 
-        write_mesh(assembly, path, values)
+        write_mesh(assembly, path, values, frame=frame)

@@ -7,17 +7,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from blockstat.assembly import Block
-from blockstat.errors import InputError
+from blockstat.errors import InputError, gathered
 from blockstat.io.mesh import block_mesh, read_whole
 from blockstat.io.names import distinct_names
 from blockstat.io.parts import Parts, chosen_supports
 from blockstat.system.writing import written_whole
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from blockstat.assembly import Assembly
 
 SOLIDS = (".ply", ".stl")
@@ -44,7 +47,7 @@ def folder_parts(path: Path, *, supports: Iterable[int | str] | None = None) -> 
     Raises
     ------
     InputError
-        For a directory without such files, a file that holds no surface, or without supports.
+        For a directory without such files, each file that holds no surface, or without supports.
     """
     files = sorted((p for p in path.rglob("*") if p.suffix.lower() in SOLIDS and p.is_file()), key=_natural)
     if not files:
@@ -53,8 +56,19 @@ def folder_parts(path: Path, *, supports: Iterable[int | str] | None = None) -> 
     names = [_plain(file.stem) for file in files]
     chosen = chosen_supports([], supports, names, "a mesh")
     labels = distinct_names(names, chosen)
-    blocks = [Block(*read_whole(f), name, group) for f, name, group in zip(files, labels, groups, strict=True)]
+    surfaces = gathered(partial(_surface, path, file) for file in files)
+    blocks = [
+        Block(vertices, faces, name, group)
+        for (vertices, faces), name, group in zip(surfaces, labels, groups, strict=True)
+    ]
     return Parts(blocks, chosen, {"name": path.name})
+
+
+def _surface(path: Path, file: Path) -> tuple[np.ndarray, list[list[int]]]:
+    try:
+        return read_whole(file)
+    except InputError as error:
+        raise error.under(file.relative_to(path).as_posix()) from None
 
 
 def write_folder(assembly: Assembly, path: Path, suffix: str) -> None:

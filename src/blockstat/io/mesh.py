@@ -10,13 +10,14 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from blockstat.assembly import Block
-from blockstat.errors import HUGE, InputError
+from blockstat.errors import HUGE, InputError, gathered, some
 from blockstat.geometry.triangulation import triangulate
 from blockstat.io.names import distinct_names
 from blockstat.io.obj import closed_runs, read_obj, split_solids, write_obj
@@ -93,24 +94,31 @@ def _solids(path: Path) -> tuple[list[_Solid], dict[str, Any]]:
             solids = split_solids(solids[0])
         return [_Solid(*solid) for solid in solids], shared
     scene = loaded(path, trimesh.load_scene)
-    found: dict[str, list[_Solid]] = {}
-    for node in scene.graph.nodes_geometry:
-        transform, geometry = scene.graph[node]
-        mesh = scene.geometry[geometry]
-        if not isinstance(mesh, trimesh.Trimesh):
-            raise InputError(f'object "{node}" is no surface of faces')
-        mesh = mesh.copy()
-        mesh.apply_transform(np.linalg.inv(Y_UP) @ transform if suffix == ".glb" else transform)
-        extras = _extras(scene, node, mesh)
-        name = str(extras.get("name") or geometry).removesuffix(path.suffix)
-        if not (np.abs(mesh.vertices) < HUGE).all():
-            raise InputError(f'object "{name}": coordinates must be finite and below {HUGE:g}')
-        parts = [mesh] if suffix == ".glb" else _closed_runs(mesh)
-        for number, part in enumerate(parts):
-            part.merge_vertices(merge_tex=True, merge_norm=True, digits_vertex=_digits(part))
-            label = f"{name}.{number}" if len(parts) > 1 else name
-            found.setdefault(str(geometry), []).append(_Solid(label, *_polygons(part), extras=extras))
-    return [solid for geometry in scene.geometry for solid in found.get(str(geometry), [])], scene.metadata
+    order = {geometry: number for number, geometry in enumerate(scene.geometry)}
+    nodes = sorted(scene.graph.nodes_geometry, key=lambda node: order[scene.graph[node][1]])
+    solids = gathered(partial(_of_node, scene, node, path.suffix) for node in nodes)
+    return [solid for own in solids for solid in own], scene.metadata
+
+
+def _of_node(scene: trimesh.Scene, node: str, suffix: str) -> list[_Solid]:
+    """Solids of one object of a scene, in world coordinates."""
+    import trimesh
+
+    transform, geometry = scene.graph[node]
+    mesh = scene.geometry[geometry]
+    if not isinstance(mesh, trimesh.Trimesh):
+        raise InputError(f'object "{node}" is no surface of faces')
+    glb = suffix.lower() == ".glb"
+    mesh = mesh.copy()
+    mesh.apply_transform(np.linalg.inv(Y_UP) @ transform if glb else transform)
+    extras = _extras(scene, node, mesh)
+    name = str(extras.get("name") or geometry).removesuffix(suffix)
+    _check_vertices(mesh, f'object "{name}"')
+    parts = [mesh] if glb else _closed_runs(mesh)
+    for part in parts:
+        part.merge_vertices(merge_tex=True, merge_norm=True, digits_vertex=_digits(part))
+    labels = [f"{name}.{number}" for number in range(len(parts))] if len(parts) > 1 else [name]
+    return [_Solid(label, *_polygons(part), extras=extras) for label, part in zip(labels, parts, strict=True)]
 
 
 def loaded(path: Path, load: Callable[..., Any]) -> Any:
@@ -148,14 +156,20 @@ def loaded(path: Path, load: Callable[..., Any]) -> Any:
         raise InputError(f"it needs {', '.join(needed)}; export it without compression")
     try:
         found = load(path, process=False, resolver=Beside(str(path)))
-        meshes = list(found.geometry.values()) if isinstance(found, trimesh.Scene) else [found]
-        whole = all(_is_whole(mesh) for mesh in meshes if isinstance(mesh, trimesh.Trimesh))
+        meshes = dict(found.geometry) if isinstance(found, trimesh.Scene) else {"": found}
+        lost = {name: _lost(mesh) for name, mesh in meshes.items() if isinstance(mesh, trimesh.Trimesh)}
     except (InputError, MemoryError):
         raise
     except Exception as error:  # trimesh raises whatever its parsers do
         raise InputError(f"cannot be read as a mesh ({type(error).__name__})") from None
-    if not whole:
-        raise InputError("a face has a corner that does not exist")
+    wrong = [
+        (f'object "{name.removesuffix(path.suffix)}": ' if name else "")
+        + f"a face has a corner that does not exist (face {some(faces)})"
+        for name, faces in lost.items()
+        if faces
+    ]
+    if wrong:
+        raise InputError(*wrong)
     return found
 
 
@@ -169,9 +183,18 @@ def _compressions(path: Path) -> list[str]:
     return re.findall(r"\w+_(?:draco|meshopt)_\w+", found[1].decode("ascii", "ignore")) if found else []
 
 
-def _is_whole(mesh: trimesh.Trimesh) -> bool:
-    """Whether all corners of the faces exist."""
-    return not len(mesh.faces) or (mesh.faces.min() >= 0 and mesh.faces.max() < len(mesh.vertices))
+def _lost(mesh: trimesh.Trimesh) -> list[int]:
+    """Numbers of the faces with a corner that does not exist."""
+    faces = np.asarray(mesh.faces).reshape(-1, 3)
+    return np.flatnonzero(((faces < 0) | (faces >= len(mesh.vertices))).any(axis=1)).tolist()
+
+
+def _check_vertices(mesh: trimesh.Trimesh, label: str) -> None:
+    """Raise InputError with the vertices whose coordinates cannot be used."""
+    wrong = np.flatnonzero(~(np.abs(mesh.vertices) < HUGE).all(axis=1)).tolist()
+    if wrong:
+        text = f"coordinates must be finite and below {HUGE:g} (vertex {some(wrong)})"
+        raise InputError(f"{label}: {text}" if label else text)
 
 
 def _closed_runs(mesh: trimesh.Trimesh) -> list[trimesh.Trimesh]:
@@ -222,12 +245,10 @@ def read_whole(path: Path) -> tuple[np.ndarray, list[list[int]]]:
     """
     import trimesh
 
-    try:
-        mesh = loaded(path, trimesh.load_mesh)
-    except InputError as error:
-        raise InputError(f"{path.name}: {error}") from None
+    mesh = loaded(path, trimesh.load_mesh)
     if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
-        raise InputError(f"{path.name}: is no surface of faces")
+        raise InputError("is no surface of faces")
+    _check_vertices(mesh, "")
     mesh.merge_vertices(merge_tex=True, merge_norm=True, digits_vertex=_digits(mesh))
     return _polygons(mesh)
 
@@ -266,7 +287,9 @@ def _loop(triangles: np.ndarray, boundary: set[tuple[int, ...]]) -> list[int]:
     return loop if len(loop) == len(following) else []
 
 
-def write_mesh(assembly: Assembly, path: Path, values: Mapping[str, Any]) -> None:
+def write_mesh(
+    assembly: Assembly, path: Path, values: Mapping[str, Any], *, frame: tuple[str, str] = ("m", "z")
+) -> None:
     """Write one object a block; STL and PLY hold all blocks as one soup of solids.
 
     Parameters
@@ -277,6 +300,8 @@ def write_mesh(assembly: Assembly, path: Path, values: Mapping[str, Any]) -> Non
         An .obj, .glb, .stl or .ply file.
     values : mapping of str to sequence
         For each key one number or list a block, for GLB and OBJ.
+    frame : tuple of str, optional
+        Unit of the coordinates and axis that is up, which an OBJ names.
 
     Raises
     ------
@@ -291,7 +316,7 @@ def write_mesh(assembly: Assembly, path: Path, values: Mapping[str, Any]) -> Non
     extras = [_described(assembly, i, values) for i in range(assembly.n_blocks)]
     shared = {"friction": assembly.friction, "gravity": assembly.gravity.tolist()}
     if suffix == ".obj":
-        write_obj(assembly, path, extras, shared)
+        write_obj(assembly, path, extras, shared, frame=frame)
         return
     meshes = [block_mesh(assembly, i) for i in range(assembly.n_blocks)]
     if suffix in (".stl", ".ply"):

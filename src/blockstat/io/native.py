@@ -177,7 +177,7 @@ def _in_words(text: str, data: dict[str, Any]) -> str:
     return f'block "{label}": {rest or "entry"}: {message}'
 
 
-def write_json(assembly: Assembly, path: Path) -> None:
+def write_json(assembly: Assembly, path: Path, *, units: str = "m") -> None:
     """Write the native format; floats keep all their digits.
 
     Parameters
@@ -186,6 +186,8 @@ def write_json(assembly: Assembly, path: Path) -> None:
         The blocks, with its metadata.
     path : Path
         The file.
+    units : str, optional
+        Of the vertices and of the points of ties, which the file names.
 
     Raises
     ------
@@ -204,7 +206,7 @@ def write_json(assembly: Assembly, path: Path) -> None:
     data = {
         **assembly.metadata,
         "name": assembly.name,
-        "units": "m",
+        "units": units,
         "density": float(assembly.density[0]),
         "friction": assembly.friction,
         "gravity": assembly.gravity.tolist(),

@@ -52,12 +52,13 @@ def read_obj(path: Path) -> tuple[list[Solid], dict[str, Any]]:
     Raises
     ------
     InputError
-        With the line of anything that is not well-formed.
+        With the lines of all that is not well-formed.
     """
     vertices: list[tuple[float, float, float]] = []
     labels: dict[str, list[str]] = {"o": [], "g": []}
     notes: dict[int, dict[str, Any]] = {}
     faces: list[tuple[int, int, list[int]]] = []
+    wrong: list[str] = []
     check_file(path)
     for number, line in enumerate(path.read_text(encoding="utf-8-sig", errors="replace").splitlines(), 1):
         word, *rest = line.split("#")[0].split() or [""]
@@ -76,7 +77,11 @@ def read_obj(path: Path) -> tuple[list[Solid], dict[str, Any]]:
             elif line.startswith(NOTE):
                 notes.setdefault(len(labels["o"]), dict(json.loads(line[len(NOTE) - 1 :])))
         except ValueError:
-            raise InputError(f'line {number}: cannot be read as "{word or "# blockstat"}" of an OBJ file') from None
+            wrong.append(f'line {number}: cannot be read as "{word or "# blockstat"}" of an OBJ file')
+            if word == "v":  # faces count the corners
+                vertices.append((np.nan, np.nan, np.nan))
+    if wrong:
+        raise InputError(*wrong)
     objects = bool(labels["o"])
     names = ["", *labels["o" if objects else "g"]]
     own: dict[int, list[list[int]]] = {}
@@ -160,8 +165,15 @@ def _solid(
     return Solid(name, [vertices[corner] for corner in used], [[index[c] for c in face] for face in faces], extras)
 
 
-def write_obj(assembly: Assembly, path: Path, extras: list[dict[str, Any]], shared: Mapping[str, Any]) -> None:
-    """Write one object a block, with all digits, in metres and z up.
+def write_obj(
+    assembly: Assembly,
+    path: Path,
+    extras: list[dict[str, Any]],
+    shared: Mapping[str, Any],
+    *,
+    frame: tuple[str, str] = ("m", "z"),
+) -> None:
+    """Write one object a block, with all digits.
 
     Parameters
     ----------
@@ -173,8 +185,11 @@ def write_obj(assembly: Assembly, path: Path, extras: list[dict[str, Any]], shar
         What is noted of each block.
     shared : mapping of str to object
         What is noted of all.
+    frame : tuple of str, optional
+        Unit of the coordinates and axis that is up, for the first line.
     """
-    lines = [f"# {' '.join(assembly.name.split())}: {assembly.n_blocks} blocks, metres, z up", _note(shared)]
+    units, up = frame
+    lines = [f"# {' '.join(assembly.name.split())}: {assembly.n_blocks} blocks, in {units}, {up} up", _note(shared)]
     offset = 1
     for block, name in enumerate(assembly.names):
         vertices = assembly.block_vertices(block)

@@ -10,10 +10,11 @@ import numpy as np
 
 from blockstat.assembly import Assembly, Block
 from blockstat.errors import InputError, NoSupportError
+from blockstat.joint import Tie
 from blockstat.typing import Floats
 
-#: Metres in one unit of length.
 UP = ("x", "y", "z", "-x", "-y", "-z")  #: axes of a file that may point up
+#: Metres in one unit of length.
 UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 
 
@@ -79,11 +80,7 @@ class Parts:
         """
         if up in (None, self.up):
             return self
-        if up not in UP:
-            raise InputError(f"up is {up!r}; the axis that points up must be one of: {', '.join(UP)}")
-        third = np.eye(3)["xyz".index(up[-1])] * (-1.0 if up.startswith("-") else 1.0)
-        first = np.eye(3)[1 if up[-1] == "x" else 0]
-        turn = np.array([first, np.cross(third, first), third]) @ as_written(self.up)
+        turn = _turn(up, self.up)
         gravity = self.options.get("gravity")
         return self._mapped(turn, self.options if gravity is None else {**self.options, "gravity": turn @ gravity})
 
@@ -91,9 +88,55 @@ class Parts:
         """The same with every point multiplied by a matrix."""
         blocks = [replace(b, vertices=_times(b.vertices, matrix)) for b in self.blocks]
         if ties := options.get("ties"):
-            moved = [replace(t, points=tuple(map(tuple, (np.array(t.points) @ matrix.T).tolist()))) for t in ties]
-            options = {**options, "ties": moved}
+            options = {**options, "ties": _moved(ties, matrix)}
         return replace(self, blocks=blocks, options=options)
+
+
+def in_frame(assembly: Assembly, units: str | None, up: str | None, own: str) -> Assembly:
+    """Return an assembly in the coordinates of a file, so that a reader with the same options gets it back.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        In metres, z up.
+    units : str or None
+        Of the coordinates in the file; None for metres.
+    up : str or None
+        The axis of the file that points up; None for the one that does so by its format.
+    own : str
+        That one: "z", or "y" in GLB. The writer of GLB turns z to y by itself.
+
+    Returns
+    -------
+    Assembly
+        With blocks, ties and gravity in those coordinates; all else is in SI units.
+
+    Raises
+    ------
+    InputError
+        For a unit or an axis that is not known.
+    """
+    metres = metres_in(units)
+    turn = np.eye(3) if up in (None, own) else _turn(up, own).T
+    if metres == 1.0 and np.array_equal(turn, np.eye(3)):
+        return assembly
+    matrix = turn / metres
+    vertices, gravity = assembly.vertices @ matrix.T, turn @ assembly.gravity
+    return assembly.with_(vertices=vertices, gravity=gravity, ties=_moved(assembly.ties, matrix))
+
+
+def _turn(up: str, own: str) -> Floats:
+    """Rotation that turns an axis of a file upwards, from what its format makes of the file."""
+    if up not in UP:
+        raise InputError(f"up is {up!r}; the axis that points up must be one of: {', '.join(UP)}")
+    third = np.eye(3)["xyz".index(up[-1])] * (-1.0 if up.startswith("-") else 1.0)
+    first = np.eye(3)[1 if up[-1] == "x" else 0]
+    return np.array([first, np.cross(third, first), third]) @ as_written(own)
+
+
+def _moved(ties: Iterable[Tie], matrix: Floats) -> list[Tie]:
+    """Ties with their points multiplied by a matrix."""
+    return [replace(t, points=tuple(map(tuple, (np.array(t.points) @ matrix.T).tolist()))) for t in ties]
 
 
 #: No block ever laid is longer [m]: the largest stones of Baalbek have 20 m.
@@ -222,7 +265,7 @@ def chosen_supports(
     marked : sequence of int
         Numbers of the blocks that the file marks.
     given : iterable of int or str, or None
-        Names or numbers of blocks, or one of them.
+        Names or numbers of blocks, or one of them; an empty list stands for none at all.
     names : sequence of str
         Of all blocks, for the message.
     kind : str
@@ -238,7 +281,7 @@ def chosen_supports(
         Naming some blocks when there are no supports.
     """
     chosen: list[int | str] = [given] if isinstance(given, (int, str)) else list(marked if given is None else given)
-    if not chosen:
+    if not chosen and given is None:
         some = ", ".join(name or f"block{i}" for i, name in enumerate(names[:8]))
         some += f" and {len(names) - 8} more" if len(names) > 8 else ""
         raise NoSupportError(

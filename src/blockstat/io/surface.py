@@ -58,7 +58,7 @@ def _of_obj(path: Path) -> tuple[Floats, list[list[int]]]:
     try:
         solids, _ = read_obj(path)
     except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+        raise error.under(str(path)) from None
     corners: list[tuple[float, float, float]] = []
     faces: list[list[int]] = []
     for solid in solids:
@@ -75,7 +75,7 @@ def _of_mesh(path: Path) -> tuple[Floats, list[list[int]]]:
     try:
         mesh = loaded(path, trimesh.load_mesh)
     except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+        raise error.under(str(path)) from None
     corners = np.asarray(mesh.vertices, dtype=float)
     if path.suffix.lower() == ".glb":
         corners = corners @ Y_UP[:3, :3]

@@ -131,7 +131,8 @@ def tie_range(
     if assembly.ties[tie].constant:
         raise InputError(f"{assembly.ties[tie].label}: its force is given; there is no range to find")
     options = {"friction": friction, "gravity": gravity, "loads": loads, "gap": gap, "interfaces": interfaces}
-    problem, inside = standing(assembly, solver=solver, **options)
+    none = f"no force of {assembly.ties[tie].label} within its bounds makes it stand"
+    problem, inside = standing(assembly, solver=solver, otherwise=none, **options)
     column = problem.eq.n_columns - len(problem.ties) + int(np.flatnonzero(problem.ties == tie)[0])
     functional = np.zeros(3 * problem.eq.n_columns)
     functional[3 * column] = 1.0

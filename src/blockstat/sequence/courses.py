@@ -24,7 +24,7 @@ import numpy as np
 
 from blockstat.analysis.verdict import Outcome
 from blockstat.contact.interfaces import GAP, Interfaces
-from blockstat.errors import InputError, known_options
+from blockstat.errors import InputError, check_seconds, known_options
 from blockstat.geometry.components import connected_components
 from blockstat.result import Result, Sentence
 from blockstat.sequence.plan import Plan, Step
@@ -171,6 +171,7 @@ def build_by_courses(
     [(2, 0, 0), (2, 2, 2), (2, 2, 2), (1, 0, 0)]
     """
     whole = Whole(assembly, friction=friction, gap=gap, interfaces=interfaces)
+    check_seconds(seconds)
     courses = courses_of(assembly, along)
     site = _Site(whole, None if journal is None else Journal(journal, whole, "courses"))
     began, built, outcome = monotonic(), list[Course](), CoursesOutcome.BUILT

@@ -26,7 +26,7 @@ import numpy as np
 
 from blockstat.analysis.assess import FLOWS
 from blockstat.contact.interfaces import GAP, Interfaces
-from blockstat.errors import InputError, check_choice, known_options
+from blockstat.errors import InputError, check_choice, check_seconds, known_options
 from blockstat.result import Result, finite
 from blockstat.sequence.plan import Plan, least_friction
 from blockstat.sequence.search import Constraints, Journal, OrderOutcome, Search
@@ -151,6 +151,7 @@ def find_order(
     check_choice("flow", flow, FLOWS)
     if held_at_most < 1:
         raise InputError(f"held_at_most is {held_at_most}; a new block arrives in a hand, so at least 1 is needed")
+    check_seconds(seconds)
     whole = Whole(assembly, friction=friction, gap=gap, interfaces=interfaces)
     kept = None if journal is None else Journal(journal, whole, flow)
     search = Search(whole, held_at_most, flow, Constraints(groups, reach, insertion), kept)
@@ -267,7 +268,7 @@ def safest_order(
         finished = np.ones(assembly.n_blocks, dtype=bool), whole.assembly.support
         least = least_friction(whole, [finished])[0], _needed(whole, best)
     while least is not None and least[1] - least[0] > NARROW * max(least[1], 1.0):
-        left = None if seconds is None else began + seconds - monotonic()
+        left = None if seconds is None else max(began + seconds - monotonic(), 0.0)
         middle = sum(least) / 2
         found = find_order(whole.assembly, friction=middle, seconds=left, **options)
         states, solved = states + found.states, solved + found.solved

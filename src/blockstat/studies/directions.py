@@ -85,7 +85,9 @@ class DirectionalLimits(Result):
     def weakest(self) -> int:
         """Number of the direction with the least multiplier; the first of equal ones."""
         values = self.upper
-        return int(np.flatnonzero(values <= values.min() + 1e-9 * abs(values.min()))[0])
+        least = values.min()
+        equal = 1e-9 * abs(least) if np.isfinite(least) else 0.0  # -inf where what touches nothing is free
+        return int(np.flatnonzero(values <= least + equal)[0])
 
     @property
     def least(self) -> LimitLoad:

@@ -17,10 +17,11 @@ from blockstat.analysis.thrust import admissible, standing, support_indices, val
 from blockstat.analysis.verdict import corner_speed, relative_motion
 from blockstat.certificate import check as certificate
 from blockstat.contact.interfaces import GAP, Interfaces
-from blockstat.errors import InputError, known_options
+from blockstat.errors import InputError, check_vector, known_options
 from blockstat.joint import fits
 from blockstat.program.bonds import KINDS
 from blockstat.program.conic import conic_program
+from blockstat.program.equilibrium import Columns
 from blockstat.result import Result, Sentence, finite, plain
 from blockstat.solve.dispatch import solve
 from blockstat.typing import Floats, Ints
@@ -34,6 +35,7 @@ Where = str | int | tuple[float, float, float, float, float, float]
 MOVING = 0.01
 #: Joints that open or slide by less than this, relative to the movement of the supports, stay shut.
 SHUT = 1e-4
+FALLS_ANYWAY = "it falls without any movement of its supports"  #: says what does not stand
 
 
 class SettlementOutcome(Sentence):
@@ -73,6 +75,7 @@ class Settlement(Result):
     warnings: tuple[str, ...] = ()
     displacement: float = 1.0  #: [m], of the foundation that moves furthest; all else is in proportion
     foundations: tuple[Foundation, ...] = ()
+    ties: Floats | None = None  #: tension of each tie, or compression of each strut, with `forces`, (n_ties,) [N]
 
     @property
     def outcome(self) -> SettlementOutcome:
@@ -250,14 +253,12 @@ def settle(
     ('pushes', [(('left', 'lintel'), 0.005), (('right', 'lintel'), 0.005)])
     """
     options = {"friction": friction, "gravity": gravity, "loads": loads, "gap": gap, "interfaces": interfaces}
-    problem, inside = standing(assembly, solver=solver, **options)
+    problem, inside = standing(assembly, solver=solver, otherwise=FALLS_ANYWAY, **options)
     if not moves:
         raise InputError(f'"{assembly.name}": no supports move; name them, as in {{"ground": (0, 0, -0.01)}}')
     parts, whole = [], np.zeros((problem.assembly.n_blocks, 6))
     for where, given in moves.items():
-        displacement = np.asarray(given, dtype=float)
-        if displacement.shape != (3,) or not np.isfinite(displacement).all() or not displacement.any():
-            raise InputError(f"{_called(where)}: displacement is {given!r}; it must be three numbers, not all zero")
+        displacement = check_vector(f"{_called(where)}: displacement", given)
         supports, joints = _part(problem, where)
         whole[supports, :3] = displacement
         parts.append(Foundation(_called(where), displacement, joints, np.zeros(3)))
@@ -320,11 +321,9 @@ def settlement(
     ('pushes', 2006)
     """
     options = {"friction": friction, "gravity": gravity, "loads": loads, "gap": gap, "interfaces": interfaces}
-    problem, inside = standing(assembly, solver=solver, **options)
+    problem, inside = standing(assembly, solver=solver, otherwise=FALLS_ANYWAY, **options)
     moving = support_indices(problem.assembly, supports)
-    unit = np.asarray(direction, dtype=float)
-    if unit.shape != (3,) or not np.isfinite(unit).all() or not unit.any():
-        raise InputError(f"direction is {direction!r}; it must be three numbers, not all zero")
+    unit = check_vector("direction", direction)
     unit = unit / np.linalg.norm(unit)
     whole = np.zeros((problem.assembly.n_blocks, 6))
     whole[moving, :3] = unit
@@ -343,12 +342,14 @@ def _settled(problem: Problem, inside: Floats, parts: Sequence[Foundation], whol
         imposed[part.joints] = part.displacement / size
     # The velocity of block b against block a: that of the support, or its opposite.
     imposed *= np.where(problem.assembly.support[faces.pair[:, 1]], 1.0, -1.0)[:, None]
-    of_columns = [faces.point_interface[problem.eq.points], np.repeat(problem.bonds, KINDS)]
+    bonds = [np.repeat(problem.bonds, KINDS)] if len(problem.bonds) else []
+    of_columns = [faces.point_interface[problem.eq.points], *bonds]
     rate = np.concatenate(
         [
             np.einsum("nij,nj->ni", columns.force, imposed[index])
             for columns, index in zip(problem.eq.columns, of_columns, strict=False)
         ]
+        + [_of_ties(columns, whole / size) for columns in problem.eq.columns[len(of_columns) :]]
     ).reshape(-1)
     moved = conic_program(program, -program.load, offset=rate)
     answer = solve(moved, solver=solver)
@@ -363,9 +364,16 @@ def _settled(problem: Problem, inside: Floats, parts: Sequence[Foundation], whol
         interfaces=faces,
         assembly=problem.assembly,
         warnings=problem.warnings,
+        ties=problem.to_ties(force),
         displacement=size,
         foundations=tuple(part._replace(reaction=_reaction(problem, part.joints, forces)) for part in parts),
     )
+
+
+def _of_ties(columns: Columns, whole: Floats) -> Floats:
+    """Rates at which supports that move whole carry the ends of ties apart, shape (n_ties, 3)."""
+    apart = whole[columns.pair[:, 1], :3] - whole[columns.pair[:, 0], :3]
+    return np.einsum("nij,nj->ni", columns.force, apart)
 
 
 def _reaction(problem: Problem, joints: Ints, forces: Floats) -> Floats:

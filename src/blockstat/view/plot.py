@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from blockstat.analysis.limit_load import LimitLoad, LoadOutcome
-from blockstat.analysis.verdict import Verdict, corner_speed
+from blockstat.analysis.verdict import Outcome, Verdict, corner_speed
 from blockstat.errors import InputError, known_options
 from blockstat.result import plain
 from blockstat.sensitivity.parameters import stone_sensitivity
@@ -442,9 +442,9 @@ def extent(assembly: Assembly) -> float:
 def plot_forces(verdict: Verdict, place: Place, **options: Any) -> Place:
     """Draw the resultant of each joint as a line through its centre of pressure, over pale blocks.
 
-    The lines' lengths go with the forces; in an arch they join up to its thrust line. Joints in tension, in an
-    assembly that does not stand, are dotted. Contacts without area are blue: an edge on a face is a line, a corner or
-    the crossing of two edges is a dot.
+    The lines' lengths go with the forces; in an arch they join up to its thrust line. Of an assembly that does not
+    stand the forces are those of least adhesion, as the title says, and joints in tension are dotted. Contacts without
+    area are blue: an edge on a face is a line, a corner or the crossing of two edges is a dot.
 
     Parameters
     ----------
@@ -491,12 +491,30 @@ def plot_forces(verdict: Verdict, place: Place, **options: Any) -> Place:
             axes.plot(*ends.T, color="#b2182b", linewidth=1.2, linestyle=":" if torn else "-")
 
     name = verdict.assembly.name
-    drawn = {"title": f"{name}: joint forces, longest {plain(size.max(initial=0.0) / 1e3)} kN", "opacity": 0.35}
+    what = "joint forces" if balanced(verdict) else "not in equilibrium, joint forces of least adhesion"
+    drawn = {"title": f"{name}: {what}, longest {plain(size.max(initial=0.0) / 1e3)} kN", "opacity": 0.35}
     look = {"azimuth": azimuth, "elevation": elevation, "overlay": draw}
     return plot(verdict.assembly, place, **drawn | options, **look)
 
 
-def draw_joints(axes: Axes, interfaces: Interfaces, view: Floats, rows: Ints, colours: Any) -> None:
+def balanced(verdict: Verdict) -> bool:
+    """Return whether the forces of a verdict balance the blocks without adhesion.
+
+    Parameters
+    ----------
+    verdict : Verdict
+        The verdict.
+
+    Returns
+    -------
+    bool
+    """
+    return verdict.outcome in (Outcome.STABLE, Outcome.STABLE_ONLY_BY_SELF_STRESS)
+
+
+def draw_joints(
+    axes: Axes, interfaces: Interfaces, view: Floats, rows: Ints, colours: Any, shift: Floats | None = None
+) -> None:
     """Draw joints: a patch as a polygon, an edge on a face as a line, a corner or a crossing of edges as a dot.
 
     Parameters
@@ -511,10 +529,13 @@ def draw_joints(axes: Axes, interfaces: Interfaces, view: Floats, rows: Ints, co
         The joints that are drawn, in this order. Lines and dots come after all patches.
     colours : array of float, shape (n, 4)
         Colours, red, green, blue and opacity.
+    shift : array of float, shape (n, 3), optional
+        How far they are drawn from their places [m].
     """
     from matplotlib.collections import LineCollection, PolyCollection
 
-    flat = [interfaces.outline(k) @ view[:2].T for k in rows]
+    away = np.zeros((len(rows), 3)) if shift is None else shift
+    flat = [(interfaces.outline(k) + step) @ view[:2].T for k, step in zip(rows, away, strict=True)]
     corners = np.array([min(len(points), 3) for points in flat], dtype=np.int64)
     patches, lines, dots = ([flat[i] for i in np.flatnonzero(corners == n)] for n in (3, 2, 1))
     edge = {"edgecolors": "black", "linewidths": 0.3}

@@ -26,7 +26,7 @@ SINKING = (0.84, 0.37, 0.0, 0.8)  #: orange, joints below which the supports mov
 def plot_settlement(found: Settlement, place: Place, **options: Any) -> Place:
     """Draw the blocks as they follow the supports, exaggerated, coloured by the widest opening at their joints.
 
-    Joints below which the supports move are orange, where they were.
+    Joints below which the supports move are orange and move with them.
 
     Parameters
     ----------
@@ -63,10 +63,12 @@ def plot_settlement(found: Settlement, place: Place, **options: Any) -> Place:
     scale = DRAWN * extent(assembly) / max(float(corner_speed(assembly, found.mechanism).max()), 1e-300)
     azimuth, elevation = options.pop("azimuth", -55.0), options.pop("elevation", 25.0)
     view = view_of(azimuth, elevation)
-    moved = np.unique(np.concatenate([np.empty(0, int), *(part.joints for part in found.foundations)]))
+    moved = np.concatenate([np.empty(0, int), *(part.joints for part in found.foundations)])
+    steps = [np.tile(scale * part.displacement, (len(part.joints), 1)) for part in found.foundations]
+    shift = np.concatenate([np.empty((0, 3)), *steps])
 
     def draw(axes: Axes) -> None:
-        draw_joints(axes, found.interfaces, view, moved, np.tile(SINKING, (len(moved), 1)))
+        draw_joints(axes, found.interfaces, view, moved, np.tile(SINKING, (len(moved), 1)), shift)
 
     widest = f"{plain(1e3 * found.displacement)} mm of settlement, drawn {scale:.3g} times as large"
     drawn = {

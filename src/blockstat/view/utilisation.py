@@ -10,7 +10,7 @@ from blockstat.contact.point_law import joint_friction, point_law
 from blockstat.errors import InputError, check_choice
 from blockstat.typing import Floats
 from blockstat.view.painter import view_of
-from blockstat.view.plot import DEMAND, Place, draw_joints, plot
+from blockstat.view.plot import DEMAND, Place, balanced, draw_joints, plot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -170,7 +170,8 @@ def plot_utilisation(verdict: Verdict, place: Place, **options: Any) -> Place:
         draw_joints(axes, faces, view, order, bar.to_rgba(used[order]))
         axes.figure.colorbar(bar, ax=axes, shrink=0.6, label="capacity of the joint used (1 = sliding or hinging)")
 
-    title = f"{verdict.assembly.name}: {verdict.outcome.word}, use of the joints"
+    what = "use of the joints" if balanced(verdict) else "use of the joints by forces that are not in equilibrium"
+    title = f"{verdict.assembly.name}: {verdict.outcome.word}, {what}"
     drawn = {"title": title, "opacity": 0.12, "overlay": draw}
     return plot(verdict.assembly, place, **drawn | look)
 

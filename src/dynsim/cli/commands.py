@@ -21,6 +21,7 @@ from blockstat.cli.options import (
     Units,
     Up,
     Version,
+    doubt_movement,
     load,
     print_json,
     run_app,
@@ -104,9 +105,10 @@ def verify(
     from dynsim.settings import Settings
 
     def read(file: Path) -> Assembly:
-        return with_glue(
-            load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up), glue
-        )  # fmt: skip
+        assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
+        for acts in loads:
+            doubt_movement(assembly, "--settle", [acts.travel])
+        return with_glue(assembly, glue)
 
     settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
     loads = loads_of(remove, settle, push, tilt_to)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from blockstat.cli.options import AXES, numbers
+from blockstat.cli.options import AXES, lengths, numbers
 from blockstat.errors import InputError
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ Settle = Annotated[
     list[str] | None,
     typer.Option(
         metavar="NAME,...:DX,DY,DZ[@SPEED]",
-        help="Move supports by that many metres, at so many metres a second (0.02 by default); repeatable.",
+        help="Move supports, by metres or as in 0,0,'-10 mm', at so many metres a second (0.02); repeatable.",
     ),
 ]
 Pushed = Annotated[
@@ -97,7 +97,7 @@ def loads_of(
         form = "NAME,...:DX,DY,DZ[@SPEED]"
         names, path = _named(text, "--settle", form)
         path, speed = _split(path, "@", "--settle", form, SPEED)
-        loads.append(Settlement(names.split(","), numbers(path, 3, "--settle", form), speed))
+        loads.append(Settlement(names.split(","), lengths(path, 3, "--settle", form), speed))
     for text in push or ():
         form = "NAME:VX,VY,VZ[@SECONDS]"
         name, velocity = _named(text, "--push", form)

@@ -357,6 +357,22 @@ class World:
                 localInertiaDiagonal=moments.tolist(), physicsClientId=self._client,
             )  # fmt: skip
 
+    def lay_floor(self, below: float) -> None:
+        """Lay a level floor, so that what falls past the supports lies somewhere.
+
+        Parameters
+        ----------
+        below : float
+            How far it is below the lowest point of the blocks as built [m].
+        """
+        b, down = self._bullet, np.asarray(self.assembly.gravity) / np.linalg.norm(self.assembly.gravity)
+        level = float((self.assembly.vertices @ down).max()) + below
+        plane = b.createCollisionShape(b.GEOM_PLANE, planeNormal=(-down).tolist(), physicsClientId=self._client)
+        at = (level * self.length * down).tolist()
+        floor = b.createMultiBody(0.0, plane, basePosition=at, physicsClientId=self._client)
+        rough = float(self._friction.max())
+        b.changeDynamics(floor, -1, lateralFriction=rough, restitution=0.0, physicsClientId=self._client)
+
     def poses(self) -> tuple[Floats, Floats]:
         """Return where the blocks are.
 
@@ -566,8 +582,9 @@ class World:
         force : array of float, shape (k, 3)
             Force on the second block, normal and friction together [N].
         """
-        found = self._bullet.getContactPoints(physicsClientId=self._client) or ()
         block = {body: i for i, body in enumerate(self._bodies)}
+        found = self._bullet.getContactPoints(physicsClientId=self._client) or ()
+        found = [c for c in found if c[1] in block and c[2] in block]  # not those on a floor
         pairs = np.array([(block[c[1]], block[c[2]]) for c in found], dtype=np.int64).reshape(-1, 2)
         point = np.array([c[6] for c in found]).reshape(-1, 3) / self.length
         # Bullet's normal points to the first body, and forces are averaged over the sub-steps as if only one counted.

@@ -16,8 +16,15 @@ class DynamicOutcome(Sentence):
     """The three dynamic answers; the value of each is the sentence that a user reads."""
 
     STANDS = "Stands: the blocks came to rest within the threshold."
-    FALLS = "Falls: blocks moved further than the threshold."
+    FALLS = "Falls: blocks moved or turned further than the threshold."
     CREEPS = "Creeps: blocks stayed within the threshold and were still moving, slowly, at the end of the run."
+
+
+#: What a fall under loads that change leaves open where it falls without them as well.
+ALONE = (
+    "It falls without the loads that change, too: no movement of supports or of the ground and no removal or push is "
+    "needed, and this run does not say what they would do."
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +51,11 @@ class DynamicVerdict(Result):
     corners_moved: float = 0.0  #: the furthest that a corner was moved to close the joints before the run [m]
     misfit: float = 0.0  #: largest gap or overlap of the joints that statics count as closed and that were left [m]
     settings: Settings | None = None  #: of the run
+    max_turn: float = (
+        0.0  #: the furthest that turning moved a point at half the size of its block from the centroid [m]
+    )
+    turn_threshold: float = 0.0  #: of it [m]
+    falls_alone: bool = False  #: whether it falls without the loads that change, too, as far as that was asked
 
     @property
     def passes_eq1(self) -> bool:
@@ -85,8 +97,12 @@ class DynamicVerdict(Result):
             f"Eq. 2: largest drop of a block {plain(1e3 * self.max_drop, 2)} mm "
             f"(threshold {plain(1e3 * self.brick_threshold)} mm). "
             f"Largest displacement {plain(1e3 * self.max_displacement, 2)} mm, "
-            f"rotation {self.max_rotation:.2g} degrees, rate at the end {plain(1e3 * self.rate, 2)} mm/s.",
+            f"rate at the end {plain(1e3 * self.rate, 2)} mm/s. Largest rotation {self.max_rotation:.2g} degrees; "
+            f"rotation moved points at half a block's size by up to {plain(1e3 * self.max_turn, 2)} mm "
+            f"(threshold {plain(1e3 * self.turn_threshold)} mm).",
         ]
+        if self.falls_alone:
+            lines.insert(1, ALONE)
         if self.outcome is DynamicOutcome.STANDS:
             lines.append(f"An imbalance of {self.resolution:.1g} of the weight would have shown.")
         names = [self.run.assembly.names[i] for i in self.moved]
@@ -116,11 +132,14 @@ class DynamicVerdict(Result):
             "max_drop": self.max_drop,
             "max_displacement": self.max_displacement,
             "max_rotation_deg": self.max_rotation,
+            "max_turn": self.max_turn,
             "rate": self.rate,
             "resolution": self.resolution,
             "settling": self.settling,
             "roof_threshold": self.roof_threshold,
             "brick_threshold": self.brick_threshold,
+            "turn_threshold": self.turn_threshold,
+            "falls_alone": self.falls_alone,
             "passes_eq1": self.passes_eq1,
             "passes_eq2": self.passes_eq2,
             "first_block": self.first_block,

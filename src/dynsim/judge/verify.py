@@ -9,6 +9,8 @@ from typing import TypeAlias
 
 import numpy as np
 
+from blockstat.analysis.assess import assess
+from blockstat.analysis.verdict import Outcome
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces, find_interfaces
 from blockstat.errors import known_options
@@ -18,7 +20,7 @@ from dynsim.bonds.stiffness import caveats
 from dynsim.checks import check_engine
 from dynsim.engine.guards import check_assembly
 from dynsim.engine.world import Action
-from dynsim.judge.closing import closed_scene
+from dynsim.judge.closing import ClosedScene, closed_scene
 from dynsim.judge.cracks import find_cracks
 from dynsim.judge.criteria import ARM, angles, default_threshold, drops, group_box_centre, rate
 from dynsim.judge.rest import AFTERWARDS, RestDetection, last_change, stays, threshold_under
@@ -107,7 +109,7 @@ def verify(
     >>> verify(ring, loads=[Removal("arch.5")]).outcome.word
     'falls'
     """
-    settings = settings or Settings()
+    given = settings = settings or Settings()
     check_engine(engine)
     check_assembly(assembly)
     acting = as_loads(assembly, loads)
@@ -123,9 +125,22 @@ def verify(
         verdict = _Evaluator(scene.assembly, settings, acting, actions, scene.interfaces, engine, progress=progress)(
             settings
         )
+    if verdict.outcome is DynamicOutcome.FALLS and np.isfinite(last_change(acting)):
+        verdict = replace(verdict, falls_alone=_falls_alone(scene, given, acting, actions))
     if scene.warnings:
         verdict = replace(verdict, corners_moved=scene.moved, misfit=scene.misfit)
     return replace(verdict, warnings=(*scene.warnings, *verdict.warnings))
+
+
+def _falls_alone(scene: ClosedScene, settings: Settings, loads: Sequence[Load], actions: Sequence[Action]) -> bool:
+    """Whether blocks fall without the loads that change: by statics, or by a run where statics leave it open."""
+    lasting = [load for load in loads if np.isinf(load.end)]
+    if not (lasting or actions):
+        static = assess(scene.assembly, interfaces=scene.interfaces, flow="coulomb", score=False).outcome
+        if static in (Outcome.STABLE, Outcome.UNSTABLE):
+            return static is Outcome.UNSTABLE
+    verdict = _verify(scene.assembly, settings, lasting, actions, scene.interfaces, None, None)
+    return verdict.outcome is DynamicOutcome.FALLS
 
 
 def _verify(
@@ -263,6 +278,7 @@ class _Evaluator:
         return DynamicVerdict(
             outcome=outcome, group=self._group, group_drop=group_drop, max_drop=max_drop,
             max_displacement=float(length.max()), max_rotation=degrees(turned.max()), rate=speed, settling=settling,
+            max_turn=float((turned * ARM * assembly.size).max()), turn_threshold=self._turned,
             roof_threshold=self._roof, brick_threshold=self._brick,
             moved=ever[np.argsort(-length[-1, ever], kind="stable")],
             first_block=_first(assembly, beyond[frame], length[frame]) if len(ever) else None,

@@ -14,10 +14,10 @@ from blockstat.system.writing import written_whole
 from blockstat.typing import Floats, Ints
 from blockstat.view.painter import posed, view_of, visible
 from blockstat.view.plot import SUPPORT, save_figure
-from dynsim.engine.world import Action
+from dynsim.engine.world import Action, World
 from dynsim.judge.run import Run, simulate
 from dynsim.judge.verdict import DynamicVerdict
-from dynsim.loads.load import Loads
+from dynsim.loads.load import Loads, as_loads
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,7 +40,8 @@ def past_verdict(verdict: DynamicVerdict, seconds: float, *, loads: Loads = (), 
     """Simulate the run of a verdict again, and go on past the moment at which it was decided.
 
     A run ends as soon as it is decided, so a fall is seen only as far as the threshold. This shows the rest of it. The
-    verdict stays as it is.
+    verdict stays as it is. In Bullet what falls past the supports comes to lie on a floor, a little below the lowest
+    point of all blocks as built. It is laid at the moment of the verdict, so it cannot change what was judged.
 
     Parameters
     ----------
@@ -79,7 +80,27 @@ def past_verdict(verdict: DynamicVerdict, seconds: float, *, loads: Loads = (), 
     end = (float(run.times[-1]) + seconds) * run.pace
     # The longest window belongs to a resolution; a run that is not judged needs none.
     settings = replace(verdict.settings, end=max(end, verdict.settings.look_every), resolution=1.0)
-    return simulate(run.assembly, settings=settings, loads=loads, actions=actions, engine=run.engine)
+    travel = sum(load.travel for load in as_loads(run.assembly, loads))
+    floor = [_Floor(float(run.times[-1]), verdict.brick_threshold + verdict.settling + travel)]
+    beside = [*actions, *(floor if run.engine == "bullet" else [])]
+    return simulate(run.assembly, settings=settings, loads=loads, actions=beside, engine=run.engine)
+
+
+class _Floor:
+    """Something to fall on, laid at a time [s], so far below the lowest point of the blocks as built [m]."""
+
+    each_step = False
+
+    def __init__(self, time: float, below: float) -> None:
+        self._time, self._below = time, below
+
+    def begin(self, world: World) -> None:
+        pass
+
+    def act(self, world: World, time: float) -> None:
+        if time >= self._time - 1e-9:
+            world.lay_floor(self._below)
+            self._time = np.inf
 
 
 def write_movie(run: Run, path: str | Path, *, frames_per_second: int = 25, slower: float = 1.0, **view: float) -> Path:
