@@ -14,17 +14,15 @@ from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, limit_load
 from blockstat.analysis.verdict import corner_speed
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.contact.point_law import last_law
-from blockstat.errors import InputError, check_choice, known_options, no_such
-from blockstat.geometry.polyhedron import point_velocity
+from blockstat.errors import InputError, check_choice, known_options
 from blockstat.large_displacement.contacts import first_contacts
 from blockstat.large_displacement.jump import statuses
 from blockstat.large_displacement.linkage import Control, Linkage
-from blockstat.large_displacement.loading import Loading, loading
+from blockstat.large_displacement.loading import control_of, loading
 from blockstat.large_displacement.path import Begin, Follower, PathEnd, PathEvent, State
 from blockstat.large_displacement.pose import Pose, displaced, rest
 from blockstat.large_displacement.statics import LACKING, Structure, limiting
 from blockstat.large_displacement.steps import Left, Stepper
-from blockstat.loads import on_block, three
 from blockstat.result import Result, Sentence, finite
 from blockstat.solve.dispatch import CHOICES
 from blockstat.typing import Floats, Ints
@@ -32,10 +30,6 @@ from blockstat.typing import Floats, Ints
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-#: The control that is conjugate to the load; see `capacity`.
-MEAN = "mean"
-#: A control that moves by less than this, where the fastest corner moves at 1, does not move.
-MOVES = 1e-6
 #: The longest step where the path is no linkage, relative to the size of the blocks.
 FINE = 0.03
 #: Contacts that move apart at less than this in the first mechanism, whose fastest corner moves at 1, stick.
@@ -78,7 +72,10 @@ class CapacityCurve(Result):
 
     @property
     def displacement(self) -> Floats:
-        """Displacement of the control, ascending; twice the same where the mechanism jumps, shape (k,) [m]."""
+        """Displacement of the control, shape (k,) [m].
+
+        Twice the same where the mechanism jumps. It ascends on a linkage; followed by steps it may go back.
+        """
         return np.array([point.displacement for point in self.points])
 
     @property
@@ -262,7 +259,9 @@ def capacity(
     -----
     At each point forces at the displaced geometry prove the lower bound and the mechanism there the upper one. Several
     admissible states may exist at one displacement. The one that is followed leaves rest continuously, and at a jump
-    falls along the joint that newly opens, at constant displacement, until a joint shuts.
+    falls along the joint that newly opens, at constant displacement, until a joint shuts. Where the mechanism is no
+    linkage, it is followed by finite steps (`large_displacement.steps`): the pose then depends on their length, and
+    more `steps` tell by how much.
 
     Examples
     --------
@@ -283,7 +282,7 @@ def capacity(
     dead, live = loading(assembly, loads), loading(assembly, load, live=True)
     limit = _started(assembly, live.at(assembly, start), dead.at(assembly, start), gap, interfaces, solver)
     structure = Structure(limit.assembly, limit.interfaces, dead, live, solver)
-    linkage = _first_linkage(limit, _control(limit, live, control), dilates=flow == "associated")
+    linkage = _first_linkage(limit, control_of(limit, live, control), dilates=flow == "associated")
     follower = Follower(structure, structure.multiplier, _begin(structure), displacement or np.inf, np.inf, tolerance)
     follower = replace(follower, step=_first_step(follower, linkage, start, limit, steps))
     states, events, left, outcome = _followed(follower, linkage, start, limit, steps, progress)
@@ -332,64 +331,6 @@ def _first_linkage(limit: LimitLoad, control: Control, *, dilates: bool) -> Link
     pinned, sliding = statuses(whole, rest(assembly), 0.0, limit.mechanism, still=STILL)
     endless = np.array([k for k, tie in enumerate(assembly.ties) if np.isinf(tie.greatest)], dtype=np.int64)
     return replace(whole, pinned=pinned, sliding=sliding, ties=endless)
-
-
-def _control(limit: LimitLoad, live: Loading, given: Any) -> Control:
-    """The control that is asked for, checked to move."""
-    assembly, motion = limit.assembly, limit.mechanism
-    along = live.force.sum(axis=0)
-    if not np.linalg.norm(along) > 1e-9 * np.abs(live.force).sum():
-        raise InputError("the forces of the load add up to nothing, so no displacement is along them")
-    along = along / np.linalg.norm(along)
-    if given is None:
-        speed = point_velocity(assembly, motion, assembly.vertex_block, assembly.vertices)
-        forward = speed @ along
-        most = np.flatnonzero(forward >= forward.max() - MOVES)
-        corner = most[np.argmax(np.round(np.linalg.norm(speed[most], axis=1), 6))]
-        block = assembly.vertex_block[corner]
-        place = ", ".join(f"{value:.6g}" for value in assembly.vertices[corner])
-        name = f'corner ({place}) of "{assembly.names[block]}" along the load'
-        return _moving(limit, Control(np.array([block]), assembly.vertices[[corner]], along[None], name))
-    if isinstance(given, (tuple, list)):
-        return _moving(limit, _of_point(assembly, given, along))
-    if given == MEAN and MEAN not in assembly.names:
-        free = ~assembly.support[live.block]
-        block, point, force = live.block[free], live.point[free], live.force[free]
-        name = "mean of all displacements weighted by the load"
-        return _moving(limit, Control(block, point, force / np.linalg.norm(force, axis=1).sum(), name))
-    if isinstance(given, str) and given not in assembly.names:
-        groups = sorted({group for group in assembly.groups if group})
-        if not any(group == given or group.startswith(given + ".") for group in groups):
-            raise no_such("control", given, [*assembly.names, *groups, MEAN])
-        rows, name = assembly.in_group(given), f'centroid of group "{given}" along the load'
-    else:
-        rows = assembly.blocks_named(given, "control")
-        name = f'centroid of "{assembly.names[rows[0]]}" along the load'
-    share = assembly.mass[rows] / assembly.mass[rows].sum()
-    return _moving(limit, Control(rows, assembly.centroid[rows], share[:, None] * along, name))
-
-
-def _of_point(assembly: Assembly, given: Sequence[Any], along: Floats) -> Control:
-    """The control that is a point of a block."""
-    if len(given) != 2:
-        raise InputError(f"control is {given!r}; it must be a block, a group, a block and a point of it, or {MEAN}")
-    (block,) = assembly.blocks_named(given[0], "control")
-    point = three(given[1], "control: the point")
-    if not on_block(assembly, int(block), point):
-        raise InputError(f'control: the point {point.tolist()} is not on block "{assembly.names[block]}"')
-    place = ", ".join(f"{value:.6g}" for value in point)
-    name = f'point ({place}) of "{assembly.names[block]}" along the load'
-    return Control(np.array([block]), point[None], along[None], name)
-
-
-def _moving(limit: LimitLoad, control: Control) -> Control:
-    """A control that moves, along the load or against it."""
-    rate = control.rate(limit.assembly, rest(limit.assembly), limit.mechanism)
-    if abs(rate) <= MOVES:
-        raise InputError(f"control: the {control.name} does not move in the mechanism; choose a block that does")
-    if rate > 0:
-        return control
-    return replace(control, along=-control.along, name=control.name.replace("along the load", "against the load"))
 
 
 def _begin(structure: Structure) -> Begin:

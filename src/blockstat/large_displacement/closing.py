@@ -21,9 +21,8 @@ import numpy as np
 from scipy import sparse
 
 from blockstat.large_displacement.contacts import gaps, roles, sides
-from blockstat.large_displacement.linkage import Control, Linkage
+from blockstat.large_displacement.linkage import Control, Linkage, Rows, as_matrix, rates
 from blockstat.large_displacement.pose import Pose
-from blockstat.large_displacement.rows import Rows, as_matrix, rates
 from blockstat.solve import clarabel
 from blockstat.typing import Floats, Ints
 
@@ -103,7 +102,9 @@ class _Near:
         gap = np.einsum("ni,ni->n", across, apart[which])
         near = gap < reach
         self.which, self.gap = which[near], gap[near]
-        self.gaps = rates(linkage.body, contacts.pair[self.which], across[near], (place[near],) * 2, self.origin)
+        self.gaps = rates(
+            linkage.body, contacts.pair[self.which], across[near], (place[near], place[near]), self.origin
+        )
         self.shut = (linkage.pinned | linkage.sliding)[self.which]
         self.slips, self.slip = self._slips(linkage, np.flatnonzero(linkage.pinned & between), both, normal, valid)
 
@@ -112,9 +113,9 @@ class _Near:
     ) -> tuple[Rows, Floats]:
         n = normal[rows, np.argmax(valid[rows], axis=1)]
         least = np.eye(3)[np.abs(n).argmin(axis=1)]
-        one = np.cross(n, least)
+        one: Floats = np.cross(n, least)
         one /= np.linalg.norm(one, axis=1)[:, None]
-        tangents = np.stack([one, np.cross(n, one)], axis=1)
+        tangents: Floats = np.stack([one, np.cross(n, one)], axis=1)
         middle = np.repeat(both[rows].mean(axis=1), 2, axis=0)
         pair = np.repeat(linkage.contacts.pair[rows], 2, axis=0)
         slip = np.einsum("nki,ni->nk", tangents, both[rows, 1] - both[rows, 0]).reshape(-1)
