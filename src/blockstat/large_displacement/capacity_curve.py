@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from time import process_time
 from typing import TYPE_CHECKING, Any
@@ -11,18 +11,18 @@ import numpy as np
 
 from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, limit_load
+from blockstat.analysis.verdict import corner_speed
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.contact.point_law import last_law
-from blockstat.errors import InputError, check_choice, known_options, no_such
-from blockstat.geometry.polyhedron import point_velocity
+from blockstat.errors import InputError, check_choice, known_options
 from blockstat.large_displacement.contacts import first_contacts
 from blockstat.large_displacement.jump import statuses
 from blockstat.large_displacement.linkage import Control, Linkage
-from blockstat.large_displacement.loading import Loading, loading
+from blockstat.large_displacement.loading import control_of, loading
 from blockstat.large_displacement.path import Begin, Follower, PathEnd, PathEvent, State
-from blockstat.large_displacement.pose import Pose, rest
+from blockstat.large_displacement.pose import Pose, displaced, rest
 from blockstat.large_displacement.statics import LACKING, Structure, limiting
-from blockstat.loads import on_block, three
+from blockstat.large_displacement.steps import Left, Stepper
 from blockstat.result import Result, Sentence, finite
 from blockstat.solve.dispatch import CHOICES
 from blockstat.typing import Floats, Ints
@@ -30,10 +30,8 @@ from blockstat.typing import Floats, Ints
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-#: The control that is conjugate to the load; see `capacity`.
-MEAN = "mean"
-#: A control that moves by less than this, where the fastest corner moves at 1, does not move.
-MOVES = 1e-6
+#: The longest step where the path is no linkage, relative to the size of the blocks.
+FINE = 0.03
 #: Contacts that move apart at less than this in the first mechanism, whose fastest corner moves at 1, stick.
 STILL = 1e-5
 
@@ -74,7 +72,10 @@ class CapacityCurve(Result):
 
     @property
     def displacement(self) -> Floats:
-        """Displacement of the control, ascending; twice the same where the mechanism jumps, shape (k,) [m]."""
+        """Displacement of the control, shape (k,) [m].
+
+        Twice the same where the mechanism jumps. It ascends on a linkage; followed by steps it may go back.
+        """
         return np.array([point.displacement for point in self.points])
 
     @property
@@ -116,10 +117,12 @@ class CapacityCurve(Result):
             For a displacement that is not on the curve.
         """
         there = self.displacement
-        if not 0 <= displacement <= there[-1]:
-            raise InputError(f"displacement is {displacement!r}; the curve is known from 0 to {there[-1]:.6g} m")
-        last = max(int(np.searchsorted(there, displacement, side="right")), 1)
-        rows = slice(last - 1, min(last + 1, len(there)))
+        if not 0 <= displacement <= there.max():
+            raise InputError(f"displacement is {displacement!r}; the curve is known from 0 to {there.max():.6g} m")
+        last = int(np.flatnonzero(there <= displacement)[-1])
+        if last + 1 == len(there) and there[last] < displacement:  # the control has come back from there
+            last = int(np.flatnonzero((there[:-1] - displacement) * (there[1:] - displacement) <= 0)[-1])
+        rows = slice(last, last + 2)
         lower, upper = (float(np.interp(displacement, there[rows], of[rows])) for of in (self.lower, self.upper))
         return lower, upper
 
@@ -256,7 +259,9 @@ def capacity(
     -----
     At each point forces at the displaced geometry prove the lower bound and the mechanism there the upper one. Several
     admissible states may exist at one displacement. The one that is followed leaves rest continuously, and at a jump
-    falls along the joint that newly opens, at constant displacement, until a joint shuts.
+    falls along the joint that newly opens, at constant displacement, until a joint shuts. Where the mechanism is no
+    linkage, it is followed by finite steps (`large_displacement.steps`): the pose then depends on their length, and
+    more `steps` tell by how much.
 
     Examples
     --------
@@ -277,15 +282,18 @@ def capacity(
     dead, live = loading(assembly, loads), loading(assembly, load, live=True)
     limit = _started(assembly, live.at(assembly, start), dead.at(assembly, start), gap, interfaces, solver)
     structure = Structure(limit.assembly, limit.interfaces, dead, live, solver)
-    linkage = _first_linkage(limit, _control(limit, live, control), dilates=flow == "associated")
+    linkage = _first_linkage(limit, control_of(limit, live, control), dilates=flow == "associated")
     follower = Follower(structure, structure.multiplier, _begin(structure), displacement or np.inf, np.inf, tolerance)
     follower = replace(follower, step=_first_step(follower, linkage, start, limit, steps))
-    states, events, outcome = _followed(follower, linkage, start, limit, progress)
+    states, events, left, outcome = _followed(follower, linkage, start, limit, steps, progress)
     points = tuple(_point(structure, state, limit) for state in states)
     unproven = sum(not state.forces.proven for state in states)
     warnings = list(limit.warnings)
     if unproven:
         warnings.append(f"at {unproven} of {len(states)} points forces balance to the solver's tolerance only")
+    for item in left:
+        names = ", ".join(f'"{assembly.names[block]}"' for block in item.blocks)
+        warnings.append(f"{names}: fallen out at {item.parameter:.4g} m and left out from there on")
     seconds = {"limit": limit.timings["total"], "total": process_time() - began}
     assert linkage.control is not None
     return CapacityCurve(outcome, points, tuple(events), linkage.control.name, limit, tuple(warnings), seconds)
@@ -325,64 +333,6 @@ def _first_linkage(limit: LimitLoad, control: Control, *, dilates: bool) -> Link
     return replace(whole, pinned=pinned, sliding=sliding, ties=endless)
 
 
-def _control(limit: LimitLoad, live: Loading, given: Any) -> Control:
-    """The control that is asked for, checked to move."""
-    assembly, motion = limit.assembly, limit.mechanism
-    along = live.force.sum(axis=0)
-    if not np.linalg.norm(along) > 1e-9 * np.abs(live.force).sum():
-        raise InputError("the forces of the load add up to nothing, so no displacement is along them")
-    along = along / np.linalg.norm(along)
-    if given is None:
-        speed = point_velocity(assembly, motion, assembly.vertex_block, assembly.vertices)
-        forward = speed @ along
-        most = np.flatnonzero(forward >= forward.max() - MOVES)
-        corner = most[np.argmax(np.round(np.linalg.norm(speed[most], axis=1), 6))]
-        block = assembly.vertex_block[corner]
-        place = ", ".join(f"{value:.6g}" for value in assembly.vertices[corner])
-        name = f'corner ({place}) of "{assembly.names[block]}" along the load'
-        return _moving(limit, Control(np.array([block]), assembly.vertices[[corner]], along[None], name))
-    if isinstance(given, (tuple, list)):
-        return _moving(limit, _of_point(assembly, given, along))
-    if given == MEAN and MEAN not in assembly.names:
-        free = ~assembly.support[live.block]
-        block, point, force = live.block[free], live.point[free], live.force[free]
-        name = "mean of all displacements weighted by the load"
-        return _moving(limit, Control(block, point, force / np.linalg.norm(force, axis=1).sum(), name))
-    if isinstance(given, str) and given not in assembly.names:
-        groups = sorted({group for group in assembly.groups if group})
-        if not any(group == given or group.startswith(given + ".") for group in groups):
-            raise no_such("control", given, [*assembly.names, *groups, MEAN])
-        rows, name = assembly.in_group(given), f'centroid of group "{given}" along the load'
-    else:
-        rows = assembly.blocks_named(given, "control")
-        name = f'centroid of "{assembly.names[rows[0]]}" along the load'
-    share = assembly.mass[rows] / assembly.mass[rows].sum()
-    return _moving(limit, Control(rows, assembly.centroid[rows], share[:, None] * along, name))
-
-
-def _of_point(assembly: Assembly, given: Sequence[Any], along: Floats) -> Control:
-    """The control that is a point of a block."""
-    if len(given) != 2:
-        raise InputError(f"control is {given!r}; it must be a block, a group, a block and a point of it, or {MEAN}")
-    (block,) = assembly.blocks_named(given[0], "control")
-    point = three(given[1], "control: the point")
-    if not on_block(assembly, int(block), point):
-        raise InputError(f'control: the point {point.tolist()} is not on block "{assembly.names[block]}"')
-    place = ", ".join(f"{value:.6g}" for value in point)
-    name = f'point ({place}) of "{assembly.names[block]}" along the load'
-    return Control(np.array([block]), point[None], along[None], name)
-
-
-def _moving(limit: LimitLoad, control: Control) -> Control:
-    """A control that moves, along the load or against it."""
-    rate = control.rate(limit.assembly, rest(limit.assembly), limit.mechanism)
-    if abs(rate) <= MOVES:
-        raise InputError(f"control: the {control.name} does not move in the mechanism; choose a block that does")
-    if rate > 0:
-        return control
-    return replace(control, along=-control.along, name=control.name.replace("along the load", "against the load"))
-
-
 def _begin(structure: Structure) -> Begin:
     """How a mechanism is found where contacts have closed: that of the limit load at the displaced geometry."""
 
@@ -415,15 +365,19 @@ def _followed(
     linkage: Linkage,
     pose: Pose,
     limit: LimitLoad,
+    steps: int,
     progress: Callable[[float, float], None] | None,
-) -> tuple[list[State], list[PathEvent], CapacityOutcome]:
+) -> tuple[list[State], list[PathEvent], list[Left], CapacityOutcome]:
     """All states and events, and how it ends; what is done when it is interrupted stays."""
     states: list[State] = []
     events: list[PathEvent] = []
+    left: list[Left] = []
     outcome = CapacityOutcome.INTERRUPTED
     try:
-        for item in follower.follow(linkage, pose, limit.mechanism):
-            if isinstance(item, State):
+        for item in _path(follower, linkage, pose, limit.mechanism, steps):
+            if isinstance(item, Left):
+                left.append(item)
+            elif isinstance(item, State):
                 states.append(item)
                 if progress is not None:
                     progress(item.motion.parameter, item.motion.value)
@@ -437,7 +391,25 @@ def _followed(
     except KeyboardInterrupt:
         if not states:
             raise
-    return states, events, outcome
+    return states, events, left, outcome
+
+
+def _path(
+    follower: Follower, linkage: Linkage, pose: Pose, guess: Floats, steps: int
+) -> Iterator[State | PathEvent | Left | PathEnd]:
+    """The path of the linkage, and where that is lost, the path by finite steps from there."""
+    last: State | None = None
+    for item in follower.follow(linkage, pose, guess):
+        if isinstance(item, State):
+            last = item
+        if item is not PathEnd.LOST or last is None:
+            yield item
+    if item is PathEnd.LOST and last is not None:
+        motion = last.motion
+        speed = float(corner_speed(displaced(linkage.assembly, motion.pose), motion.rate).max())
+        step = min(speed * follower.step, FINE * float(np.median(linkage.assembly.size)))
+        stepper = Stepper(follower.structure, follower.end, step, 1.0 / steps, follower.tolerance)
+        yield from stepper.follow(last)
 
 
 def _point(structure: Structure, state: State, limit: LimitLoad) -> CapacityPoint:
@@ -448,7 +420,7 @@ def _point(structure: Structure, state: State, limit: LimitLoad) -> CapacityPoin
         lower, upper = limit.lower, limit.upper  # no forces go with this mechanism without dilatancy
     elif not motion.parameter:
         lower, upper = min(limit.lower, lower), max(limit.upper, upper)
-    elif linkage.rubs:
+    elif linkage.rubs and not state.stepped:
         closed = linkage.pinned | linkage.sliding
         found = limiting(structure, linkage.contacts, closed, motion.pose, motion.parameter)
         upper = upper if found is None else max(upper, found[0])

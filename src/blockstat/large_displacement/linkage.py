@@ -32,10 +32,98 @@ if TYPE_CHECKING:
 CLOSED = 1e-12
 #: Newton's method converges within this many steps, or the step was too long.
 NEWTON = 12
+#: Unknowns up to which a matrix is dense.
+DENSE = 400
 #: Rates that no motion of the linkage gives, relative to that of the parameter.
 CONSISTENT = 1e-7
-#: Unknowns up to which least squares are dense.
-DENSE = 400
+
+
+class Rows(NamedTuple):
+    """Rows of velocities of b against a along directions: six entries for each side that moves."""
+
+    number: int  #: of rows
+    row: Ints  #: of each six entries, shape (k,)
+    body: Ints  #: whose motion they multiply, shape (k,)
+    entries: Floats  #: shape (k, 6)
+
+
+def rates(body: Ints, pair: Ints, direction: Floats, place: tuple[Floats, Floats], origin: Floats) -> Rows:
+    """Return rows of the velocity of block b against block a along directions.
+
+    Parameters
+    ----------
+    body
+        Body of each block, -1 for what does not move, shape (n_blocks,).
+    pair
+        Blocks a and b of each row, shape (n, 2); block -1 is at rest.
+    direction
+        Shape (n, 3).
+    place
+        Where the points of a and of b are, both of shape (n, 3) [m].
+    origin
+        Of the bodies, shape (n_bodies, 3) [m].
+
+    Returns
+    -------
+    Rows
+        One for each pair.
+    """
+    rows, bodies, entries = [], [], []
+    for side, sign in ((0, -1.0), (1, 1.0)):
+        which = np.append(body, -1)[pair[:, side]]
+        own = np.flatnonzero(which >= 0)
+        (arm_x, arm_y, arm_z), (x, y, z) = (place[side][own] - origin[which[own]]).T, direction[own].T
+        moment = [arm_y * z - arm_z * y, arm_z * x - arm_x * z, arm_x * y - arm_y * x]
+        rows.append(own)
+        bodies.append(which[own])
+        entries.append(sign * np.stack([x, y, z, *moment], axis=1))
+    return Rows(len(pair), np.concatenate(rows), np.concatenate(bodies), np.concatenate(entries))
+
+
+def summed(rows: Rows) -> Rows:
+    """Return the sum of rows.
+
+    Parameters
+    ----------
+    rows
+        The rows.
+
+    Returns
+    -------
+    Rows
+        One row.
+    """
+    return rows._replace(number=1, row=0 * rows.row)
+
+
+def as_matrix(parts: Sequence[Rows], n_bodies: int, length: float) -> Floats | sparse.csr_array:
+    """Return rows one below the other as a matrix.
+
+    Parameters
+    ----------
+    parts
+        The rows.
+    n_bodies
+        Bodies of three displacements and three rotations each.
+    length
+        The unit of rotations [m].
+
+    Returns
+    -------
+    Floats or sparse.csr_array
+        Shape (n, 6 n_bodies): dense if small.
+    """
+    first = np.concatenate([[0], np.cumsum([part.number for part in parts])])
+    row = np.concatenate([start + part.row for start, part in zip(first, parts, strict=False)])
+    body = np.concatenate([part.body for part in parts])
+    entries = np.concatenate([part.entries for part in parts]) / np.repeat([1.0, length], 3)
+    row, column = np.repeat(row, 6), (6 * body[:, None] + np.arange(6)).reshape(-1)
+    shape = (int(first[-1]), 6 * n_bodies)
+    if shape[1] > DENSE:
+        return sparse.csr_array((entries.reshape(-1), (row, column)), shape=shape)
+    flat: Any = np.bincount(row * shape[1] + column, entries.reshape(-1), shape[0] * shape[1])
+    dense: Floats = flat.reshape(shape)
+    return dense
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +173,27 @@ class Control:
         arm = places(assembly, pose, self.block, self.point) - (assembly.centroid + pose.displacement)[self.block]
         own = motion[self.block]
         return float((self.along * (own[:, :3] + np.cross(own[:, 3:], arm))).sum())
+
+    def row(self, assembly: Assembly, pose: Pose, body: Ints, origin: Floats) -> Rows:
+        """Return the rate of the displacement as a row for motions of bodies.
+
+        Parameters
+        ----------
+        assembly, pose
+            As in `value`.
+        body
+            Body of each block, -1 for what does not move, shape (n_blocks,).
+        origin
+            Of the bodies, shape (n_bodies, 3) [m].
+
+        Returns
+        -------
+        Rows
+            One row.
+        """
+        now = places(assembly, pose, self.block, self.point)
+        pair = np.column_stack([np.full(len(self.block), -1), self.block])
+        return summed(rates(body, pair, self.along, (now, now), origin))
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,13 +268,13 @@ class Linkage:
         # Of the same rate first, so that what is free keeps the shape of the guess.
         guess = guess / rate if rate > 0 else guess
         system = self._system(pose, parameter, guess)
-        start = self._of_bodies(pose, guess, system.origin)
+        start = self.of_bodies(guess)
         lacking = system.rate - system.matrix @ start
         change = _least_change(system.matrix, lacking)
         found = start + change
         if np.abs(system.matrix @ found - system.rate).max(initial=0.0) > CONSISTENT:
             return None
-        return self._of_blocks(pose, found, system.origin)
+        return self.of_blocks(pose, found, system.origin)
 
     def free(self, pose: Pose, parameter: float, guess: Floats) -> Floats:
         """Return the motion next to the given one that leaves the parameter as it is.
@@ -181,8 +290,8 @@ class Linkage:
             Shape (n_blocks, 6).
         """
         system = self._system(pose, parameter, guess)
-        start = self._of_bodies(pose, guess, system.origin)
-        return self._of_blocks(pose, start - _least_change(system.matrix, system.matrix @ start), system.origin)
+        start = self.of_bodies(guess)
+        return self.of_blocks(pose, start - _least_change(system.matrix, system.matrix @ start), system.origin)
 
     def moved(
         self, pose: Pose, parameter: float, twist: Floats, *, along: tuple[Floats, float] | None = None
@@ -206,7 +315,7 @@ class Linkage:
             None where Newton's method finds none.
         """
         size = float(self.assembly.size.max())
-        now = _displaced(pose, self.body, self._of_bodies(pose, twist, self._origins(pose)), self._origins(pose), self)
+        now = self.shifted(pose, self.of_bodies(twist), self.origins(pose))
         best = np.inf
         for _ in range(NEWTON):
             system = self._system(now, parameter, twist)
@@ -223,45 +332,108 @@ class Linkage:
             if not error < 1e3 * size or (error > best and best < np.inf and error > 1e-3 * size):
                 return None
             best = min(best, error)
-            now = _displaced(now, self.body, _least_change(matrix, lacking), system.origin, self)
+            now = self.shifted(now, _least_change(matrix, lacking), system.origin)
         return None
 
-    def _origins(self, pose: Pose) -> Floats:
-        """The mean of the centroids of each body."""
+    def origins(self, pose: Pose) -> Floats:
+        """Return the mean of the centroids of each body.
+
+        Parameters
+        ----------
+        pose
+            The pose.
+
+        Returns
+        -------
+        Floats
+            Shape (n_bodies, 3) [m].
+        """
         now = self.assembly.centroid + pose.displacement
         own = self.body >= 0
         count = np.bincount(self.body[own], minlength=self.n_bodies)
         sums = [np.bincount(self.body[own], now[own, k], self.n_bodies) for k in range(3)]
         return np.stack(sums, axis=1) / count[:, None]
 
-    def _of_bodies(self, pose: Pose, twist: Floats, origin: Floats) -> Floats:
-        """Motions of bodies next to those of blocks: the mean of their rotations and of what their centroids do."""
+    def of_bodies(self, twist: Floats) -> Floats:
+        """Return motions of bodies next to those of blocks: the mean of their rotations and of what their centroids do.
+
+        Parameters
+        ----------
+        twist
+            Motions of the blocks about their displaced centroids, shape (n_blocks, 6).
+
+        Returns
+        -------
+        Floats
+            Shape (6 n_bodies,), about the origins of the bodies, rotations times `length` [m].
+        """
         own = np.flatnonzero(self.body >= 0)
         body, n = self.body[own], self.n_bodies
         count = np.bincount(body, minlength=n)[:, None]
         spin = np.stack([np.bincount(body, twist[own, 3 + k], n) for k in range(3)], axis=1) / count
         # The origin is the mean of the centroids, so that rotations about it cancel in the mean.
         speed = np.stack([np.bincount(body, twist[own, k], n) for k in range(3)], axis=1) / count
-        return np.hstack([speed, self._length * spin]).reshape(-1)
+        return np.hstack([speed, self.length * spin]).reshape(-1)
 
-    def _of_blocks(self, pose: Pose, motion: Floats, origin: Floats) -> Floats:
+    def of_blocks(self, pose: Pose, motion: Floats, origin: Floats) -> Floats:
+        """Return the motions of blocks from those of bodies: the inverse of `of_bodies`.
+
+        Parameters
+        ----------
+        pose
+            The pose.
+        motion
+            Of the bodies, shape (6 n_bodies,).
+        origin
+            Of the bodies, as `origins` gives them.
+
+        Returns
+        -------
+        Floats
+            Shape (n_blocks, 6), about the displaced centroids.
+        """
         own = np.flatnonzero(self.body >= 0)
         v = motion.reshape(-1, 6)[self.body[own]]
         arm = (self.assembly.centroid + pose.displacement)[own] - origin[self.body[own]]
         twist = np.zeros((self.assembly.n_blocks, 6))
-        spin = v[:, 3:] / self._length
+        spin = v[:, 3:] / self.length
         twist[own] = np.hstack([v[:, :3] + np.cross(spin, arm), spin])
         return twist
 
+    def shifted(self, pose: Pose, motion: Floats, origin: Floats) -> Pose:
+        """Return the pose after finite rotations and displacements of the bodies.
+
+        Parameters
+        ----------
+        pose
+            Where they start.
+        motion, origin
+            As in `of_blocks`; the rotations are finite.
+
+        Returns
+        -------
+        Pose
+            Of all blocks.
+        """
+        own = np.flatnonzero(self.body >= 0)
+        step = motion.reshape(-1, 6)
+        turn = turned(step[:, 3:] / self.length)
+        at = self.body[own]
+        arm = (self.assembly.centroid + pose.displacement)[own] - origin[at]
+        rotation, displacement = pose.rotation.copy(), pose.displacement.copy()
+        rotation[own] = turn[at] @ rotation[own]
+        displacement[own] += step[at, :3] + np.einsum("nij,nj->ni", turn[at], arm) - arm
+        return Pose(rotation, displacement)
+
     @property
-    def _length(self) -> float:
-        """The unit of rotations."""
+    def length(self) -> float:
+        """The unit of rotations [m]."""
         return float(self.assembly.size.mean())
 
     def _system(self, pose: Pose, parameter: float, motion: Floats) -> _System:
         """Residuals of all equations and their rates; the motion tells where joints slide that dilate."""
         stuck, slid = self._between
-        contacts, origin = self.contacts, self._origins(pose)
+        contacts, origin = self.contacts, self.origins(pose)
         both = sides(self.assembly, contacts, pose, parameter)
         apart = both[:, 1] - both[:, 0]
         driven = contacts.drive[:, 1] - contacts.drive[:, 0]
@@ -275,24 +447,24 @@ class Linkage:
         gap = np.einsum("ni,ni->n", across, apart[slid])
         if self.dilates:
             across, gap = across - self._dilatancy(pose, slid, place, across, motion), 0.0 * gap
-        pins = _rates(
+        pins = rates(
             self.body, contacts.pair[np.repeat(stuck, 3)], np.tile(np.eye(3), (len(stuck), 1)),
             (np.repeat(both[stuck, 0], 3, axis=0), np.repeat(both[stuck, 1], 3, axis=0)), origin,
         )  # fmt: skip
-        slides = _rates(self.body, contacts.pair[slid], across, (place, place), origin)
+        slides = rates(self.body, contacts.pair[slid], across, (place, place), origin)
         residual = [apart[stuck].reshape(-1), gap]
         rate = [-driven[stuck].reshape(-1), -np.einsum("ni,ni->n", across, driven[slid])]
         parts = [pins, slides]
         if len(self.ties):
-            row, length = self._tie_rows(pose, origin)
+            row, length = self.tie_rows(pose, origin)
             parts.append(row)
             residual.append(length)
             rate.append(np.zeros(len(length)))
         if self.control is not None:
-            parts.append(self._control_row(pose, origin))
+            parts.append(self.control.row(self.assembly, pose, self.body, origin))
             residual.append(np.array([self.control.value(self.assembly, pose) - parameter]))
             rate.append(np.ones(1))
-        matrix = _matrix(parts, self.n_bodies, self._length)
+        matrix = as_matrix(parts, self.n_bodies, self.length)
         return _System(matrix, np.concatenate(residual), np.concatenate(rate), origin)
 
     def _dilatancy(self, pose: Pose, rows: Ints, place: Floats, normal: Floats, motion: Floats) -> Floats:
@@ -307,22 +479,29 @@ class Linkage:
         along: Floats = self.contacts.friction[rows, None] * slip / np.where(size > 0, size, 1.0)
         return along
 
-    def _tie_rows(self, pose: Pose, origin: Floats) -> tuple[_Rows, Floats]:
+    def tie_rows(self, pose: Pose, origin: Floats) -> tuple[Rows, Floats]:
+        """Return how fast the ties whose length stays would lengthen, and how much longer they are.
+
+        Parameters
+        ----------
+        pose, origin
+            As in `of_blocks`.
+
+        Returns
+        -------
+        rows : Rows
+            One for each tie.
+        longer : Floats
+            Shape (n,) [m].
+        """
         ties = [self.assembly.ties[k] for k in self.ties]
         pair = np.array([self.assembly.blocks_named(tie.between, tie.label) for tie in ties])
         ends = np.array([tie.points for tie in ties], dtype=float)
         now = [places(self.assembly, pose, pair[:, k], ends[:, k]) for k in (0, 1)]
         line = now[1] - now[0]
         length = np.linalg.norm(line, axis=1)
-        rows = _rates(self.body, pair, line / length[:, None], (now[0], now[1]), origin)
+        rows = rates(self.body, pair, line / length[:, None], (now[0], now[1]), origin)
         return rows, length - np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-
-    def _control_row(self, pose: Pose, origin: Floats) -> _Rows:
-        control = self.control
-        assert control is not None
-        now = places(self.assembly, pose, control.block, control.point)
-        pair = np.column_stack([np.full(len(control.block), -1), control.block])
-        return _one(_rates(self.body, pair, control.along, (now, now), origin))
 
     def _distance(
         self, start: Pose, now: Pose, along: Floats, distance: float, origin: Floats
@@ -330,9 +509,9 @@ class Linkage:
         """How far a pose is from where it is to be along a motion of the centroids."""
         every = np.arange(self.assembly.n_blocks)
         place = self.assembly.centroid + now.displacement
-        row = _one(_rates(self.body, np.column_stack([0 * every - 1, every]), along[:, :3], (place, place), origin))
+        row = summed(rates(self.body, np.column_stack([0 * every - 1, every]), along[:, :3], (place, place), origin))
         done = float((along[:, :3] * (now.displacement - start.displacement)).sum())
-        return _matrix([row], self.n_bodies, self._length), distance - done
+        return as_matrix([row], self.n_bodies, self.length), distance - done
 
 
 @dataclass(frozen=True, eq=False)
@@ -353,49 +532,6 @@ def _spans(points: Floats) -> bool:
     return bool(values[1] > 1e-6 * values[0])
 
 
-class _Rows(NamedTuple):
-    """Rows of velocities of b against a along directions: six entries for each side that moves."""
-
-    number: int
-    row: Ints
-    body: Ints
-    entries: Floats  #: shape (k, 6)
-
-
-def _rates(body: Ints, pair: Ints, direction: Floats, place: tuple[Floats, Floats], origin: Floats) -> _Rows:
-    """Rows of the velocity of block b against block a along directions, shape (n, 3); block -1 is at rest."""
-    rows, bodies, entries = [], [], []
-    for side, sign in ((0, -1.0), (1, 1.0)):
-        which = np.append(body, -1)[pair[:, side]]
-        own = np.flatnonzero(which >= 0)
-        (arm_x, arm_y, arm_z), (x, y, z) = (place[side][own] - origin[which[own]]).T, direction[own].T
-        moment = [arm_y * z - arm_z * y, arm_z * x - arm_x * z, arm_x * y - arm_y * x]
-        rows.append(own)
-        bodies.append(which[own])
-        entries.append(sign * np.stack([x, y, z, *moment], axis=1))
-    return _Rows(len(pair), np.concatenate(rows), np.concatenate(bodies), np.concatenate(entries))
-
-
-def _one(rows: _Rows) -> _Rows:
-    """The sum of rows."""
-    return rows._replace(number=1, row=0 * rows.row)
-
-
-def _matrix(parts: Sequence[_Rows], n_bodies: int, length: float) -> Floats | sparse.csr_array:
-    """Rows one below the other as a matrix, shape (n, 6 n_bodies), rotations times a length: dense if small."""
-    first = np.concatenate([[0], np.cumsum([part.number for part in parts])])
-    row = np.concatenate([start + part.row for start, part in zip(first, parts, strict=False)])
-    body = np.concatenate([part.body for part in parts])
-    entries = np.concatenate([part.entries for part in parts]) / np.repeat([1.0, length], 3)
-    row, column = np.repeat(row, 6), (6 * body[:, None] + np.arange(6)).reshape(-1)
-    shape = (int(first[-1]), 6 * n_bodies)
-    if shape[1] > DENSE:
-        return sparse.csr_array((entries.reshape(-1), (row, column)), shape=shape)
-    flat: Any = np.bincount(row * shape[1] + column, entries.reshape(-1), shape[0] * shape[1])
-    dense: Floats = flat.reshape(shape)
-    return dense
-
-
 def _least_change(matrix: Any, lacking: Floats) -> Floats:
     """The shortest x with matrix @ x next to what is lacking."""
     rows, unknowns = matrix.shape
@@ -413,16 +549,3 @@ def _least_change(matrix: Any, lacking: Floats) -> Floats:
     for _ in range(3):
         x = x + factor.solve(matrix.T @ (lacking - matrix @ x))
     return x
-
-
-def _displaced(pose: Pose, body: Ints, motion: Floats, origin: Floats, linkage: Linkage) -> Pose:
-    """The pose after finite rotations of bodies about their origins."""
-    own = np.flatnonzero(body >= 0)
-    step = motion.reshape(-1, 6)
-    turn = turned(step[:, 3:] / linkage._length)
-    at = body[own]
-    arm = (linkage.assembly.centroid + pose.displacement)[own] - origin[at]
-    rotation, displacement = pose.rotation.copy(), pose.displacement.copy()
-    rotation[own] = turn[at] @ rotation[own]
-    displacement[own] += step[at, :3] + np.einsum("nij,nj->ni", turn[at], arm) - arm
-    return Pose(rotation, displacement)

@@ -1,20 +1,28 @@
-"""Loads on displaced blocks: forces keep their direction and act where they have acted at rest, on the blocks."""
+"""Loads on displaced blocks, whose forces keep their direction and act where they have at rest; controls along them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.errors import InputError
-from blockstat.large_displacement.pose import Pose, places
-from blockstat.loads import as_load, point_load
+from blockstat.errors import InputError, no_such
+from blockstat.geometry.polyhedron import point_velocity
+from blockstat.large_displacement.linkage import Control
+from blockstat.large_displacement.pose import Pose, places, rest
+from blockstat.loads import as_load, on_block, point_load, three
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
+    from blockstat.analysis.limit_load import LimitLoad
     from blockstat.assembly import Assembly
+
+#: The control that is conjugate to the load; see `capacity`.
+MEAN = "mean"
+#: A control that moves by less than this, where the fastest corner moves at 1, does not move.
+MOVES = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,3 +110,81 @@ def _are_point_forces(given: Any) -> bool:
     if any(isinstance(row[0], str) for row in rows):
         raise InputError("loads: each must be a block, a point and a force")
     return False
+
+
+def control_of(limit: LimitLoad, live: Loading, given: Any) -> Control:
+    """Return the control that is asked for, checked to move.
+
+    Parameters
+    ----------
+    limit
+        The limit load, whose mechanism has to move it.
+    live
+        Its load.
+    given
+        As `blockstat.capacity` takes it.
+
+    Returns
+    -------
+    Control
+        Along the load, or against it where it moves so.
+
+    Raises
+    ------
+    InputError
+        For what is not there or does not move.
+    """
+    assembly, motion = limit.assembly, limit.mechanism
+    along = live.force.sum(axis=0)
+    if not np.linalg.norm(along) > 1e-9 * np.abs(live.force).sum():
+        raise InputError("the forces of the load add up to nothing, so no displacement is along them")
+    along = along / np.linalg.norm(along)
+    if given is None:
+        speed = point_velocity(assembly, motion, assembly.vertex_block, assembly.vertices)
+        forward = speed @ along
+        most = np.flatnonzero(forward >= forward.max() - MOVES)
+        corner = most[np.argmax(np.round(np.linalg.norm(speed[most], axis=1), 6))]
+        block = assembly.vertex_block[corner]
+        place = ", ".join(f"{value:.6g}" for value in assembly.vertices[corner])
+        name = f'corner ({place}) of "{assembly.names[block]}" along the load'
+        return _moving(limit, Control(np.array([block]), assembly.vertices[[corner]], along[None], name))
+    if isinstance(given, (tuple, list)):
+        return _moving(limit, _of_point(assembly, given, along))
+    if given == MEAN and MEAN not in assembly.names:
+        free = ~assembly.support[live.block]
+        block, point, force = live.block[free], live.point[free], live.force[free]
+        name = "mean of all displacements weighted by the load"
+        return _moving(limit, Control(block, point, force / np.linalg.norm(force, axis=1).sum(), name))
+    if isinstance(given, str) and given not in assembly.names:
+        groups = sorted({group for group in assembly.groups if group})
+        if not any(group == given or group.startswith(given + ".") for group in groups):
+            raise no_such("control", given, [*assembly.names, *groups, MEAN])
+        rows, name = assembly.in_group(given), f'centroid of group "{given}" along the load'
+    else:
+        rows = assembly.blocks_named(given, "control")
+        name = f'centroid of "{assembly.names[rows[0]]}" along the load'
+    share = assembly.mass[rows] / assembly.mass[rows].sum()
+    return _moving(limit, Control(rows, assembly.centroid[rows], share[:, None] * along, name))
+
+
+def _of_point(assembly: Assembly, given: Sequence[Any], along: Floats) -> Control:
+    """The control that is a point of a block."""
+    if len(given) != 2:
+        raise InputError(f"control is {given!r}; it must be a block, a group, a block and a point of it, or {MEAN}")
+    (block,) = assembly.blocks_named(given[0], "control")
+    point = three(given[1], "control: the point")
+    if not on_block(assembly, int(block), point):
+        raise InputError(f'control: the point {point.tolist()} is not on block "{assembly.names[block]}"')
+    place = ", ".join(f"{value:.6g}" for value in point)
+    name = f'point ({place}) of "{assembly.names[block]}" along the load'
+    return Control(np.array([block]), point[None], along[None], name)
+
+
+def _moving(limit: LimitLoad, control: Control) -> Control:
+    """A control that moves, along the load or against it."""
+    rate = control.rate(limit.assembly, rest(limit.assembly), limit.mechanism)
+    if abs(rate) <= MOVES:
+        raise InputError(f"control: the {control.name} does not move in the mechanism; choose a block that does")
+    if rate > 0:
+        return control
+    return replace(control, along=-control.along, name=control.name.replace("along the load", "against the load"))

@@ -75,6 +75,7 @@ class State:
     motion: Motion
     linkage: Linkage
     forces: Forces
+    stepped: bool = False  #: whether a finite step has led to it; its value is then that of the limit analysis there
 
 
 @dataclass(frozen=True)
@@ -304,7 +305,8 @@ class Follower:
         def lacking(parameter: float) -> float:
             if parameter not in seen:
                 at = self.ahead(state, parameter)
-                assert at is not None
+                if at is None:
+                    raise NoRootError
                 seen[parameter] = self._state(state.linkage, at)
             return min(seen[parameter].forces.lacking, 1e3) - level
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +19,7 @@ from blockstat.typing import Floats, Ints
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
+NAMES = tuple(field.name for field in fields(Contacts))
 #: Faces of a block lie in a joint when their normals are within this sine of the joint's.
 IN_JOINT = 0.05
 
@@ -48,10 +49,9 @@ def renewed(linkage: Linkage, interfaces: Interfaces, pose: Pose, parameter: flo
     if not len(joints):
         return linkage
     kept = ~np.isin(contacts.joint, joints)
-    parts = [_taken(contacts, np.flatnonzero(kept))]
+    parts = [taken(contacts, np.flatnonzero(kept))]
     parts += [_clipped(linkage.assembly, interfaces, contacts, int(k), pose, parameter) for k in joints]
-    names = ("joint", "pair", "anchor", "corner", "normal", "friction", "drive", "edge")
-    merged = Contacts(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
+    merged = _joined(parts)
     fresh = np.arange(merged.number) >= kept.sum()
     room = 1e3 * SHUT * float(linkage.assembly.size.max())
     gap = np.where(fresh, gaps(linkage.assembly, merged, pose, parameter), np.inf)
@@ -63,9 +63,52 @@ def renewed(linkage: Linkage, interfaces: Interfaces, pose: Pose, parameter: flo
     return replace(linkage, contacts=merged, pinned=whole[0] | (pinned & fresh), sliding=whole[1] | (sliding & fresh))
 
 
-def _taken(contacts: Contacts, rows: Ints) -> Contacts:
-    names = ("joint", "pair", "anchor", "corner", "normal", "friction", "drive", "edge")
-    return Contacts(**{name: getattr(contacts, name)[rows] for name in names})
+def clipped_again(assembly: Assembly, interfaces: Interfaces, contacts: Contacts, joints: Ints, pose: Pose) -> Contacts:
+    """Return the contacts with new points in some joints: the corners of what their faces have in common at a pose.
+
+    Parameters
+    ----------
+    assembly
+        The blocks at rest.
+    interfaces
+        Their joints at rest.
+    contacts
+        The pairs of points.
+    joints
+        Numbers of the joints, shape (k,); each has a pair of points and an area.
+    pose
+        Where the blocks are.
+
+    Returns
+    -------
+    Contacts
+        In the order of the joints.
+    """
+    parts = [taken(contacts, np.flatnonzero(~np.isin(contacts.joint, joints)))]
+    merged = _joined(parts + [_clipped(assembly, interfaces, contacts, int(k), pose, 0.0) for k in joints])
+    return taken(merged, np.argsort(merged.joint, kind="stable"))
+
+
+def taken(contacts: Contacts, rows: Ints) -> Contacts:
+    """Return some of the contacts.
+
+    Parameters
+    ----------
+    contacts
+        All of them.
+    rows
+        Which, shape (k,).
+
+    Returns
+    -------
+    Contacts
+        In the order of the rows.
+    """
+    return Contacts(**{name: getattr(contacts, name)[rows] for name in NAMES})
+
+
+def _joined(parts: list[Contacts]) -> Contacts:
+    return Contacts(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in NAMES})
 
 
 def _clipped(

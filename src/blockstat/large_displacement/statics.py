@@ -308,6 +308,67 @@ def rubbing(
     ), multiplier
 
 
+@dataclass(frozen=True, eq=False)
+class Limited:
+    """The limit state of a displaced structure with associated friction."""
+
+    multiplier: float | None  #: of the live load; None where the blocks fall under any
+    motion: Floats  #: its mechanism, or how they fall, shape (n_blocks, 6), of any size
+    forces: Forces | None  #: that balance it
+
+
+def limited(structure: Structure, contacts: Contacts, closed: np.ndarray, pose: Pose, parameter: float) -> Limited:
+    """Find the limit multiplier of a displaced state with associated friction, its mechanism and its forces.
+
+    Parameters
+    ----------
+    structure
+        The assembly and its loads.
+    contacts, closed, pose, parameter
+        As in `Structure.posed`.
+
+    Returns
+    -------
+    Limited
+        Where no multiplier is carried, the motion is that of steepest descent at which the live load does no work:
+
+            min -w'u + |u|^2 / 2    subject to    l'u = 0,  A'u in K*.
+
+        What nothing touches falls along the weight.
+    """
+    problem = structure.posed(contacts, closed, pose, parameter, 0.0)
+    program, n = problem.program, structure.assembly.n_blocks
+    if program is None or len(problem.floating):
+        force = structure.dead_load(pose)[:, :3]
+        fall = np.zeros((n, 6))
+        fall[problem.floating, :3] = force[problem.floating]
+        return Limited(None, fall, None)
+    load = problem.scaled(structure.live_load(pose))
+    unit = float(np.abs(load).sum()) / program.total_load
+    conic = conic_program(program, -program.load, pinned=load / unit)
+    answer = clarabel.solve(conic)
+    if answer.status.is_infeasible or answer.status.is_stalled:
+        bound = conic.bound.copy()
+        bound[-1] = 0.0
+        answer = clarabel.solve(replace(conic, bound=bound, ridge=1.0))
+        return Limited(None, problem.to_blocks(answer.twist), None)
+    multiplier = answer.multiplier / unit
+    loaded = replace(program, load=program.load + multiplier * load)
+    force = certificate.balance(loaded, answer.force)
+    found = certificate.check(loaded, force, np.zeros_like(program.load))
+    slack = certificate.point_slack(loaded, force)[: program.n_points]
+    forces = Forces(
+        lacking=-float(slack.min(initial=np.inf)),
+        proven=found.proves_stable,
+        total=float(np.linalg.norm(force, axis=1).sum()) * program.force_unit,
+        mode=problem.to_blocks(answer.twist),
+        floating=(),
+        problem=problem,
+        forces=problem.to_points(force),
+    )
+    return Limited(multiplier, forces.mode, forces)
+
+
 def limiting(
     structure: Structure, contacts: Contacts, closed: np.ndarray, pose: Pose, parameter: float
 ) -> tuple[float, Floats] | None:
@@ -325,16 +386,8 @@ def limiting(
     tuple of float and Floats, or None
         None where no multiplier is carried.
     """
-    problem = structure.posed(contacts, closed, pose, parameter, 0.0)
-    program = problem.program
-    if program is None or len(problem.floating):
-        return None
-    load = problem.scaled(structure.live_load(pose))
-    unit = float(np.abs(load).sum()) / program.total_load
-    answer = clarabel.solve(conic_program(program, -program.load, pinned=load / unit))
-    if answer.status.is_infeasible or answer.status.is_stalled:
-        return None
-    return answer.multiplier / unit, problem.to_blocks(answer.twist)
+    found = limited(structure, contacts, closed, pose, parameter)
+    return None if found.multiplier is None else (found.multiplier, found.motion)
 
 
 def settling(

@@ -1,0 +1,156 @@
+"""Closing what a finite step along a mechanism has left open or overlapping.
+
+A step of finite length along a mechanism turns blocks, so contacts that stay shut by their rates are open or overlap by
+a part of second order in the step, and those that slide with associated friction are open by friction times slip. The
+pose next to it that closes them, in the least squares where not all can be closed, is a quadratic program in the
+motions of the bodies:
+
+    min |g + N u|^2 + |t + T u|^2 + ridge |u|^2    subject to    gap + G u >= 0,    c'u = 0,
+
+g and t the gaps of contacts that stay shut and the slip of those that stick, gap that of all contacts that are near,
+and c'u the work of the live load. It is solved a few times, as rotations are finite.
+"""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+
+from blockstat.large_displacement.contacts import gaps, roles, sides
+from blockstat.large_displacement.linkage import Control, Linkage, Rows, as_matrix, rates
+from blockstat.large_displacement.pose import Pose
+from blockstat.solve import clarabel
+from blockstat.typing import Floats, Ints
+
+#: Of the squares of the motion, beside those of the rows, whose entries are about one: so the least motion is taken.
+RIDGE = 1e-6
+#: Programs at most, and a gap that is closed, relative to the size of the blocks.
+PASSES, CLOSED = 5, 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Closing:
+    """A pose in which contacts are closed as far as they can be."""
+
+    pose: Pose
+    open: Floats  #: how far contacts that should touch are open still, or slip where they stick, shape (n,) [m]
+
+
+def closed_up(linkage: Linkage, pose: Pose, held: Control, target: float, reach: float) -> Closing:
+    """Find the pose next to a given one that closes the contacts of a linkage and lets no others overlap.
+
+    Parameters
+    ----------
+    linkage
+        Its contacts that stick and slide are those to be closed.
+    pose
+        Where a step has led.
+    held
+        The displacement that is not to change.
+    target
+        What it is [m].
+    reach
+        Contacts that are open by more than this stay open [m].
+
+    Returns
+    -------
+    Closing
+        The pose, and what is left open.
+    """
+    size = float(linkage.assembly.size.max())
+    shut = linkage.pinned | linkage.sliding
+    best: tuple[float, Pose] | None = None
+    for _ in range(PASSES):
+        rows = _Near(linkage, pose, reach)
+        error = rows.error
+        if best is None or error < best[0]:
+            best = error, pose
+        if error <= CLOSED * size:
+            break
+        motion = _least_squares(linkage, pose, rows, held, target)
+        if motion is None:
+            break
+        pose = linkage.shifted(pose, motion, rows.origin)
+    else:
+        error = _Near(linkage, pose, reach).error
+        if best is None or error < best[0]:
+            best = error, pose
+    assert best is not None
+    pose = best[1]
+    left = np.where(shut, np.abs(gaps(linkage.assembly, linkage.contacts, pose, 0.0)), 0.0)
+    return Closing(pose, left)
+
+
+class _Near:
+    """Rates of the gaps of near contacts between bodies, and of the slips of those that stick, at a pose."""
+
+    def __init__(self, linkage: Linkage, pose: Pose, reach: float) -> None:
+        contacts, assembly = linkage.contacts, linkage.assembly
+        self.origin = linkage.origins(pose)
+        both = sides(assembly, contacts, pose, 0.0)
+        apart = both[:, 1] - both[:, 0]
+        normal, valid = roles(contacts, pose, both)
+        body = linkage.body[contacts.pair]
+        between = body[:, 0] != body[:, 1]
+        which, role = np.nonzero(valid & between[:, None])
+        across = normal[which, role]
+        place = both[which, np.where(role == 1, 1, 0)]
+        gap = np.einsum("ni,ni->n", across, apart[which])
+        near = gap < reach
+        self.which, self.gap = which[near], gap[near]
+        self.gaps = rates(
+            linkage.body, contacts.pair[self.which], across[near], (place[near], place[near]), self.origin
+        )
+        self.shut = (linkage.pinned | linkage.sliding)[self.which]
+        self.slips, self.slip = self._slips(linkage, np.flatnonzero(linkage.pinned & between), both, normal, valid)
+
+    def _slips(
+        self, linkage: Linkage, rows: Ints, both: Floats, normal: Floats, valid: np.ndarray
+    ) -> tuple[Rows, Floats]:
+        n = normal[rows, np.argmax(valid[rows], axis=1)]
+        least = np.eye(3)[np.abs(n).argmin(axis=1)]
+        one: Floats = np.cross(n, least)
+        one /= np.linalg.norm(one, axis=1)[:, None]
+        tangents: Floats = np.stack([one, np.cross(n, one)], axis=1)
+        middle = np.repeat(both[rows].mean(axis=1), 2, axis=0)
+        pair = np.repeat(linkage.contacts.pair[rows], 2, axis=0)
+        slip = np.einsum("nki,ni->nk", tangents, both[rows, 1] - both[rows, 0]).reshape(-1)
+        return rates(linkage.body, pair, tangents.reshape(-1, 3), (middle, middle), self.origin), slip
+
+    @property
+    def error(self) -> float:
+        """The largest gap or slip that should be none, or overlap [m]."""
+        parts = [np.abs(self.gap[self.shut]), np.abs(self.slip), -self.gap]
+        return max(float(part.max(initial=0.0)) for part in parts)
+
+
+def _least_squares(linkage: Linkage, pose: Pose, rows: _Near, held: Control, target: float) -> Floats | None:
+    """The motion of the bodies that closes contacts, shape (6 n_bodies,); None where the program has no answer."""
+    n, length = linkage.n_bodies, linkage.length
+    near = sparse.csc_array(as_matrix([rows.gaps], n, length))
+    parts, lacking = [near[np.flatnonzero(rows.shut)]], [rows.gap[rows.shut]]
+    parts.append(sparse.csc_array(as_matrix([rows.slips], n, length)))
+    lacking.append(rows.slip)
+    if len(linkage.ties):
+        ties, longer = linkage.tie_rows(pose, rows.origin)
+        parts.append(sparse.csc_array(as_matrix([ties], n, length)))
+        lacking.append(longer)
+    wanted, missing = sparse.csc_array(sparse.vstack(parts)), -np.concatenate(lacking)
+    row = held.row(linkage.assembly, pose, linkage.body, rows.origin)
+    constraint = sparse.csc_array(sparse.vstack([sparse.csc_array(as_matrix([row], n, length)), -near]))
+    unit = max(rows.error, 1e-300)  # in gaps of about one
+    bound = np.append(target - held.value(linkage.assembly, pose), rows.gap) / unit
+    square = sparse.csc_array(sparse.triu(wanted.T @ wanted + RIDGE * sparse.eye_array(6 * n)))
+    answer = clarabel.run(square, -(wanted.T @ missing) / unit, constraint, bound, _cones(len(rows.gap)))
+    motion = np.array(answer.x) * unit
+    return motion if np.isfinite(motion).all() and str(answer.status) in ("Solved", "AlmostSolved") else None
+
+
+def _cones(number: int) -> list:
+    """One equation and so many inequalities."""
+    solver: Any = importlib.import_module("clarabel")
+    return [solver.ZeroConeT(1), *([solver.NonnegativeConeT(number)] if number else [])]

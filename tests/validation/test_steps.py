@@ -1,0 +1,108 @@
+"""Capacity curves by finite steps: against closed forms, against linkages, a published wall, and Bullet.
+
+A step moves the fastest corner by about a thirtieth of the way, and what should touch is closed again; so on a linkage
+the pose is exact, and only changes of mechanism are located to the length of a step.
+"""
+
+import numpy as np
+import pytest
+
+from blockstat import Assembly, JointLaw, box, capacity, find_interfaces
+from blockstat.large_displacement.path import Follower, PathEnd
+from blockstat.large_displacement.pose import displaced, places
+from dynsim import simulate
+from evidence.references.walls import wall
+from evidence.scenes.small import arch
+
+GROUND = box((-9, -5, -1), (9, 5, 0), name="ground", group="ground")
+
+
+@pytest.fixture
+def stepped(monkeypatch):
+    """The linkage is lost at once, so that steps have to follow all of the curve."""
+    monkeypatch.setattr(Follower, "_pieces", lambda self, state: iter([PathEnd.LOST]))
+
+
+@pytest.mark.usefixtures("stepped")
+def test_one_block_is_tan_of_what_is_left_of_its_diagonal_by_steps_too():
+    block = Assembly.from_blocks([GROUND, box((0, 0, 0), (0.5, 1, 2), name="block")], supports=["ground"], friction=0.9)
+    curve = capacity(block, (1, 0, 0), control="block")
+    there = np.linspace(0, 0.225, 10)
+    exact = (0.25 - there) / np.sqrt(4.25 / 4 - (0.25 - there) ** 2)
+    assert np.array([curve.at(one)[1] for one in there]) == pytest.approx(exact, abs=1e-3 * exact[0])
+    assert curve.outcome.word == "zero"
+    assert curve.displacement[-1] == pytest.approx(0.25, rel=1e-5)
+    assert curve.lower == pytest.approx(curve.upper, abs=1e-9)
+
+
+def test_steps_find_the_jumps_of_an_arch_and_the_hinges_after_them(monkeypatch):
+    exact = capacity(arch(21, 0.25), (1, 0, 0), control="mean")
+    monkeypatch.setattr(Follower, "_pieces", lambda self, state: iter([PathEnd.LOST]))
+    curve = capacity(arch(21, 0.25), (1, 0, 0), control="mean", steps=100)
+    assert [event.kind for event in exact.events] == [event.kind for event in curve.events] == ["jump"] * 4
+    for event, other in zip(curve.events, exact.events, strict=True):
+        assert event.parameter == pytest.approx(other.parameter, abs=2e-3 * exact.displacement[-1])
+    # Away from the jumps, which a step passes by up to its length.
+    jumps = np.array([event.parameter for event in exact.events])
+    there = np.linspace(0, curve.displacement[-1], 40)
+    there = there[np.abs(there[:, None] - jumps).min(axis=1) > 0.01 * exact.displacement[-1]]
+    found, known = (np.array([of.at(one)[1] for one in there]) for of in (curve, exact))
+    assert found == pytest.approx(known, abs=1e-3 * exact.upper[0])
+
+
+@pytest.fixture(scope="module")
+def ferris():
+    return capacity(wall("W1"), (1, 0, 0))
+
+
+def top(curve, point):
+    """Displacement of the top right corner [m]."""
+    asm = curve.assembly
+    corner = int(np.argmax(asm.vertices @ np.array([1.0, 0.0, 1.0])))
+    block = np.array([asm.vertex_block[corner]])
+    moved = places(asm, point.pose, block, asm.vertices[[corner]]) - asm.vertices[corner]
+    return float(moved[0, 0])
+
+
+def test_a_wall_in_its_plane_is_followed_through_its_stepped_crack(ferris):
+    # Portioli 2021, displacement of the top right corner [m]; explicit steps of .01 m, read off a figure.
+    place = np.array([top(ferris, point) for point in ferris.points])
+    for there, published in ((0.01, 0.626), (0.05, 0.571), (0.10, 0.491)):
+        assert np.interp(there, place, ferris.upper) == pytest.approx(published, abs=0.05 * 0.64)
+    assert not any("tolerance" in text for text in ferris.warnings)  # all forces are proven
+    assert ferris.upper[-1] < 0.5 * ferris.upper[0]
+
+
+@pytest.mark.parametrize(("share", "sign"), [(0.9, -1), (1.1, 1)])
+def test_bullet_goes_back_below_the_curve_and_on_above_it(ferris, share, sign):
+    # At its weight of one the wall is slow; what is seen is the way it goes.
+    asm = ferris.assembly
+    point = min(ferris.points, key=lambda point: abs(top(ferris, point) - 0.1))
+    there = displaced(asm, point.pose)
+    loads = np.zeros((asm.n_blocks, 6))
+    loads[:, 0] = share * point.upper * asm.mass * ~asm.support * np.linalg.norm(asm.gravity)
+    joints = find_interfaces(there, gap=1e-6)
+    run = simulate(there, loads=loads, interfaces=joints, stop=lambda _, moved: bool(np.abs(moved).max() > 0.02))
+    free = asm.mass * ~asm.support
+    assert sign * (run.since_release[-1][:, 0] @ free) / free.sum() > 1e-4
+
+
+def test_a_lintel_that_slides_off_its_bearing_leaves_and_the_curve_goes_on_without_it():
+    # The pier tips away below the lintel, which bears on it by .1 m. Without it, F / W = tan(45 deg - turn).
+    blocks = [
+        GROUND,
+        box((-1, 0, 0), (-0.5, 1, 1), name="abutment", group="abutment"),
+        box((0, 0, 0), (1, 1, 1), name="pier", group="pier"),
+        box((-0.9, 0, 1), (0.1, 1, 1.1), name="lintel", group="lintel"),
+    ]
+    slippery = [JointLaw(("lintel", "pier"), friction=0.02), JointLaw(("lintel", "abutment"), friction=0.02)]
+    asm = Assembly.from_blocks(
+        blocks, supports=["ground", "abutment"], friction=2.0, density=1 / 9.80665, joints=slippery
+    )
+    curve = capacity(asm, [("pier", (0.5, 0.5, 0.5), (1, 0, 0))], control="pier")
+    assert any('"lintel": fallen out' in text for text in curve.warnings)
+    assert curve.outcome.word == "zero"
+    assert curve.displacement[-1] == pytest.approx(0.5, rel=1e-3)  # the centroid is above the toe
+    left = np.linspace(0.25, 0.45, 5)
+    alone = (0.5 - left) / np.sqrt(0.5 - (0.5 - left) ** 2)
+    assert np.array([curve.at(one)[1] for one in left]) == pytest.approx(alone, abs=2e-3)
