@@ -62,11 +62,11 @@ class Reliability(Result):
         lines.append(
             f"Probability {self.probability:.4g}; with {self.confidence:.0%} confidence {low:.4g} to {high:.4g}."
         )
-        lines.append(
-            f"{self.failures} of {self.draws} draws about {self.sampled_about} fall, {self.undecided} undecided."
-        )
+        where = "" if self.sampled_about == "the mean" else f", drawn about {self.sampled_about} and weighted"
+        lines.append(f"{self.failures} of {self.draws} draws fall, {self.undecided} undecided{where}.")
         cost = 1e3 * self.seconds / self.draws
         lines.append(f"Evidence of earlier draws decided {self.reused}. A draw took {cost:.3g} ms of process time.")
+        lines.append(OPTIMISTIC)
         return "\n".join(lines)
 
     def summary(self) -> dict[str, Any]:
@@ -90,6 +90,13 @@ class Reliability(Result):
             "sampled_about": self.sampled_about,
             "seconds": self.seconds,
         }
+
+
+#: What each draw is asked.
+OPTIMISTIC = (
+    "A draw falls when no admissible forces balance it: the optimistic question. Without dilatancy and self-stress "
+    'more may fall, which flow="coulomb" asks of single designs.'
+)
 
 
 @known_options

@@ -235,13 +235,18 @@ def _reserve(made: Make, point: Mapping[str, float], margin: Margin) -> tuple[fl
     limit = limit_of(made(point))
     if limit.outcome is LoadOutcome.UNBOUNDED:
         return TOP, np.zeros(len(point)), STABLE
-    if limit.outcome is LoadOutcome.LIMIT:
+    if limit.lower > 0:  # where the bracket is wide, too
         return limit.lower, _slopes(lambda v: limit_of(made(v)).lower, point, WIDE), STABLE
     try:
         verdict, gradient = score_gradient(made, point, joints=margin.joints)
         return -verdict.score, -np.array([gradient[name] for name in point]), verdict.outcome.word
     except InputError:
-        return -TOP, np.zeros(len(point)), Outcome.UNSTABLE.word
+        pass
+    case = made(point)
+    verdict = assess(case, interfaces=margin.joints(case))
+    if not math.isfinite(verdict.score):
+        return -TOP, np.zeros(len(point)), verdict.outcome.word
+    return -verdict.score, _slopes(lambda v: _multiplier(made(v), margin), point, WIDE), verdict.outcome.word
 
 
 def _slopes(value: Callable[[Mapping[str, float]], float], point: Mapping[str, float], step: float) -> Floats:
