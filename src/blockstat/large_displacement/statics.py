@@ -313,7 +313,8 @@ class Limited:
     """The limit state of a displaced structure with associated friction."""
 
     multiplier: float | None  #: of the live load; None where the blocks fall under any
-    motion: Floats  #: its mechanism, or how they fall, shape (n_blocks, 6), of any size
+    #: its mechanism, or how they fall, shape (n_blocks, 6), of any size; zero where the solver found neither
+    motion: Floats
     forces: Forces | None  #: that balance it
 
 
@@ -351,7 +352,9 @@ def limited(structure: Structure, contacts: Contacts, closed: np.ndarray, pose: 
         bound = conic.bound.copy()
         bound[-1] = 0.0
         answer = clarabel.solve(replace(conic, bound=bound, ridge=1.0))
-        return Limited(None, problem.to_blocks(answer.twist), None)
+        # The ridge is 1, so the motion is the force that is left unbalanced; below that of a solve, it is no fall.
+        falls = float(np.abs(answer.twist).max(initial=0.0)) > LACKING
+        return Limited(None, falls * problem.to_blocks(answer.twist), None)
     multiplier = answer.multiplier / unit
     loaded = replace(program, load=program.load + multiplier * load)
     force = certificate.balance(loaded, answer.force)

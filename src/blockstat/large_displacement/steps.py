@@ -19,7 +19,7 @@ import numpy as np
 from blockstat.analysis.verdict import corner_speed
 from blockstat.large_displacement.closing import closed_up
 from blockstat.large_displacement.contacts import CORNER, closed_again, gaps, sides
-from blockstat.large_displacement.jump import statuses
+from blockstat.large_displacement.jump import NoRootError, statuses
 from blockstat.large_displacement.linkage import Control, Linkage
 from blockstat.large_displacement.path import Motion, PathEnd, PathEvent, State
 from blockstat.large_displacement.pose import Pose, displaced
@@ -101,7 +101,10 @@ class Stepper:
         last, scale, step = start, abs(start.motion.value), self.step
         for _ in range(MOST):
             if place.limit.multiplier is None:
-                fallen = yield from self._fall(place, last)
+                try:
+                    fallen = yield from self._fall(place, last)
+                except NoRootError:
+                    break
                 if fallen is None:
                     yield PathEnd.COLLAPSE
                     return
@@ -199,6 +202,8 @@ class Stepper:
         start, step, fallen, gone = place, FALL * self.step, 0.0, 0.0
         for _ in range(MOST):
             standing = place
+            if not place.limit.motion.any():
+                raise NoRootError
             place = self._moved(place, step)
             fallen += step
             moved = np.linalg.norm(place.pose.displacement - start.pose.displacement, axis=1)
