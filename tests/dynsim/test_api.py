@@ -133,7 +133,7 @@ def test_an_unknown_setting_is_refused_with_the_settings_there_are():
         (dynsim.buttress_loop, "progress"),
         (blockstat.find_interfaces, "gap, near"),
         (blockstat.read, "supports, units, up"),
-        (blockstat.write, "format, values"),
+        (blockstat.write, "format, values, units, up"),
     ],
     ids=lambda value: value.__name__ if callable(value) else "",
 )

@@ -22,8 +22,9 @@ THIN = 0.25  #: of the mean thickness of a block, volume over half its surface, 
 #: Of a gap given as a length, what the corners of a face may leave its plane. Two such faces are a joint if their
 #: planes are as near as the gap says, and no two points that face each other are further apart than half of it more.
 FLATNESS = 0.25
-#: Part of the largest coordinate by which single precision (GLB, STL) may move two faces apart. A coordinate is off by
-#: half of eps at most, the difference of two by eps, and the distance along a normal by sqrt(3) times that.
+#: Part of the extent of the blocks by which single precision (GLB, STL) may move two faces apart, with the origin near
+#: them. A coordinate is off by half of eps at most, the difference of two by eps, and the distance along a normal by
+#: sqrt(3) times that. The extent is taken and not the coordinates, so that no verdict depends on the place.
 ROUNDING = float(np.sqrt(3) * np.finfo(np.float32).eps)
 UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
 LENGTH = re.compile(r"\s*([0-9]*\.?[0-9]+(?:[eE][-+]?[0-9]+)?)\s*(mm|cm|m)\s*")
@@ -86,7 +87,7 @@ def gap_lengths(solid: Polyhedra, gap: float | str) -> Floats:
     length = stated_length(gap)
     if length is None:
         return gap * solid.size  # type: ignore[operator]
-    return np.full(solid.n_blocks, length + ROUNDING * np.abs(solid.vertices).max())
+    return np.full(solid.n_blocks, length + ROUNDING * float(np.ptp(solid.vertices, axis=0).max(initial=0.0)))
 
 
 def allowed_gap(solid: Polyhedra, gap: float | str) -> Floats:
