@@ -177,6 +177,19 @@ class Forces:
     forces: Floats  #: at the points of `problem.interfaces`, shape (n_points, 3) [N]
 
 
+def _found(problem: Problem, force: Floats, twist: Floats, lacking: float, proven: bool) -> Forces:
+    """Forces of a program [its unit] as those of a state."""
+    assert problem.program is not None
+    total = float(np.linalg.norm(force, axis=1).sum()) * problem.program.force_unit
+    return Forces(lacking, proven, total, problem.to_blocks(twist), (), problem, problem.to_points(force))
+
+
+def _floating(problem: Problem) -> Forces:
+    """Those of a state in which nothing holds some blocks."""
+    none = np.zeros((problem.assembly.n_blocks, 6))
+    return Forces(np.inf, False, 0.0, none, tuple(problem.floating.tolist()), problem, np.empty((0, 3)))
+
+
 def balance(
     structure: Structure, contacts: Contacts, closed: np.ndarray, pose: Pose, parameter: float, multiplier: float
 ) -> Forces:
@@ -196,9 +209,8 @@ def balance(
     """
     problem = structure.posed(contacts, closed, pose, parameter, multiplier)
     program = problem.program
-    n = structure.assembly.n_blocks
     if program is None or len(problem.floating):
-        return Forces(np.inf, False, 0.0, np.zeros((n, 6)), tuple(problem.floating.tolist()), problem, np.empty((0, 3)))
+        return _floating(problem)
     answer = solve_margin(program, solver=structure.solver)
     slack = certificate.point_slack(program, answer.force)[: program.n_points]
     lacking = -float(slack.min(initial=np.inf))
@@ -211,15 +223,7 @@ def balance(
         second = certificate.check(program, settled, np.zeros_like(program.load))
         if second.proves_stable:
             force, found = settled, second
-    return Forces(
-        lacking=lacking,
-        proven=found.proves_stable,
-        total=float(np.linalg.norm(force, axis=1).sum()) * program.force_unit,
-        mode=problem.to_blocks(answer.twist),
-        floating=(),
-        problem=problem,
-        forces=problem.to_points(force),
-    )
+    return _found(problem, force, answer.twist, lacking, found.proves_stable)
 
 
 def rubbing(
@@ -250,13 +254,11 @@ def rubbing(
 
         max least slack   subject to   A f + w + alpha l = 0.
     """
-    assembly = structure.assembly
     closed = linkage.pinned | linkage.sliding
     problem = structure.posed(linkage.contacts, closed, pose, parameter, 0.0)
     program, faces = problem.program, problem.interfaces
-    nothing = np.zeros((assembly.n_blocks, 6))
     if program is None or len(problem.floating):
-        return Forces(np.inf, False, 0.0, nothing, tuple(problem.floating.tolist()), problem, nothing[:0, :3]), np.nan
+        return _floating(problem), np.nan
     driven = structure.driven(linkage.contacts, closed, pose, parameter)[problem.eq.points]
     rate = relative_motion(problem.assembly, faces, motion)[problem.eq.points]
     if structure.live is None:
@@ -297,15 +299,7 @@ def rubbing(
         tilted = driven.copy()
         tilted[point, 0] -= mu[:, 0] * (along * driven[point, 1:]).sum(axis=1)
         multiplier = float((force[: program.n_points] * tilted).sum()) * program.force_unit
-    return Forces(
-        lacking=lacking,
-        proven=found.proves_stable,
-        total=float(np.linalg.norm(force, axis=1).sum()) * program.force_unit,
-        mode=problem.to_blocks(answer.twist),
-        floating=(),
-        problem=problem,
-        forces=problem.to_points(force),
-    ), multiplier
+    return _found(problem, force, answer.twist, lacking, found.proves_stable), multiplier
 
 
 @dataclass(frozen=True, eq=False)
@@ -360,15 +354,7 @@ def limited(structure: Structure, contacts: Contacts, closed: np.ndarray, pose: 
     force = certificate.balance(loaded, answer.force)
     found = certificate.check(loaded, force, np.zeros_like(program.load))
     slack = certificate.point_slack(loaded, force)[: program.n_points]
-    forces = Forces(
-        lacking=-float(slack.min(initial=np.inf)),
-        proven=found.proves_stable,
-        total=float(np.linalg.norm(force, axis=1).sum()) * program.force_unit,
-        mode=problem.to_blocks(answer.twist),
-        floating=(),
-        problem=problem,
-        forces=problem.to_points(force),
-    )
+    forces = _found(problem, force, answer.twist, -float(slack.min(initial=np.inf)), found.proves_stable)
     return Limited(multiplier, forces.mode, forces)
 
 

@@ -51,6 +51,7 @@ class _Place:
     linkage: Linkage  #: its contacts that stick are all that touch
     pose: Pose
     limit: Limited
+    open: float  #: how far contacts are open that count as touching [m]
 
     @property
     def parameter(self) -> float:
@@ -190,7 +191,8 @@ class Stepper:
         if len(lines):
             contacts = closed_again(assembly, contacts, lines, pose, 0.0)
         linkage = replace(linkage, assembly=assembly, contacts=contacts, pinned=closed, sliding=np.zeros_like(closed))
-        return _Place(structure, linkage, pose, limited(structure, contacts, closed, pose, 0.0))
+        widest = float(gaps(assembly, contacts, pose, 0.0)[closed].max(initial=0.0))
+        return _Place(structure, linkage, pose, limited(structure, contacts, closed, pose, 0.0), widest)
 
     def _work(self, state: State, blocks: Ints) -> float:
         """The part of the work of the live load that it does on some blocks, in the motion of a state."""
@@ -243,7 +245,7 @@ def _state(place: _Place) -> State:
     assert found.forces is not None
     rate = control.rate(linkage.assembly, place.pose, found.motion)
     motion = found.motion / (rate if rate > 1e-6 * speed else speed)
-    return State(Motion(place.parameter, place.pose, motion, found.multiplier), linkage, found.forces, stepped=True)
+    return State(Motion(place.parameter, place.pose, motion, found.multiplier), linkage, found.forces, place.open)
 
 
 def _without(place: _Place, blocks: Ints) -> tuple[Structure, Linkage, Pose, Floats] | None:
