@@ -32,6 +32,8 @@ LACKING = 1e-7
 #: that across a slip, do work by rounding only, 1e-16 of the loads; so their motion stays below 1e-6. What it leaves
 #: unbalanced is RIDGE times the motion: where that is more than rounding, there is no equilibrium.
 RIDGE = 1e-10
+#: Programs of the fixed point of joints that slide without opening.
+PASSES, SETTLED = 50, 1e-7
 #: Contacts that slip at less than this, relative to the motion, stick.
 STILL = 1e-4
 
@@ -381,7 +383,7 @@ def limiting(
 
 def settling(
     structure: Structure, contacts: Contacts, closed: np.ndarray, pose: Pose, parameter: float
-) -> Floats | None:
+) -> tuple[Floats, bool] | None:
     """Return the motion of least potential energy for a unit rate of the supports' movement.
 
     Parameters
@@ -393,16 +395,38 @@ def settling(
 
     Returns
     -------
-    Floats or None
-        Shape (n_blocks, 6); None where the assembly falls or jams.
+    motion : Floats
+        Shape (n_blocks, 6).
+    dilates : bool
+        Whether joints that slide open at the rate of associated friction: where no motion without that was found.
+
+    None where the assembly falls or jams.
+
+    Notes
+    -----
+    Joints slide without opening where their normal rates may be less than those of associated friction by the friction
+    times their slip, which is looked for by De Saxce's fixed point.
     """
     problem = structure.posed(contacts, closed, pose, parameter, 0.0)
     program = problem.program
     if program is None or len(problem.floating):
         return None
     rate = np.zeros((len(program.friction), 3))
-    rate[: program.n_points] = structure.driven(contacts, closed, pose, parameter)[problem.eq.points]
-    answer = clarabel.solve(conic_program(program, -program.load, offset=rate.reshape(-1)))
-    if answer.status.is_infeasible or answer.status.is_stalled:
-        return None
-    return problem.to_blocks(answer.twist)
+    points = slice(program.n_points)
+    rate[points] = structure.driven(contacts, closed, pose, parameter)[problem.eq.points]
+    friction = np.where(np.isfinite(program.friction[points]), program.friction[points], 0.0)
+    slip, associated = np.zeros(program.n_points), None
+    for _ in range(PASSES):
+        offset = rate.copy()
+        offset[points, 0] += slip
+        answer = clarabel.solve(conic_program(program, -program.load, offset=offset.reshape(-1)))
+        if answer.status.is_infeasible or answer.status.is_stalled:
+            break
+        total = rate + (program.matrix.T @ answer.twist).reshape(-1, 3)
+        new = friction * np.hypot(total[points, 1], total[points, 2])
+        if associated is None:
+            associated = problem.to_blocks(answer.twist)
+        if np.abs(new - slip).max(initial=0.0) <= SETTLED * np.abs(total).max(initial=0.0):
+            return problem.to_blocks(answer.twist), False
+        slip = new
+    return None if associated is None else (associated, True)

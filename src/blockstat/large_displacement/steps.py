@@ -98,7 +98,7 @@ class Stepper:
             In order; the end comes last.
         """
         open_ = np.zeros(self.structure.interfaces.n_interfaces)
-        place = self._place(self.structure, start.linkage, start.motion.pose, open_)
+        place = self._place(self.structure, self._anew(start), start.motion.pose, open_)
         last, scale, step = start, abs(start.motion.value), self.step
         for _ in range(MOST):
             if place.limit.multiplier is None:
@@ -119,6 +119,14 @@ class Stepper:
                 return
             place, step = after, min(2 * step, self.step)
         yield PathEnd.LOST
+
+    def _anew(self, start: State) -> Linkage:
+        """The linkage of a state whose sliding contacts are no longer of one corner only: they may slide back."""
+        linkage, faces = start.linkage, self.structure.interfaces
+        joints = np.unique(linkage.contacts.joint[linkage.sliding])
+        joints = joints[faces.area[joints] > 0]
+        contacts = clipped_again(linkage.assembly, faces, linkage.contacts, joints, start.motion.pose)
+        return replace(linkage, contacts=contacts)
 
     def _passed(self, place: _Place, scale: float) -> PathEnd | None:
         """The end that a place is at or beyond."""
