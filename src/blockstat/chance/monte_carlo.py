@@ -24,6 +24,13 @@ if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
 
+#: What each draw is asked.
+OPTIMISTIC = (
+    "A draw falls when no admissible forces balance it: the optimistic question. Without dilatancy and self-stress "
+    'more may fall, which flow="coulomb" asks of single designs.'
+)
+
+
 class ReliabilityOutcome(Sentence):
     """The answer of `reliability`; the value is the sentence a user reads."""
 
@@ -90,13 +97,6 @@ class Reliability(Result):
             "sampled_about": self.sampled_about,
             "seconds": self.seconds,
         }
-
-
-#: What each draw is asked.
-OPTIMISTIC = (
-    "A draw falls when no admissible forces balance it: the optimistic question. Without dilatancy and self-stress "
-    'more may fall, which flow="coulomb" asks of single designs.'
-)
 
 
 @known_options
