@@ -232,7 +232,11 @@ def joints_as_found(static: Verdict) -> Interfaces:
     Interfaces
         Joints of the assembly.
     """
-    return static.interfaces if static.interfaces.share is None else find_interfaces(static.assembly)
+    return (
+        static.interfaces
+        if static.interfaces.share is None
+        else find_interfaces(static.assembly, gap=static.interfaces.searched)
+    )
 
 
 def _in_finer_steps(static: Verdict, settings: Settings) -> DynamicVerdict:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.contact.interfaces import Interfaces, find_interfaces
+from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError, known_options
 from blockstat.result import Result, plain
 from blockstat.sequence.plan import Plan, Step, check_plan
@@ -130,6 +130,7 @@ def sequence(
     *,
     friction: float | None = None,
     settings: Settings | None = None,
+    gap: float | str = GAP,
     interfaces: Interfaces | None = None,
 ) -> DynamicSequence:
     """Carry out a plan of building in Bullet and judge each step by displacement.
@@ -144,6 +145,8 @@ def sequence(
         Replaces the assembly's coefficient of friction.
     settings : Settings, optional
         Time step and durations, those of one step of the plan.
+    gap : float or str, optional
+        Largest gap of a joint, as in `blockstat.assess`; not used where `interfaces` are given.
     interfaces : Interfaces, optional
         Joints of the assembly; searched for when None.
 
@@ -173,7 +176,7 @@ def sequence(
     if assembly.joints:
         raise InputError("sequences are carried out with dry joints; this assembly has joint laws")
     start = process_time()
-    scene = closed_scene(assembly, find_interfaces(assembly) if interfaces is None else interfaces)
+    scene = closed_scene(assembly, find_interfaces(assembly, gap=gap) if interfaces is None else interfaces)
     settings = settings or replace(Settings(), **STEP)
     depth = chain(scene.assembly, scene.interfaces)
     settings = replace(settings, iterations=max(settings.iterations, MIDDLE * depth))
