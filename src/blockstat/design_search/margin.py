@@ -212,10 +212,10 @@ def measure(make: Make, values: Mapping[str, float], moved: Sequence[str], margi
 
 
 def _multiplier(case: Assembly, margin: Margin) -> float:
-    """What a case carries; a negative score where it does not stand."""
+    """What a case carries; a negative score where it does not stand, and where that is left open."""
     joints = margin.joints(case)
     found = limit_load(case, margin.direction, interfaces=joints)
-    if found.outcome is not LoadOutcome.DEAD_LOAD_UNSTABLE:
+    if found.outcome is not LoadOutcome.DEAD_LOAD_UNSTABLE and found.lower > -math.inf:
         return found.lower
     return -assess(case, interfaces=joints).score
 
@@ -250,7 +250,7 @@ def _reserve(made: Make, point: Mapping[str, float], margin: Margin) -> tuple[fl
 
 
 def _slopes(value: Callable[[Mapping[str, float]], float], point: Mapping[str, float], step: float) -> Floats:
-    """Differences: central where both neighbours have a value, else to the side that has one."""
+    """Differences: central where both neighbours have a value, else to the side that has one, 0 where none has."""
     slopes = []
     for name, at in point.items():
         ends: list[tuple[float, float]] = []
@@ -261,8 +261,7 @@ def _slopes(value: Callable[[Mapping[str, float]], float], point: Mapping[str, f
                 continue
             if math.isfinite(found):
                 ends.append((place, found))
-        (a, low), (b, high) = ends[0], ends[-1]
-        slopes.append((high - low) / (b - a) if b > a else 0.0)
+        slopes.append((ends[-1][1] - ends[0][1]) / (ends[-1][0] - ends[0][0]) if len(ends) > 1 else 0.0)
     return np.array(slopes)
 
 
