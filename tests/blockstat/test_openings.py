@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from blockstat import InputError, InputWarning, assess, build, load_scene
+from blockstat import InputError, InputWarning, assess, build, load_scene, scene_from
 from blockstat.model import Opening, Run, walls
 from blockstat.model.walling.run import BONDS, HEADS
 from walls import check, grounded
@@ -172,3 +172,13 @@ def test_a_window_of_a_chapel_between_beds_is_told_by_its_key(tmp_path):
         InputWarning, match=r"^windows.south: asked from 1 to 1.8 m, built from 0.9 to 1.8 m: sill and top"
     ):
         build(load_scene(path))
+
+
+@pytest.mark.parametrize(("sill", "height"), [(1e308, 1e308), (1e308, 1.0), (2.4, 1.0), (0.0, 1e300)])
+def test_a_window_far_above_the_wall_is_refused_by_its_key(sill, height):
+    scene = {"name": "hut", "length": 4.0, "span": 3.0, "wall": {"height": 2.4}}
+    scene["windows"] = {"south": {"width": 0.8, "sill": sill, "height": height}}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(InputError, match=r"^windows.south: sill and height reach beyond the wall of 2.4 m$"):
+            build(scene_from(scene))

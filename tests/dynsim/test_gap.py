@@ -1,17 +1,19 @@
 """`--gap` in the commands of dynsim and on the live page: Bullet gets the joints that statics were asked for."""
 
 import json
+from functools import partial
 
 import numpy as np
 import pytest
 
-from blockstat import Assembly, InputError, Plan, Step, assess, box, find_interfaces, write
+from blockstat import Assembly, InputError, Plan, Step, assess, box, find_interfaces, load_scene, search, write
 from blockstat.app.design import Judged, Question, open_model
 from blockstat.app.evaluation import evaluated
 from blockstat.app.files import read_upload
 from blockstat.cli.options import _status
+from blockstat.design_search.search import Margin
 from blockstat.model import arch, assemble
-from dynsim import compare, limit, sequence, verify
+from dynsim import compare, limit, sequence, simulate, verify
 from dynsim.cli.commands import app
 from dynsim.panel.work import Fallen, Refused, let_fall
 
@@ -124,6 +126,21 @@ def test_blocks_that_overlap_by_less_than_a_stated_gap_are_not_cut():
     assert any("closed for Bullet by moving corners" in text for text in found.warnings)
 
 
+@pytest.mark.parametrize("gap", ["2 miles", 7, None, float("nan"), "1e400 mm", "２ mm"])
+def test_a_gap_that_is_none_is_refused_before_anything_is_judged(gap, tmp_path):
+    (tmp_path / "posts.toml").write_text(POSTS)
+    for call in (
+        lambda: verify(tower(), gap=gap),
+        lambda: simulate(tower(), gap=gap),
+        lambda: limit(tower(), (1, 0, 0), gap=gap),
+        lambda: compare(tower(), gap=gap, jobs=1),
+        lambda: sequence(tower(), Plan((Step(("cube0", "cube1")),)), gap=gap),
+        lambda: search(load_scene(tmp_path / "posts.toml"), verify=None, gap=gap),
+    ):
+        with pytest.raises(InputError, match=r"gap is .*; it must be"):
+            call()
+
+
 class Told(list):
     """A channel that keeps what is sent."""
 
@@ -152,3 +169,49 @@ def test_let_it_fall_has_the_joints_of_the_static_verdict():
     assert told[0].verdict.outcome.word == "stands"
     assert np.abs(told[0].verdict.run.displacement).max() < 1e-3
     assert not isinstance(told[-1], Refused)
+
+
+POSTS = """
+name = "posts"
+supports = ["ground"]
+[parameters]
+w = { value = 0.4, min = 0.1, max = 0.4, step = 0.1 }
+[elements.base]
+kind = "pier"
+size = [0.5, 0.5]
+height = 0.5
+courses = 1
+[elements.post]
+kind = "pier"
+size = ["= w", "= w"]
+height = 1.0
+courses = 1
+at = [0.0, 0.0, 0.508]
+"""
+
+
+def test_a_search_judges_all_its_designs_with_the_gap(tmp_path):
+    """A post 8 mm above its base tips about the middle of the gap."""
+    path = tmp_path / "posts.toml"
+    path.write_text(POSTS)
+    scene = load_scene(path)
+    assert search(scene, verify=None).best_parameters is None
+    options = {"gap": "8 mm", "strategy": "gradient", "margin": Margin((1.0, 0.0, 0.0), 0.15)}
+    found = search(scene, verify=partial(verify, gap="8 mm"), **options)
+    assert found.best_parameters["parameters.w"] == pytest.approx(2 * 0.15 * (0.5 + 0.004), rel=1e-4)
+
+
+def test_the_command_of_a_search_takes_a_gap(tmp_path, capsys):
+    path, out = tmp_path / "posts.toml", tmp_path / "out"
+    path.write_text(POSTS)
+    command = ["optimise", str(path), "-o", str(out), "--json", "--jobs", "1"]
+    run = lambda *more: _status(lambda: app([*command, *more], standalone_mode=False), "dynsim")  # noqa: E731
+    assert run("--gap", "8 mm") == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["best"]["parameters.w"] == pytest.approx(0.1)
+    assert {row["dynamic"] for row in found["history"]} == {"stands"}
+    assert "Judged with gap 8 mm." in (out / "report.html").read_text()
+    assert run() == 2  # a history of another gap is not taken up
+    assert "this history is of another search" in capsys.readouterr().err
+    assert run("--gap", "8 miles") == 2
+    assert 'gap is "8 miles"' in capsys.readouterr().err

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, limit_load
 from blockstat.analysis.tilt_friction import AXES
 from blockstat.analysis.verdict import Outcome
 from blockstat.assembly import Assembly
-from blockstat.contact.interfaces import Interfaces, find_interfaces
+from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError
 from blockstat.imperfection.imperfections import Imperfections, realisations
 from blockstat.loads import acceleration
@@ -46,12 +46,15 @@ class Margin:
         The design must do with its coefficient of friction divided by this, at least 1.
     imperfections : Imperfections, optional
         The design must carry the multiplier in their worst case.
+    gap : float or str
+        Largest gap of a joint, as in `blockstat.assess`; `blockstat.search` sets its own.
     """
 
     direction: tuple[float, float, float] = (0.0, 1.0, 0.0)
     least: float = 0.0
     friction: float = 1.0
     imperfections: Imperfections | None = None
+    gap: float | str = field(default=GAP, repr=False)  # a history names it otherwise
 
     def __post_init__(self) -> None:
         if not np.isfinite(self.direction).all() or not np.any(self.direction):
@@ -152,7 +155,7 @@ class Margin:
         Interfaces
             Without the edges that they lose.
         """
-        found = find_interfaces(assembly)
+        found = find_interfaces(assembly, gap=self.gap)
         return found if self.imperfections is None else self.imperfections.joints(found)
 
 

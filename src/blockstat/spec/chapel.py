@@ -161,7 +161,7 @@ def _walls(building: Building) -> tuple[Element, dict[str, str]]:
             thickness=value_of(building.wall.thickness),
             height=height,
             closers=True,
-            openings=tuple(_opening(key, own, course) for key, own in there.items()),
+            openings=tuple(_opening(key, own, height, course) for key, own in there.items()),
         )
     for side in WALLS:
         own = building.buttresses.get(side)
@@ -183,9 +183,11 @@ def _paths(building: Building) -> dict[WallName, tuple[tuple[tuple[float, float]
     }
 
 
-def _opening(key: str, own: Opening, course: float) -> walling.Opening:
+def _opening(key: str, own: Opening, wall: float, course: float) -> walling.Opening:
     """An opening whose sill and soffit are on beds; halves go to the even bed."""
     low, high = value_of(own.sill), value_of(own.sill) + value_of(own.height)
+    if high > wall + course:
+        raise InputError(f"{key}: sill and height reach beyond the wall of {wall:.3g} m")
     sill = round(low / course)
     soffit = max(round(high / course), sill + 1)
     tell_moved(key, (low, high), (sill * course, soffit * course))

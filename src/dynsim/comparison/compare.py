@@ -9,6 +9,7 @@ from blockstat.analysis.assess import assess
 from blockstat.analysis.verdict import Outcome
 from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import GAP, Interfaces
+from blockstat.contact.tolerance import stated_length
 from blockstat.errors import InputError, known_options
 from dynsim.checks import check_engine
 from dynsim.comparison.causes import agrees, find_cause, joints_as_found, likely_reason, with_coulomb
@@ -76,6 +77,7 @@ def compare(
     >>> [(row.static, row.dynamic) for row in compare(ring, jobs=1)]
     [('stable', 'stands')]
     """
+    stated_length(gap)
     designs = [assemblies] if isinstance(assemblies, Assembly) else list(assemblies)
     names = [design.name for design in designs]
     one = [interfaces] if isinstance(interfaces, Interfaces) else interfaces

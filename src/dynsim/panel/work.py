@@ -148,11 +148,12 @@ def optimise(channel: Channel, model: Model, values: dict[str, float], names: li
     try:
         result = search(
             model.moved(values),
-            static=lambda assembly: assess(assembly, gap=model.gap, memory=memory, score=False),
+            static=lambda assembly, **options: assess(assembly, memory=memory, score=False, **options),
             verify=lambda assembly: verify(assembly, gap=model.gap),
             under=under,
             memory=memory,
             names=names,
+            gap=model.gap,
             progress=lambda done, expected, last: channel.send(Step(done, expected, last)),
         )
     except (InputError, RuntimeError) as error:
