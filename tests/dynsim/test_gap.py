@@ -5,11 +5,13 @@ from functools import partial
 
 import numpy as np
 import pytest
+from typer.main import get_command
 
 from blockstat import Assembly, InputError, Plan, Step, assess, box, find_interfaces, load_scene, search, write
 from blockstat.app.design import Judged, Question, open_model
 from blockstat.app.evaluation import evaluated
 from blockstat.app.files import read_upload
+from blockstat.cli.commands import app as blockstat_app
 from blockstat.cli.options import _status
 from blockstat.design_search.search import Margin
 from blockstat.model import arch, assemble
@@ -61,6 +63,17 @@ def test_every_command_that_reads_a_file_takes_a_stated_gap(command, glb, tmp_pa
     assert status != 0 or not right(json.loads(out))
     assert _status(lambda: app([*arguments, "--gap", "2 mm"], standalone_mode=False), "dynsim") == 0
     assert right(json.loads(capsys.readouterr().out))
+
+
+#: Commands that judge nothing: they write blocks or examples.
+WRITE = {"build", "convert", "example"}
+
+
+@pytest.mark.parametrize("program", [blockstat_app, app], ids=["blockstat", "dynsim"])
+def test_no_command_that_judges_lacks_the_option(program):
+    for name, command in get_command(program).commands.items():
+        options = {option for parameter in command.params for option in parameter.opts}
+        assert name in WRITE or "--gap" in options, name
 
 
 @pytest.mark.parametrize("command", ["verify", "limit", "compare", "sequence", "shake", "report", "app"])

@@ -357,6 +357,7 @@ class Page:
         begin = process_time()
         self.known = known = Known(judged.verdict, judged.seconds)
         self.layout.headline.content = headline(known)
+        self.layout.busy("")  # a busy browser shows what comes after the picture much later
         self.say("")
         self.server.flush()
         if self.view.moved is not None:

@@ -14,7 +14,7 @@ from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError, known_options
 from blockstat.loads import as_load
-from blockstat.result import Result, Sentence, finite, plain
+from blockstat.result import Result, Sentence, finite, millimetres
 from blockstat.typing import Floats
 from dynsim.judge.criteria import default_threshold
 from dynsim.judge.verdict import DynamicOutcome
@@ -89,9 +89,9 @@ class DynamicLimit(Result):
         if self.ratio is not None and self.outcome is LimitOutcome.LIMIT:
             lines.append(f"Bullet / static: {self.ratio:.3f}.")
         lines.append(
-            f"Falls: a block moves by more than {plain(1e3 * self.threshold, 2)} mm, or turns as far; a run ends there."
+            f"Falls: a block moves by more than {millimetres(self.threshold, 2)} mm, or turns as far; a run ends there."
         )
-        lines += [f"{t.multiplier:.5g}: {t.verdict}, {plain(1e3 * t.max_displacement, 2)} mm" for t in self.trials]
+        lines += [f"{t.multiplier:.5g}: {t.verdict}, {millimetres(t.max_displacement, 2)} mm" for t in self.trials]
         lines += [f"Warning: {text}" for text in self.warnings]
         return "\n".join(lines)
 

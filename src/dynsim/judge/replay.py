@@ -17,7 +17,7 @@ import numpy as np
 
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError, known_options
-from blockstat.result import Result, plain
+from blockstat.result import Result, millimetres
 from blockstat.sequence.plan import Plan, Step, check_plan
 from blockstat.typing import Floats, Ints
 from dynsim.bonds.props import PropForces
@@ -111,15 +111,15 @@ class DynamicSequence(Result):
         """
         rows = self.rows()
         bad = [row for row in rows if row["verdict"] != DynamicOutcome.STANDS.word]
-        largest = 1e3 * max((row["max_displacement"] for row in rows), default=0.0)
+        largest = max((row["max_displacement"] for row in rows), default=0.0)
         lines = [f"{self.plan.name}: {len(rows)} steps, {self.run.process_seconds:.1f} s"]
         if not bad:
-            lines.append(f"Every step stands; blocks moved by {plain(largest, 2)} mm at most in one.")
+            lines.append(f"Every step stands; blocks moved by {millimetres(largest, 2)} mm at most in one.")
         else:
             lines.append(f"{len(bad)} steps do not stand, the first is step {bad[0]['step']}.")
         for row in bad:
             what = "" if row["first_block"] is None else f', first "{row["first_block"]}"'
-            lines.append(f"step {row['step']}: {row['verdict']}, {plain(1e3 * row['max_displacement'])} mm{what}")
+            lines.append(f"step {row['step']}: {row['verdict']}, {millimetres(row['max_displacement'])} mm{what}")
         return "\n".join(lines + [f"Warning: {text}" for text in self.warnings])
 
 
