@@ -98,3 +98,30 @@ def plain(value: float, digits: int = 3) -> str:
     ('1,170', '250')
     """
     return f"{value:,.0f}" if abs(value) >= min(1000, 10**digits) else f"{value:.{digits}g}"
+
+
+NANOMETRE = 1e-9  #: a length below this is rounding: no block moves by less than an atom [m]
+
+
+def millimetres(length: float, digits: int = 3) -> str:
+    """Return a length in millimetres as engineers write it; 0 where it is rounding.
+
+    Parameters
+    ----------
+    length : float
+        In metres.
+    digits : int, optional
+        Significant digits, as in `plain`.
+
+    Returns
+    -------
+    str
+        The number without its unit.
+
+    Examples
+    --------
+    >>> from blockstat.result import millimetres
+    >>> [millimetres(length) for length in (0.0123, -5.2e-13, 2e-8)]
+    ['12.3', '0', '2e-05']
+    """
+    return plain(1e3 * length, digits) if abs(length) >= NANOMETRE else "0"

@@ -130,6 +130,12 @@ def test_a_mesh_wants_supports_and_opens_with_them(hut, tmp_path, capfd):
         answer_dialogue(tab, "ground", units="mm")
         wait_until(tab, lambda: page.known.verdict.assembly.n_blocks == 3)
         assert page.known.verdict.assembly.volume[1] == pytest.approx(1e-9 * stack(2).volume[1])
+        upload(tab, bare)
+        answer_dialogue(tab, "ground", gap="2 miles")
+        tab.sees('gap is "2 miles"; it must be a share of the block size')
+        upload(tab, bare)
+        answer_dialogue(tab, "ground", gap="2 mm")
+        wait_until(tab, lambda: page.known.verdict.interfaces.searched == "2 mm")
         upload(tab, tmp_path / "stones.glb")  # a file of our own says it all
         answer_dialogue(tab, "")
         wait_until(tab, lambda: page.known.verdict.assembly.volume[1] == pytest.approx(stack(2).volume[1]))
@@ -257,11 +263,12 @@ def seen(part):
     return part.locator("visible=true").first
 
 
-def answer_dialogue(tab, supports, units=None):
+def answer_dialogue(tab, supports, units=None, gap=""):
     """Fill in the dialogue that opens a mesh, and confirm it."""
     dialogue = tab.page.get_by_role("dialog")
     dialogue.wait_for()
     dialogue.get_by_role("textbox").first.fill(supports)
+    dialogue.get_by_role("textbox").last.fill(gap)
     if units is not None:
         dialogue.get_by_role("combobox").first.click()
         tab.page.get_by_role("option", name=units, exact=True).click()

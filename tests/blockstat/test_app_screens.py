@@ -94,10 +94,10 @@ def test_a_number_outside_its_range_is_told_with_what_is_used(hut, capfd):
     with live(hut, capfd) as (page, open_tab):
         tab = open_tab()
         tab.sees("Stable", exact=True)
-        shown = page.known
+        shown = page.known.verdict
         tab.number(0, 5)
         tab.sees("wall.thickness: 5 m is outside 0.1 to 0.6 m; 0.6 m is used")
-        assert page.known is shown
+        assert page.known.verdict is shown  # limit loads of the same design may have come
         tab.number(0, 0.5)
         tab.page.get_by_text("is outside").first.wait_for(state="detached")
 

@@ -239,7 +239,7 @@ def test_an_upload_is_read_in_a_process_of_its_own(tmp_path):
 
     def sent(*given):
         said = []
-        Worker(send_upload, *given, "m", "z", None, report=lambda _, message: said.append(message))
+        Worker(send_upload, *given, "m", "z", None, None, report=lambda _, message: said.append(message))
         begin = time.monotonic()
         while not said and time.monotonic() - begin < 60:
             time.sleep(0.01)

@@ -1,7 +1,12 @@
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 
-from blockstat import Assembly, assess, box
-from blockstat.design_search.margin import Margin, measure
+from blockstat import Assembly, InputError, assess, box
+from blockstat.analysis.limit_load import LoadOutcome
+from blockstat.design_search import margin
+from blockstat.design_search.margin import Margin, _slopes, measure
 
 
 def leaning(values):
@@ -24,3 +29,22 @@ def test_a_design_that_falls_where_joints_change_has_its_own_score():
     assert 0 < score < 1
     assert found.static == "unstable"
     assert found.reserve == pytest.approx(-score, rel=1e-6)
+
+
+def test_where_a_limit_load_is_left_open_the_score_counts(monkeypatch):
+    """Neither a multiplier nor a derivative is proven here or beside: there was no number to take differences of."""
+    wanted = measure(leaning, {"width": 0.4}, ("width",), Margin())
+
+    def undecided(*_, **__):
+        return SimpleNamespace(outcome=LoadOutcome.UNDECIDED, lower=-np.inf, upper=1.0)
+
+    def refused(*_, **__):
+        raise InputError("no derivative")
+
+    monkeypatch.setattr(margin, "limit_load", undecided)
+    monkeypatch.setattr(margin, "limit_load_gradient", refused)
+    monkeypatch.setattr(margin, "score_gradient", refused)
+    found = measure(leaning, {"width": 0.4}, ("width",), Margin())
+    assert found.reserve == pytest.approx(wanted.reserve)
+    assert found.reserve_slopes == pytest.approx(wanted.reserve_slopes, rel=1e-2)
+    assert _slopes(lambda _: -np.inf, {"width": 0.4}, 1e-6).tolist() == [0.0]

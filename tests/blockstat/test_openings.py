@@ -1,9 +1,11 @@
+import warnings
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from blockstat import InputError, assess
+from blockstat import InputError, InputWarning, assess, build, load_scene, scene_from
 from blockstat.model import Opening, Run, walls
 from blockstat.model.walling.run import BONDS, HEADS
 from walls import check, grounded
@@ -139,3 +141,44 @@ def test_bad_openings_are_named(change, match):
     options = {"width": 1.0, "height": 1.0, **change}
     with pytest.raises(InputError, match=match):
         walls(Run(name="a", path=[(0, 0), (4, 0)], thickness=0.4, height=2, openings=[Opening(**options)]))
+
+
+def test_an_opening_between_beds_is_told_with_both_heights():
+    """Courses of 0.25 m: a window from 0.9 to 2.1 m is built from 1 to 2 m; one drawn to the millimetre is as asked."""
+
+    def wall(sill, height):
+        opening = Opening(width=0.6, height=height, sill=sill, number=2)
+        run = Run(name="a", path=[(0, 0), (4, 0)], thickness=0.3, height=3.0, openings=[opening])
+        return walls(run, brick=(0.5, 0.25))
+
+    with pytest.warns(InputWarning) as told:
+        blocks = wall(0.9, 1.2)
+    assert [str(warning.message) for warning in told] == [
+        'wall "a": openings[0]: asked from 0.9 to 2.1 m, built from 1 to 2 m: sill and top go to the nearest bed'
+    ]
+    lintels = [block for block in blocks if block.group == "wall.a.lintel"]
+    assert {round(float(lintel.vertices[:, 2].min()), 9) for lintel in lintels} == {2.0}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        wall(1.0, 1.0)
+        wall(1.0004, 0.9999)
+
+
+def test_a_window_of_a_chapel_between_beds_is_told_by_its_key(tmp_path):
+    path = tmp_path / "hut.toml"
+    window = "[windows.south]\nwidth = 0.8\nsill = 1.0\nheight = 0.8\n"
+    path.write_text(f'name = "hut"\nlength = 4.0\nspan = 3.0\n[wall]\nheight = 2.4\n{window}')
+    with pytest.warns(
+        InputWarning, match=r"^windows.south: asked from 1 to 1.8 m, built from 0.9 to 1.8 m: sill and top"
+    ):
+        build(load_scene(path))
+
+
+@pytest.mark.parametrize(("sill", "height"), [(1e308, 1e308), (1e308, 1.0), (2.4, 1.0), (0.0, 1e300)])
+def test_a_window_far_above_the_wall_is_refused_by_its_key(sill, height):
+    scene = {"name": "hut", "length": 4.0, "span": 3.0, "wall": {"height": 2.4}}
+    scene["windows"] = {"south": {"width": 0.8, "sill": sill, "height": height}}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(InputError, match=r"^windows.south: sill and height reach beyond the wall of 2.4 m$"):
+            build(scene_from(scene))

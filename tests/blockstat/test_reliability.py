@@ -402,3 +402,53 @@ def test_errors_of_a_scene_name_the_key(tmp_path, before, after, message):
     assert answer.returncode == 2
     assert message in " ".join(answer.stderr.split())
     assert "Traceback" not in answer.stderr
+
+
+def test_draws_without_dilatancy_and_self_stress():
+    """A block jammed between two walls: forces exist with any friction, but nothing has pressed the walls on it.
+
+    Of a block on a slope both questions have the same answer, which is that of friction against the slope.
+    """
+    walls = [box((-1, 0, 0), (0, 1, 3)), box((1, 0, 0), (2, 1, 3))]
+    jammed = Assembly.from_blocks([*walls, box((0, 0, 1), (1, 1, 2))], supports=[0, 1])
+    uncertain = {"friction": Random("lognormal", 0.6, 0.1)}
+    assert reliability(jammed, uncertain, draws=20).failures == 0
+    found = reliability(jammed, uncertain, draws=20, flow="coulomb")
+    assert (found.failures, found.self_stress, found.probability) == (20, 20, 1.0)
+    assert "self-stress would hold 20 of those" in found.explain()
+    assert (found.summary()["flow"], found.summary()["self_stress"]) == ("coulomb", 20)
+    slope = {"uncertain": {"friction": Random("normal", 0.6, 0.1)}, "load": 0.5 * acceleration(FLAT, SIDE), "draws": 60}
+    plain, coulomb = (reliability(FLAT, flow=flow, **slope) for flow in ("associated", "coulomb"))
+    friction = 0.6 + 0.1 * np.random.default_rng(0).standard_normal(60)
+    assert plain.failures == coulomb.failures == (friction < 0.5).sum()
+    assert coulomb.self_stress == 0
+    with pytest.raises(InputError, match="flow is 'couloumb'; it must be one of: associated, coulomb"):
+        reliability(FLAT, flow="couloumb", **slope)
+
+
+def test_the_file_of_draws_says_what_was_drawn(tmp_path):
+    file = tmp_path / "draws.jsonl"
+    uncertain = {
+        "friction": Random("normal", 0.1, 0.2),
+        "push": Random("uniform", 0.2, 0.4),
+        "density.*": Random("normal", 2000, 100, each="block"),
+    }
+    scene = stack(3, 1.0, 1.0, friction=0.6)
+    reliability(scene, uncertain, load=SIDE, draws=30, file=file)
+    rows = [json.loads(line) for line in file.read_text().splitlines()[1:]]
+    normals = np.random.default_rng(0).standard_normal((30, 5))
+    for row, normal in zip(rows, normals, strict=True):
+        values = row["values"]
+        assert values["friction"] == pytest.approx(max(0.1 + 0.2 * normal[0], 0.0))  # none is less than 0
+        assert values["push"] == pytest.approx(0.2 + 0.2 * norm.cdf(normal[1]))
+        blocks = 2000 + 100 * normal[2:]
+        assert values["density.*"] == pytest.approx([blocks.min(), blocks.mean(), blocks.max()])
+        least = min(values["friction"], 1 / 3)  # it slides, or tips about its foot
+        assert (row["outcome"] == "unstable") == (values["push"] > least)
+    # Rows of an earlier version have no values; the run goes on from them.
+    older = [{key: own for key, own in row.items() if key != "values"} for row in rows]
+    first = file.read_text().splitlines()[0]
+    file.write_text("\n".join([first, *map(json.dumps, older)]) + "\n")
+    assert reliability(scene, uncertain, load=SIDE, draws=31, file=file).draws == 31
+    with pytest.raises(InputError, match="draws of something else"):
+        reliability(scene, uncertain, load=SIDE, draws=31, file=file, flow="coulomb")

@@ -1,7 +1,9 @@
+import json
+
 import numpy as np
 import pytest
 
-from blockstat import InputError, build, load_scene, parameters, with_values
+from blockstat import InputError, build, load_scene, parameters, read, with_values, write
 from blockstat.spec import Range, scene_from
 
 SCENE = {
@@ -91,7 +93,16 @@ def test_intrinsic_parameters_default_to_the_paper():
     assembly = build(scene_from(SCENE))
     assert assembly.density[0] == 2691
     assert assembly.friction == 0.7
-    assert assembly.metadata["material"]["glue"] == 10
+    assert assembly.metadata["material"] == {"glue": 10, "rotational_stiffness": 7000}
+
+
+def test_a_file_names_the_friction_and_the_density_of_its_blocks_alone(tmp_path):
+    """A design that is judged with another friction than the scene's is written with that one."""
+    path = write(build(scene_from(SCENE)).with_(friction=0.9), tmp_path / "hut.json")
+    data = json.loads(path.read_text())
+    assert data["friction"] == 0.9
+    assert not {"friction", "density"} & set(data["material"])
+    assert read(path).friction == 0.9
 
 
 @pytest.mark.parametrize(

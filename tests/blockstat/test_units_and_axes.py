@@ -129,6 +129,9 @@ SEARCHES = {
     "settle": (["--move", "ground:0,0,-0.001"], '"outcome"'),
     "sequence": (["--courses"], '"most_held": 0'),
     "cases": (["--loads", "LOADS"], '"status": "limit"'),
+    "code-check": (["--load", "1,0,0"], '"alpha0": 0.490'),
+    "friction": ([], '"outcome": "always_stands"'),
+    "tie": (["--between", "cube0,cube1"], '"outcome": "no_greatest"'),
 }
 
 

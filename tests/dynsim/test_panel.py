@@ -8,7 +8,7 @@ import pytest
 from blockstat import assess, write
 from blockstat.app.design import open_model
 from blockstat.app.words import Known
-from blockstat.result import plain
+from blockstat.result import millimetres
 from browser import CHAPEL, live
 from dynsim.panel import FallPanel, OptimisePanel
 from dynsim.panel.fall import criteria, side_by_side
@@ -53,8 +53,8 @@ def test_what_falls_is_shown_falling_further_than_its_verdict_needs():
     assert "unstable" in text
     assert "falls" in text
     for _, value, limit in criteria(fallen.verdict):
-        assert plain(1e3 * value) in text
-        assert plain(1e3 * limit) in text
+        assert millimetres(value) in text
+        assert millimetres(limit) in text
 
 
 def test_what_stands_is_filmed_standing():

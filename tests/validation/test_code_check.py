@@ -209,3 +209,13 @@ def test_a_curve_of_many_bodies_is_that_of_one_body():
     assert one.state("SLV").period == pytest.approx(apart.state("SLV").period)
     assert one.state("SLV").ag < apart.state("SLV").ag
     assert (len(one.warnings), len(apart.warnings)) == (1, 0)
+
+
+def test_a_curve_whose_control_goes_back_is_taken_up_to_there(wall):
+    points = wall.points
+    back = replace(wall, points=(*points[:20], *points[12:]))
+    turn = points[19].displacement
+    found, whole = (nonlinear_check(curve, (1, 0, 0), site=Site("B"), shape="line") for curve in (back, wall))
+    assert found.ultimate == pytest.approx(whole.ultimate * turn / wall.displacement[-1])
+    assert f"goes back from {turn:.4g} m on" in "".join(found.warnings)
+    assert all(low.ag < high.ag for low, high in zip(found.states[1:], whole.states[1:], strict=True))

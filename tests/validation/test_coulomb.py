@@ -179,9 +179,28 @@ def test_the_plain_verdict_says_which_question_it_answers():
 
 def test_the_answer_says_where_tightness_decides():
     _, ring, _ = bonded_scene(56)
-    words = assess(ring, flow="coulomb", tightnesses=12).explain()
-    assert "hangs on how tight the joints are" in words
+    verdict = assess(ring, flow="coulomb", tightnesses=12)
+    assert "hangs on how tight the joints are" in verdict.explain()
     assert "hangs on" not in assess(stack(4), flow="coulomb", tightnesses=4).explain()
+    # The first words say so, too; the outcome of the JSON stays, with the share beside it.
+    first = verdict.explain().splitlines()[0]
+    assert first.startswith("Stable in some joints only: ")
+    assert first.endswith("A fall is not excluded.")
+    assert verdict.summary()["sentence"] == verdict.headline == first
+    assert verdict.summary()["outcome"] == "stable"
+    assert 0.0 < verdict.summary()["tightness"] < 1.0
+    assert "Stable in some joints only" not in assess(stack(4), flow="coulomb", tightnesses=4).explain()
+
+
+def test_a_coulomb_state_whose_tightness_was_not_tried_says_so():
+    untried = assess(stack(4), flow="coulomb")
+    assert untried.summary()["tightness"] is None
+    assert (
+        untried.headline == f"{Outcome.STABLE.value} Other tightnesses of the joints were not tried (tightnesses=12)."
+    )
+    tried = assess(stack(4), flow="coulomb", tightnesses=4)
+    assert (tried.summary()["tightness"], tried.headline) == (1.0, Outcome.STABLE.value)
+    assert assess(stack(4)).headline == Outcome.STABLE.value
 
 
 def test_how_tight_joints_are_decides_only_between_the_limits(cases):

@@ -10,7 +10,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from blockstat import Assembly, Block, InputError, JointLaw, Tie, box, capacity, settle_to_collapse
+from blockstat import Assembly, Block, InputError, JointLaw, Tie, box, capacity, model, settle_to_collapse
+from blockstat.model import assemble
 
 WITHIN = 1e-3
 
@@ -351,6 +352,36 @@ def test_arches_on_spreading_supports_fall_where_three_hinges_carry_no_more(shap
     if shape == (20, 0.20):
         expected = [0.169032515, 0.186082191, 0.230337493, 0.300041261]
         assert np.interp([0.05, 0.1, 0.2, 0.3], found.displacement, thrust) == pytest.approx(expected, rel=WITHIN)
+
+
+@pytest.mark.parametrize(
+    ("voussoirs", "direction"), [(10, (-0.78, 0, 0.63)), (19, (1, 0, 0.01)), (17, (0.59, 0, -0.81))]
+)
+def test_an_arch_on_a_support_that_moves_any_way_gives_the_work_that_its_weight_does(voussoirs, direction):
+    # At rest a symmetrical thrust line touches four joints and more; three of them open.
+    ring = assemble(model.arch(span=2, thickness=0.15, depth=0.5, voussoirs=voussoirs, springers=0.3), friction=0.85)
+    found = settle_to_collapse(ring, {"springer.right": direction}, steps=60)
+    assert found.outcome.word == "collapse"
+    fallen = -np.array([pose.displacement[:, 2] for pose in found.poses]) @ (9.81 * ring.mass * ~ring.support)
+    step = np.diff(found.displacement)
+    work = step * 0.5 * (found.reaction[1:] + found.reaction[:-1])
+    assert work == pytest.approx(np.where(step > 0, np.diff(fallen), 0.0), rel=1e-3)  # what falls at a jump is lost
+    assert found.displacement[-1] > 0.03
+
+
+def test_a_lintel_whose_support_sinks_and_leaves_slides_on_it_and_turns():
+    # It turns by th about the edge of the other one; on the sinking one its far corner slides against friction:
+    # N (2.3 cos th - 2.3 mu sin th) = W (1.0 cos th + .15 sin th), sin th = .98 s / 2.3.
+    mu, along = 0.4, np.array([-0.2, 0, -0.98]) / np.hypot(0.2, 0.98)
+    supports = [box((-1, 0, -1), (0, 1, 0), name="left"), box((2, 0, -1), (3, 1, 0), name="right")]
+    lintel = box((-0.3, 0, 0), (2.3, 1, 0.3), name="lintel")
+    asm = Assembly.from_blocks([*supports, lintel], supports=["left", "right"], friction=mu)
+    found = settle_to_collapse(asm, {"right": tuple(along)}, displacement=0.3)
+    turn = np.arcsin(-along[2] * found.displacement / 2.3)
+    weight = 9.81 * asm.mass[2]
+    normal = weight * (np.cos(turn) + 0.15 * np.sin(turn)) / (2.3 * (np.cos(turn) - mu * np.sin(turn)))
+    assert found.outcome.word == "reached"
+    assert found.reaction == pytest.approx(normal * (-along[2] + mu * along[0]), rel=1e-9)
 
 
 def test_both_supports_by_half_are_one_support_by_all():

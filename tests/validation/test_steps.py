@@ -7,7 +7,7 @@ the pose is exact, and only changes of mechanism are located to the length of a 
 import numpy as np
 import pytest
 
-from blockstat import Assembly, JointLaw, box, capacity, find_interfaces
+from blockstat import Assembly, JointLaw, Tie, box, capacity, find_interfaces
 from blockstat.large_displacement.path import Follower, PathEnd
 from blockstat.large_displacement.pose import displaced, places
 from dynsim import simulate
@@ -33,6 +33,23 @@ def test_one_block_is_tan_of_what_is_left_of_its_diagonal_by_steps_too():
     assert curve.outcome.word == "zero"
     assert curve.displacement[-1] == pytest.approx(0.25, rel=1e-5)
     assert curve.lower == pytest.approx(curve.upper, abs=1e-9)
+
+
+def test_steps_keep_the_length_of_a_tie(monkeypatch):
+    blocks = [box((0, 0, 0), (0.5, 1, 2), name="left"), box((3, 0, 0), (3.3, 1, 1.8), name="right")]
+    pair = Assembly.from_blocks([GROUND, *blocks], supports=["ground"], friction=0.9)
+    tie = Tie(("left", "right"), ((0.5, 0.5, 1.9), (3, 0.5, 1.7)))
+    pair = pair.with_(ties=[tie])
+    exact = capacity(pair, (1, 0, 0), control="right")
+    monkeypatch.setattr(Follower, "_pieces", lambda self, state: iter([PathEnd.LOST]))
+    curve = capacity(pair, (1, 0, 0), control="right")
+    there = np.linspace(0, 0.9 * exact.displacement[-1], 10)
+    found, known = ([of.at(one)[1] for one in there] for of in (curve, exact))
+    assert found == pytest.approx(known, abs=1e-5 * exact.upper[0])
+    ends = np.array(tie.points)
+    for point in curve.points:
+        now = places(pair, point.pose, np.array([1, 2]), ends)
+        assert np.linalg.norm(now[1] - now[0]) == pytest.approx(np.linalg.norm(ends[1] - ends[0]), rel=1e-7)
 
 
 def test_steps_find_the_jumps_of_an_arch_and_the_hinges_after_them(monkeypatch):
@@ -106,3 +123,10 @@ def test_a_lintel_that_slides_off_its_bearing_leaves_and_the_curve_goes_on_witho
     left = np.linspace(0.25, 0.45, 5)
     alone = (0.5 - left) / np.sqrt(0.5 - (0.5 - left) ** 2)
     assert np.array([curve.at(one)[1] for one in left]) == pytest.approx(alone, abs=2e-3)
+
+
+def test_a_curve_by_steps_says_so_and_how_wide_open_contacts_touch(ferris):
+    text = next(text for text in ferris.warnings if text.startswith("no linkage from"))
+    assert float(text.split("open by up to ")[1].split()[0]) < 2.0  # mm, of bricks of .4 m
+    exact = capacity(arch(21, 0.25), (1, 0, 0), control="mean")
+    assert not any("no linkage" in text for text in exact.warnings)

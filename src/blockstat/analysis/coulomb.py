@@ -176,11 +176,20 @@ class CoulombState:
             words += f" At {100 * self.tightness:.0f} % of random tightnesses of the joints there is such a state."
         if self.unequal:
             words += " In stiff joints that are open by unequal amounts there is a state (checked)."
-        differs = self.tightness < 1 if self.settles else self.tightness > 0
-        if differs or self.unequal or (self.settles and self.opposed):
+        if self.hangs:
             words += " Whether the blocks stand hangs on how tight the joints are"
-            words += "." if differs else " (tightnesses=12 tells the share)."
+            words += "." if self._differs else " (tightnesses=12 tells the share)."
         return words
+
+    @property
+    def _differs(self) -> bool:
+        """Whether random tightnesses were tried, and do not say what the kinds of joints say."""
+        return self.tightness < 1 if self.settles else self.tightness > 0
+
+    @property
+    def hangs(self) -> bool:
+        """Whether there is a state in some joints and none was found in others, as tight as they are."""
+        return bool(self._differs or self.unequal or (self.settles and self.opposed))
 
 
 def coulomb_state(

@@ -20,6 +20,12 @@ if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
 
+#: What is said in place of "stable" where a Coulomb state exists in some joints and not in others.
+HANGS = (
+    "Stable in some joints only: without dilatancy and self-stress the blocks stand or fall with how tight the joints "
+    "are. A fall is not excluded."
+)
+UNTRIED = "Other tightnesses of the joints were not tried (tightnesses=12)."
 #: What a plain "stable" leaves open.
 OPTIMISTIC = (
     'This is the optimistic question. Whether friction holds without dilatancy and self-stress: flow="coulomb".'
@@ -82,6 +88,15 @@ class Verdict(Result):
         """Blocks that move in the mechanism, fastest first."""
         return fastest_first(self.assembly, self.mechanism)
 
+    @property
+    def headline(self) -> str:
+        """The sentence of the outcome, and what a Coulomb state leaves open: other joints may have none."""
+        if self.outcome is not Outcome.STABLE or self.coulomb is None:
+            return self.outcome.value
+        if self.coulomb.hangs:
+            return HANGS
+        return f"{self.outcome.value} {UNTRIED}" if np.isnan(self.coulomb.tightness) else self.outcome.value
+
     def demand(self) -> Floats:
         """Return how hard friction and strength are used at each block.
 
@@ -125,7 +140,7 @@ class Verdict(Result):
         str
             One fact a line.
         """
-        lines = [self.outcome.value, *([f"Worst case of the imperfections: {self.worst}."] if self.worst else [])]
+        lines = [self.headline, *([f"Worst case of the imperfections: {self.worst}."] if self.worst else [])]
         proof = self.certificate
         if self.outcome in (Outcome.STABLE, Outcome.STABLE_ONLY_BY_SELF_STRESS):
             lines.append(
@@ -183,7 +198,7 @@ class Verdict(Result):
         proof = self.certificate
         return {
             "outcome": self.outcome.word,
-            "sentence": self.outcome.value,
+            "sentence": self.headline,
             "score": finite(self.score),
             "moving": [self.assembly.names[i] for i in self.moving],
             "floating": [self.assembly.names[i] for i in self.floating],

@@ -15,6 +15,7 @@ import numpy as np
 from blockstat.analysis.limit_load import LimitLoad
 from blockstat.analysis.verdict import Verdict
 from blockstat.assembly import Assembly
+from blockstat.contact.tolerance import GAP, read_gap
 from blockstat.errors import InputError, InputWarning, NoSupportError
 from blockstat.spec import Range, parameters, with_values
 
@@ -45,12 +46,15 @@ class Model:
     ranges : dict of str to Range
         Parameters that may move, by dotted path, with "friction", "density" and "rounded_edges" where the page adds
         them.
+    gap : float or str
+        Largest gap of a joint, as in `blockstat.assess`.
     """
 
     name: str
     scene: Any  #: what `load_scene` returned, None for an assembly
     assembly: Assembly | None
     ranges: dict[str, Range]  #: parameters that may move, by dotted path
+    gap: float | str = GAP  #: largest gap of a joint, as in `blockstat.assess`
 
     @property
     def start(self) -> dict[str, float]:
@@ -158,6 +162,7 @@ def open_model(
     supports: str = "",
     units: str | None = None,
     up: str | None = None,
+    gap: str | None = None,
     folder: Path | None = None,
 ) -> Model:
     """Open a scene (.toml) or an assembly (.json, .obj, .glb).
@@ -172,6 +177,8 @@ def open_model(
         Names of blocks that cannot move, separated by commas. A mesh needs them; a scene ignores them.
     units, up : str, optional
         Of the coordinates in the file, as in `blockstat.read`.
+    gap : str, optional
+        Largest gap of a joint, as a user types it: a share of the block size, or a length such as "2 mm".
     folder : Path, optional
         Where the files are that a scene may name, and nowhere else; without it they are beside the scene or anywhere.
 
@@ -185,7 +192,7 @@ def open_model(
     InputError
         For a file that cannot be used, naming the file and what is wrong in it.
     """
-    path = Path(path)
+    path, near = Path(path), read_gap(gap)
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"{path.name}: the page opens {', '.join(SUFFIXES)}")
     if path.suffix.lower() == ".toml":
@@ -193,7 +200,7 @@ def open_model(
 
         scene = load_scene(path, folder=folder)
         ranges = parameters(scene)
-        model = Model(scene.name, scene, None, ranges)
+        model = Model(scene.name, scene, None, ranges, near)
         try:
             return replace(model, ranges=ranges | _material(model.built(model.start), ranges))
         except InputError:
@@ -207,7 +214,7 @@ def open_model(
         raise NoSupportError(
             f"{path.name}: no block is a support; give names of blocks that cannot move (blocks: {some})"
         )
-    return Model(assembly.name, None, assembly, _material(assembly, {}))
+    return Model(assembly.name, None, assembly, _material(assembly, {}), near)
 
 
 def _material(assembly: Assembly, ranges: dict[str, Range]) -> dict[str, Range]:

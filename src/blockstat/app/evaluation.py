@@ -65,7 +65,8 @@ def evaluated(question: Question, memory: Memory) -> Judged | Failed:
         lost = 1e-3 * question.values.get(EDGES, 0.0)
         rounded = Imperfections(edge=lost) if lost else None
         # Evidence of sharp edges is none of rounded ones. The score of a design that falls follows later.
-        verdict = assess(assembly, score=False, imperfections=rounded, memory=None if lost else memory)
+        near = question.model.gap
+        verdict = assess(assembly, gap=near, score=False, imperfections=rounded, memory=None if lost else memory)
     except InputError as error:
         return Failed(question.number, str(error))
     except MemoryError:

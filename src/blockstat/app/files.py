@@ -24,6 +24,7 @@ def send_upload(
     supports: str,
     units: str | None,
     up: str | None,
+    gap: str | None,
     folder: Path | None,
 ) -> None:
     """Read a file that a browser sent, in a process that can be ended.
@@ -32,11 +33,11 @@ def send_upload(
     ----------
     channel : Channel
         The model is sent through it, or else the error that says why there is none.
-    name, content, supports, units, up, folder
+    name, content, supports, units, up, gap, folder
         As of `read_upload`.
     """
     try:
-        channel.send(read_upload(name, content, supports, units=units, up=up, folder=folder))
+        channel.send(read_upload(name, content, supports, units=units, up=up, gap=gap, folder=folder))
     except InputError as error:
         channel.send(error)
 
@@ -48,6 +49,7 @@ def read_upload(
     *,
     units: str | None = None,
     up: str | None = None,
+    gap: str | None = None,
     folder: Path | None = None,
 ) -> Model:
     """Return the model in a file that a browser sent.
@@ -62,6 +64,8 @@ def read_upload(
         Names of blocks that cannot move, separated by commas; a mesh needs them.
     units, up : str, optional
         Of the coordinates in the file, as in `blockstat.read`.
+    gap : str, optional
+        Largest gap of a joint, as a user types it.
     folder : Path, optional
         Where the files are that an uploaded scene may name; without one it may name none.
 
@@ -79,7 +83,7 @@ def read_upload(
         path = Path(directory) / (Path(name).name or "file")
         path.write_bytes(content)
         try:
-            return open_model(path, supports=supports, units=units, up=up, folder=folder or Path(directory))
+            return open_model(path, supports=supports, units=units, up=up, gap=gap, folder=folder or Path(directory))
         except InputError as error:
             raise type(error)(*(str(text).replace(str(path), path.name) for text in error.args)) from None
         except (OSError, ValueError, KeyError, IndexError, TypeError) as error:

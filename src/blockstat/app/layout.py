@@ -59,7 +59,9 @@ class Host(Protocol):
         """
         ...
 
-    def upload(self, name: str, content: bytes, supports: str, units: str | None, up: str | None) -> None:
+    def upload(
+        self, name: str, content: bytes, supports: str, units: str | None, up: str | None, gap: str | None
+    ) -> None:
         """Show what is in a file that a browser sent.
 
         Parameters
@@ -72,6 +74,8 @@ class Host(Protocol):
             Names of blocks that cannot move, separated by commas.
         units, up : str or None
             Of the coordinates in the file; None for what the file says.
+        gap : str or None
+            Largest gap of a joint, as a user types it; None for the default.
         """
         ...
 
@@ -237,7 +241,7 @@ class Layout:
             if PurePath(given.name).suffix.lower() in MESHES:
                 page.post(lambda: self.ask_supports(given.name, given.content))
             else:
-                page.post(lambda: page.upload(given.name, given.content, "", None, None))
+                page.post(lambda: page.upload(given.name, given.content, "", None, None, None))
 
         for label, make in SAVES.items():
             gui.add_button(label).on_click(lambda event, make=make: self._save(event, make))
@@ -263,12 +267,18 @@ class Layout:
             units = gui.add_dropdown("units", tuple(UNITS), hint="of the coordinates")
             first = "y" if name.lower().endswith(".glb") else "z"
             up = gui.add_dropdown("up", UP, initial_value=first, hint="the axis that points up; in GLB y, unless said")
+            gap = gui.add_text(
+                "gap", "", hint='largest gap of a joint: a share of the block size, or "2 mm"; or nothing'
+            )
             go, leave = gui.add_button("Open"), gui.add_button("Cancel", color="gray")
+
+        def given() -> tuple[str, bytes, str, str, str, str | None]:
+            return name, content, supports.value, units.value, up.value, gap.value.strip() or None
 
         @go.on_click
         def _(_: viser.GuiEvent) -> None:
             dialogue.close()
-            page.post(lambda: page.upload(name, content, supports.value, units.value, up.value))
+            page.post(lambda: page.upload(*given()))
 
         leave.on_click(lambda _: dialogue.close())
 

@@ -155,7 +155,9 @@ class Page:
             panel.opened()
         self.ask()
 
-    def upload(self, name: str, content: bytes, supports: str, units: str | None, up: str | None) -> None:
+    def upload(
+        self, name: str, content: bytes, supports: str, units: str | None, up: str | None, gap: str | None
+    ) -> None:
         """Read a file that a browser sent, in a process of its own, and show it.
 
         Parameters
@@ -168,10 +170,12 @@ class Page:
             Names of blocks that cannot move, separated by commas; a mesh needs them.
         units, up : str or None
             Of the coordinates in the file; None for what the file says.
+        gap : str or None
+            Largest gap of a joint, as a user types it; None for the default.
         """
         if self._reader is not None:
             self._reader.stop()
-        reading = (send_upload, name, content, supports, units, up, self._folder)
+        reading = (send_upload, name, content, supports, units, up, gap, self._folder)
         self._reader = self.start(*reading, report=lambda found: self._read(name, content, found), timed=True)
 
     def _read(self, name: str, content: bytes, found: Any) -> None:
@@ -353,6 +357,7 @@ class Page:
         begin = process_time()
         self.known = known = Known(judged.verdict, judged.seconds)
         self.layout.headline.content = headline(known)
+        self.layout.busy("")  # a busy browser shows what comes after the picture much later
         self.say("")
         self.server.flush()
         if self.view.moved is not None:

@@ -75,6 +75,7 @@ def serve(
     supports: str = "",
     units: str | None = None,
     up: str | None = None,
+    gap: str | None = None,
     port: int = 0,
     panels: Sequence[Panel] = (),
     folder: Path | None = None,
@@ -90,6 +91,8 @@ def serve(
         Names of blocks that cannot move, separated by commas; a mesh needs them.
     units, up : str, optional
         Of the coordinates in the file, as in `blockstat.read`.
+    gap : str, optional
+        Largest gap of a joint in the file, as `--gap` says it.
     port : int, optional
         Of the page on this machine. The next free one is taken when it is in use, any free one for 0.
     panels : sequence of Panel, optional
@@ -104,7 +107,7 @@ def serve(
     InputError
         For a file that cannot be used, or when viser is not installed.
     """
-    model = open_model(path, supports=supports, units=units, up=up)
+    model = open_model(path, supports=supports, units=units, up=up, gap=gap)
     logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(name)s: %(message)s")
     inside = folder or Path(path).parent
     if not inside.is_dir():

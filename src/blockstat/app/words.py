@@ -78,7 +78,8 @@ def headline(known: Known) -> str:
     verdict = known.verdict
     colour, word = TONES[verdict.outcome]
     names = [verdict.assembly.names[i] for i in verdict.moving[:3]]
-    lines = [escape(verdict.outcome.value.partition(": ")[2].capitalize())]
+    sentence = verdict.headline.partition(": ")[2]
+    lines = [escape(sentence[:1].upper() + sentence[1:])]
     if names:
         more = len(verdict.moving) - len(names)
         lines.append(f"First to move: {escape(', '.join(names))}{f' and {more} more' if more else ''}.")

@@ -10,18 +10,31 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.special import betaincinv, ndtri
 
+from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.limit_load import LoadOutcome, limit_load
+from blockstat.analysis.verdict import Outcome
 from blockstat.chance.first_order import FirstOrder
 from blockstat.chance.population import population_of
 from blockstat.chance.trials import Trials, judge_all
 from blockstat.chance.variables import Random
 from blockstat.contact.interfaces import GAP, Interfaces
-from blockstat.errors import InputError, check_seed, known_options
+from blockstat.errors import InputError, check_choice, check_seed, known_options
 from blockstat.result import Result, Sentence
 from blockstat.typing import Floats
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
+
+
+#: What each draw is asked.
+OPTIMISTIC = (
+    "A draw falls when no admissible forces balance it: the optimistic question. Without dilatancy and self-stress "
+    'more may fall, which flow="coulomb" asks.'
+)
+CAUTIOUS = (
+    'A draw falls when no state without dilatancy and self-stress is found (flow="coulomb"); self-stress would hold {} '
+    "of those. Where there is a state, how tight the joints are may still decide: see `tightnesses` of `assess`."
+)
 
 
 class ReliabilityOutcome(Sentence):
@@ -38,11 +51,13 @@ class Reliability(Result):
     interval: tuple[float, float]  #: contains the probability with the confidence asked for
     confidence: float
     draws: int
-    failures: int  #: draws in which the assembly falls
+    failures: int  #: draws in which the assembly falls; with flow "coulomb" those that only self-stress holds, too
     undecided: int  #: draws that are neither; they widen the interval to both sides
     reused: int  #: draws that evidence of earlier draws decided without a solve
     sampled_about: str = "the mean"  #: or "the design point"
     seconds: float = 0.0  #: process time of all draws, those of earlier runs too
+    flow: str = "associated"  #: the flow rule of each draw, "associated" or "coulomb"
+    self_stress: int = 0  #: of the failures, those that only self-stress holds
 
     @property
     def outcome(self) -> ReliabilityOutcome:
@@ -66,7 +81,7 @@ class Reliability(Result):
         lines.append(f"{self.failures} of {self.draws} draws fall, {self.undecided} undecided{where}.")
         cost = 1e3 * self.seconds / self.draws
         lines.append(f"Evidence of earlier draws decided {self.reused}. A draw took {cost:.3g} ms of process time.")
-        lines.append(OPTIMISTIC)
+        lines.append(OPTIMISTIC if self.flow == "associated" else CAUTIOUS.format(self.self_stress))
         return "\n".join(lines)
 
     def summary(self) -> dict[str, Any]:
@@ -89,14 +104,9 @@ class Reliability(Result):
             "reused": self.reused,
             "sampled_about": self.sampled_about,
             "seconds": self.seconds,
+            "flow": self.flow,
+            "self_stress": self.self_stress,
         }
-
-
-#: What each draw is asked.
-OPTIMISTIC = (
-    "A draw falls when no admissible forces balance it: the optimistic question. Without dilatancy and self-stress "
-    'more may fall, which flow="coulomb" asks of single designs.'
-)
 
 
 @known_options
@@ -109,6 +119,7 @@ def reliability(
     draws: int = 1000,
     seed: int = 0,
     confidence: float = 0.95,
+    flow: str = "associated",
     gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     about: FirstOrder | None = None,
@@ -140,8 +151,9 @@ def reliability(
         Of the random numbers.
     confidence
         Of the interval.
-    gap, interfaces
-        As in `blockstat.assess`.
+    flow, gap, interfaces
+        As in `blockstat.assess`. With flow="coulomb" what only self-stress holds has fallen. A draw then takes much
+        longer.
     about
         Draw about this design point and weigh the draws (importance sampling): small probabilities need fewer.
     reuse
@@ -191,11 +203,13 @@ def reliability(
         given = f"draws is {draws}, jobs {jobs} and confidence {confidence}"
         raise InputError(f"{given}; one draw and one job are needed, and 0 < confidence < 1")
     check_seed(seed)
+    check_choice("flow", flow, FLOWS)
     centre = np.zeros(population.size) if about is None else about.point
-    trials = Trials(population, load, centre, seed, reuse)
+    trials = Trials(population, load, centre, seed, reuse, flow)
     rows = judge_all(trials, draws, file, jobs, progress)
     words = np.array([row.outcome for row in rows])
-    failed, undecided = words == "unstable", words == "undecided"
+    held = words == Outcome.STABLE_ONLY_BY_SELF_STRESS.word
+    failed, undecided = (words == "unstable") | held, words == "undecided"
     if about is None:
         probability, interval = _binomial(int(failed.sum()), int(undecided.sum()), draws, confidence)
     else:
@@ -211,6 +225,8 @@ def reliability(
         reused=sum(row.evidence != "solved" for row in rows),
         sampled_about="the mean" if about is None else "the design point",
         seconds=sum(row.seconds for row in rows),
+        flow=flow,
+        self_stress=int(held.sum()),
     )
 
 

@@ -50,6 +50,27 @@ class Part:
     label: Ints
 
     @property
+    def kind(self) -> str:
+        """The key without its group."""
+        return self.key.partition(".")[0]
+
+    def value(self, normal: Floats) -> Floats:
+        """Return the values that count: negative friction, losses and densities, which a normal has, are none.
+
+        Parameters
+        ----------
+        normal
+            All independent standard normal variables.
+
+        Returns
+        -------
+        Floats
+            Shape (count,).
+        """
+        least = {"friction": 0.0, "edge": 0.0, "density": LIGHT}.get(self.kind, -np.inf)
+        return np.maximum(self.variable.value(self.standard(normal)), least)
+
+    @property
     def shared(self) -> bool:
         """Whether the first of its standard normal variables is common to all values."""
         return self.count > 1 and self.variable.correlation > 0
@@ -134,27 +155,46 @@ class Population:
         acting = None if self.loads is None else np.array(self.loads, dtype=float)
         lost, rows = None, np.arange(joints.n_interfaces)
         for part in self.parts:
-            value = part.variable.value(part.standard(normal))
-            kind, held = part.key.partition(".")[0], part.label >= 0
+            value = part.value(normal)
+            kind, held = part.kind, part.label >= 0
             if kind == "friction" and part.count == 1:
-                assembly = assembly.with_(friction=float(np.maximum(value[0], 0.0)))
+                assembly = assembly.with_(friction=float(value[0]))
             elif kind == "friction":
-                joints = replace(joints, friction=np.maximum(value, 0.0)[part.label])
+                joints = replace(joints, friction=value[part.label])
             elif kind == "edge":
-                lost = np.maximum(value, 0.0)[part.label]
+                lost = value[part.label]
             elif kind == "corner":
                 moved, joints = self.corners.moved(value.reshape(-1, 3), joints)
                 assembly = assembly.with_(vertices=moved.vertices)
             elif kind == "push":
                 push = float(value[0])
             elif kind == "density":
-                density[held] = np.maximum(value, LIGHT)[part.label[held]]
+                density[held] = value[part.label[held]]
             elif acting is not None:
                 acting[held] *= value[part.label[held], None]
         if lost is not None:
             joints, rows = without_edges(joints, lost)
         changed = assembly.with_(density=density) if (density != assembly.density).any() else assembly
         return Draw(changed, joints, rows, acting, push)
+
+    def drawn(self, normal: Floats) -> dict[str, float | list[float]]:
+        """Return what values of the standard normal variables make of each random variable.
+
+        Parameters
+        ----------
+        normal
+            One value for each of them, shape (size,).
+
+        Returns
+        -------
+        dict of str to float or list of float
+            By key; the least, the mean and the greatest of a variable with several values.
+        """
+        values = {part.key: part.value(normal) for part in self.parts}
+        return {
+            key: float(own[0]) if len(own) == 1 else [float(own.min()), float(own.mean()), float(own.max())]
+            for key, own in values.items()
+        }
 
     def gradient(self, normal: Floats, draw: Draw, found: ReserveMap | None, twist: Floats) -> Floats:
         """Return the derivative of limit load less push by the standard normal variables.
@@ -177,7 +217,7 @@ class Population:
         """
         gradient = np.zeros(self.size)
         for part in self.parts:
-            kind, variable = part.key.partition(".")[0], part.variable
+            kind, variable = part.kind, part.variable
             if kind == "push":
                 by = np.array([-1.0])
             elif found is None:

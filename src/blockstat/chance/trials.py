@@ -7,7 +7,7 @@ import json
 import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import nullcontext
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from time import process_time
@@ -17,6 +17,7 @@ import numpy as np
 
 from blockstat.analysis.assess import judged
 from blockstat.analysis.problem import Problem, pose
+from blockstat.analysis.verdict import Outcome
 from blockstat.chance.evidence import Known, NearbyEvidence
 from blockstat.chance.population import Population
 from blockstat.contact.interfaces import GAP
@@ -45,6 +46,8 @@ class Row:
     outcome: str
     evidence: str  #: "earlier forces", "earlier mechanism" or "solved"
     seconds: float  #: process time
+    #: what was drawn, by key; the least, the mean and the greatest where a variable has several values
+    values: dict[str, float | list[float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +59,7 @@ class Trials:
     centre: Floats  #: about which standard normal variables are drawn, shape (size,)
     seed: int
     reuse: bool  #: whether evidence of earlier draws is tried
+    flow: str = "associated"  #: or "coulomb", as in `blockstat.assess`
 
     def normals(self, draws: int) -> Floats:
         """Return the standard normal variables of the first draws, shape (draws, size).
@@ -109,9 +113,12 @@ class Trials:
         problem = pose(draw.assembly, loads=acting, interfaces=draw.interfaces, **options)
         if evidence is not None:
             evidence.place = normal
-        verdict = judged(self._as_drawn(problem), loads=acting, memory=evidence, score=False, reserve=False)
-        word = verdict.solver if verdict.solver.startswith("earlier") else "solved"
-        return Row(number, verdict.outcome.word, word, process_time() - start)
+        options = {"loads": acting, "memory": evidence, "score": False, "reserve": False, "flow": self.flow}
+        verdict = judged(self._as_drawn(problem), **options)
+        # Earlier forces are no Coulomb state: that was solved for.
+        proven = self.flow == "associated" or verdict.outcome is Outcome.UNSTABLE
+        word = verdict.solver if proven and verdict.solver.startswith("earlier") else "solved"
+        return Row(number, verdict.outcome.word, word, process_time() - start, self.population.drawn(normal))
 
     def _as_drawn(self, problem: Problem) -> Problem:
         """The problem with the overlaps and contacts without a normal of the drawing: moved corners make none."""
@@ -123,13 +130,14 @@ class Trials:
         Returns
         -------
         str
-            Of the blocks, joints, loads, random variables and the seed; not of how many draws there are.
+            Of the blocks, joints, loads, random variables, the seed and the flow; not of how many draws there are.
         """
         own = self.population
         parts = [own.assembly.vertices, own.assembly.density, own.assembly.support, own.assembly.gravity]
         parts += [own.interfaces.point, own.interfaces.pair, self.centre]
         parts += [np.asarray(part, dtype=float) for part in (own.loads, self.load) if part is not None]
         said = repr((own.assembly.friction, own.assembly.joints, dict(own.uncertain), self.seed, len(parts)))
+        said += "" if self.flow == "associated" else self.flow
         digest = hashlib.sha256(said.encode())
         for part in parts:
             digest.update(np.ascontiguousarray(part).tobytes())

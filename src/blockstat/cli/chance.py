@@ -52,6 +52,9 @@ Load = Annotated[
     str | None,
     typer.Option(metavar="AX,AY,AZ", help="Acceleration in units of gravity that acts too; push is a factor."),
 ]
+Flow = Annotated[
+    str, typer.Option(help="associated, or coulomb: what only dilatancy or self-stress holds has fallen; much slower.")
+]
 Kept = Annotated[
     Path | None,
     typer.Option("-o", "--output", help="Keep each draw here (.jsonl); the same command goes on from it."),
@@ -66,6 +69,7 @@ def reliability_command(
     seed: Annotated[int, typer.Option(help="Of the random numbers.")] = 0,
     load: Load = None,
     first_order: FirstOrder = False,
+    flow: Flow = "associated",
     output: Kept = None,
     case: Case = None,
     loads: LoadsFile = None,
@@ -92,7 +96,7 @@ def reliability_command(
     if first_order and direction is None:
         raise InputError("--first-order asks when a load is not carried; give it by --load AX,AY,AZ")
     point = design_point(assembly, random, **options) if first_order else None
-    options |= {"about": point, "file": output, "jobs": jobs, "progress": _Progress()}
+    options |= {"about": point, "flow": flow, "file": output, "jobs": jobs, "progress": _Progress()}
     found = reliability(assembly, random, draws=draws, seed=seed, **options)
     if as_json:
         first = {} if point is None else {"first_order": point.summary()}

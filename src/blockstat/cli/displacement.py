@@ -117,25 +117,29 @@ def code_check_command(
     supports: Supports = None,
     units: Units = None,
     up: Up = None,
+    gap: Gap = None,
     as_json: AsJson = False,
 ) -> None:
     """Verify the mechanism of a limit load linearly by Circolare 7/2019, C8.7.1.2.1. Loads of a case have no mass."""
     from blockstat.analysis.limit_load import limit_load
     from blockstat.code_check.linear import linear_check
 
+    near = gap_of(gap)
     code = code_options(ag, soil, f0, tc, confidence, behaviour)
     direction = numbers(load, 3, "--load", "AX,AY,AZ")
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     acting = chosen_case(assembly, file, case, loads)
     permanent = None if acting is None else acting.loads
     with shown_progress() as progress:
-        limit = limit_load(assembly, direction, loads=permanent, flow=flow, progress=progress)
+        limit = limit_load(assembly, direction, loads=permanent, flow=flow, gap=near, progress=progress)
     found = linear_check(limit, direction, **code)
     if as_json:
-        echo = inputs(assembly, units=units) | ({"case": case} if case else {})
+        echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
         print_json({"file": str(file), **echo, **found.summary()})
         return
-    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{said(assembly, units=units)}\n{found.explain()}")
+    typer.echo(
+        f"{assembly.name}: {assembly.n_blocks} blocks\n{said(assembly, units=units, gap=near)}\n{found.explain()}"
+    )
 
 
 def code_options(

@@ -69,15 +69,15 @@ def gap_of(text: str | None) -> float | str:
     -------
     float or str
         The number, or the text.
-    """
-    from blockstat.contact.tolerance import GAP
 
-    if text is None:
-        return GAP
-    try:
-        return float(text)
-    except ValueError:
-        return text
+    Raises
+    ------
+    InputError
+        For a text that is neither, before any file is read.
+    """
+    from blockstat.contact.tolerance import read_gap
+
+    return read_gap(text)
 
 
 def load(

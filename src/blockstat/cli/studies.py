@@ -180,6 +180,7 @@ def tie_command(
     supports: Supports = None,
     units: Units = None,
     up: Up = None,
+    gap: Gap = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="Also write the blocks with the tie (.json, in metres, z up).")
     ] = None,
@@ -195,7 +196,7 @@ def tie_command(
     if output is not None and output.suffix.lower() != ".json":
         raise InputError(f"{output}: only .json keeps ties")
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
-    form = "X,Y,Z,X,Y,Z"
+    near, form = gap_of(gap), "X,Y,Z,X,Y,Z"
     names = between.split(",")
     if len(names) != 2:
         raise InputError(f'--between is "{between}"; it must read A,B')
@@ -204,14 +205,16 @@ def tie_command(
     tie = Tie((names[0], names[1]), (ends[0].tolist(), ends[1].tolist()), name=between)
     tied = assembly.with_(ties=[*assembly.ties, tie])
     with at_work(f"tying {assembly.n_blocks:,} blocks"):
-        found = tie_range(tied, len(assembly.ties))
+        found = tie_range(tied, len(assembly.ties), gap=near)
     if output is not None:
         write(tied, output)
     if as_json:
         written = {} if output is None else {"output": str(output)}
-        print_json({"file": str(file), **inputs(assembly, units=units), **found.summary(), **written})
+        print_json({"file": str(file), **inputs(assembly, units=units, gap=near), **found.summary(), **written})
         return
-    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{said(assembly, units=units)}\n{found.explain()}")
+    typer.echo(
+        f"{assembly.name}: {assembly.n_blocks} blocks\n{said(assembly, units=units, gap=near)}\n{found.explain()}"
+    )
 
 
 def report_command(

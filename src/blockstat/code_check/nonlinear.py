@@ -37,6 +37,9 @@ from blockstat.typing import Floats, Ints
 
 #: Share of d0, factor of pi sqrt(d / a) and damping [per cent] of the limit states with a displacement.
 STATES = {"SLV": (0.4, 1.68, 8.0), "SLC": (0.6, 1.56, 10.0)}
+#: The control goes back where it does so by more than this part of its largest displacement: more than the error of
+#: a pose.
+BACK = 1e-3
 #: A change of the mechanism that leaves less than this part of the multiplier ends life safety.
 REMAINS = 0.5
 
@@ -242,8 +245,9 @@ def nonlinear_check(
 
     Notes
     -----
-    d0 is where the curve is zero, or where it ends before that because no admissible state follows. A change of the
-    mechanism that leaves less than half of the multiplier bounds d_SLV. The method is calibrated for mechanisms whose
+    d0 is where the curve is zero, or where it ends before that because no admissible state follows or, on the safe
+    side, where the control begins to go back. A change of the mechanism that leaves less than half of the multiplier
+    bounds d_SLV. The method is calibrated for mechanisms whose
     points move parallel to one plane.
 
     Examples
@@ -266,13 +270,14 @@ def nonlinear_check(
     for name in asked:
         check_choice("demand", name, ("SLD", *STATES))
     ground: Spectrum = Site() if site is None else site
+    curve, back = _forward(curve)
     bodies = moving_bodies(curve.limit)
     sums = work_sums(curve.assembly, curve.points[0].mechanism, direction, bodies, masses)
     share, per_control, told = oscillator(sums, bodies, macro_blocks)
     displacement = per_control * curve.displacement
     acceleration = curve.lower * G / (share * confidence)
-    ultimate, warnings = float(displacement[-1]), list(told)
-    if curve.outcome is CapacityOutcome.COLLAPSE:
+    ultimate, warnings = float(displacement[-1]), [*told, *back]
+    if curve.outcome is CapacityOutcome.COLLAPSE and not back:
         warnings.append("the curve ends before the multiplier is zero; d0 is its end")
     sharp = [event for event in curve.events if event.after is not None and event.after < REMAINS * event.before]
     least = per_control * min((event.parameter for event in sharp), default=np.inf)
@@ -301,6 +306,18 @@ def nonlinear_check(
         rocking=_rocking(curve, bodies),
         warnings=tuple(warnings),
     )
+
+
+def _forward(curve: CapacityCurve) -> tuple[CapacityCurve, list[str]]:
+    """The curve up to where its control begins to go back, if it does, and what is to be said of that."""
+    there = curve.displacement
+    furthest = np.maximum.accumulate(there)
+    back = np.flatnonzero(there < furthest - BACK * furthest[-1])
+    if not len(back):
+        return curve, []
+    kept = int(np.argmax(there[: back[0]])) + 1
+    told = f"the {curve.control} goes back from {there[kept - 1]:.4g} m on, which d0 is taken for (on the safe side)"
+    return replace(curve, points=curve.points[:kept]), [f'{told}; a curve with control="mean" may go further']
 
 
 def _damage(acceleration: float, site: Spectrum, floor: Floor | None, demand: float | None) -> LimitState:

@@ -70,6 +70,7 @@ class Interfaces:
     rims: Ints | None = None
     #: coefficient of each interface, shape (n_interfaces,), in place of that of the assembly and of joint laws
     friction: Floats | None = None
+    searched: float | str = GAP  #: the gap up to which faces were taken for a joint, as `find_interfaces` was asked
 
     @property
     def kinds(self) -> Ints:
@@ -195,7 +196,7 @@ def find_interfaces(assembly: Assembly, *, gap: float | str = GAP, near: Ints | 
     rows = _opposed_faces(assembly, near, allowed)
     rough = assembly.planes.warp * (stated_length(gap) is not None)
     patches = _clip_faces(assembly, rows, rough)
-    return _collect(assembly, patches, allowed, near)
+    return replace(_collect(assembly, patches, allowed, near), searched=gap)
 
 
 def near_blocks(assembly: Assembly, *, gap: float | str = GAP) -> Ints:

@@ -30,6 +30,39 @@ UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
 LENGTH = re.compile(r"\s*([0-9]*\.?[0-9]+(?:[eE][-+]?[0-9]+)?)\s*(mm|cm|m)\s*")
 
 
+def read_gap(text: str | None) -> float | str:
+    """Return the gap that a user types, on the command line or on the live page.
+
+    Parameters
+    ----------
+    text : str or None
+        A share of the size of a block, or a length such as "2 mm"; None for the default.
+
+    Returns
+    -------
+    float or str
+        The share, or the length as it was typed.
+
+    Raises
+    ------
+    InputError
+        As `stated_length`.
+
+    Examples
+    --------
+    >>> read_gap("0.02"), read_gap("2 mm"), read_gap(None) == GAP
+    (0.02, '2 mm', True)
+    """
+    if text is None:
+        return GAP
+    try:
+        gap: float | str = float(text)
+    except ValueError:
+        gap = text
+    stated_length(gap)
+    return gap
+
+
 def stated_length(gap: float | str) -> float | None:
     """Return the gap if it is a length.
 

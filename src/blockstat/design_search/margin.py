@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, limit_load
 from blockstat.analysis.tilt_friction import AXES
 from blockstat.analysis.verdict import Outcome
 from blockstat.assembly import Assembly
-from blockstat.contact.interfaces import Interfaces, find_interfaces
+from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError
 from blockstat.imperfection.imperfections import Imperfections, realisations
 from blockstat.loads import acceleration
@@ -46,12 +46,15 @@ class Margin:
         The design must do with its coefficient of friction divided by this, at least 1.
     imperfections : Imperfections, optional
         The design must carry the multiplier in their worst case.
+    gap : float or str
+        Largest gap of a joint, as in `blockstat.assess`; `blockstat.search` sets its own.
     """
 
     direction: tuple[float, float, float] = (0.0, 1.0, 0.0)
     least: float = 0.0
     friction: float = 1.0
     imperfections: Imperfections | None = None
+    gap: float | str = field(default=GAP, repr=False)  # a history names it otherwise
 
     def __post_init__(self) -> None:
         if not np.isfinite(self.direction).all() or not np.any(self.direction):
@@ -152,7 +155,7 @@ class Margin:
         Interfaces
             Without the edges that they lose.
         """
-        found = find_interfaces(assembly)
+        found = find_interfaces(assembly, gap=self.gap)
         return found if self.imperfections is None else self.imperfections.joints(found)
 
 
@@ -212,10 +215,10 @@ def measure(make: Make, values: Mapping[str, float], moved: Sequence[str], margi
 
 
 def _multiplier(case: Assembly, margin: Margin) -> float:
-    """What a case carries; a negative score where it does not stand."""
+    """What a case carries; a negative score where it does not stand, and where that is left open."""
     joints = margin.joints(case)
     found = limit_load(case, margin.direction, interfaces=joints)
-    if found.outcome is not LoadOutcome.DEAD_LOAD_UNSTABLE:
+    if found.outcome is not LoadOutcome.DEAD_LOAD_UNSTABLE and found.lower > -math.inf:
         return found.lower
     return -assess(case, interfaces=joints).score
 
@@ -250,7 +253,7 @@ def _reserve(made: Make, point: Mapping[str, float], margin: Margin) -> tuple[fl
 
 
 def _slopes(value: Callable[[Mapping[str, float]], float], point: Mapping[str, float], step: float) -> Floats:
-    """Differences: central where both neighbours have a value, else to the side that has one."""
+    """Differences: central where both neighbours have a value, else to the side that has one, 0 where none has."""
     slopes = []
     for name, at in point.items():
         ends: list[tuple[float, float]] = []
@@ -261,8 +264,7 @@ def _slopes(value: Callable[[Mapping[str, float]], float], point: Mapping[str, f
                 continue
             if math.isfinite(found):
                 ends.append((place, found))
-        (a, low), (b, high) = ends[0], ends[-1]
-        slopes.append((high - low) / (b - a) if b > a else 0.0)
+        slopes.append((ends[-1][1] - ends[0][1]) / (ends[-1][0] - ends[0][0]) if len(ends) > 1 else 0.0)
     return np.array(slopes)
 
 

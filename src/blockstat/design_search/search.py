@@ -24,6 +24,7 @@ from blockstat.analysis.assess import assess
 from blockstat.analysis.certificate_cache import Memory
 from blockstat.analysis.verdict import Verdict
 from blockstat.assembly import Assembly
+from blockstat.contact.tolerance import GAP, stated_length
 from blockstat.design_search.candidate import BY_STATICS, ERROR, PRUNED, UNASKED, Candidate, SearchResult
 from blockstat.design_search.descent import front, lightest
 from blockstat.design_search.evaluator import Callbacks, Dynamic, Evaluator
@@ -60,6 +61,7 @@ def search(
     points: int = 6,
     imperfections: Imperfections | None = None,
     target: FailureTarget | None = None,
+    gap: float | str = GAP,
     under: Callable[[Assembly], Assembly] | None = None,
     memory: Memory | None = None,
     begin: Callable[[Assembly], None] | None = None,
@@ -100,6 +102,9 @@ def search(
         Statics judge the worst case of these, and the reserve is that of the worst case; dynamics see the drawing.
     target : FailureTarget, optional
         Probability of failure that "robust" stays below, in place of a margin.
+    gap : float or str, optional
+        Largest gap of a joint, as in `assess`. Another than the default is handed to `static`; give it to
+        `verify`, too.
     under : callable, optional
         Puts each design under another friction or gravity before it is evaluated.
     memory : Memory, optional
@@ -139,9 +144,12 @@ def search(
     {'wall.thickness': 0.2}
     """
     check_strategy(strategy, over, margin, snap)
+    stated_length(gap)
     _check_robust(strategy, margin, imperfections, target)
     space = space_of(building, names)
-    margin = margin or Margin()
+    margin, target = replace(margin or Margin(), gap=gap), target and replace(target, gap=gap)
+    if gap != GAP:
+        static, conditions = partial(static, gap=gap), f"{conditions} gap {gap}"
     if imperfections is not None:
         margin, static = replace(margin, imperfections=imperfections), partial(static, imperfections=imperfections)
     if strategy in ("gradient", "pareto", "robust"):

@@ -20,7 +20,7 @@ from blockstat.chance.first_order import FirstOrder, first_order, limit_state
 from blockstat.chance.monte_carlo import Reliability, reliability
 from blockstat.chance.population import Population
 from blockstat.chance.variables import Random, as_strong_as, random_variables
-from blockstat.contact.interfaces import Interfaces, find_interfaces
+from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.design_search.descent import lightest
 from blockstat.design_search.evaluator import Evaluator
 from blockstat.design_search.margin import Margin
@@ -50,12 +50,15 @@ class FailureTarget:
         Of the push, "push" times gravity, or once; by default that of the scene.
     draws : int, optional
         About the design point, that check the answer.
+    gap : float or str, optional
+        Largest gap of a joint, as in `blockstat.assess`; `blockstat.search` sets its own.
     """
 
     probability: float
     uncertain: Mapping[str, Random] | None = None
     direction: tuple[float, float, float] | None = None
     draws: int = 400
+    gap: float | str = field(default=GAP, repr=False)  # a history names it otherwise
 
     def __post_init__(self) -> None:
         if not 0 < self.probability < 0.5:
@@ -140,7 +143,7 @@ class AtPoint(Margin):
         return self._population(assembly).realise(np.array(self.place)).interfaces
 
     def _population(self, assembly: Assembly) -> Population:
-        return Population(assembly, find_interfaces(assembly), None, self.uncertain)
+        return Population(assembly, find_interfaces(assembly, gap=self.gap), None, self.uncertain)
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,18 +178,19 @@ def lightest_assured(evaluator: Evaluator, target: FailureTarget) -> tuple[Value
     """
     largest = evaluator.make(evaluator.space.start)
     uncertain, direction = target.variables(largest)
-    size = Population(largest, find_interfaces(largest), None, uncertain).size
+    size = Population(largest, find_interfaces(largest, gap=target.gap), None, uncertain).size
     place, beta = np.zeros(size), target.beta
     best: Values | None = None
     for _ in range(ROUNDS):
         push = float(uncertain["push"].value(place[list(uncertain).index("push")])) if "push" in uncertain else 1.0
-        margin = AtPoint(direction, max(push, 0.0), uncertain=uncertain, place=tuple(place.tolist()))
+        own = {"uncertain": uncertain, "place": tuple(place.tolist())}
+        margin = AtPoint(direction, max(push, 0.0), gap=target.gap, **own)
         # What is measured depends on the place, so each round has rows of its own.
         best = lightest(replace(evaluator, history=None, rows={}, known={}, standing={}), margin)
         if best is None:
             return None, None
         assembly = evaluator.make(best)
-        population = Population(assembly, find_interfaces(assembly), None, uncertain)
+        population = Population(assembly, find_interfaces(assembly, gap=target.gap), None, uncertain)
         place, value = _worst(population, direction, beta)
         if value < -LACKING:
             continue

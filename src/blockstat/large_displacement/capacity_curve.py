@@ -15,7 +15,7 @@ from blockstat.analysis.verdict import corner_speed
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.contact.point_law import last_law
 from blockstat.errors import InputError, check_choice, known_options
-from blockstat.large_displacement.contacts import first_contacts
+from blockstat.large_displacement.contacts import CORNER, first_contacts
 from blockstat.large_displacement.jump import statuses
 from blockstat.large_displacement.linkage import Control, Linkage
 from blockstat.large_displacement.loading import control_of, loading
@@ -291,6 +291,7 @@ def capacity(
     warnings = list(limit.warnings)
     if unproven:
         warnings.append(f"at {unproven} of {len(states)} points forces balance to the solver's tolerance only")
+    warnings += _of_steps(states, CORNER * float(assembly.size.max()))
     for item in left:
         names = ", ".join(f'"{assembly.names[block]}"' for block in item.blocks)
         warnings.append(f"{names}: fallen out at {item.parameter:.4g} m and left out from there on")
@@ -412,6 +413,19 @@ def _path(
         yield from stepper.follow(last)
 
 
+def _of_steps(states: Sequence[State], room: float) -> list[str]:
+    """What is to be said of states that finite steps have led to; room : what is no gap [m]."""
+    stepped = [(state.motion.parameter, state.open) for state in states if state.open is not None]
+    if not stepped:
+        return []
+    start, widest = min(stepped)[0], max(open_ for _, open_ in stepped)
+    touching = f"; contacts that are open by up to {1e3 * widest:.2g} mm count as touching" if widest > room else ""
+    return [
+        f"no linkage from {start:.4g} m on: followed by finite steps, with multipliers of associated friction"
+        f"{touching}. More steps tell the error"
+    ]
+
+
 def _point(structure: Structure, state: State, limit: LimitLoad) -> CapacityPoint:
     """A state as a point of the curve."""
     motion, linkage = state.motion, state.linkage
@@ -420,7 +434,7 @@ def _point(structure: Structure, state: State, limit: LimitLoad) -> CapacityPoin
         lower, upper = limit.lower, limit.upper  # no forces go with this mechanism without dilatancy
     elif not motion.parameter:
         lower, upper = min(limit.lower, lower), max(limit.upper, upper)
-    elif linkage.rubs and not state.stepped:
+    elif linkage.rubs and state.open is None:
         closed = linkage.pinned | linkage.sliding
         found = limiting(structure, linkage.contacts, closed, motion.pose, motion.parameter)
         upper = upper if found is None else max(upper, found[0])

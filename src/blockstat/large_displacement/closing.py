@@ -63,30 +63,23 @@ def closed_up(linkage: Linkage, pose: Pose, held: Control, target: float, reach:
     """
     size = float(linkage.assembly.size.max())
     shut = linkage.pinned | linkage.sliding
-    best: tuple[float, Pose] | None = None
-    for _ in range(PASSES):
+    best, least = pose, np.inf
+    for trial in range(PASSES + 1):
         rows = _Near(linkage, pose, reach)
-        error = rows.error
-        if best is None or error < best[0]:
-            best = error, pose
-        if error <= CLOSED * size:
+        if rows.error < least:
+            best, least = pose, rows.error
+        if rows.error <= CLOSED * size or trial == PASSES:
             break
         motion = _least_squares(linkage, pose, rows, held, target)
         if motion is None:
             break
         pose = linkage.shifted(pose, motion, rows.origin)
-    else:
-        error = _Near(linkage, pose, reach).error
-        if best is None or error < best[0]:
-            best = error, pose
-    assert best is not None
-    pose = best[1]
-    left = np.where(shut, np.abs(gaps(linkage.assembly, linkage.contacts, pose, 0.0)), 0.0)
-    return Closing(pose, left)
+    left = np.where(shut, np.abs(gaps(linkage.assembly, linkage.contacts, best, 0.0)), 0.0)
+    return Closing(best, left)
 
 
 class _Near:
-    """Rates of the gaps of near contacts between bodies, and of the slips of those that stick, at a pose."""
+    """Rates of gaps of near contacts between bodies, of slips of those that stick and of ties' lengths, at a pose."""
 
     def __init__(self, linkage: Linkage, pose: Pose, reach: float) -> None:
         contacts, assembly = linkage.contacts, linkage.assembly
@@ -107,6 +100,7 @@ class _Near:
         )
         self.shut = (linkage.pinned | linkage.sliding)[self.which]
         self.slips, self.slip = self._slips(linkage, np.flatnonzero(linkage.pinned & between), both, normal, valid)
+        self.ties, self.longer = linkage.tie_rows(pose, self.origin)
 
     def _slips(
         self, linkage: Linkage, rows: Ints, both: Floats, normal: Floats, valid: np.ndarray
@@ -123,8 +117,8 @@ class _Near:
 
     @property
     def error(self) -> float:
-        """The largest gap or slip that should be none, or overlap [m]."""
-        parts = [np.abs(self.gap[self.shut]), np.abs(self.slip), -self.gap]
+        """The largest gap, slip or lengthening of a tie that should be none, or overlap [m]."""
+        parts = [np.abs(self.gap[self.shut]), np.abs(self.slip), np.abs(self.longer), -self.gap]
         return max(float(part.max(initial=0.0)) for part in parts)
 
 
@@ -132,14 +126,9 @@ def _least_squares(linkage: Linkage, pose: Pose, rows: _Near, held: Control, tar
     """The motion of the bodies that closes contacts, shape (6 n_bodies,); None where the program has no answer."""
     n, length = linkage.n_bodies, linkage.length
     near = sparse.csc_array(as_matrix([rows.gaps], n, length))
-    parts, lacking = [near[np.flatnonzero(rows.shut)]], [rows.gap[rows.shut]]
-    parts.append(sparse.csc_array(as_matrix([rows.slips], n, length)))
-    lacking.append(rows.slip)
-    if len(linkage.ties):
-        ties, longer = linkage.tie_rows(pose, rows.origin)
-        parts.append(sparse.csc_array(as_matrix([ties], n, length)))
-        lacking.append(longer)
-    wanted, missing = sparse.csc_array(sparse.vstack(parts)), -np.concatenate(lacking)
+    others = sparse.csc_array(as_matrix([rows.slips, rows.ties], n, length))
+    wanted = sparse.csc_array(sparse.vstack([near[np.flatnonzero(rows.shut)], others]))
+    missing = -np.concatenate([rows.gap[rows.shut], rows.slip, rows.longer])
     row = held.row(linkage.assembly, pose, linkage.body, rows.origin)
     constraint = sparse.csc_array(sparse.vstack([sparse.csc_array(as_matrix([row], n, length)), -near]))
     unit = max(rows.error, 1e-300)  # in gaps of about one

@@ -42,7 +42,14 @@ class Landing:
 
 
 def statuses(
-    linkage: Linkage, pose: Pose, parameter: float, motion: Floats, drive: float = 0.0, *, still: float = STILL
+    linkage: Linkage,
+    pose: Pose,
+    parameter: float,
+    motion: Floats,
+    drive: float = 0.0,
+    *,
+    still: float = STILL,
+    dilates: bool = True,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return which of the contacts that touch stick and which slide under a motion; the others open.
 
@@ -58,6 +65,8 @@ def statuses(
         Rate of the supports' movement.
     still
         Contacts that move at less than this stick, where the fastest corner moves at 1.
+    dilates
+        Whether joints that slide open at the rate of associated friction in this motion.
 
     Returns
     -------
@@ -77,7 +86,7 @@ def statuses(
     slip = np.sqrt(np.maximum((apart**2).sum(axis=1) - opening**2, 0.0))
     moves = (np.abs(apart).max(axis=1) > still) & closed
     rubs = slip > still
-    lifts = opening - np.where(rubs, contacts.friction, 0.0) * np.where(rubs, slip, 0.0) > still
+    lifts = opening - np.where(rubs & dilates, contacts.friction, 0.0) * np.where(rubs, slip, 0.0) > still
     return closed & ~moves, moves & ~lifts
 
 

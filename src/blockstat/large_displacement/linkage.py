@@ -495,8 +495,9 @@ class Linkage:
             Shape (n,) [m].
         """
         ties = [self.assembly.ties[k] for k in self.ties]
-        pair = np.array([self.assembly.blocks_named(tie.between, tie.label) for tie in ties])
-        ends = np.array([tie.points for tie in ties], dtype=float)
+        blocks = [self.assembly.blocks_named(tie.between, tie.label) for tie in ties]
+        pair = np.array(blocks, dtype=np.int64).reshape(-1, 2)
+        ends = np.array([tie.points for tie in ties], dtype=float).reshape(-1, 2, 3)
         now = [places(self.assembly, pose, pair[:, k], ends[:, k]) for k in (0, 1)]
         line = now[1] - now[0]
         length = np.linalg.norm(line, axis=1)

@@ -75,7 +75,9 @@ class State:
     motion: Motion
     linkage: Linkage
     forces: Forces
-    stepped: bool = False  #: whether a finite step has led to it; its value is then that of the limit analysis there
+    #: where a finite step has led to it, how far contacts are open that count as touching [m]; its value is then that
+    #: of the limit analysis there
+    open: float | None = None
 
 
 @dataclass(frozen=True)

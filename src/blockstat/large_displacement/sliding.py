@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from blockstat.analysis.verdict import corner_speed
 from blockstat.contact.faces import outline_hull
 from blockstat.contact.interfaces import Interfaces
 from blockstat.geometry.clipping import clip, corners
-from blockstat.large_displacement.contacts import CORNER, Contacts, gaps
+from blockstat.large_displacement.contacts import CORNER, Contacts, gaps, sides
 from blockstat.large_displacement.jump import SHUT, statuses
 from blockstat.large_displacement.linkage import Linkage
-from blockstat.large_displacement.pose import Pose, origins, places
+from blockstat.large_displacement.pose import Pose, displaced, origins, places
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
 NAMES = tuple(field.name for field in fields(Contacts))
 #: Faces of a block lie in a joint when their normals are within this sine of the joint's.
 IN_JOINT = 0.05
+#: How far ahead it is looked, which of two corners stays above a face, relative to the size of the blocks: further than
+#: a point is near to a corner.
+AHEAD = 100 * CORNER
 
 
 def renewed(linkage: Linkage, interfaces: Interfaces, pose: Pose, parameter: float, motion: Floats) -> Linkage:
@@ -59,8 +63,42 @@ def renewed(linkage: Linkage, interfaces: Interfaces, pose: Pose, parameter: flo
     near = gap <= room + (max(float(gap.min(initial=np.inf)), 0.0) if linkage.dilates else 0.0)
     whole = [np.concatenate([mask[kept], np.zeros(fresh.sum(), bool)]) for mask in (linkage.pinned, linkage.sliding)]
     touching = replace(linkage, contacts=merged, pinned=whole[0] | near, sliding=whole[1])
-    pinned, sliding = statuses(touching, pose, parameter, motion)
-    return replace(linkage, contacts=merged, pinned=whole[0] | (pinned & fresh), sliding=whole[1] | (sliding & fresh))
+    drive = 1.0 if linkage.control is None else 0.0
+    pinned, sliding = statuses(touching, pose, parameter, motion, drive, dilates=linkage.dilates)
+    found = replace(linkage, contacts=merged, pinned=whole[0] | (pinned & fresh), sliding=whole[1] | (sliding & fresh))
+    both = found.sliding & merged.corner.all(axis=1) & fresh
+    return _one_sided(found, interfaces, pose, parameter, motion, both) if both.any() else found
+
+
+def _one_sided(
+    linkage: Linkage, interfaces: Interfaces, pose: Pose, parameter: float, motion: Floats, rows: np.ndarray
+) -> Linkage:
+    """The linkage with contacts of two corners that slide apart as contacts of the one that stays above a face.
+
+    Which one that is shows a little further on.
+    """
+    assembly, contacts = linkage.assembly, linkage.contacts
+    speed = float(corner_speed(displaced(assembly, pose), motion).max(initial=0.0))
+    if linkage.control is None:
+        speed = max(speed, float(np.linalg.norm(contacts.drive, axis=2).max()))
+    if not speed:
+        return linkage
+    length = AHEAD * float(assembly.size.max()) / speed
+    there = linkage.shifted(pose, length * linkage.of_bodies(motion), linkage.origins(pose))
+    after = parameter + length * (linkage.control is None)
+    corner = contacts.corner.copy()
+    now = sides(assembly, contacts, pose, parameter).mean(axis=1)
+    for joint in np.unique(contacts.joint[rows]):
+        ahead = _clipped(assembly, interfaces, contacts, int(joint), there, after)
+        if not ahead.number:
+            continue
+        place = sides(assembly, ahead, there, after).mean(axis=1)
+        own = np.flatnonzero(rows & (contacts.joint == joint))
+        distance = np.linalg.norm(now[own, None] - place, axis=2)
+        next_ = distance.argmin(axis=1)
+        near = (distance.min(axis=1) <= 2 * length * speed) & ahead.corner[next_].any(axis=1)
+        corner[own[near]] = ahead.corner[next_[near]]
+    return replace(linkage, contacts=replace(contacts, corner=corner))
 
 
 def clipped_again(assembly: Assembly, interfaces: Interfaces, contacts: Contacts, joints: Ints, pose: Pose) -> Contacts:

@@ -32,6 +32,8 @@ LACKING = 1e-7
 #: that across a slip, do work by rounding only, 1e-16 of the loads; so their motion stays below 1e-6. What it leaves
 #: unbalanced is RIDGE times the motion: where that is more than rounding, there is no equilibrium.
 RIDGE = 1e-10
+#: Programs of the fixed point of joints that slide without opening.
+PASSES, SETTLED = 50, 1e-7
 #: Contacts that slip at less than this, relative to the motion, stick.
 STILL = 1e-4
 
@@ -177,6 +179,19 @@ class Forces:
     forces: Floats  #: at the points of `problem.interfaces`, shape (n_points, 3) [N]
 
 
+def _found(problem: Problem, force: Floats, twist: Floats, lacking: float, proven: bool) -> Forces:
+    """Forces of a program [its unit] as those of a state."""
+    assert problem.program is not None
+    total = float(np.linalg.norm(force, axis=1).sum()) * problem.program.force_unit
+    return Forces(lacking, proven, total, problem.to_blocks(twist), (), problem, problem.to_points(force))
+
+
+def _floating(problem: Problem) -> Forces:
+    """Those of a state in which nothing holds some blocks."""
+    none = np.zeros((problem.assembly.n_blocks, 6))
+    return Forces(np.inf, False, 0.0, none, tuple(problem.floating.tolist()), problem, np.empty((0, 3)))
+
+
 def balance(
     structure: Structure, contacts: Contacts, closed: np.ndarray, pose: Pose, parameter: float, multiplier: float
 ) -> Forces:
@@ -196,9 +211,8 @@ def balance(
     """
     problem = structure.posed(contacts, closed, pose, parameter, multiplier)
     program = problem.program
-    n = structure.assembly.n_blocks
     if program is None or len(problem.floating):
-        return Forces(np.inf, False, 0.0, np.zeros((n, 6)), tuple(problem.floating.tolist()), problem, np.empty((0, 3)))
+        return _floating(problem)
     answer = solve_margin(program, solver=structure.solver)
     slack = certificate.point_slack(program, answer.force)[: program.n_points]
     lacking = -float(slack.min(initial=np.inf))
@@ -211,15 +225,7 @@ def balance(
         second = certificate.check(program, settled, np.zeros_like(program.load))
         if second.proves_stable:
             force, found = settled, second
-    return Forces(
-        lacking=lacking,
-        proven=found.proves_stable,
-        total=float(np.linalg.norm(force, axis=1).sum()) * program.force_unit,
-        mode=problem.to_blocks(answer.twist),
-        floating=(),
-        problem=problem,
-        forces=problem.to_points(force),
-    )
+    return _found(problem, force, answer.twist, lacking, found.proves_stable)
 
 
 def rubbing(
@@ -250,13 +256,11 @@ def rubbing(
 
         max least slack   subject to   A f + w + alpha l = 0.
     """
-    assembly = structure.assembly
     closed = linkage.pinned | linkage.sliding
     problem = structure.posed(linkage.contacts, closed, pose, parameter, 0.0)
     program, faces = problem.program, problem.interfaces
-    nothing = np.zeros((assembly.n_blocks, 6))
     if program is None or len(problem.floating):
-        return Forces(np.inf, False, 0.0, nothing, tuple(problem.floating.tolist()), problem, nothing[:0, :3]), np.nan
+        return _floating(problem), np.nan
     driven = structure.driven(linkage.contacts, closed, pose, parameter)[problem.eq.points]
     rate = relative_motion(problem.assembly, faces, motion)[problem.eq.points]
     if structure.live is None:
@@ -297,15 +301,7 @@ def rubbing(
         tilted = driven.copy()
         tilted[point, 0] -= mu[:, 0] * (along * driven[point, 1:]).sum(axis=1)
         multiplier = float((force[: program.n_points] * tilted).sum()) * program.force_unit
-    return Forces(
-        lacking=lacking,
-        proven=found.proves_stable,
-        total=float(np.linalg.norm(force, axis=1).sum()) * program.force_unit,
-        mode=problem.to_blocks(answer.twist),
-        floating=(),
-        problem=problem,
-        forces=problem.to_points(force),
-    ), multiplier
+    return _found(problem, force, answer.twist, lacking, found.proves_stable), multiplier
 
 
 @dataclass(frozen=True, eq=False)
@@ -360,15 +356,7 @@ def limited(structure: Structure, contacts: Contacts, closed: np.ndarray, pose: 
     force = certificate.balance(loaded, answer.force)
     found = certificate.check(loaded, force, np.zeros_like(program.load))
     slack = certificate.point_slack(loaded, force)[: program.n_points]
-    forces = Forces(
-        lacking=-float(slack.min(initial=np.inf)),
-        proven=found.proves_stable,
-        total=float(np.linalg.norm(force, axis=1).sum()) * program.force_unit,
-        mode=problem.to_blocks(answer.twist),
-        floating=(),
-        problem=problem,
-        forces=problem.to_points(force),
-    )
+    forces = _found(problem, force, answer.twist, -float(slack.min(initial=np.inf)), found.proves_stable)
     return Limited(multiplier, forces.mode, forces)
 
 
@@ -395,7 +383,7 @@ def limiting(
 
 def settling(
     structure: Structure, contacts: Contacts, closed: np.ndarray, pose: Pose, parameter: float
-) -> Floats | None:
+) -> tuple[Floats, bool] | None:
     """Return the motion of least potential energy for a unit rate of the supports' movement.
 
     Parameters
@@ -407,16 +395,38 @@ def settling(
 
     Returns
     -------
-    Floats or None
-        Shape (n_blocks, 6); None where the assembly falls or jams.
+    motion : Floats
+        Shape (n_blocks, 6).
+    dilates : bool
+        Whether joints that slide open at the rate of associated friction: where no motion without that was found.
+
+    None where the assembly falls or jams.
+
+    Notes
+    -----
+    Joints slide without opening where their normal rates may be less than those of associated friction by the friction
+    times their slip, which is looked for by De Saxce's fixed point.
     """
     problem = structure.posed(contacts, closed, pose, parameter, 0.0)
     program = problem.program
     if program is None or len(problem.floating):
         return None
     rate = np.zeros((len(program.friction), 3))
-    rate[: program.n_points] = structure.driven(contacts, closed, pose, parameter)[problem.eq.points]
-    answer = clarabel.solve(conic_program(program, -program.load, offset=rate.reshape(-1)))
-    if answer.status.is_infeasible or answer.status.is_stalled:
-        return None
-    return problem.to_blocks(answer.twist)
+    points = slice(program.n_points)
+    rate[points] = structure.driven(contacts, closed, pose, parameter)[problem.eq.points]
+    friction = np.where(np.isfinite(program.friction[points]), program.friction[points], 0.0)
+    slip, associated = np.zeros(program.n_points), None
+    for _ in range(PASSES):
+        offset = rate.copy()
+        offset[points, 0] += slip
+        answer = clarabel.solve(conic_program(program, -program.load, offset=offset.reshape(-1)))
+        if answer.status.is_infeasible or answer.status.is_stalled:
+            break
+        total = rate + (program.matrix.T @ answer.twist).reshape(-1, 3)
+        new = friction * np.hypot(total[points, 1], total[points, 2])
+        if associated is None:
+            associated = problem.to_blocks(answer.twist)
+        if np.abs(new - slip).max(initial=0.0) <= SETTLED * np.abs(total).max(initial=0.0):
+            return problem.to_blocks(answer.twist), False
+        slip = new
+    return None if associated is None else (associated, True)

@@ -51,6 +51,7 @@ class _Place:
     linkage: Linkage  #: its contacts that stick are all that touch
     pose: Pose
     limit: Limited
+    open: float  #: how far contacts are open that count as touching [m]
 
     @property
     def parameter(self) -> float:
@@ -97,7 +98,7 @@ class Stepper:
             In order; the end comes last.
         """
         open_ = np.zeros(self.structure.interfaces.n_interfaces)
-        place = self._place(self.structure, start.linkage, start.motion.pose, open_)
+        place = self._place(self.structure, self._anew(start), start.motion.pose, open_)
         last, scale, step = start, abs(start.motion.value), self.step
         for _ in range(MOST):
             if place.limit.multiplier is None:
@@ -118,6 +119,14 @@ class Stepper:
                 return
             place, step = after, min(2 * step, self.step)
         yield PathEnd.LOST
+
+    def _anew(self, start: State) -> Linkage:
+        """The linkage of a state whose sliding contacts are no longer of one corner only: they may slide back."""
+        linkage, faces = start.linkage, self.structure.interfaces
+        joints = np.unique(linkage.contacts.joint[linkage.sliding])
+        joints = joints[faces.area[joints] > 0]
+        contacts = clipped_again(linkage.assembly, faces, linkage.contacts, joints, start.motion.pose)
+        return replace(linkage, contacts=contacts)
 
     def _passed(self, place: _Place, scale: float) -> PathEnd | None:
         """The end that a place is at or beyond."""
@@ -190,7 +199,8 @@ class Stepper:
         if len(lines):
             contacts = closed_again(assembly, contacts, lines, pose, 0.0)
         linkage = replace(linkage, assembly=assembly, contacts=contacts, pinned=closed, sliding=np.zeros_like(closed))
-        return _Place(structure, linkage, pose, limited(structure, contacts, closed, pose, 0.0))
+        widest = float(gaps(assembly, contacts, pose, 0.0)[closed].max(initial=0.0))
+        return _Place(structure, linkage, pose, limited(structure, contacts, closed, pose, 0.0), widest)
 
     def _work(self, state: State, blocks: Ints) -> float:
         """The part of the work of the live load that it does on some blocks, in the motion of a state."""
@@ -243,7 +253,7 @@ def _state(place: _Place) -> State:
     assert found.forces is not None
     rate = control.rate(linkage.assembly, place.pose, found.motion)
     motion = found.motion / (rate if rate > 1e-6 * speed else speed)
-    return State(Motion(place.parameter, place.pose, motion, found.multiplier), linkage, found.forces, stepped=True)
+    return State(Motion(place.parameter, place.pose, motion, found.multiplier), linkage, found.forces, place.open)
 
 
 def _without(place: _Place, blocks: Ints) -> tuple[Structure, Linkage, Pose, Floats] | None:

@@ -13,6 +13,7 @@ import msgspec
 from blockstat.errors import InputError
 from blockstat.model.size import blocks_asked, check_number
 from blockstat.model.walling import run as walling
+from blockstat.model.walling.heads import tell_moved
 from blockstat.spec.composition import Plan, load_tables, ties_of
 from blockstat.spec.element import Element
 from blockstat.spec.elements import element
@@ -160,7 +161,7 @@ def _walls(building: Building) -> tuple[Element, dict[str, str]]:
             thickness=value_of(building.wall.thickness),
             height=height,
             closers=True,
-            openings=tuple(_opening(own, course) for own in there.values()),
+            openings=tuple(_opening(key, own, height, course) for key, own in there.items()),
         )
     for side in WALLS:
         own = building.buttresses.get(side)
@@ -182,10 +183,14 @@ def _paths(building: Building) -> dict[WallName, tuple[tuple[tuple[float, float]
     }
 
 
-def _opening(own: Opening, course: float) -> walling.Opening:
+def _opening(key: str, own: Opening, wall: float, course: float) -> walling.Opening:
     """An opening whose sill and soffit are on beds; halves go to the even bed."""
-    sill = round(value_of(own.sill) / course)
-    soffit = max(round((value_of(own.sill) + value_of(own.height)) / course), sill + 1)
+    low, high = value_of(own.sill), value_of(own.sill) + value_of(own.height)
+    if high > wall + course:
+        raise InputError(f"{key}: sill and height reach beyond the wall of {wall:.3g} m")
+    sill = round(low / course)
+    soffit = max(round(high / course), sill + 1)
+    tell_moved(key, (low, high), (sill * course, soffit * course))
     number = round(value_of(own.number))
     return walling.Opening(
         width=value_of(own.width), height=(soffit - sill) * course, sill=sill * course, number=number

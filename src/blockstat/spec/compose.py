@@ -81,7 +81,8 @@ def build(scene: Scene) -> Assembly:
         ties=plan.ties,
         metadata={
             "parameters": {path: found.value for path, found in parameters(scene).items()},
-            "material": msgspec.to_builtins(plan.material),
+            # What the blocks do not say themselves: friction and density may be changed after.
+            "material": {key: getattr(plan.material, key) for key in ("glue", "rotational_stiffness")},
             **{key: own for key, own in _tables(plan) if own},
         },
     )

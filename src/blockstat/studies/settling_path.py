@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from blockstat.analysis.verdict import corner_speed
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
 from blockstat.large_displacement.contacts import Contacts, first_contacts, gaps
 from blockstat.large_displacement.jump import statuses
 from blockstat.large_displacement.linkage import Linkage
 from blockstat.large_displacement.loading import loading
-from blockstat.large_displacement.path import Follower, PathEvent, State
+from blockstat.large_displacement.path import Begin, Follower, PathEvent, State
 from blockstat.large_displacement.pose import Pose, rest
 from blockstat.large_displacement.statics import Structure, settling
 from blockstat.result import Result, Sentence, plain
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 
 #: Contacts that move apart at less than this in the first mechanism, relative to the supports, stick.
 STILL = 1e-5
+#: How far from rest the mechanism that leaves it is looked for, relative to the size of the assembly, and how often.
+NEAR, TRIALS = 1e-3, 5
 #: Lengths below this fraction of the largest block are rounding.
 ROUNDING = 1e-9
 
@@ -214,10 +217,12 @@ def settle_to_collapse(
         found = settling(structure, there.contacts, there.pinned | there.sliding, pose, parameter)
         if found is None:
             return None
-        pinned, sliding = statuses(there, pose, parameter, found, drive=1.0, still=still)
-        return replace(there, pinned=pinned, sliding=sliding), found
+        motion, dilates = found
+        pinned, sliding = statuses(there, pose, parameter, motion, drive=1.0, still=still, dilates=dilates)
+        return replace(there, pinned=pinned, sliding=sliding), motion
 
     follower = Follower(structure, value, begin, end, end / steps, tolerance, ends_at_zero=False)
+    linkage, motion = _leaving(begin, linkage, start, motion, size)
     if linkage.pinned.all():
         states, events, outcome = [follower.first(linkage, start, motion)], [], PathOutcome.FOLLOWS
     else:
@@ -240,6 +245,31 @@ def _linkage(first: Settlement, motion: Floats) -> Linkage:
     whole = Linkage(assembly, contacts, everything, ~everything, endless, None)
     pinned, sliding = statuses(whole, rest(assembly), 0.0, motion, drive=1.0, still=STILL)
     return replace(whole, pinned=pinned, sliding=sliding)
+
+
+def _leaving(begin: Begin, linkage: Linkage, start: Pose, motion: Floats, size: float) -> tuple[Linkage, Floats]:
+    """The mechanism that leaves rest: next to rest, where it has led itself, it is the mechanism still.
+
+    At rest several may have the least potential energy: a symmetrical thrust line touches more joints than open.
+    """
+    everything = np.ones(linkage.contacts.number, dtype=bool)
+    whole = replace(linkage, pinned=everything, sliding=~everything)
+    found = begin(whole, start, 0.0, STILL)
+    linkage, motion = found or (linkage, motion)
+    for _ in range(0 if linkage.sliding.any() else TRIALS):
+        speed = float(corner_speed(linkage.assembly, motion).max(initial=0.0))
+        if not speed:
+            break
+        length = NEAR * size / speed
+        near = linkage.shifted(start, length * linkage.of_bodies(motion), linkage.origins(start))
+        found = begin(whole, near, length, STILL)
+        if found is None:
+            break
+        same = (found[0].pinned == linkage.pinned).all() and (found[0].sliding == linkage.sliding).all()
+        linkage, motion = found
+        if same:
+            break
+    return linkage, motion
 
 
 def _followed(

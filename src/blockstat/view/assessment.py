@@ -274,8 +274,11 @@ def _answers(found: Assessment) -> str:
         if result is None:
             parts.append(_box("", title, "Not asked for. dynsim report simulates the blocks, too."))
             continue
-        word, _, sentence = result.outcome.value.partition(": ")
-        parts.append(_box(TONES.get(result.outcome.word, ""), f"{title}: {word.lower()}", sentence.capitalize()))
+        said = result.headline if isinstance(result, Verdict) else result.outcome.value
+        word, _, sentence = said.partition(": ")
+        parts.append(
+            _box(TONES.get(result.outcome.word, ""), f"{title}: {word.lower()}", sentence[:1].upper() + sentence[1:])
+        )
     limits = found.directions
     if limits.outcome is DirectionOutcome.LIMIT:
         low, high = limits.horizon

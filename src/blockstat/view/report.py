@@ -9,6 +9,7 @@ from pathlib import Path
 
 from blockstat.analysis.assess import assess
 from blockstat.assembly import Assembly
+from blockstat.contact.tolerance import GAP
 from blockstat.design_search.search import PRUNED, Candidate, SearchResult
 from blockstat.io.files import write
 from blockstat.spec import build, parameters, with_values
@@ -29,7 +30,11 @@ class Figure:
 
 
 def write_designs(
-    result: SearchResult, directory: Path, *, under: Callable[[Assembly], Assembly] = lambda assembly: assembly
+    result: SearchResult,
+    directory: Path,
+    *,
+    under: Callable[[Assembly], Assembly] = lambda assembly: assembly,
+    gap: float | str = GAP,
 ) -> list[Figure]:
     """Write the best design, and pictures of what statics say of it and of the thinnest pruned one.
 
@@ -42,6 +47,8 @@ def write_designs(
         of the best design in three dimensions.
     under : callable, optional
         Puts each design under another friction or gravity.
+    gap : float or str, optional
+        Largest gap of a joint, as in `blockstat.assess`.
 
     Returns
     -------
@@ -60,7 +67,7 @@ def write_designs(
     if result.best is not None:
         write(shown, directory / "best.json")
         write(shown, directory / "best.glb")
-        verdict = assess(shown)
+        verdict = assess(shown, gap=gap)
         path = plot(
             shown, directory / "demand.png", values=verdict.demand(), colours=DEMAND, top=1.0,
             label="friction used at the block's joints (1 = sliding)", title="demand of the best design",
@@ -80,7 +87,7 @@ def write_designs(
     pruned = [c for c in result.history if c.dynamic == PRUNED]
     if pruned:
         thinnest = min(pruned, key=lambda c: c.volume or 0.0)
-        verdict = assess(under(build(with_values(result.building, thinnest.parameters))))
+        verdict = assess(under(build(with_values(result.building, thinnest.parameters))), gap=gap)
         path = plot_verdict(verdict, directory / "mechanism.png")
         figures.append(Figure(path, f"How the thinnest pruned design ({_values(thinnest)}) would move first."))
     return figures

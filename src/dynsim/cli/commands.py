@@ -14,6 +14,7 @@ from blockstat.cli.options import (
     AsJson,
     FileArgument,
     Friction,
+    Gap,
     Gravity,
     MostBlocks,
     Supports,
@@ -22,6 +23,7 @@ from blockstat.cli.options import (
     Up,
     Version,
     doubt_movement,
+    gap_of,
     load,
     print_json,
     run_app,
@@ -80,6 +82,7 @@ def verify(
     supports: Supports = None,
     units: Units = None,
     up: Up = None,
+    gap: Gap = None,
     group: Group = None,
     threshold: Threshold = None,
     remove: Remove = None,
@@ -110,7 +113,10 @@ def verify(
             doubt_movement(assembly, "--settle", [acts.travel])
         return with_glue(assembly, glue)
 
-    settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
+    settings, near = (
+        Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold),
+        gap_of(gap),
+    )
     loads = loads_of(remove, settle, push, tilt_to)
     if case is not None or loads_file is not None:
         if len(files) > 1:
@@ -118,7 +124,7 @@ def verify(
         acting = chosen_case(read(files[0]), files[0], case, loads_file)
         loads += [] if acting is None else [Constant(acting.loads)]
     actions = stiffness_of(inertia_scale, angular_stiffness)
-    evaluate = partial(run, settings=settings, loads=loads, actions=actions, engine=engine)
+    evaluate = partial(run, settings=settings, loads=loads, actions=actions, gap=near, engine=engine)
     if len(files) == 1 and timeout is None:
         _verify_one(files[0], read(files[0]), evaluate, output, as_json, film)
         return
@@ -178,6 +184,7 @@ def shake(
     supports: Supports = None,
     units: Units = None,
     up: Up = None,
+    gap: Gap = None,
     group: Group = None,
     threshold: Threshold = None,
     glue: Glue = None,
@@ -195,11 +202,11 @@ def shake(
     from dynsim.judge.verify import verify as run
     from dynsim.settings import Settings
 
-    motion = ground_of(record, pulse, ramp, direction, scale)
+    motion, near = ground_of(record, pulse, ramp, direction, scale), gap_of(gap)
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
     actions = stiffness_of(inertia_scale, angular_stiffness)
-    evaluate = partial(run, settings=settings, loads=[motion], actions=actions)
+    evaluate = partial(run, settings=settings, loads=[motion], actions=actions, gap=near)
     _verify_one(file, with_glue(assembly, glue), evaluate, output, as_json, film)
 
 
@@ -219,6 +226,7 @@ def limit(
     supports: Supports = None,
     units: Units = None,
     up: Up = None,
+    gap: Gap = None,
     threshold: Threshold = None,
     glue: Glue = None,
     preset: Preset = "default",
@@ -232,12 +240,13 @@ def limit(
     from dynsim.judge.limit import limit as run
     from dynsim.settings import Settings
 
+    near = gap_of(gap)
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     growing, permanent = load_and_loads(direction, chosen_case(assembly, file, case, loads_file))
     settings = Settings.named(preset, roof_threshold=threshold, brick_threshold=threshold)
     with at_work("static limit") as say:
         found = run(
-            with_glue(assembly, glue), growing, loads=permanent, settings=settings, width=width, check=check,
+            with_glue(assembly, glue), growing, loads=permanent, settings=settings, width=width, check=check, gap=near,
             progress=lambda trial: say(f"{trial.multiplier:.5g}: {trial.verdict}"),
         )  # fmt: skip
     if as_json:
@@ -256,6 +265,7 @@ def compare(
     supports: Supports = None,
     units: Units = None,
     up: Up = None,
+    gap: Gap = None,
     engines: Annotated[str, typer.Option(help='"bullet" or "bullet,lmgc90".')] = "bullet",
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Also write the rows as CSV.")] = None,
     jobs: Jobs = None,
@@ -267,7 +277,7 @@ def compare(
     from dynsim.comparison.table import Comparison, Comparisons
 
     read = partial(load, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
-    evaluate = partial(compare_one, engines=check_engines(engines.split(",")))
+    evaluate = partial(compare_one, engines=check_engines(engines.split(",")), gap=gap_of(gap))
 
     def kept(rows: list[Row[Comparison]]) -> Comparisons:
         found = [r.result or Comparison(name=f.stem, note=r.error) for f, r in zip(files, rows, strict=True)]

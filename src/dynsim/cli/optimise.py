@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from blockstat.cli.imperfect import Imperfect, imperfections_of
-from blockstat.cli.options import AsJson, Friction, Gravity, Tilt, modified, print_json
+from blockstat.cli.options import AsJson, Friction, Gap, Gravity, Tilt, gap_of, modified, print_json
 from blockstat.errors import InputError
 from dynsim.cli.criteria import Group, Preset, Threshold
 
@@ -45,6 +45,7 @@ def optimise(
     friction: Friction = None,
     gravity: Gravity = None,
     tilt: Tilt = None,
+    gap: Gap = None,
     group: Group = None,
     threshold: Threshold = None,
     preset: Preset = "default",
@@ -57,13 +58,13 @@ def optimise(
     from dynsim.design_search.optimise import optimise as run
     from dynsim.settings import Settings
 
-    building = load_scene(scene)
+    building, near = load_scene(scene), gap_of(gap)
     directory = output or Path("out") / building.name
     names = only.split(",") if only else None
     space_of(building, names)
     directory.mkdir(parents=True, exist_ok=True)
     settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
-    conditions = {"friction": friction, "gravity": gravity, "tilt": tilt}
+    conditions = {"friction": friction, "gravity": gravity, "tilt": tilt, "gap": gap}
     result, report = run(
         building,
         directory,
@@ -78,6 +79,7 @@ def optimise(
         snap=snap,
         imperfections=imperfections_of(imperfection),
         target=None if probability is None else FailureTarget(probability),
+        gap=near,
     )
     _print_result(result, report, as_json)
     if not result.finished:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from blockstat.cli.options import PORT, FileArgument, Folder, MostGigabytes, MostSeconds, Port, Supports, Units, Up
+from blockstat.cli.options import PORT, FileArgument, Folder, Gap, MostGigabytes, MostSeconds, Port, Supports, Units, Up
 
 
 def open_page(
@@ -10,6 +10,7 @@ def open_page(
     supports: Supports = None,
     units: Units = None,
     up: Up = None,
+    gap: Gap = None,
     port: Port = PORT,
     folder: Folder = None,
     most_seconds: MostSeconds = 300.0,
@@ -21,4 +22,5 @@ def open_page(
     from dynsim.panel import FallPanel, OptimisePanel
 
     limits, panels = Limits(most_seconds, most_gigabytes), [FallPanel(), OptimisePanel()]
-    serve(file, supports=supports or "", units=units, up=up, port=port, panels=panels, folder=folder, limits=limits)
+    read = {"supports": supports or "", "units": units, "up": up, "gap": gap}
+    serve(file, **read, port=port, panels=panels, folder=folder, limits=limits)

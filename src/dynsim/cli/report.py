@@ -10,7 +10,7 @@ import typer
 
 from blockstat.cli.cases import Case, LoadsFile
 from blockstat.cli.displacement import F0, Ag, Behaviour, Confidence, Soil, Tc
-from blockstat.cli.options import FileArgument, Friction, Gravity, Supports, Tilt, Units, Up, load
+from blockstat.cli.options import FileArgument, Friction, Gap, Gravity, Supports, Tilt, Units, Up, gap_of, load
 from blockstat.cli.studies import asked_code, write_report
 from dynsim.cli.criteria import Preset
 
@@ -24,6 +24,7 @@ def report(
     supports: Supports = None,
     units: Units = None,
     up: Up = None,
+    gap: Gap = None,
     preset: Preset = "default",
     directions: Annotated[int, typer.Option(metavar="N", help="Of the horizon; a multiple of 4.")] = 16,
     case: Case = None,
@@ -39,8 +40,9 @@ def report(
     from dynsim.judge.verify import verify
     from dynsim.settings import Settings
 
+    near = gap_of(gap)
     code = asked_code(ag, soil, f0, tc, confidence, behaviour)
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
-    simulated = partial(verify, settings=Settings.named(preset))
-    options = {"units": units, "directions": directions, "case": case, "loads": loads, "code": code}
+    simulated = partial(verify, settings=Settings.named(preset), gap=near)
+    options = {"units": units, "gap": near, "directions": directions, "case": case, "loads": loads, "code": code}
     write_report(file, assembly, output, verify=simulated, **options)

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from blockstat.cli.options import AsJson, FileArgument, Friction, Supports, Units, Up, load, print_json
+from blockstat.cli.options import AsJson, FileArgument, Friction, Gap, Supports, Units, Up, gap_of, load, print_json
 from blockstat.errors import InputError
 from blockstat.system.reading import text_of
 from dynsim.cli.criteria import Preset
@@ -24,6 +24,7 @@ def sequence(
     supports: Supports = None,
     units: Units = None,
     up: Up = None,
+    gap: Gap = None,
     statics: Annotated[
         bool, typer.Option(help="Also judge each step by statics, by Coulomb's where they differ.")
     ] = True,
@@ -38,19 +39,20 @@ def sequence(
     from dynsim.settings import Settings
     from dynsim.view.export import check_path, write_run
 
+    near = gap_of(gap)
     if output is not None:
         check_path(output)
     if plan is None:
         file, plan = _assembly_of(file), file
     assembly = load(file, friction=friction, gravity=None, tilt=None, supports=supports, units=units, up=up)
     steps = read_plan(plan, assembly)
-    found = run(assembly, steps, settings=Settings.named(preset, **STEP))
+    found = run(assembly, steps, settings=Settings.named(preset, **STEP), gap=near)
     summary: dict[str, Any] = {"file": str(file), **found.summary()}
     lines = [found.explain()]
     if statics:
         from dynsim.comparison.steps import compare_steps
 
-        compared = compare_steps(assembly, found)
+        compared = compare_steps(assembly, found, gap=near)
         summary["statics"] = compared.summary()
         lines.append(compared.explain())
     if output is not None:

@@ -47,7 +47,10 @@ class Cause(Sentence):
     HELD = "it rests in a finer run too, on friction that statics without self-stress do not count on"
     CREEPS = "it creeps in Bullet: neither a stand nor a fall"
     UNDECIDED = "statics do not decide"
-    OPEN_FALL = "statics allow rest, with Coulomb friction too: marginal, or a motion that rest would have stopped"
+    OPEN_FALL = (
+        "statics allow rest, with Coulomb friction too: marginal, a motion that rest would have stopped, or forces "
+        "that hang on how tight the joints are (`--flow coulomb --tightnesses 12`)"
+    )
     OPEN_STAND = "statics find no rest: a motion slower than the threshold in the simulated time, or too coarse a run"
 
 
@@ -232,7 +235,11 @@ def joints_as_found(static: Verdict) -> Interfaces:
     Interfaces
         Joints of the assembly.
     """
-    return static.interfaces if static.interfaces.share is None else find_interfaces(static.assembly)
+    return (
+        static.interfaces
+        if static.interfaces.share is None
+        else find_interfaces(static.assembly, gap=static.interfaces.searched)
+    )
 
 
 def _in_finer_steps(static: Verdict, settings: Settings) -> DynamicVerdict:

@@ -8,7 +8,8 @@ from functools import partial
 from blockstat.analysis.assess import assess
 from blockstat.analysis.verdict import Outcome
 from blockstat.assembly import Assembly
-from blockstat.contact.interfaces import Interfaces
+from blockstat.contact.interfaces import GAP, Interfaces
+from blockstat.contact.tolerance import stated_length
 from blockstat.errors import InputError, known_options
 from dynsim.checks import check_engine
 from dynsim.comparison.causes import agrees, find_cause, joints_as_found, likely_reason, with_coulomb
@@ -28,6 +29,7 @@ def compare(
     settings: Settings | None = None,
     closely: bool = False,
     engines: Sequence[str] = ("bullet",),
+    gap: float | str = GAP,
     interfaces: Interfaces | Sequence[Interfaces] | None = None,
     jobs: int | None = None,
     timeout: float | None = None,
@@ -45,6 +47,8 @@ def compare(
         Look for the cause of a difference with further, finer and longer runs.
     engines : sequence of str
         ("bullet",), or ("bullet", "lmgc90") for a second opinion in a column of its own; see `verify`.
+    gap : float or str, optional
+        Largest gap of a joint, as in `blockstat.assess`; not used where `interfaces` are given.
     interfaces : Interfaces or sequence of Interfaces, optional
         Joints, of each assembly its own; searched for when None.
     jobs : int, optional
@@ -73,11 +77,12 @@ def compare(
     >>> [(row.static, row.dynamic) for row in compare(ring, jobs=1)]
     [('stable', 'stands')]
     """
+    stated_length(gap)
     designs = [assemblies] if isinstance(assemblies, Assembly) else list(assemblies)
     names = [design.name for design in designs]
     one = [interfaces] if isinstance(interfaces, Interfaces) else interfaces
     function = partial(
-        with_options, partial(compare_one, settings=settings, closely=closely, engines=check_engines(engines))
+        with_options, partial(compare_one, settings=settings, closely=closely, engines=check_engines(engines), gap=gap)
     )
     rows = run_many(function, paired(designs, one), names=names, jobs=jobs, timeout=timeout, progress=progress)
     return Comparisons(tuple(row.result or Comparison(name=row.name, note=row.error) for row in rows))
@@ -116,6 +121,7 @@ def compare_one(
     settings: Settings | None = None,
     closely: bool = False,
     engines: Sequence[str] = ("bullet",),
+    gap: float | str = GAP,
     interfaces: Interfaces | None = None,
 ) -> Comparison:
     """Return the row of one assembly, in this process.
@@ -124,7 +130,7 @@ def compare_one(
     ----------
     assembly : Assembly
         What is compared.
-    settings, closely, engines : optional
+    settings, closely, engines, gap : optional
         As in `compare`.
     interfaces : Interfaces, optional
         Joints of the assembly; searched for when None.
@@ -139,7 +145,7 @@ def compare_one(
     InputError
         Where there is no verdict.
     """
-    static = assess(assembly, interfaces=interfaces)
+    static = assess(assembly, gap=gap, interfaces=interfaces)
     coulomb = with_coulomb(static)
     dynamic = verify(assembly, settings=settings, interfaces=interfaces or joints_as_found(static))
     cause = find_cause(static, coulomb, dynamic, settings=settings, closely=closely)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from blockstat.analysis.verdict import Outcome
+from blockstat.contact.interfaces import GAP
 from blockstat.result import Result
 from blockstat.sequence.plan import assess_plan
 from blockstat.sequence.states import Whole
@@ -87,7 +88,7 @@ class StepComparison(Result):
         return "\n".join(lines)
 
 
-def compare_steps(assembly: Assembly, found: DynamicSequence) -> StepComparison:
+def compare_steps(assembly: Assembly, found: DynamicSequence, *, gap: float | str = GAP) -> StepComparison:
     """Judge the steps of a plan by statics, and by Coulomb's verdict where Bullet differs.
 
     Parameters
@@ -96,15 +97,17 @@ def compare_steps(assembly: Assembly, found: DynamicSequence) -> StepComparison:
         The blocks, with the friction of the run.
     found : DynamicSequence
         What Bullet made of them.
+    gap : float or str, optional
+        Largest gap of a joint, as in `blockstat.assess`.
 
     Returns
     -------
     StepComparison
         The verdicts side by side.
     """
-    whole = Whole(assembly)
+    whole = Whole(assembly, gap=gap)
     states = [whole.state_of(*state, f"step {k}") for k, state in enumerate(found.plan.states())]
-    static = assess_plan(assembly, found.plan).outcomes
+    static = assess_plan(assembly, found.plan, gap=gap).outcomes
     dynamic = [step.outcome for step in found.steps]
     coulomb: list[Outcome | None] = [None] * len(states)
     tightness: list[float | None] = [None] * len(states)

@@ -10,7 +10,7 @@ from pathlib import Path
 from blockstat.analysis.assess import assess
 from blockstat.analysis.certificate_cache import Memory
 from blockstat.assembly import Assembly
-from blockstat.contact.interfaces import Interfaces
+from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.design_search.search import Candidate, FailureTarget, Margin, SearchResult, check_strategy, search
 from blockstat.errors import known_options
 from blockstat.imperfection.imperfections import Imperfections
@@ -49,6 +49,7 @@ def optimise(
     points: int = 6,
     imperfections: Imperfections | None = None,
     target: FailureTarget | None = None,
+    gap: float | str = GAP,
 ) -> tuple[SearchResult, Path]:
     """Search for the lightest design that stands, confirm it in Bullet, and write a report.
 
@@ -71,7 +72,7 @@ def optimise(
         Puts each design under another friction or gravity.
     conditions : str
         Says which; a history under other conditions is not taken up.
-    strategy, over, margin, snap, points, imperfections, target : optional
+    strategy, over, margin, snap, points, imperfections, target, gap : optional
         As in `blockstat.search`.
 
     Returns
@@ -91,7 +92,7 @@ def optimise(
     with locked(directory):
         with (
             shown_search() as progress,
-            SpeculativeRuns(partial(verify, settings=settings, statics=True), jobs) as dynamic,
+            SpeculativeRuns(partial(verify, settings=settings, gap=gap, statics=True), jobs) as dynamic,
         ):
 
             def begin(assembly: Assembly, interfaces: Interfaces | None = None) -> None:
@@ -117,9 +118,10 @@ def optimise(
                 points=points,
                 imperfections=imperfections,
                 target=target,
+                gap=gap,
             )
-        figures = write_designs(result, directory, under=under)
-        figures += _moved(result, directory, settings, under)
+        figures = write_designs(result, directory, under=under, gap=gap)
+        figures += _moved(result, directory, settings, under, gap)
         notes = [f"Judged with {conditions}.", NOTE] if conditions else [NOTE]
         return result, write_report(result, directory, figures, notes=notes)
 
@@ -156,14 +158,18 @@ def shown_search() -> Iterator[Callable[[int, int, Candidate], None]]:
 
 
 def _moved(
-    result: SearchResult, directory: Path, settings: Settings | None, under: Callable[[Assembly], Assembly]
+    result: SearchResult,
+    directory: Path,
+    settings: Settings | None,
+    under: Callable[[Assembly], Assembly],
+    gap: float | str,
 ) -> list[Figure]:
     """Draw the blocks that Bullet saw move: of the thinnest design that fell, else of the best one."""
     fallen = [c for c in result.history if c.dynamic in ("falls", "creeps")]
     chosen = min(fallen, key=lambda c: c.volume or 0.0).parameters if fallen else result.best_parameters
     if chosen is None:
         return []
-    verdict = verify(under(build(with_values(result.building, chosen))), settings=settings, statics=True)
+    verdict = verify(under(build(with_values(result.building, chosen))), settings=settings, gap=gap, statics=True)
     values = ", ".join(f"{name} {value:g}" for name, value in chosen.items())
     word = "moved in Bullet though statics allow it" if fallen else "stands in Bullet"
     return [Figure(picture_of_run(verdict, directory / "moved.png"), f"The design with {values} {word}.")]

@@ -97,11 +97,11 @@ def closed_scene(assembly: Assembly, interfaces: Interfaces) -> ClosedScene:
     Gaps matter when a block falls by `SHARE` of the default threshold until joints hold it, or when one joint is open
     by that much. Then all are closed of which a chain, from a support to the furthest block, would move it so far.
     """
-    pairs, _ = overlaps(assembly, gap=GAP)
+    pairs, _ = overlaps(assembly, gap=interfaces.searched)
     if not len(pairs):
         return _joined(assembly, interfaces)
     trimmed, cut = trim_overlaps(assembly, pairs)
-    found = find_interfaces(trimmed, gap=_tolerance(assembly, interfaces))
+    found = find_interfaces(trimmed, gap=interfaces.searched)
     scene = _joined(trimmed, found)
     return replace(scene, trimmed=int((cut > 0).sum()), cut=float(cut.max()), moved=max(scene.moved, float(cut.max())))
 
@@ -139,14 +139,13 @@ def _joined(assembly: Assembly, interfaces: Interfaces) -> ClosedScene:
 
 
 def _closed(assembly: Assembly, interfaces: Interfaces) -> Assembly:
-    """The assembly with closed joints, also those that were taken at a larger tolerance than the default."""
-    return close_joints(assembly, _tolerance(assembly, interfaces))[0]
+    """The assembly with closed joints: those up to the widest that was taken, as a share of the smaller block.
 
-
-def _tolerance(assembly: Assembly, interfaces: Interfaces) -> float:
-    """The share of the smaller block at which joints were taken as closed, at least the default."""
+    Where the default gap was asked for, these are all up to the default.
+    """
     size = assembly.size[interfaces.pair].min(axis=1)
-    return max(GAP, float((interfaces.gap / size).max(initial=0.0)))
+    least = GAP if interfaces.searched == GAP else 0.0
+    return close_joints(assembly, max(least, float((interfaces.gap / size).max(initial=0.0))))[0]
 
 
 def _gaps_after(closed: Assembly, interfaces: Interfaces) -> tuple[Floats, np.ndarray]:

@@ -11,10 +11,10 @@ import numpy as np
 
 from blockstat.analysis.limit_load import LoadOutcome, limit_load
 from blockstat.assembly import Assembly
-from blockstat.contact.interfaces import Interfaces
+from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError, known_options
 from blockstat.loads import as_load
-from blockstat.result import Result, Sentence, finite, plain
+from blockstat.result import Result, Sentence, finite, millimetres
 from blockstat.typing import Floats
 from dynsim.judge.criteria import default_threshold
 from dynsim.judge.verdict import DynamicOutcome
@@ -89,9 +89,9 @@ class DynamicLimit(Result):
         if self.ratio is not None and self.outcome is LimitOutcome.LIMIT:
             lines.append(f"Bullet / static: {self.ratio:.3f}.")
         lines.append(
-            f"Falls: a block moves by more than {plain(1e3 * self.threshold, 2)} mm, or turns as far; a run ends there."
+            f"Falls: a block moves by more than {millimetres(self.threshold, 2)} mm, or turns as far; a run ends there."
         )
-        lines += [f"{t.multiplier:.5g}: {t.verdict}, {plain(1e3 * t.max_displacement, 2)} mm" for t in self.trials]
+        lines += [f"{t.multiplier:.5g}: {t.verdict}, {millimetres(t.max_displacement, 2)} mm" for t in self.trials]
         lines += [f"Warning: {text}" for text in self.warnings]
         return "\n".join(lines)
 
@@ -128,6 +128,7 @@ def limit(
     settings: Settings | None = None,
     width: float = 0.01,
     check: bool = True,
+    gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     progress: Callable[[Trial], None] | None = None,
 ) -> DynamicLimit:
@@ -152,6 +153,8 @@ def limit(
         Width of the bracket relative to its upper end, from 1e-4 to below 1.
     check : bool
         Two more runs beside the bracket, which notice when verdicts change more than once.
+    gap : float or str, optional
+        Largest gap of a joint, as in `blockstat.assess`; not used where `interfaces` are given.
     interfaces : Interfaces, optional
         Joints of the assembly; searched for once when None.
     progress : callable, optional
@@ -183,9 +186,10 @@ def limit(
         raise InputError(f"limit: width is {width!r}; it must be from 0.0001 to below 1")
     start = process_time()
     force = _as_force(assembly, load)
-    static = limit_load(assembly, load, loads=loads, interfaces=interfaces)
-    if interfaces is None and static.interfaces.share is None:
-        interfaces = static.interfaces  # as they were found, not divided into cells for a joint law
+    static = limit_load(assembly, load, loads=loads, gap=gap, interfaces=interfaces)
+    if interfaces is None:
+        divided = static.interfaces.share is not None  # into cells, for a joint law
+        interfaces = find_interfaces(assembly, gap=gap) if divided else static.interfaces
     search = _Search(
         assembly, force, as_loads(assembly, loads), settings, interfaces, width, progress,
         unbounded=static.outcome is LoadOutcome.UNBOUNDED,

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.contact.interfaces import Interfaces, find_interfaces
+from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError, known_options
-from blockstat.result import Result, plain
+from blockstat.result import Result, millimetres
 from blockstat.sequence.plan import Plan, Step, check_plan
 from blockstat.typing import Floats, Ints
 from dynsim.bonds.props import PropForces
@@ -111,15 +111,15 @@ class DynamicSequence(Result):
         """
         rows = self.rows()
         bad = [row for row in rows if row["verdict"] != DynamicOutcome.STANDS.word]
-        largest = 1e3 * max((row["max_displacement"] for row in rows), default=0.0)
+        largest = max((row["max_displacement"] for row in rows), default=0.0)
         lines = [f"{self.plan.name}: {len(rows)} steps, {self.run.process_seconds:.1f} s"]
         if not bad:
-            lines.append(f"Every step stands; blocks moved by {plain(largest, 2)} mm at most in one.")
+            lines.append(f"Every step stands; blocks moved by {millimetres(largest, 2)} mm at most in one.")
         else:
             lines.append(f"{len(bad)} steps do not stand, the first is step {bad[0]['step']}.")
         for row in bad:
             what = "" if row["first_block"] is None else f', first "{row["first_block"]}"'
-            lines.append(f"step {row['step']}: {row['verdict']}, {plain(1e3 * row['max_displacement'])} mm{what}")
+            lines.append(f"step {row['step']}: {row['verdict']}, {millimetres(row['max_displacement'])} mm{what}")
         return "\n".join(lines + [f"Warning: {text}" for text in self.warnings])
 
 
@@ -130,6 +130,7 @@ def sequence(
     *,
     friction: float | None = None,
     settings: Settings | None = None,
+    gap: float | str = GAP,
     interfaces: Interfaces | None = None,
 ) -> DynamicSequence:
     """Carry out a plan of building in Bullet and judge each step by displacement.
@@ -144,6 +145,8 @@ def sequence(
         Replaces the assembly's coefficient of friction.
     settings : Settings, optional
         Time step and durations, those of one step of the plan.
+    gap : float or str, optional
+        Largest gap of a joint, as in `blockstat.assess`; not used where `interfaces` are given.
     interfaces : Interfaces, optional
         Joints of the assembly; searched for when None.
 
@@ -173,7 +176,7 @@ def sequence(
     if assembly.joints:
         raise InputError("sequences are carried out with dry joints; this assembly has joint laws")
     start = process_time()
-    scene = closed_scene(assembly, find_interfaces(assembly) if interfaces is None else interfaces)
+    scene = closed_scene(assembly, find_interfaces(assembly, gap=gap) if interfaces is None else interfaces)
     settings = settings or replace(Settings(), **STEP)
     depth = chain(scene.assembly, scene.interfaces)
     settings = replace(settings, iterations=max(settings.iterations, MIDDLE * depth))

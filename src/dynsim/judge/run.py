@@ -10,7 +10,7 @@ from time import process_time
 import numpy as np
 
 from blockstat.assembly import Assembly
-from blockstat.contact.interfaces import Interfaces, find_interfaces
+from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import known_options
 from blockstat.typing import Floats, Ints
 from dynsim.bonds.glue import bonds_of
@@ -107,6 +107,7 @@ def simulate(
     loads: Loads = (),
     actions: Sequence[Action] = (),
     hold: float = 0.0,
+    gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     engine: str = "bullet",
     progress: Callable[[float, float, float], None] | None = None,
@@ -128,6 +129,8 @@ def simulate(
         What else acts on the blocks.
     hold : float
         The free run is longer by this time [s].
+    gap : float or str, optional
+        Largest gap of a joint, as in `blockstat.assess`; not used where `interfaces` are given.
     interfaces : Interfaces, optional
         Joints of the assembly; searched for when None. Those that statics count as closed are closed here, too.
     engine : str
@@ -163,7 +166,7 @@ def simulate(
     start = process_time()
     times, displacement, rotation, kinetic = [], [], [], []
     removed = np.full(assembly.n_blocks, np.inf)
-    scene = closed_scene(assembly, find_interfaces(assembly) if interfaces is None else interfaces)
+    scene = closed_scene(assembly, find_interfaces(assembly, gap=gap) if interfaces is None else interfaces)
     assembly, interfaces = scene.assembly, scene.interfaces
     acting = (*bonds_of(assembly, interfaces=interfaces), *as_loads(assembly, loads), *actions)
     with _world(engine, assembly, settings, acting, interfaces) as world:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from blockstat.result import Result, Sentence, plain
+from blockstat.result import Result, Sentence, millimetres
 from blockstat.typing import Floats, Ints
 from dynsim.judge.cracks import Cracks
 from dynsim.judge.run import Run
@@ -92,14 +92,14 @@ class DynamicVerdict(Result):
         """
         lines = [
             self.outcome.value + (" (LMGC90)" if self.run.engine == "lmgc90" else ""),
-            f"Eq. 1: {self.group or 'whole assembly'} dropped {plain(1e3 * self.group_drop, 2)} mm "
-            f"(threshold {plain(1e3 * self.roof_threshold)} mm). "
-            f"Eq. 2: largest drop of a block {plain(1e3 * self.max_drop, 2)} mm "
-            f"(threshold {plain(1e3 * self.brick_threshold)} mm). "
-            f"Largest displacement {plain(1e3 * self.max_displacement, 2)} mm, "
-            f"rate at the end {plain(1e3 * self.rate, 2)} mm/s. Largest rotation {self.max_rotation:.2g} degrees; "
-            f"rotation moved points at half a block's size by up to {plain(1e3 * self.max_turn, 2)} mm "
-            f"(threshold {plain(1e3 * self.turn_threshold)} mm).",
+            f"Eq. 1: {self.group or 'whole assembly'} dropped {millimetres(self.group_drop, 2)} mm "
+            f"(threshold {millimetres(self.roof_threshold)} mm). "
+            f"Eq. 2: largest drop of a block {millimetres(self.max_drop, 2)} mm "
+            f"(threshold {millimetres(self.brick_threshold)} mm). "
+            f"Largest displacement {millimetres(self.max_displacement, 2)} mm, "
+            f"rate at the end {millimetres(self.rate, 2)} mm/s. Largest rotation {self.max_rotation:.2g} degrees; "
+            f"rotation moved points at half a block's size by up to {millimetres(self.max_turn, 2)} mm "
+            f"(threshold {millimetres(self.turn_threshold)} mm).",
         ]
         if self.falls_alone:
             lines.insert(1, ALONE)

@@ -12,7 +12,7 @@ import numpy as np
 from blockstat.analysis.assess import assess
 from blockstat.analysis.verdict import Outcome
 from blockstat.assembly import Assembly
-from blockstat.contact.interfaces import Interfaces, find_interfaces
+from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import known_options
 from blockstat.typing import Floats, Ints
 from dynsim.bonds.glue import weakened
@@ -41,6 +41,7 @@ def verify(
     settings: Settings | None = None,
     loads: Loads = (),
     actions: Sequence[Action] = (),
+    gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     engine: str = "bullet",
     statics: bool = False,
@@ -64,6 +65,8 @@ def verify(
         the size of a block, and what the loads themselves move is not counted.
     actions : sequence of Action
         What else acts on the blocks, such as `AngularSprings` or `InertiaScale`.
+    gap : float or str, optional
+        Largest gap of a joint, as in `blockstat.assess`; not used where `interfaces` are given.
     interfaces : Interfaces, optional
         Joints of the assembly as `blockstat.find_interfaces` finds them; searched for once when None.
     engine : str
@@ -117,7 +120,7 @@ def verify(
         settings = replace(settings, end=AFTERWARDS * settings.end)
     if any(law.strong for law in assembly.joints):
         settings = replace(settings, settle=settings.settle + GLUE_SETTLES)
-    scene = closed_scene(assembly, find_interfaces(assembly) if interfaces is None else interfaces)
+    scene = closed_scene(assembly, find_interfaces(assembly, gap=gap) if interfaces is None else interfaces)
     if engine == "bullet":
         reserve = StaticReserve(scene.assembly, scene.interfaces) if statics else None
         verdict = _verify(scene.assembly, settings, acting, actions, scene.interfaces, reserve, progress)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.app.background import Crashed, Worker
-from blockstat.result import plain
+from blockstat.result import millimetres
 from blockstat.view.three_d.player import HOLD, trajectory
 from dynsim.panel.work import Fallen, Film, Refused, let_fall
 
@@ -163,7 +163,7 @@ def side_by_side(known: Known, fallen: Fallen) -> str:
         f'<tr><td>Bullet</td><td><b style="color:{TONES.get(word, "#6b6b6b")}">{escape(word)}</b></td></tr>'
     )
     rows = "".join(
-        f"<tr><td>{name}</td><td><b>{plain(1e3 * value)}</b></td><td>{plain(1e3 * limit)}</td>"
+        f"<tr><td>{name}</td><td><b>{millimetres(value)}</b></td><td>{millimetres(limit)}</td>"
         f"<td>{'passes' if value < limit else 'fails'}</td></tr>"
         for name, value, limit in criteria(verdict)
     )

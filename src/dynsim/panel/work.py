@@ -108,8 +108,9 @@ def let_fall(channel: Channel, static: Verdict) -> None:
         The static verdict on the design on show.
     """
     assembly = static.assembly
+    gap = static.interfaces.searched
     try:
-        verdict = verify(assembly)
+        verdict = verify(assembly, gap=gap)  # on joints with the edges that statics may have rounded
     except (InputError, RuntimeError) as error:
         channel.send(Refused(str(error)))
         return
@@ -117,7 +118,7 @@ def let_fall(channel: Channel, static: Verdict) -> None:
     run = verdict.run
     if verdict.outcome.word != "stands":
         far = FAR * float(np.median(assembly.size[assembly.free]))
-        run = simulate(assembly, stop=lambda _, moved: bool(np.linalg.norm(moved, axis=1).max() > far))
+        run = simulate(assembly, gap=gap, stop=lambda _, moved: bool(np.linalg.norm(moved, axis=1).max() > far))
     channel.send(_film(run))
 
 
@@ -147,11 +148,12 @@ def optimise(channel: Channel, model: Model, values: dict[str, float], names: li
     try:
         result = search(
             model.moved(values),
-            static=lambda assembly: assess(assembly, memory=memory, score=False),
-            verify=lambda assembly: verify(assembly),
+            static=lambda assembly, **options: assess(assembly, memory=memory, score=False, **options),
+            verify=lambda assembly: verify(assembly, gap=model.gap),
             under=under,
             memory=memory,
             names=names,
+            gap=model.gap,
             progress=lambda done, expected, last: channel.send(Step(done, expected, last)),
         )
     except (InputError, RuntimeError) as error:

@@ -6,11 +6,13 @@ bricks beside it: bricks and voussoirs are convex and share the planes between t
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from blockstat.errors import InputError
+from blockstat.errors import InputError, InputWarning
 from blockstat.geometry import clipping as clip
 from blockstat.model.arches.profile import at_least, half_joints, positive, profile, whole_joints
 from blockstat.model.walling.row import Gap
@@ -20,6 +22,7 @@ from blockstat.typing import Floats
 
 FLATTEST = 1.0  #: slope of the top facets of an extrados: the feather edge of a brick over it has at least 45 degrees
 SKEWBACK = 0.5  #: sine of the least slope of a skewback (30 degrees); flatter springing joints are made level
+DRAWN = 5e-4  #: half of the millimetre to which drawings are rounded: an opening that moves by less is not told [m]
 KEY = 0.5  #: least half width of the flat top of an extrados, as a fraction of the depth of the arch
 
 
@@ -54,8 +57,9 @@ def heads(strip: Strip, brick: float, nominal: float) -> list[Head]:
         if opening.segment != strip.segment or not opening.present:
             continue
         label = f'wall "{strip.run.name}": openings[{k}]'
+        beds = _beds(opening, strip, nominal, label)
         for centre in centres(opening, strip, label):
-            found.append(_head(opening, strip, centre, brick, nominal, label))
+            found.append(_head(opening, strip, beds, centre, brick, nominal, label))
     return found
 
 
@@ -94,7 +98,29 @@ def centres(opening: Opening, strip: Strip, label: str) -> list[float]:
     return places
 
 
-def _head(opening: Opening, strip: Strip, centre: float, brick: float, nominal: float, label: str) -> Head:
+def tell_moved(label: str, asked: Sequence[float], built: Sequence[float]) -> None:
+    """Warn where an opening is built at other heights than asked, for its sill and its springing lie on beds.
+
+    Parameters
+    ----------
+    label : str
+        What messages call the opening.
+    asked, built : sequence of two floats
+        Sill and top [m].
+
+    Warns
+    -----
+    InputWarning
+        With both heights, where one of them moves by more than `DRAWN`.
+    """
+    if any(abs(a - b) > DRAWN for a, b in zip(asked, built, strict=True)):
+        low, high = (" to ".join(f"{z:.4g}" for z in ends) for ends in (asked, built))
+        text = f"{label}: asked from {low} m, built from {high} m: sill and top go to the nearest bed"
+        warnings.warn(InputWarning(text), stacklevel=2)
+
+
+def _beds(opening: Opening, strip: Strip, nominal: float, label: str) -> tuple[int, int]:
+    """Numbers of the beds on which sill and springing of an opening lie."""
     levels = np.array(strip.levels[: strip.ridge + 1])
     bottom = nearest(levels, opening.sill)
     top = max(nearest(levels, opening.sill + opening.height), bottom + 1)
@@ -102,6 +128,14 @@ def _head(opening: Opening, strip: Strip, centre: float, brick: float, nominal: 
         top = len(levels) - 1
     if top <= bottom or levels[top] < opening.sill + opening.height - nominal:
         raise InputError(f"{label}: sill and height reach beyond the wall of {levels[-1]:.3g} m")
+    tell_moved(label, (opening.sill, opening.sill + opening.height), (levels[bottom], levels[top]))
+    return bottom, top
+
+
+def _head(
+    opening: Opening, strip: Strip, ends: tuple[int, int], centre: float, brick: float, nominal: float, label: str
+) -> Head:
+    levels, (bottom, top) = np.array(strip.levels[: strip.ridge + 1]), ends
     half = opening.width / 2
     jambs = Gap(upright(centre - half), upright(centre + half), label)
     gaps = dict.fromkeys(range(bottom, top), jambs)
