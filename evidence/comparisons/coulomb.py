@@ -1,6 +1,7 @@
 """Verdicts without dilatancy and self-stress beside those of Bullet and LMGC90.
 
-    python -m evidence.comparisons.coulomb [--engines NAMES] [--most BLOCKS] [--random N] [--again] [--write FILE]
+    python -m evidence.comparisons.coulomb [--engines NAMES] [--most BLOCKS] [--minutes M] [--random N] [--again]
+                                           [--write FILE]
     python -m evidence.comparisons.coulomb --monotone
     python -m evidence.comparisons.coulomb --cost
 
@@ -8,7 +9,8 @@ Real assemblies of other projects, the scenes of examples/, the elements of the 
 and fan vaults about as thick as the least they need. What was found is kept in docs/results/coulomb.json, and a run
 fills in what is missing there, so one that was interrupted goes on where it stopped: statics always, and the columns of
 `--engines` ("bullet", "lmgc90", which needs the extra of that name, both separated by a comma, or none) for assemblies
-of up to `--most` blocks. `--again` makes the statics of all anew. `--write` makes the page.
+of up to `--most` blocks; an engine that takes more than `--minutes` of process time for one assembly is ended, and that
+is kept as its answer. `--again` makes the statics of all anew. `--write` makes the page.
 
 `--monotone` judges the assemblies of other projects at friction of .4 to 1.5 and counts those that are stable at one
 and held by self-stress at a greater one. `--cost` times the verdict on vaults and chapels of some sizes.
@@ -18,11 +20,14 @@ from __future__ import annotations
 
 import argparse
 import json
+import resource
 import statistics
 import warnings
 from collections.abc import Iterator, Sequence
+from multiprocessing import Pipe, get_context
+from multiprocessing.connection import Connection
 from pathlib import Path
-from time import process_time
+from time import perf_counter, process_time
 from typing import Any
 
 import numpy as np
@@ -128,15 +133,33 @@ def statics(asm: Assembly) -> Found:
     }  # fmt: skip
 
 
-def engine_says(asm: Assembly, engine: str) -> str:
-    """The word of a dynamic verdict, or why there is none."""
+def _ask(asm: Assembly, engine: str, seconds: int, answer: Connection) -> None:
+    """Send the word of a dynamic verdict, or why there is none; ends with this process after so many seconds."""
+    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
+    start = perf_counter()
     try:
-        return verify(asm, engine=engine).outcome.word
+        said = verify(asm, engine=engine).outcome.word
     except (InputError, RuntimeError) as error:
-        return f"no verdict: {error}"
+        said = f"no verdict: {error}"
+    if perf_counter() - start < seconds:  # LMGC90 runs in a process of its own, which the limit has ended otherwise
+        answer.send(said)
 
 
-def fill(number: int, engines: Sequence[str], most: int, again: bool) -> dict[str, Found]:
+def engine_says(asm: Assembly, engine: str, minutes: float) -> str:
+    """The word of a dynamic verdict, or why there is none."""
+    receive, send = Pipe(duplex=False)
+    process = get_context("fork").Process(target=_ask, args=(asm, engine, round(60 * minutes), send))
+    process.start()
+    send.close()
+    try:
+        said: str = receive.recv()
+    except EOFError:
+        said = f"no verdict: not ended after {minutes:g} min of process time"
+    process.join()
+    return said
+
+
+def fill(number: int, engines: Sequence[str], most: int, minutes: float, again: bool) -> dict[str, Found]:
     """Find what is missing, keep it, and return what there is of all assemblies."""
     rows, names = known(), []
     for asm in assemblies(number):
@@ -146,7 +169,7 @@ def fill(number: int, engines: Sequence[str], most: int, again: bool) -> dict[st
         if (again or "Coulomb" not in own) or missing:
             if again or "Coulomb" not in own:
                 own.update(statics(asm))
-            own.update({name: engine_says(asm, name) for name in missing})
+            own.update({name: engine_says(asm, name, minutes) for name in missing})
             KEPT.write_text(json.dumps(rows, indent=1) + "\n")
             print(asm.name, *own.values(), flush=True)
     return {name: rows[name] for name in names}
@@ -249,6 +272,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--engines", default="none")
     parser.add_argument("--most", type=int, default=250)
+    parser.add_argument("--minutes", type=float, default=20.0)
     parser.add_argument("--random", type=int, default=60)
     parser.add_argument("--again", action="store_true")
     parser.add_argument("--write", type=Path, metavar="FILE")
@@ -267,7 +291,7 @@ def main() -> None:
     if options.cost:
         cost()
         return
-    rows = fill(options.random, engines, options.most, options.again)
+    rows = fill(options.random, engines, options.most, options.minutes, options.again)
     whole = table(HEAD, [[name, *cells(row)] for name, row in rows.items()])
     parts = {"summary": summary(rows), "verdicts": whole, "silent": silent(rows), "limits": limits()}
     print("\n\n".join(parts.values()))

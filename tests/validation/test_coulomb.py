@@ -159,6 +159,7 @@ def test_self_stress_without_a_proof_shows_slips_that_grow_for_joints_of_all_kin
     assert not len(verdict.falling)
     assert all(len(changes) >= 6 for changes in verdict.coulomb.changes)
     assert len(verdict.coulomb.changes) == len(FAMILY)
+    assert "open by unequal amounts have no state either" in verdict.coulomb.explain()
 
 
 @pytest.mark.parametrize("case", ["cra_A", "cra_H"])

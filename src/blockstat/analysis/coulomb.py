@@ -169,6 +169,9 @@ class CoulombState:
             words = f"Points that do not close carry {100 * self.share:.3g} % of the normal force."
             if changes:
                 words += f" Slips change by {changes} with each program: they {grow} in joints of these kinds."
+        unequal = self.solves - sum(len(own) for own in self.changes)
+        if self.settles is False and unequal:
+            words += f" Stiff joints that are open by unequal amounts have no state either (programs: {unequal})."
         if not np.isnan(self.tightness):
             words += f" At {100 * self.tightness:.0f} % of random tightnesses of the joints there is such a state."
         if self.unequal:
