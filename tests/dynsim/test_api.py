@@ -120,15 +120,15 @@ def test_an_unknown_setting_is_refused_with_the_settings_there_are():
 @pytest.mark.parametrize(
     ("function", "options"),
     [
-        (dynsim.verify, "settings, loads, actions, interfaces, engine, statics, progress"),
-        (dynsim.simulate, "settings, stop, loads, actions, hold, interfaces, engine, progress"),
-        (dynsim.limit, "loads, settings, width, check, interfaces, progress"),
-        (dynsim.compare, "settings, closely, engines, interfaces, jobs, timeout, progress"),
+        (dynsim.verify, "settings, loads, actions, gap, interfaces, engine, statics, progress"),
+        (dynsim.simulate, "settings, stop, loads, actions, hold, gap, interfaces, engine, progress"),
+        (dynsim.limit, "loads, settings, width, check, gap, interfaces, progress"),
+        (dynsim.compare, "settings, closely, engines, gap, interfaces, jobs, timeout, progress"),
         (dynsim.verify_many, "settings, loads, actions, interfaces, jobs, timeout, progress"),
         (dynsim.run_many, "names, jobs, timeout, progress"),
         (
             dynsim.optimise,
-            "names, settings, jobs, under, conditions, strategy, over, margin, snap, points, imperfections, target",
+            "names, settings, jobs, under, conditions, strategy, over, margin, snap, points, imperfections, target, gap",
         ),
         (dynsim.buttress_loop, "progress"),
         (blockstat.find_interfaces, "gap, near"),
