@@ -210,7 +210,7 @@ def options():
 
 
 #: Results, which nobody makes; they hold the word that was given.
-RESULTS = ("Assessment", "Falsework", "NonlinearCheck", "PathEvent", "Verdict", "Run")
+RESULTS = ("Assessment", "Falsework", "NonlinearCheck", "PathEvent", "Reliability", "Verdict", "Run")
 
 
 def given(name):

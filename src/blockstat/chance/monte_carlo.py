@@ -198,12 +198,12 @@ def reliability(
     >>> found.interval[0] < 0.5 < found.interval[1]
     True
     """
+    check_choice("flow", flow, FLOWS)
     population, load = population_of(assembly, uncertain, load, loads, gap=gap, interfaces=interfaces)
     if draws < 1 or (jobs is not None and jobs < 1) or not 0 < confidence < 1:
         given = f"draws is {draws}, jobs {jobs} and confidence {confidence}"
         raise InputError(f"{given}; one draw and one job are needed, and 0 < confidence < 1")
     check_seed(seed)
-    check_choice("flow", flow, FLOWS)
     centre = np.zeros(population.size) if about is None else about.point
     trials = Trials(population, load, centre, seed, reuse, flow)
     rows = judge_all(trials, draws, file, jobs, progress)
