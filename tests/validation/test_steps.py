@@ -92,6 +92,7 @@ def test_a_wall_in_its_plane_is_followed_through_its_stepped_crack(ferris):
 
 @pytest.mark.parametrize(("share", "sign"), [(0.9, -1), (1.1, 1)])
 def test_bullet_goes_back_below_the_curve_and_on_above_it(ferris, share, sign):
+    pytest.importorskip("pybullet")
     # At its weight of one the wall is slow; what is seen is the way it goes.
     asm = ferris.assembly
     point = min(ferris.points, key=lambda point: abs(top(ferris, point) - 0.1))
