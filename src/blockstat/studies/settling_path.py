@@ -28,7 +28,9 @@ if TYPE_CHECKING:
 #: Contacts that move apart at less than this in the first mechanism, relative to the supports, stick.
 STILL = 1e-5
 #: How far from rest the mechanism that leaves it is looked for, relative to the size of the assembly, and how often.
-NEAR, TRIALS = 1e-3, 5
+#: There, mechanisms of the same energy at rest differ by about that part of it. Programs are solved to 1e-8, so of the
+#: dearer ones 1e-8 / NEAR is left, which must not be more than STILL.
+NEAR, TRIALS = 1e-8 / STILL, 5
 #: Lengths below this fraction of the largest block are rounding.
 ROUNDING = 1e-9
 
@@ -263,7 +265,7 @@ def _leaving(begin: Begin, linkage: Linkage, start: Pose, motion: Floats, size: 
         length = NEAR * size / speed
         near = linkage.shifted(start, length * linkage.of_bodies(motion), linkage.origins(start))
         found = begin(whole, near, length, STILL)
-        if found is None:
+        if found is None or found[0].sliding.any():  # contact points of what slides are not those of rest
             break
         same = (found[0].pinned == linkage.pinned).all() and (found[0].sliding == linkage.sliding).all()
         linkage, motion = found
