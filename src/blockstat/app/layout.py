@@ -277,7 +277,7 @@ class Layout:
             supports = gui.add_text("supports", "", hint="names of blocks that cannot move, separated by commas")
             unit = gui.add_dropdown("units", tuple(UNITS), initial_value=units, hint="of the coordinates")
             first = up or ("y" if name.lower().endswith(".glb") else "z")
-            axis = gui.add_dropdown("up", UP, initial_value=first, hint="the axis that points up; in GLB y, unless said")
+            axis = gui.add_dropdown("up", UP, initial_value=first, hint="what points up; y in GLB, unless said")
             largest = gui.add_text(
                 "gap", gap or "", hint='largest gap of a joint: a share of the block size, or "2 mm"; or nothing'
             )
