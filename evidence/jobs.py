@@ -68,6 +68,7 @@ JOBS: Sequence[Job] = (
     result("compare_verdicts", 2.5, "comparisons.huts"),
     result("glue", 1.5, "dynamics.glue"),
     result("stiffness", 2, "dynamics.stiffness"),
+    result("settlements", 1.5, "checks.settlements"),
     result("loads", 1, "dynamics.loads --strips docs", "docs/strip-*.png"),
     result("iterations", 2, "dynamics.iterations"),
     result("plans", 30, "dynamics.plans"),

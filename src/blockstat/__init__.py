@@ -115,7 +115,7 @@ if TYPE_CHECKING:
         plot_verdict,
     )
     from blockstat.view.polar import plot_directions
-    from blockstat.view.settling import plot_capacity, plot_settlement
+    from blockstat.view.settling import plot_capacity, plot_settlement, write_path
     from blockstat.view.three_d.page import interactive_html, show
     from blockstat.view.thrust_lines import plot_thrust
     from blockstat.view.utilisation import plot_reserve_map, plot_utilisation, utilisation
@@ -149,7 +149,7 @@ __all__ = [
     "scene_text", "score_by_point", "score_gradient", "search", "settle", "settle_to_collapse", "settlement",
     "shared_points", "show", "side_wall_friction", "space_of", "stone_sensitivity", "surface_load", "sweep",
     "tendon_load", "thrust_range", "tie_gain", "tie_range", "tilt_limit", "utilisation", "with_values", "write",
-    "write_mechanism", "write_motion", "write_plan", "write_plan_film", "write_verdict",
+    "write_mechanism", "write_motion", "write_path", "write_plan", "write_plan_film", "write_verdict",
 ]
 # fmt: on
 
@@ -221,7 +221,7 @@ _HOMES = {
         "view.building.steps": "plot_plan",
         "view.plot": "mechanism_pose plot plot_forces plot_mechanism plot_stone_sensitivity plot_verdict",
         "view.polar": "plot_directions",
-        "view.settling": "plot_capacity plot_settlement",
+        "view.settling": "plot_capacity plot_settlement write_path",
         "view.three_d.page": "interactive_html show",
         "view.thrust_lines": "plot_thrust",
         "view.utilisation": "plot_reserve_map plot_utilisation utilisation",

@@ -125,9 +125,9 @@ def test_a_mesh_wants_supports_and_opens_with_them(hut, tmp_path, capfd):
         tab.sees("Stable", exact=True)
         tab.tab("File")
         upload(tab, bare)
-        answer_dialogue(tab, "")
-        tab.sees("(blocks: ground, ")  # it asks again, and says what there is
-        answer_dialogue(tab, "ground", units="mm")
+        answer_dialogue(tab, "", units="mm")
+        tab.sees("(blocks: ground, ")  # it asks again, says what there is, and keeps the units
+        answer_dialogue(tab, "ground")
         wait_until(tab, lambda: page.known.verdict.assembly.n_blocks == 3)
         assert page.known.verdict.assembly.volume[1] == pytest.approx(1e-9 * stack(2).volume[1])
         upload(tab, bare)

@@ -2,9 +2,10 @@ import json
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
-from blockstat import Assembly, box, capacity, plot_capacity, write
+from blockstat import Assembly, box, capacity, plot_capacity, settle_to_collapse, write, write_path
 
 
 def wall():
@@ -57,3 +58,51 @@ def test_the_picture_goes_into_axes_too():
     axes = Figure().add_subplot()
     assert plot_capacity(capacity(wall(), (1, 0, 0), steps=5), axes) is axes
     assert axes.lines
+
+
+def keys(path, node, what):
+    """The last key of an animated node, and the time of the last key."""
+    data = path.read_bytes()
+    length = int.from_bytes(data[12:16], "little")
+    content, binary = json.loads(data[20 : 20 + length]), data[28 + length :]
+
+    def last(accessor, count):
+        accessor = content["accessors"][accessor]
+        view = content["bufferViews"][accessor["bufferView"]]
+        start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
+        return np.frombuffer(binary, np.float32, accessor["count"] * count, start).reshape(-1, count)[-1]
+
+    number = next(k for k, one in enumerate(content["nodes"]) if one["name"] == node)
+    (animation,) = content["animations"]
+    channel = next(one for one in animation["channels"] if one["target"] == {"node": number, "path": what})
+    sampler = animation["samplers"][channel["sampler"]]
+    return last(sampler["output"], 4 if what == "rotation" else 3), float(last(sampler["input"], 1)[0])
+
+
+def test_a_film_of_a_curve_ends_in_the_pose_of_its_last_point(tmp_path):
+    # Both courses turn about the toe (.5, ., 0) until their centroid (.25, ., 1) is above it: by atan(1/4).
+    path = write_path(capacity(wall(), (1, 0, 0), control="wall"), tmp_path / "falls.glb")
+    turned, seconds = keys(path, "course 1", "rotation")
+    assert abs(turned) == pytest.approx([0, np.sin(0.5 * np.arctan(0.25)), 0, np.cos(0.5 * np.arctan(0.25))], abs=1e-4)
+    assert seconds == pytest.approx(5.0)
+
+
+def test_a_film_of_a_settlement_moves_the_support(tmp_path):
+    piers = [box((x, 0, 0), (x + 0.5, 1, 2), name=name) for x, name in ((0, "left"), (1.5, "right"))]
+    lintel = box((0, 0, 2), (2, 1, 2.5), name="lintel")
+    portal = Assembly.from_blocks([*piers, lintel], supports=["left", "right"], friction=0.9)
+    found = settle_to_collapse(portal, {"right": (0, 0, -1)}, displacement=0.05)
+    moved, _ = keys(write_path(found, tmp_path / "settles.glb"), "right", "translation")
+    centre = np.array([1.75, 0.5, 1.0])
+    assert min(abs(moved - centre - [0, 0, -0.05]).max(), abs(moved - [0, 0, -0.05]).max()) < 1e-6
+    strip = write_path(found, tmp_path / "settles.svg").read_text()
+    assert "50 mm" in strip.replace("<!-- ", "")
+
+
+@pytest.mark.parametrize("name", ["film.xyz", "film", "nowhere/film.glb"])
+def test_a_film_that_cannot_be_written_is_refused_before_the_work(tmp_path, name):
+    write(wall(), tmp_path / "wall.json")
+    answer = run("capacity", tmp_path / "wall.json", "--load", "1,0,0", "--film", tmp_path / name)
+    assert answer.returncode == 2
+    assert name.split("/")[0] in answer.stderr
+    assert "limit load" not in answer.stderr

@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 
 from blockstat import Assembly, Block, InputError, JointLaw, Tie, box, capacity, model, settle_to_collapse
+from blockstat.large_displacement.path import Follower, PathEnd
 from blockstat.model import assemble
+from evidence.scenes.small import running_bond
 
 WITHIN = 1e-3
 
@@ -352,6 +354,35 @@ def test_arches_on_spreading_supports_fall_where_three_hinges_carry_no_more(shap
     if shape == (20, 0.20):
         expected = [0.169032515, 0.186082191, 0.230337493, 0.300041261]
         assert np.interp([0.05, 0.1, 0.2, 0.3], found.displacement, thrust) == pytest.approx(expected, rel=WITHIN)
+
+
+@pytest.mark.parametrize("shape", [(10, 0.15), (20, 0.20)], ids=str)
+def test_finite_steps_alone_lead_an_arch_to_where_its_linkage_falls(shape, monkeypatch):
+    monkeypatch.setattr(Follower, "follow", lambda *_: iter([PathEnd.LOST]))
+    ring = arch(*shape)
+    start, _, opening = SPREADING[shape]
+    found = settle_to_collapse(ring, {"right": (1, 0, 0)})
+    assert found.outcome.word == "collapse"
+    assert found.collapse == pytest.approx(opening, rel=1e-2)
+    assert found.reaction[0] == pytest.approx(start * ring.free_weight, rel=WITHIN)
+    assert any("finite steps" in text for text in found.warnings)
+    if shape == (20, 0.20):
+        expected = [0.169032515, 0.186082191, 0.230337493, 0.300041261]
+        thrust = np.interp([0.05, 0.1, 0.2, 0.3], found.displacement, found.reaction / ring.free_weight)
+        assert thrust == pytest.approx(expected, rel=2e-3)
+
+
+def test_a_wall_on_ground_that_is_torn_apart_is_followed_and_loses_energy():
+    wall = running_bond(4, 3, gravity=(0, 0, -9.81)).with_(friction=0.6)
+    found = settle_to_collapse(wall, {(0.41, -9, -1, 9, 9, 0.01): (1, 0, -1)}, displacement=0.2)
+    assert found.outcome.word in ("collapse", "reached")
+    assert found.displacement[-1] > 0.02
+    height = np.array([pose.displacement[:, 2] for pose in found.poses]) @ (9.81 * wall.mass * ~wall.support)
+    mean = 0.5 * (found.reaction[1:] + found.reaction[:-1])
+    work = np.append(0.0, np.cumsum(mean * np.diff(found.displacement)))
+    # What the weight loses moves the support, or is lost in friction and falls.
+    assert (work <= -height + 1e-3 * wall.free_weight * found.displacement).all()
+    assert work[-1] > 0
 
 
 @pytest.mark.parametrize(

@@ -246,7 +246,16 @@ class Layout:
         for label, make in SAVES.items():
             gui.add_button(label).on_click(lambda event, make=make: self._save(event, make))
 
-    def ask_supports(self, name: str, content: bytes, why: str = "") -> None:
+    def ask_supports(
+        self,
+        name: str,
+        content: bytes,
+        why: str = "",
+        *,
+        units: str | None = None,
+        up: str | None = None,
+        gap: str | None = None,
+    ) -> None:
         """Ask what a file of blocks does not say, and open it.
 
         Parameters
@@ -257,6 +266,8 @@ class Layout:
             What is in it.
         why : str, optional
             What was missing, in plain text.
+        units, up, gap : str, optional
+            What was chosen before, as in `Page.upload`.
         """
         gui, page = self._gui, self._page
         dialogue = gui.add_modal(f"Open {name}")
@@ -264,16 +275,16 @@ class Layout:
             text = why or "A mesh does not say which blocks cannot move. Leave the names empty if this one does."
             gui.add_html(f'<div style="margin:0 10px .6em">{escape(text)}</div>')
             supports = gui.add_text("supports", "", hint="names of blocks that cannot move, separated by commas")
-            units = gui.add_dropdown("units", tuple(UNITS), hint="of the coordinates")
-            first = "y" if name.lower().endswith(".glb") else "z"
-            up = gui.add_dropdown("up", UP, initial_value=first, hint="the axis that points up; in GLB y, unless said")
-            gap = gui.add_text(
-                "gap", "", hint='largest gap of a joint: a share of the block size, or "2 mm"; or nothing'
+            unit = gui.add_dropdown("units", tuple(UNITS), initial_value=units, hint="of the coordinates")
+            first = up or ("y" if name.lower().endswith(".glb") else "z")
+            axis = gui.add_dropdown("up", UP, initial_value=first, hint="what points up; y in GLB, unless said")
+            largest = gui.add_text(
+                "gap", gap or "", hint='largest gap of a joint: a share of the block size, or "2 mm"; or nothing'
             )
             go, leave = gui.add_button("Open"), gui.add_button("Cancel", color="gray")
 
         def given() -> tuple[str, bytes, str, str, str, str | None]:
-            return name, content, supports.value, units.value, up.value, gap.value.strip() or None
+            return name, content, supports.value, unit.value, axis.value, largest.value.strip() or None
 
         @go.on_click
         def _(_: viser.GuiEvent) -> None:

@@ -176,13 +176,14 @@ class Page:
         if self._reader is not None:
             self._reader.stop()
         reading = (send_upload, name, content, supports, units, up, gap, self._folder)
-        self._reader = self.start(*reading, report=lambda found: self._read(name, content, found), timed=True)
+        chosen = {"units": units, "up": up, "gap": gap}
+        self._reader = self.start(*reading, report=lambda found: self._read(name, content, chosen, found), timed=True)
 
-    def _read(self, name: str, content: bytes, found: Any) -> None:
+    def _read(self, name: str, content: bytes, chosen: dict[str, str | None], found: Any) -> None:
         if isinstance(found, Model):
             self.open(found)
         elif isinstance(found, NoSupportError):
-            self.layout.ask_supports(name, content, str(found))
+            self.layout.ask_supports(name, content, str(found), **chosen)
         elif isinstance(found, InputError):
             self._refuse(str(found))
         elif isinstance(found, Crashed):

@@ -11,6 +11,7 @@ from blockstat.cli.cases import Case, LoadsFile, chosen_case, load_and_loads
 from blockstat.cli.options import (
     AsJson,
     FileArgument,
+    Film,
     Friction,
     Gap,
     Gravity,
@@ -18,6 +19,7 @@ from blockstat.cli.options import (
     Tilt,
     Units,
     Up,
+    drawn,
     gap_of,
     inputs,
     numbers,
@@ -66,12 +68,14 @@ def capacity_command(
     steps: Annotated[int, typer.Option(metavar="N", help="About how many points the curve has.")] = 30,
     tolerance: Annotated[float, typer.Option(metavar="T", help="Of the curve between its points.")] = 1e-4,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Also draw it (.png, .svg, .pdf).")] = None,
+    film: Film = None,
     as_json: AsJson = False,
 ) -> None:
     """Follow the mechanism of a limit load: multiplier against displacement. Interrupted, it keeps what is done."""
     from blockstat.large_displacement.capacity_curve import capacity
-    from blockstat.view.settling import plot_capacity
+    from blockstat.view.settling import film_path, plot_capacity, write_path
 
+    film = None if film is None else film_path(film)
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     near = gap_of(gap)
     growing, permanent = load_and_loads(load, chosen_case(assembly, file, case, loads))
@@ -88,12 +92,10 @@ def capacity_command(
             tolerance=tolerance,
             progress=lambda there, multiplier: say(f"{there:.4g} m: {multiplier:.4g}"),
         )
-    if output is not None:
-        plot_capacity(found, output)
+    files = drawn(output=(plot_capacity, found, output), film=(write_path, found, film))
     if as_json:
-        drawn = {} if output is None else {"output": str(output)}
         echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
-        print_json({"file": str(file), **echo, **found.summary(), **drawn})
+        print_json({"file": str(file), **echo, **found.summary(), **files})
         return
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {found.timings['total']:.2f} s")
     typer.echo(f"{said(assembly, units=units, gap=near)}\n{found.explain()}")

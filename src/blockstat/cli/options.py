@@ -50,6 +50,10 @@ Folder = Annotated[
 ]
 MostSeconds = Annotated[float, typer.Option(min=1, help="A verdict that takes longer is stopped.")]
 MostGigabytes = Annotated[float, typer.Option(min=0.5, help="Memory of one process of the page, on Linux.")]
+Film = Annotated[
+    Path | None,
+    typer.Option("--film", metavar="FILE", help="Write the motion: .glb (animation), or .png, .svg (strip)."),
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object on standard output.")]
 
 #: What typer raises for arguments that it cannot read; it exports only this child of it.
@@ -484,3 +488,22 @@ def _say_usage(error: Any, prog: str) -> None:
 def _show_warning(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:
     if issubclass(category, InputWarning):
         print(f"warning: {_one_line(str(message))}", file=sys.stderr)
+
+
+def drawn(**wanted: tuple[Callable[[Any, Path], Any], Any, Path | None]) -> dict[str, str]:
+    """Write the pictures that were asked for.
+
+    Parameters
+    ----------
+    **wanted : (callable, object, Path or None)
+        By its key in the JSON: what writes it, what is shown, and the file.
+
+    Returns
+    -------
+    dict of str
+        The files that were written, by key.
+    """
+    found = {key: (write, shown, path) for key, (write, shown, path) in wanted.items() if path is not None}
+    for write, shown, path in found.values():
+        write(shown, path)
+    return {key: str(path) for key, (_, _, path) in found.items()}

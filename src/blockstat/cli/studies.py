@@ -12,6 +12,7 @@ from blockstat.cli.displacement import F0, Ag, Behaviour, Confidence, Soil, Tc, 
 from blockstat.cli.options import (
     AsJson,
     FileArgument,
+    Film,
     Friction,
     Gap,
     Gravity,
@@ -20,6 +21,7 @@ from blockstat.cli.options import (
     Units,
     Up,
     doubt_movement,
+    drawn,
     gap_of,
     inputs,
     lengths,
@@ -78,11 +80,9 @@ def over_the_horizon(
             say(f"{done} of at least {directions} directions, {found.upper:.4g} towards {name}")
 
         found = limit_load_by_direction(assembly, directions, flow=flow, gap=gap, progress=progress)
-    if output is not None:
-        plot_directions(found, output)
+    files = drawn(output=(plot_directions, found, output))
     if as_json:
-        drawn = {} if output is None else {"output": str(output)}
-        print_json({"file": str(file), **inputs(assembly, units=units, gap=gap), **found.summary(), **drawn})
+        print_json({"file": str(file), **inputs(assembly, units=units, gap=gap), **found.summary(), **files})
         return
     basis = said(assembly, units=units, gap=gap)
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
@@ -107,13 +107,15 @@ def settle_command(
     up: Up = None,
     gap: Gap = None,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Also draw it (.png, .svg, .pdf).")] = None,
+    film: Film = None,
     as_json: AsJson = False,
 ) -> None:
     """Let parts of the supports move: what follows, which joints open, the force on them, and when it falls."""
     from blockstat.studies.foundations import settle
     from blockstat.studies.settling_path import settle_to_collapse
-    from blockstat.view.settling import plot_settlement
+    from blockstat.view.settling import film_path, plot_settlement, write_path
 
+    film = None if film is None else film_path(film)
     moves = dict(_move(text) for text in move)
     if len(moves) < len(move):
         raise InputError("--move names a part twice; give its whole displacement once")
@@ -125,13 +127,11 @@ def settle_command(
         found = settle(assembly, moves, gap=near)
         say("following the settlement until collapse")
         path = settle_to_collapse(assembly, moves, interfaces=found.interfaces)
-    if output is not None:
-        plot_settlement(found, output)
+    files = drawn(output=(plot_settlement, found, output), film=(write_path, path, film))
     if as_json:
-        drawn = {} if output is None else {"output": str(output)}
         further = {"collapse": path.collapse, "path": path.summary()}
         print_json(
-            {"file": str(file), **inputs(assembly, units=units, gap=near), **found.summary(), **further, **drawn}
+            {"file": str(file), **inputs(assembly, units=units, gap=near), **found.summary(), **further, **files}
         )
         return
     basis = said(assembly, units=units, gap=near)

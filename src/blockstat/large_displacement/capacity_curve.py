@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from time import process_time
 from typing import TYPE_CHECKING, Any
@@ -11,18 +11,17 @@ import numpy as np
 
 from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, limit_load
-from blockstat.analysis.verdict import corner_speed
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.contact.point_law import last_law
 from blockstat.errors import InputError, check_choice, known_options
-from blockstat.large_displacement.contacts import CORNER, first_contacts
+from blockstat.large_displacement.contacts import first_contacts
 from blockstat.large_displacement.jump import statuses
 from blockstat.large_displacement.linkage import Control, Linkage
 from blockstat.large_displacement.loading import control_of, loading
 from blockstat.large_displacement.path import Begin, Follower, PathEnd, PathEvent, State
-from blockstat.large_displacement.pose import Pose, displaced, rest
+from blockstat.large_displacement.pose import Pose, rest
 from blockstat.large_displacement.statics import LACKING, Structure, limiting
-from blockstat.large_displacement.steps import Left, Stepper
+from blockstat.large_displacement.steps import Left, follow, of_steps
 from blockstat.result import Result, Sentence, finite
 from blockstat.solve.dispatch import CHOICES
 from blockstat.typing import Floats, Ints
@@ -30,8 +29,6 @@ from blockstat.typing import Floats, Ints
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-#: The longest step where the path is no linkage, relative to the size of the blocks.
-FINE = 0.03
 #: Contacts that move apart at less than this in the first mechanism, whose fastest corner moves at 1, stick.
 STILL = 1e-5
 
@@ -291,7 +288,7 @@ def capacity(
     warnings = list(limit.warnings)
     if unproven:
         warnings.append(f"at {unproven} of {len(states)} points forces balance to the solver's tolerance only")
-    warnings += _of_steps(states, CORNER * float(assembly.size.max()))
+    warnings += of_steps(states, assembly, "multipliers of associated friction")
     for item in left:
         names = ", ".join(f'"{assembly.names[block]}"' for block in item.blocks)
         warnings.append(f"{names}: fallen out at {item.parameter:.4g} m and left out from there on")
@@ -375,7 +372,7 @@ def _followed(
     left: list[Left] = []
     outcome = CapacityOutcome.INTERRUPTED
     try:
-        for item in _path(follower, linkage, pose, limit.mechanism, steps):
+        for item in follow(follower, linkage, pose, limit.mechanism, change=1.0 / steps):
             if isinstance(item, Left):
                 left.append(item)
             elif isinstance(item, State):
@@ -393,37 +390,6 @@ def _followed(
         if not states:
             raise
     return states, events, left, outcome
-
-
-def _path(
-    follower: Follower, linkage: Linkage, pose: Pose, guess: Floats, steps: int
-) -> Iterator[State | PathEvent | Left | PathEnd]:
-    """The path of the linkage, and where that is lost, the path by finite steps from there."""
-    last: State | None = None
-    for item in follower.follow(linkage, pose, guess):
-        if isinstance(item, State):
-            last = item
-        if item is not PathEnd.LOST or last is None:
-            yield item
-    if item is PathEnd.LOST and last is not None:
-        motion = last.motion
-        speed = float(corner_speed(displaced(linkage.assembly, motion.pose), motion.rate).max())
-        step = min(speed * follower.step, FINE * float(np.median(linkage.assembly.size)))
-        stepper = Stepper(follower.structure, follower.end, step, 1.0 / steps, follower.tolerance)
-        yield from stepper.follow(last)
-
-
-def _of_steps(states: Sequence[State], room: float) -> list[str]:
-    """What is to be said of states that finite steps have led to; room : what is no gap [m]."""
-    stepped = [(state.motion.parameter, state.open) for state in states if state.open is not None]
-    if not stepped:
-        return []
-    start, widest = min(stepped)[0], max(open_ for _, open_ in stepped)
-    touching = f"; contacts that are open by up to {1e3 * widest:.2g} mm count as touching" if widest > room else ""
-    return [
-        f"no linkage from {start:.4g} m on: followed by finite steps, with multipliers of associated friction"
-        f"{touching}. More steps tell the error"
-    ]
 
 
 def _point(structure: Structure, state: State, limit: LimitLoad) -> CapacityPoint:

@@ -8,7 +8,7 @@ motions of the bodies:
     min |g + N u|^2 + |t + T u|^2 + ridge |u|^2    subject to    gap + G u >= 0,    c'u = 0,
 
 g and t the gaps of contacts that stay shut and the slip of those that stick, gap that of all contacts that are near,
-and c'u the work of the live load. It is solved a few times, as rotations are finite.
+and c'u the work of the live load, if there is one. It is solved a few times, as rotations are finite.
 """
 
 from __future__ import annotations
@@ -40,21 +40,23 @@ class Closing:
     open: Floats  #: how far contacts that should touch are open still, or slip where they stick, shape (n,) [m]
 
 
-def closed_up(linkage: Linkage, pose: Pose, held: Control, target: float, reach: float) -> Closing:
+def closed_up(
+    linkage: Linkage, pose: Pose, parameter: float, reach: float, held: Control | None, target: float
+) -> Closing:
     """Find the pose next to a given one that closes the contacts of a linkage and lets no others overlap.
 
     Parameters
     ----------
     linkage
         Its contacts that stick and slide are those to be closed.
-    pose
+    pose, parameter
         Where a step has led.
-    held
-        The displacement that is not to change.
-    target
-        What it is [m].
     reach
         Contacts that are open by more than this stay open [m].
+    held
+        The displacement that is not to change; None where none is held.
+    target
+        What it is [m].
 
     Returns
     -------
@@ -65,7 +67,7 @@ def closed_up(linkage: Linkage, pose: Pose, held: Control, target: float, reach:
     shut = linkage.pinned | linkage.sliding
     best, least = pose, np.inf
     for trial in range(PASSES + 1):
-        rows = _Near(linkage, pose, reach)
+        rows = _Near(linkage, pose, parameter, reach)
         if rows.error < least:
             best, least = pose, rows.error
         if rows.error <= CLOSED * size or trial == PASSES:
@@ -74,17 +76,17 @@ def closed_up(linkage: Linkage, pose: Pose, held: Control, target: float, reach:
         if motion is None:
             break
         pose = linkage.shifted(pose, motion, rows.origin)
-    left = np.where(shut, np.abs(gaps(linkage.assembly, linkage.contacts, best, 0.0)), 0.0)
+    left = np.where(shut, np.abs(gaps(linkage.assembly, linkage.contacts, best, parameter)), 0.0)
     return Closing(best, left)
 
 
 class _Near:
     """Rates of gaps of near contacts between bodies, of slips of those that stick and of ties' lengths, at a pose."""
 
-    def __init__(self, linkage: Linkage, pose: Pose, reach: float) -> None:
+    def __init__(self, linkage: Linkage, pose: Pose, parameter: float, reach: float) -> None:
         contacts, assembly = linkage.contacts, linkage.assembly
         self.origin = linkage.origins(pose)
-        both = sides(assembly, contacts, pose, 0.0)
+        both = sides(assembly, contacts, pose, parameter)
         apart = both[:, 1] - both[:, 0]
         normal, valid = roles(contacts, pose, both)
         body = linkage.body[contacts.pair]
@@ -122,24 +124,26 @@ class _Near:
         return max(float(part.max(initial=0.0)) for part in parts)
 
 
-def _least_squares(linkage: Linkage, pose: Pose, rows: _Near, held: Control, target: float) -> Floats | None:
+def _least_squares(linkage: Linkage, pose: Pose, rows: _Near, held: Control | None, target: float) -> Floats | None:
     """The motion of the bodies that closes contacts, shape (6 n_bodies,); None where the program has no answer."""
     n, length = linkage.n_bodies, linkage.length
     near = sparse.csc_array(as_matrix([rows.gaps], n, length))
     others = sparse.csc_array(as_matrix([rows.slips, rows.ties], n, length))
     wanted = sparse.csc_array(sparse.vstack([near[np.flatnonzero(rows.shut)], others]))
     missing = -np.concatenate([rows.gap[rows.shut], rows.slip, rows.longer])
-    row = held.row(linkage.assembly, pose, linkage.body, rows.origin)
-    constraint = sparse.csc_array(sparse.vstack([sparse.csc_array(as_matrix([row], n, length)), -near]))
     unit = max(rows.error, 1e-300)  # in gaps of about one
-    bound = np.append(target - held.value(linkage.assembly, pose), rows.gap) / unit
+    constraint, bound, cones = -near, rows.gap / unit, _cones(len(rows.gap), held)
+    if held is not None:
+        row = held.row(linkage.assembly, pose, linkage.body, rows.origin)
+        constraint = sparse.csc_array(sparse.vstack([sparse.csc_array(as_matrix([row], n, length)), -near]))
+        bound = np.append((target - held.value(linkage.assembly, pose)) / unit, bound)
     square = sparse.csc_array(sparse.triu(wanted.T @ wanted + RIDGE * sparse.eye_array(6 * n)))
-    answer = clarabel.run(square, -(wanted.T @ missing) / unit, constraint, bound, _cones(len(rows.gap)))
+    answer = clarabel.run(square, -(wanted.T @ missing) / unit, constraint, bound, cones)
     motion = np.array(answer.x) * unit
     return motion if np.isfinite(motion).all() and str(answer.status) in ("Solved", "AlmostSolved") else None
 
 
-def _cones(number: int) -> list:
-    """One equation and so many inequalities."""
+def _cones(number: int, held: Control | None) -> list:
+    """One equation, if a displacement is held, and so many inequalities."""
     solver: Any = importlib.import_module("clarabel")
-    return [solver.ZeroConeT(1), *([solver.NonnegativeConeT(number)] if number else [])]
+    return [*([] if held is None else [solver.ZeroConeT(1)]), *([solver.NonnegativeConeT(number)] if number else [])]

@@ -50,6 +50,7 @@ def statuses(
     *,
     still: float = STILL,
     dilates: bool = True,
+    lift: Floats | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return which of the contacts that touch stick and which slide under a motion; the others open.
 
@@ -67,6 +68,8 @@ def statuses(
         Contacts that move at less than this stick, where the fastest corner moves at 1.
     dilates
         Whether joints that slide open at the rate of associated friction in this motion.
+    lift
+        How fast those contacts open that slide, shape (n,), where that is known.
 
     Returns
     -------
@@ -86,7 +89,10 @@ def statuses(
     slip = np.sqrt(np.maximum((apart**2).sum(axis=1) - opening**2, 0.0))
     moves = (np.abs(apart).max(axis=1) > still) & closed
     rubs = slip > still
-    lifts = opening - np.where(rubs & dilates, contacts.friction, 0.0) * np.where(rubs, slip, 0.0) > still
+    wedged = (
+        np.where(dilates & rubs, contacts.friction, 0.0) * np.where(rubs, slip, 0.0) if lift is None else lift / speed
+    )
+    lifts = opening - np.where(rubs, wedged, 0.0) > still
     return closed & ~moves, moves & ~lifts
 
 

@@ -101,7 +101,9 @@ def _one_sided(
     return replace(linkage, contacts=replace(contacts, corner=corner))
 
 
-def clipped_again(assembly: Assembly, interfaces: Interfaces, contacts: Contacts, joints: Ints, pose: Pose) -> Contacts:
+def clipped_again(
+    assembly: Assembly, interfaces: Interfaces, contacts: Contacts, joints: Ints, pose: Pose, parameter: float
+) -> Contacts:
     """Return the contacts with new points in some joints: the corners of what their faces have in common at a pose.
 
     Parameters
@@ -114,8 +116,8 @@ def clipped_again(assembly: Assembly, interfaces: Interfaces, contacts: Contacts
         The pairs of points.
     joints
         Numbers of the joints, shape (k,); each has a pair of points and an area.
-    pose
-        Where the blocks are.
+    pose, parameter
+        Where the blocks are, and the movement of the supports.
 
     Returns
     -------
@@ -123,7 +125,7 @@ def clipped_again(assembly: Assembly, interfaces: Interfaces, contacts: Contacts
         In the order of the joints.
     """
     parts = [taken(contacts, np.flatnonzero(~np.isin(contacts.joint, joints)))]
-    merged = _joined(parts + [_clipped(assembly, interfaces, contacts, int(k), pose, 0.0) for k in joints])
+    merged = _joined(parts + [_clipped(assembly, interfaces, contacts, int(k), pose, parameter) for k in joints])
     return taken(merged, np.argsort(merged.joint, kind="stable"))
 
 

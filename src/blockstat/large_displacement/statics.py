@@ -16,12 +16,13 @@ from blockstat.large_displacement.contacts import Contacts, displaced_interfaces
 from blockstat.large_displacement.linkage import Linkage
 from blockstat.large_displacement.loading import Loading
 from blockstat.large_displacement.pose import Pose, displaced
-from blockstat.program.conic import conic_program
+from blockstat.program.conic import ConicProgram, conic_program
 from blockstat.program.equilibrium import weight
 from blockstat.program.ties import tie_wrenches
 from blockstat.solve import clarabel
+from blockstat.solve.answer import Answer, Status
 from blockstat.solve.penalty import solve_margin
-from blockstat.typing import Floats
+from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
@@ -32,8 +33,8 @@ LACKING = 1e-7
 #: that across a slip, do work by rounding only, 1e-16 of the loads; so their motion stays below 1e-6. What it leaves
 #: unbalanced is RIDGE times the motion: where that is more than rounding, there is no equilibrium.
 RIDGE = 1e-10
-#: Programs of the fixed point of joints that slide without opening.
-PASSES, SETTLED = 50, 1e-7
+#: Programs of the fixed point of joints that slide without opening, and how fast they may open, relative to the motion.
+SETTLED, ROUGH = (50, 1e-7), (10, 0.01)
 #: Contacts that slip at less than this, relative to the motion, stick.
 STILL = 1e-4
 
@@ -121,7 +122,7 @@ class Structure:
         dead = float((self.dead_load(pose) * motion).sum()) + self.tie_work(pose, motion)
         return -dead / work if work else np.nan
 
-    def driven(self, contacts: Contacts, closed: np.ndarray, pose: Pose, parameter: float) -> Floats:
+    def driven(self, contacts: Contacts, closed: np.ndarray, pose: Pose, parameter: float) -> tuple[Floats, Ints]:
         """Return the rates at the contact points by the movement of supports, in the frames of the joints at a pose.
 
         Parameters
@@ -131,13 +132,14 @@ class Structure:
 
         Returns
         -------
-        Floats
+        rates : Floats
             Of b against a for a unit rate, shape (n_points, 3).
+        contact : Ints
+            The pair that each point stands for, shape (n_points,).
         """
         faces, point = displaced_interfaces(self.assembly, self.interfaces, contacts, closed, pose, parameter)
         drive = (contacts.drive[:, 1] - contacts.drive[:, 0])[point]
-        rates: Floats = np.einsum("nij,nj->ni", faces.frame[faces.point_interface], drive)
-        return rates
+        return np.einsum("nij,nj->ni", faces.frame[faces.point_interface], drive), point
 
     def posed(self, contacts: Contacts, closed: np.ndarray, pose: Pose, parameter: float, multiplier: float) -> Problem:
         """Return the equilibrium problem at a pose.
@@ -261,7 +263,7 @@ def rubbing(
     program, faces = problem.program, problem.interfaces
     if program is None or len(problem.floating):
         return _floating(problem), np.nan
-    driven = structure.driven(linkage.contacts, closed, pose, parameter)[problem.eq.points]
+    driven = structure.driven(linkage.contacts, closed, pose, parameter)[0][problem.eq.points]
     rate = relative_motion(problem.assembly, faces, motion)[problem.eq.points]
     if structure.live is None:
         rate = rate + driven
@@ -306,12 +308,15 @@ def rubbing(
 
 @dataclass(frozen=True, eq=False)
 class Limited:
-    """The limit state of a displaced structure with associated friction."""
+    """The state in which a displaced structure moves on."""
 
-    multiplier: float | None  #: of the live load; None where the blocks fall under any
+    #: of the live load; without one, the force on the moving supports [N]; None where the blocks fall under any
+    multiplier: float | None
     #: its mechanism, or how they fall, shape (n_blocks, 6), of any size; zero where the solver found neither
     motion: Floats
     forces: Forces | None  #: that balance it
+    #: how fast contacts that slide open, shape (n,); None where that is friction times slip
+    lift: Floats | None = None
 
 
 def limited(structure: Structure, contacts: Contacts, closed: np.ndarray, pose: Pose, parameter: float) -> Limited:
@@ -334,12 +339,9 @@ def limited(structure: Structure, contacts: Contacts, closed: np.ndarray, pose: 
         What nothing touches falls along the weight.
     """
     problem = structure.posed(contacts, closed, pose, parameter, 0.0)
-    program, n = problem.program, structure.assembly.n_blocks
+    program = problem.program
     if program is None or len(problem.floating):
-        force = structure.dead_load(pose)[:, :3]
-        fall = np.zeros((n, 6))
-        fall[problem.floating, :3] = force[problem.floating]
-        return Limited(None, fall, None)
+        return _falling(structure, problem, pose)
     load = problem.scaled(structure.live_load(pose))
     unit = float(np.abs(load).sum()) / program.total_load
     conic = conic_program(program, -program.load, pinned=load / unit)
@@ -347,10 +349,7 @@ def limited(structure: Structure, contacts: Contacts, closed: np.ndarray, pose: 
     if answer.status.is_infeasible or answer.status.is_stalled:
         bound = conic.bound.copy()
         bound[-1] = 0.0
-        answer = clarabel.solve(replace(conic, bound=bound, ridge=1.0))
-        # The ridge is 1, so the motion is the force that is left unbalanced; below that of a solve, it is no fall.
-        falls = float(np.abs(answer.twist).max(initial=0.0)) > LACKING
-        return Limited(None, falls * problem.to_blocks(answer.twist), None)
+        return _descending(problem, replace(conic, bound=bound))
     multiplier = answer.multiplier / unit
     loaded = replace(program, load=program.load + multiplier * load)
     force = certificate.balance(loaded, answer.force)
@@ -381,10 +380,17 @@ def limiting(
     return None if found.multiplier is None else (found.multiplier, found.motion)
 
 
-def settling(
-    structure: Structure, contacts: Contacts, closed: np.ndarray, pose: Pose, parameter: float
-) -> tuple[Floats, bool] | None:
-    """Return the motion of least potential energy for a unit rate of the supports' movement.
+def settled(
+    structure: Structure,
+    contacts: Contacts,
+    closed: np.ndarray,
+    pose: Pose,
+    parameter: float,
+    *,
+    guess: Floats | None = None,
+    rough: bool = False,
+) -> Limited:
+    """Find the motion of least potential energy for a unit rate of the supports' movement, and the forces with it.
 
     Parameters
     ----------
@@ -392,41 +398,88 @@ def settling(
         The assembly and its loads.
     contacts, closed, pose, parameter
         As in `Structure.posed`.
+    guess
+        A motion near it for a unit rate, shape (n_blocks, 6): by it joints slip at first.
+    rough
+        Whether joints that slide may open or overlap a little, as `lift` tells: what closes a step closes that too.
 
     Returns
     -------
-    motion : Floats
-        Shape (n_blocks, 6).
-    dilates : bool
-        Whether joints that slide open at the rate of associated friction: where no motion without that was found.
-
-    None where the assembly falls or jams.
+    Limited
+        The multiplier is the force on the moving supports along their movement [N]. Where the blocks fall, the motion
+        is that of steepest descent on supports at rest; where they jam, it is zero.
 
     Notes
     -----
     Joints slide without opening where their normal rates may be less than those of associated friction by the friction
-    times their slip, which is looked for by De Saxce's fixed point.
+    times their slip, which is looked for by De Saxce's fixed point. Where it is not found friction is associated.
     """
     problem = structure.posed(contacts, closed, pose, parameter, 0.0)
     program = problem.program
     if program is None or len(problem.floating):
-        return None
-    rate = np.zeros((len(program.friction), 3))
-    points = slice(program.n_points)
-    rate[points] = structure.driven(contacts, closed, pose, parameter)[problem.eq.points]
+        return _falling(structure, problem, pose)
+    rate, points = np.zeros((len(program.friction), 3)), slice(program.n_points)
+    driven, contact = structure.driven(contacts, closed, pose, parameter)
+    driven, contact = driven[problem.eq.points], contact[problem.eq.points]
+    rate[points] = driven
     friction = np.where(np.isfinite(program.friction[points]), program.friction[points], 0.0)
-    slip, associated = np.zeros(program.n_points), None
-    for _ in range(PASSES):
+
+    def lift(local: Floats) -> Floats:
+        """Friction times slip."""
+        found: Floats = friction * np.hypot(local[:, 1], local[:, 2])
+        return found
+
+    def least(lifted: Floats) -> Answer:
         offset = rate.copy()
-        offset[points, 0] += slip
-        answer = clarabel.solve(conic_program(program, -program.load, offset=offset.reshape(-1)))
+        offset[points, 0] += lifted
+        return clarabel.solve(conic_program(program, -program.load, offset=offset.reshape(-1)))
+
+    lifted = np.zeros(program.n_points)
+    if guess is not None:
+        lifted = lift(relative_motion(problem.assembly, problem.interfaces, guess)[problem.eq.points] + driven)
+    passes, tolerance = ROUGH if rough else SETTLED
+    for trial in range(passes):
+        answer = least(lifted)
         if answer.status.is_infeasible or answer.status.is_stalled:
             break
         total = rate + (program.matrix.T @ answer.twist).reshape(-1, 3)
-        new = friction * np.hypot(total[points, 1], total[points, 2])
-        if associated is None:
-            associated = problem.to_blocks(answer.twist)
-        if np.abs(new - slip).max(initial=0.0) <= SETTLED * np.abs(total).max(initial=0.0):
-            return problem.to_blocks(answer.twist), False
-        slip = new
-    return None if associated is None else (associated, True)
+        before, lifted = lifted, lift(total[points])
+        near = np.abs(lifted - before).max(initial=0.0) <= tolerance * np.abs(total).max(initial=0.0)
+        if near or (rough and trial == passes - 1):
+            open_ = np.zeros(contacts.number)
+            np.maximum.at(open_, contact, lifted - before)
+            return replace(_driving(problem, answer, driven), lift=open_)
+    answer = least(np.zeros(program.n_points))
+    if answer.status is Status.PRIMAL_INFEASIBLE:
+        return Limited(None, np.zeros((structure.assembly.n_blocks, 6)), None)
+    if answer.status.is_infeasible or answer.status.is_stalled:
+        return _descending(problem, conic_program(program, -program.load))
+    return _driving(problem, answer, driven)
+
+
+def _driving(problem: Problem, answer: Answer, driven: Floats) -> Limited:
+    """A motion of blocks on moving supports, with the forces that go with it."""
+    program = problem.program
+    assert program is not None
+    force = certificate.balance(program, answer.force)
+    found = certificate.check(program, force, np.zeros_like(program.load))
+    slack = certificate.point_slack(program, force)[: program.n_points]
+    forces = _found(problem, force, answer.twist, -float(slack.min(initial=np.inf)), found.proves_stable)
+    reaction = float((force[: program.n_points] * driven).sum()) * program.force_unit
+    return Limited(reaction, forces.mode, forces)
+
+
+def _descending(problem: Problem, conic: ConicProgram) -> Limited:
+    """How blocks fall that nothing holds."""
+    answer = clarabel.solve(replace(conic, ridge=1.0))
+    # The ridge is 1, so the motion is the force that is left unbalanced; below that of a solve, it is no fall.
+    falls = float(np.abs(answer.twist).max(initial=0.0)) > LACKING
+    return Limited(None, falls * problem.to_blocks(answer.twist), None)
+
+
+def _falling(structure: Structure, problem: Problem, pose: Pose) -> Limited:
+    """What nothing touches falls along its load."""
+    force = structure.dead_load(pose)[:, :3]
+    fall = np.zeros((structure.assembly.n_blocks, 6))
+    fall[problem.floating, :3] = force[problem.floating]
+    return Limited(None, fall, None)

@@ -1,9 +1,10 @@
 """Following a structure by finite steps, where joints slide and open at so many places that it is no linkage.
 
 At each pose the limit analysis on the contacts that touch tells the multiplier, with forces that carry it, and the
-mechanism. A step leads along it, until the fastest corner has moved a given length, and the contacts that have stuck or
-slid are closed again (`closing`): joints slide without opening, as far as the bodies let them. Where no multiplier is
-carried, the blocks fall while the live load does no work, until contacts shut or the blocks have left.
+mechanism; on supports that move, the motion of least potential energy tells the force on them. A step leads along it,
+until the fastest corner has moved a given length, and the contacts that have stuck or slid are closed again
+(`closing`): joints slide without opening, as far as the bodies let them. Where no multiplier is carried, the blocks
+fall while the live load does no work, or the supports rest, until contacts shut or the blocks have left.
 
 The steps are along the arc of the fastest corner, so that loose parts and snaps back are followed too. Unlike on a
 linkage, the pose depends on the length of the steps.
@@ -11,8 +12,9 @@ linkage, the pose depends on the length of the steps.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,18 +23,83 @@ from blockstat.large_displacement.closing import closed_up
 from blockstat.large_displacement.contacts import CORNER, closed_again, gaps, sides
 from blockstat.large_displacement.jump import NoRootError, statuses
 from blockstat.large_displacement.linkage import Control, Linkage
-from blockstat.large_displacement.path import Motion, PathEnd, PathEvent, State
+from blockstat.large_displacement.path import Follower, Motion, PathEnd, PathEvent, State
 from blockstat.large_displacement.pose import Pose, displaced
 from blockstat.large_displacement.sliding import clipped_again, taken
-from blockstat.large_displacement.statics import Limited, Structure, limited
+from blockstat.large_displacement.statics import Limited, Structure, limited, settled
 from blockstat.typing import Floats, Ints
 
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: The longest step, relative to the size of the blocks.
+FINE = 0.03
 #: Blocks that have fallen by this part of their size without being stopped have left.
 LEFT = 0.5
 #: Steps of a path at most, and trials to meet a displacement or a multiplier of zero.
 MOST, TRIALS = 2000, 12
 #: The shortest step and that of a fall, relative to the longest.
 SHORTEST, FALL = 1.0 / 16.0, 1.0 / 4.0
+
+
+def follow(
+    follower: Follower, linkage: Linkage, pose: Pose, guess: Floats, *, change: float
+) -> Iterator[State | PathEvent | Left | PathEnd]:
+    """Yield the path of a linkage, and where that is lost, the path by finite steps from there.
+
+    Parameters
+    ----------
+    follower, linkage, pose, guess
+        As in `Follower.follow`.
+    change
+        As of `Stepper`.
+
+    Yields
+    ------
+    State, PathEvent, Left or PathEnd
+        In order; the end comes last.
+    """
+    last: State | None = None
+    for item in follower.follow(linkage, pose, guess):
+        if isinstance(item, State):
+            last = item
+        if item is not PathEnd.LOST:
+            yield item
+    if item is PathEnd.LOST:
+        start = last.motion if last is not None else Motion(0.0, pose, guess, follower.value(pose, guess))
+        there = displaced(linkage.assembly, start.pose)
+        speed = max(float(corner_speed(there, start.rate).max()), float(linkage.control is None))
+        step = min(speed * follower.step, FINE * float(np.median(linkage.assembly.size)))
+        stepper = Stepper(follower.structure, follower.end, step, change, follower.tolerance)
+        yield from stepper.follow(linkage if last is None else last.linkage, start)
+
+
+def of_steps(states: Sequence[State], assembly: Assembly, what: str) -> list[str]:
+    """Return what is to be said of states that finite steps have led to.
+
+    Parameters
+    ----------
+    states
+        Of a path.
+    assembly
+        The blocks at rest.
+    what
+        What the states tell.
+
+    Returns
+    -------
+    list of str
+        Empty where there are none.
+    """
+    stepped = [(state.motion.parameter, state.open) for state in states if state.open is not None]
+    if not stepped:
+        return []
+    start, widest = min(stepped)[0], max(open_ for _, open_ in stepped)
+    room = CORNER * float(assembly.size.max())
+    touching = f"; contacts that are open by up to {1e3 * widest:.2g} mm count as touching" if widest > room else ""
+    return [
+        f"no linkage from {start:.4g} m on: followed by finite steps, with {what}{touching}. More steps tell the error"
+    ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,24 +117,25 @@ class _Place:
     structure: Structure  #: in which what has left is at rest
     linkage: Linkage  #: its contacts that stick are all that touch
     pose: Pose
+    parameter: float  #: displacement of the control, or movement of the supports [m]
     limit: Limited
     open: float  #: how far contacts are open that count as touching [m]
 
     @property
-    def parameter(self) -> float:
-        """Displacement of the control [m]."""
-        control = self.linkage.control
-        assert control is not None
-        return control.value(self.linkage.assembly, self.pose)
+    def drive(self) -> float:
+        """Rate of the supports in the motion of the limit state: they rest while blocks fall."""
+        return float(self.linkage.control is None and self.limit.multiplier is not None)
 
     def moving(self) -> Linkage:
         """The linkage of what sticks and slides in the motion of the limit state."""
-        pinned, sliding = statuses(replace(self.linkage, dilates=True), self.pose, 0.0, self.limit.motion)
+        motion, lift = self.limit.motion, self.limit.lift
+        pinned, sliding = statuses(self.linkage, self.pose, self.parameter, motion, self.drive, lift=lift)
         return replace(self.linkage, pinned=pinned, sliding=sliding)
 
     def speed(self) -> float:
-        """That of the fastest corner in the motion of the limit state."""
-        return float(corner_speed(displaced(self.linkage.assembly, self.pose), self.limit.motion).max(initial=0.0))
+        """That of the fastest corner in the motion of the limit state, or of the supports."""
+        corners = corner_speed(displaced(self.linkage.assembly, self.pose), self.limit.motion)
+        return max(float(corners.max(initial=0.0)), self.drive)
 
     def touching(self) -> set[int]:
         """The joints that touch somewhere."""
@@ -79,18 +147,20 @@ class Stepper:
     """Follows one structure by finite steps."""
 
     structure: Structure
-    end: float  #: largest displacement of the control [m]
+    end: float  #: largest displacement of the control, or movement of the supports [m]
     step: float  #: the longest, of the fastest corner [m]
     change: float  #: of the multiplier in one step, relative to that at the beginning, before the step is halved
     tolerance: float  #: of the multiplier where it is zero, relative to that at the beginning, and of the displacement
 
-    def follow(self, start: State) -> Iterator[State | PathEvent | Left | PathEnd]:
+    def follow(self, linkage: Linkage, start: Motion) -> Iterator[State | PathEvent | Left | PathEnd]:
         """Yield the states that follow a given one in order, with jumps and what leaves, and at last how it ends.
 
         Parameters
         ----------
+        linkage
+            Its contacts that slide are no longer those of rest.
         start
-            Where it begins; its contacts that stick or slide touch.
+            Where it begins, and its value.
 
         Yields
         ------
@@ -98,20 +168,21 @@ class Stepper:
             In order; the end comes last.
         """
         open_ = np.zeros(self.structure.interfaces.n_interfaces)
-        place = self._place(self.structure, self._anew(start), start.motion.pose, open_)
-        last, scale, step = start, abs(start.motion.value), self.step
+        place = self._place(self.structure, self._anew(linkage, start), start.pose, start.parameter, open_)
+        last, scale, step = start, abs(start.value), self.step
         for _ in range(MOST):
             if place.limit.multiplier is None:
                 try:
                     fallen = yield from self._fall(place, last)
-                except NoRootError:
+                except NoRootError:  # the solver found no fall, or the blocks jam
                     break
                 if fallen is None:
                     yield PathEnd.COLLAPSE
                     return
                 place = fallen
-            last = _state(place)
-            yield last
+            state = _state(place)
+            yield state
+            last = state.motion
             after, step = self._next(place, step, self.change * scale)
             end = None if after.limit.multiplier is None else self._passed(after, scale)
             if end is not None:
@@ -120,18 +191,18 @@ class Stepper:
             place, step = after, min(2 * step, self.step)
         yield PathEnd.LOST
 
-    def _anew(self, start: State) -> Linkage:
-        """The linkage of a state whose sliding contacts are no longer of one corner only: they may slide back."""
-        linkage, faces = start.linkage, self.structure.interfaces
+    def _anew(self, linkage: Linkage, start: Motion) -> Linkage:
+        """The linkage whose sliding contacts are no longer of one corner only: they may slide back."""
+        faces = self.structure.interfaces
         joints = np.unique(linkage.contacts.joint[linkage.sliding])
         joints = joints[faces.area[joints] > 0]
-        contacts = clipped_again(linkage.assembly, faces, linkage.contacts, joints, start.motion.pose)
+        contacts = clipped_again(linkage.assembly, faces, linkage.contacts, joints, start.pose, start.parameter)
         return replace(linkage, contacts=contacts)
 
     def _passed(self, place: _Place, scale: float) -> PathEnd | None:
         """The end that a place is at or beyond."""
         assert place.limit.multiplier is not None
-        if place.limit.multiplier <= self.tolerance * scale:
+        if self.structure.live is not None and place.limit.multiplier <= self.tolerance * scale:
             return PathEnd.ZERO
         return PathEnd.REACHED if place.parameter >= self.end else None
 
@@ -175,40 +246,59 @@ class Stepper:
     def _moved(self, place: _Place, step: float) -> _Place:
         """The place after a step along the motion, with what should touch closed."""
         linkage = place.moving()
-        motion = step / place.speed() * linkage.of_bodies(place.limit.motion)
+        length = step / place.speed()
+        motion = length * linkage.of_bodies(place.limit.motion)
         pose = linkage.shifted(place.pose, motion, linkage.origins(place.pose))
-        held = _conjugate(place.structure)
-        closing = closed_up(linkage, pose, held, held.value(linkage.assembly, pose), 10 * step)
+        held = None if self.structure.live is None else _conjugate(place.structure)
+        target = 0.0 if held is None else held.value(linkage.assembly, pose)
+        parameter = place.parameter + length * place.drive
+        closing = closed_up(linkage, pose, parameter, 10 * step, held, target)
         open_ = np.zeros(self.structure.interfaces.n_interfaces)
         np.maximum.at(open_, linkage.contacts.joint, closing.open)
-        return self._place(place.structure, linkage, closing.pose, open_)
+        guess = place.limit.motion if place.drive else None
+        return self._place(place.structure, linkage, closing.pose, parameter, open_, guess)
 
-    def _place(self, structure: Structure, linkage: Linkage, pose: Pose, open_: Floats) -> _Place:
+    def _place(
+        self,
+        structure: Structure,
+        linkage: Linkage,
+        pose: Pose,
+        parameter: float,
+        open_: Floats,
+        guess: Floats | None = None,
+    ) -> _Place:
         """What touches at a pose, with contacts open by so much in each joint; those that have slid get new points."""
         assembly, contacts = structure.assembly, linkage.contacts
+        if linkage.control is not None:
+            parameter = linkage.control.value(assembly, pose)
         room = CORNER * float(assembly.size.max())
-        closed = gaps(assembly, contacts, pose, 0.0) <= room + open_[contacts.joint]
-        both = sides(assembly, contacts, pose, 0.0)
+        closed = gaps(assembly, contacts, pose, parameter) <= room + open_[contacts.joint]
+        both = sides(assembly, contacts, pose, parameter)
         slid = closed & (np.linalg.norm(both[:, 1] - both[:, 0], axis=1) > room)
         joints = np.unique(contacts.joint[slid])
         faces = self.structure.interfaces.area[joints] > 0
         if faces.any():
-            contacts = clipped_again(assembly, self.structure.interfaces, contacts, joints[faces], pose)
-            closed = gaps(assembly, contacts, pose, 0.0) <= room + open_[contacts.joint]
+            contacts = clipped_again(assembly, self.structure.interfaces, contacts, joints[faces], pose, parameter)
+            closed = gaps(assembly, contacts, pose, parameter) <= room + open_[contacts.joint]
         lines = np.flatnonzero(closed & np.isin(contacts.joint, joints[~faces]))
         if len(lines):
-            contacts = closed_again(assembly, contacts, lines, pose, 0.0)
+            contacts = closed_again(assembly, contacts, lines, pose, parameter)
         linkage = replace(linkage, assembly=assembly, contacts=contacts, pinned=closed, sliding=np.zeros_like(closed))
-        widest = float(gaps(assembly, contacts, pose, 0.0)[closed].max(initial=0.0))
-        return _Place(structure, linkage, pose, limited(structure, contacts, closed, pose, 0.0), widest)
+        widest = float(gaps(assembly, contacts, pose, parameter)[closed].max(initial=0.0))
+        where = structure, contacts, closed, pose, parameter
+        found = settled(*where, guess=guess, rough=True) if structure.live is None else limited(*where)
+        return _Place(structure, linkage, pose, parameter, found, widest)
 
-    def _work(self, state: State, blocks: Ints) -> float:
-        """The part of the work of the live load that it does on some blocks, in the motion of a state."""
-        power = (self.structure.live_load(state.motion.pose) * state.motion.rate).sum(axis=1)
+    def _work(self, motion: Motion, blocks: Ints) -> float:
+        """The part of the work of the live load that it does on some blocks, in a motion."""
+        power = (self.structure.live_load(motion.pose) * motion.rate).sum(axis=1)
         return float(power[blocks].sum() / power.sum())
 
-    def _fall(self, place: _Place, last: State) -> Generator[PathEvent | Left, None, _Place | None]:
-        """Let blocks fall until a positive multiplier is carried; None where most of what the load moves has fallen."""
+    def _fall(self, place: _Place, last: Motion) -> Generator[PathEvent | Left, None, _Place | None]:
+        """Let blocks fall until a positive multiplier is carried; None where most of what the load moves has fallen.
+
+        On supports that move, until forces balance; None where a block is not stopped.
+        """
         start, step, fallen, gone = place, FALL * self.step, 0.0, 0.0
         for _ in range(MOST):
             standing = place
@@ -219,18 +309,21 @@ class Stepper:
             moved = np.linalg.norm(place.pose.displacement - start.pose.displacement, axis=1)
             most = np.flatnonzero(moved > 0.5 * moved.max())
             if place.limit.multiplier is None and fallen > LEFT * float(place.linkage.assembly.size[most].max()):
+                if self.structure.live is None:
+                    break
                 yield Left(place.parameter, most)
                 gone += self._work(last, most)
                 rest = _without(standing, most)
                 if rest is None or gone > 0.5:
                     break
-                place = self._place(*rest)
+                place = self._place(*rest, standing.parameter, np.zeros_like(self.structure.interfaces.area))
                 start, fallen = place, 0.0
             if place.limit.multiplier is not None:
-                value = place.limit.multiplier if place.limit.multiplier > 0 else None
+                carried = self.structure.live is None or place.limit.multiplier > 0
+                value = place.limit.multiplier if carried else None
                 opened, shut = start.touching() - place.touching(), place.touching() - start.touching()
                 joints = tuple(sorted(opened)), tuple(sorted(shut))
-                yield PathEvent("jump", place.parameter, last.motion.value, value, *joints)
+                yield PathEvent("jump", place.parameter, last.value, value, *joints)
                 return None if value is None else place
         return None
 
@@ -245,18 +338,18 @@ def _conjugate(structure: Structure) -> Control:
 
 
 def _state(place: _Place) -> State:
-    """A limit state as a state of a path; its motion is for a unit rate of the control, where that moves on."""
+    """A limit state as a state of a path; its motion is for a unit rate of the parameter, where that moves on."""
     linkage, found = place.moving(), place.limit
-    control, speed = linkage.control, place.speed()
-    assert control is not None
+    control, speed, motion = linkage.control, place.speed(), found.motion
     assert found.multiplier is not None
     assert found.forces is not None
-    rate = control.rate(linkage.assembly, place.pose, found.motion)
-    motion = found.motion / (rate if rate > 1e-6 * speed else speed)
+    if control is not None:
+        rate = control.rate(linkage.assembly, place.pose, motion)
+        motion = motion / (rate if rate > 1e-6 * speed else speed)
     return State(Motion(place.parameter, place.pose, motion, found.multiplier), linkage, found.forces, place.open)
 
 
-def _without(place: _Place, blocks: Ints) -> tuple[Structure, Linkage, Pose, Floats] | None:
+def _without(place: _Place, blocks: Ints) -> tuple[Structure, Linkage, Pose] | None:
     """The structure without blocks; None where most of the control is on them, or nothing else is left that moves."""
     assembly, control = place.structure.assembly, place.linkage.control
     assert control is not None
@@ -273,4 +366,4 @@ def _without(place: _Place, blocks: Ints) -> tuple[Structure, Linkage, Pose, Flo
         place.linkage, assembly=structure.assembly, contacts=taken(contacts, kept),
         pinned=place.linkage.pinned[kept], sliding=place.linkage.sliding[kept],
     )  # fmt: skip
-    return structure, linkage, place.pose, np.zeros(structure.interfaces.n_interfaces)
+    return structure, linkage, place.pose

@@ -17,7 +17,8 @@ from blockstat.large_displacement.linkage import Linkage
 from blockstat.large_displacement.loading import loading
 from blockstat.large_displacement.path import Begin, Follower, PathEvent, State
 from blockstat.large_displacement.pose import Pose, rest
-from blockstat.large_displacement.statics import Structure, settling
+from blockstat.large_displacement.statics import Structure, settled
+from blockstat.large_displacement.steps import Left, follow, of_steps
 from blockstat.result import Result, Sentence, plain
 from blockstat.studies.foundations import Settlement, settle
 from blockstat.typing import Floats
@@ -216,12 +217,11 @@ def settle_to_collapse(
         return float((structure.dead_load(pose) * rate).sum()) + structure.tie_work(pose, rate)
 
     def begin(there: Linkage, pose: Pose, parameter: float, still: float) -> tuple[Linkage, Floats] | None:
-        found = settling(structure, there.contacts, there.pinned | there.sliding, pose, parameter)
-        if found is None:
+        found = settled(structure, there.contacts, there.pinned | there.sliding, pose, parameter)
+        if found.multiplier is None:
             return None
-        motion, dilates = found
-        pinned, sliding = statuses(there, pose, parameter, motion, drive=1.0, still=still, dilates=dilates)
-        return replace(there, pinned=pinned, sliding=sliding), motion
+        pinned, sliding = statuses(there, pose, parameter, found.motion, drive=1.0, still=still, lift=found.lift)
+        return replace(there, pinned=pinned, sliding=sliding), found.motion
 
     follower = Follower(structure, value, begin, end, end / steps, tolerance, ends_at_zero=False)
     linkage, motion = _leaving(begin, linkage, start, motion, size)
@@ -282,14 +282,14 @@ def _followed(
     events: list[PathEvent] = []
     outcome = PathOutcome.INTERRUPTED
     try:
-        for item in follower.follow(linkage, pose, motion):
+        for item in follow(follower, linkage, pose, motion, change=np.inf):
             if isinstance(item, State):
                 states.append(item)
                 if progress is not None:
                     progress(item.motion.parameter, item.motion.value)
             elif isinstance(item, PathEvent):
                 events.append(item)
-            else:
+            elif not isinstance(item, Left):
                 outcome = PathOutcome[item.name]
     except KeyboardInterrupt:
         if not states:
@@ -310,7 +310,7 @@ def _path(
         width = np.zeros(first.interfaces.n_interfaces)
         np.maximum.at(width, contacts.joint, gap)
         widths.append(width)
-    warnings = list(first.warnings)
+    warnings = [*first.warnings, *of_steps(states, structure.assembly, "joints that slide without opening")]
     if structure.assembly.joints and any(law.compression is not None for law in structure.assembly.joints):
         warnings.append("crushing at hinges is not followed")
     return SettlementPath(

@@ -178,6 +178,28 @@ def write_motion(
     return path
 
 
+def quaternions(rotation: Floats) -> Floats:
+    """Return quaternions of rotations through time, signs without jumps.
+
+    Parameters
+    ----------
+    rotation : array of float, shape (k, n_blocks, 3, 3)
+        Rotation matrices.
+
+    Returns
+    -------
+    array of float, shape (k, n_blocks, 4)
+        (x, y, z, w), as `write_motion` takes them.
+    """
+    from scipy.spatial.transform import Rotation
+
+    found = Rotation.from_matrix(rotation.reshape(-1, 3, 3)).as_quat().reshape(*rotation.shape[:2], 4)
+    turn = np.einsum("tni,tni->tn", found[1:], found[:-1])
+    sign = np.cumprod(np.where(turn < 0, -1.0, 1.0), axis=0)
+    found[1:] *= sign[..., None]
+    return found
+
+
 class _Buffer:
     """The binary chunk as it grows: arrays of one kind share a view."""
 

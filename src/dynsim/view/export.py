@@ -14,7 +14,7 @@ from blockstat.errors import InputError
 from blockstat.io.files import write
 from blockstat.spec import read
 from blockstat.system.writing import written_whole
-from blockstat.typing import Floats
+from blockstat.view.animation import quaternions, write_motion
 from dynsim.judge.run import Contacts, Run
 from dynsim.view.film import MOVING, film_strip, write_movie
 
@@ -97,14 +97,12 @@ def write_glb(run: Run, path: str | Path) -> Path:
     Path
         The file.
     """
-    from blockstat.view.animation import write_motion
-
     keys = np.unique(np.linspace(0, len(run.times) - 1, KEYS).round().astype(np.int64))
     length = np.linalg.norm(run.since_release, axis=2).max(axis=0)
     length[run.assembly.support] = 0.0
     return write_motion(
         run.assembly, path, times=run.times[keys], displacement=run.displacement[keys],
-        quaternion=_quaternions(run.rotation[keys]), values=length, gone=run.removed, come=run.placed, name="run",
+        quaternion=quaternions(run.rotation[keys]), values=length, gone=run.removed, come=run.placed, name="run",
     )  # fmt: skip
 
 
@@ -132,7 +130,7 @@ def write_npz(run: Run, path: str | Path) -> Path:
             format=FORMAT,
             assembly=_packed(run.assembly),
             displacement=run.displacement.astype(np.float32),
-            quaternion=_quaternions(run.rotation).astype(np.float32),
+            quaternion=quaternions(run.rotation).astype(np.float32),
             **{f"contact_{field.name}": getattr(run.contacts, field.name) for field in fields(Contacts)},
             **{name: getattr(run, name) for name in _others() if getattr(run, name) is not None},
         )
@@ -206,14 +204,3 @@ def _unpacked(data: np.ndarray) -> Assembly:
         path = Path(directory) / "assembly.json"
         path.write_bytes(data.tobytes())
         return read(path)
-
-
-def _quaternions(rotation: Floats) -> Floats:
-    """Quaternions (x, y, z, w) of rotations through time, signs without jumps, shape (n_frames, n_blocks, 4)."""
-    from scipy.spatial.transform import Rotation
-
-    found = Rotation.from_matrix(rotation.reshape(-1, 3, 3)).as_quat().reshape(*rotation.shape[:2], 4)
-    turn = np.einsum("tni,tni->tn", found[1:], found[:-1])
-    sign = np.cumprod(np.where(turn < 0, -1.0, 1.0), axis=0)
-    found[1:] *= sign[..., None]
-    return found
