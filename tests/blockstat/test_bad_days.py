@@ -145,6 +145,32 @@ def test_nothing_is_imported_before_an_interrupt_is_heeded(module):
     assert len(found.stdout.split()) <= 8
 
 
+def test_an_interrupt_in_a_finalizer_is_heeded_without_a_trace():
+    """Imports have finalizers, in which Python prints what is raised and drops it."""
+    code = """
+import signal, time, weakref
+from blockstat.system.process import Interruptions
+interruptions = Interruptions()
+interruptions.heed()
+class Thing: pass
+thing = Thing()
+kept = weakref.ref(thing, lambda _: signal.raise_signal(signal.SIGINT))
+try:
+    del thing
+    print("goes on")
+    for _ in range(1000):
+        time.sleep(0.01)
+    print("never interrupted")
+except KeyboardInterrupt:
+    print("interrupted", interruptions.came)
+kept = weakref.finalize(Thing(), lambda: 1 / 0)
+"""
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert found.stdout == "goes on\ninterrupted True\n"
+    assert "KeyboardInterrupt" not in found.stderr
+    assert "ZeroDivisionError" in found.stderr  # other errors there are printed as ever
+
+
 @pytest.mark.parametrize("module", ["blockstat", "dynsim"])
 def test_an_interrupt_at_any_moment_is_one_line(module, tmp_path):
     if module == "dynsim":

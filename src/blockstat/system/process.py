@@ -7,6 +7,7 @@ other modules are imported inside functions, and in place of signal, which impor
 from __future__ import annotations
 
 import _signal  # pyright: ignore[reportMissingImports]
+import _thread
 import os
 import sys
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
 INTERRUPTED = 130  #: exit status of a program that SIGINT ended, as shells have it
 BEAT = 0.5  #: how often a process looks after its parent [s]
+LATER = 0.01  #: after which an interrupt that was lost is raised again [s]
 
 
 def end_with_parent() -> None:
@@ -50,6 +52,22 @@ def end_when_interrupted(prog: str) -> None:
         os._exit(INTERRUPTED)
 
     _handle(end)
+
+
+def _lost(error: Any) -> None:
+    """Raise an interrupt again that came in a finalizer, where Python drops it with a stack trace."""
+    if error.exc_type is KeyboardInterrupt:
+        _thread.start_new_thread(_interrupt_again, ())
+    else:
+        sys.__unraisablehook__(error)
+
+
+def _interrupt_again() -> None:
+    """Interrupt the main thread as SIGINT does, when it has left the finalizer."""
+    import time
+
+    time.sleep(LATER)
+    _thread.interrupt_main()
 
 
 def _handle(handler: Any) -> None:
@@ -87,6 +105,8 @@ class Interruptions:
     def heed(self) -> None:
         """Raise KeyboardInterrupt at SIGINT from now on, and remember it."""
         _handle(self._interrupt)
+        if sys.unraisablehook is sys.__unraisablehook__:
+            sys.unraisablehook = _lost
 
     def ignore(self) -> None:
         """Let SIGINT do nothing from now on, to the very end of the process."""
