@@ -288,7 +288,7 @@ def capacity(
     warnings = list(limit.warnings)
     if unproven:
         warnings.append(f"at {unproven} of {len(states)} points forces balance to the solver's tolerance only")
-    warnings += of_steps(states, assembly, "multipliers of associated friction")
+    warnings += of_steps(states, assembly)
     for item in left:
         names = ", ".join(f'"{assembly.names[block]}"' for block in item.blocks)
         warnings.append(f"{names}: fallen out at {item.parameter:.4g} m and left out from there on")
@@ -352,6 +352,8 @@ def _first_step(follower: Follower, linkage: Linkage, pose: Pose, limit: LimitLo
     if state is None:
         assert linkage.control is not None
         raise InputError(f"control: the {linkage.control.name} does not move the mechanism; choose another block")
+    if state.forces.lacking > LACKING:  # finite steps, shorter where the multiplier changes much
+        return largest
     probe = 1e-4 * largest
     ahead = follower.ahead(state, probe)
     slope = np.nan if ahead is None else (ahead.value - state.motion.value) / probe
@@ -400,7 +402,9 @@ def _point(structure: Structure, state: State, limit: LimitLoad) -> CapacityPoin
         lower, upper = limit.lower, limit.upper  # no forces go with this mechanism without dilatancy
     elif not motion.parameter:
         lower, upper = min(limit.lower, lower), max(limit.upper, upper)
-    elif linkage.rubs and state.open is None:
+    elif state.open is not None:
+        upper = max(upper, state.upper or upper)
+    elif linkage.rubs:
         closed = linkage.pinned | linkage.sliding
         found = limiting(structure, linkage.contacts, closed, motion.pose, motion.parameter)
         upper = upper if found is None else max(upper, found[0])

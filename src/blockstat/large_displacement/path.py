@@ -35,6 +35,8 @@ from blockstat.typing import Floats
 SHUT = 1e-9
 #: A step is no shorter than this part of the first, and so many jumps may follow each other at one displacement.
 SHORTEST, JUMPS = 1e-9, 20
+#: So many pieces in a row may be too short to tell the changes at their ends apart.
+SHORT = 3
 #: A new step aims at this part of the deviation that is allowed.
 FIRM = 0.9
 #: Contacts that move at less than this, where the fastest corner moves at 1, are tried as sticking where a mechanism
@@ -78,6 +80,7 @@ class State:
     #: where a finite step has led to it, how far contacts are open that count as touching [m]; its value is then that
     #: of the limit analysis there
     open: float | None = None
+    upper: float | None = None  #: the multiplier with associated friction, where that of the state is less
 
 
 @dataclass(frozen=True)
@@ -123,7 +126,7 @@ class Follower:
             In order; the end comes last.
         """
         state = self.first(linkage, pose, guess)
-        if state is None:
+        if state is None or state.forces.lacking > LACKING:  # what the mechanism of several bodies at once has become
             yield PathEnd.LOST
             return
         yield state
@@ -148,10 +151,17 @@ class Follower:
         return abs(event.parameter - other.parameter) <= self.tolerance * self.step
 
     def _pieces(self, state: State) -> Iterator[State | PathEvent | PathEnd]:
+        short = 0
         while True:
+            start = state.motion.parameter
             reason, state, ahead = yield from self._piece(state)
             if isinstance(reason, PathEnd):
                 yield reason
+                return
+            # One change at a place may be that of a mixture of mechanisms; several are those of none.
+            short = short + 1 if state.motion.parameter - start <= self.tolerance * self.step else 0
+            if short > SHORT:
+                yield PathEnd.LOST
                 return
             following = self._jumped(state, ahead) if reason == "jump" else self._closed(state)
             for item in following:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -18,9 +19,11 @@ from blockstat.large_displacement.loading import Loading
 from blockstat.large_displacement.pose import Pose, displaced
 from blockstat.program.conic import ConicProgram, conic_program
 from blockstat.program.equilibrium import weight
+from blockstat.program.penalty import PenaltyProgram
 from blockstat.program.ties import tie_wrenches
 from blockstat.solve import clarabel
 from blockstat.solve.answer import Answer, Status
+from blockstat.solve.dispatch import solve
 from blockstat.solve.penalty import solve_margin
 from blockstat.typing import Floats, Ints
 
@@ -35,6 +38,9 @@ LACKING = 1e-7
 RIDGE = 1e-10
 #: Programs of the fixed point of joints that slide without opening, and how fast they may open, relative to the motion.
 SETTLED, ROUGH = (50, 1e-7), (10, 0.01)
+#: The same for a limit load that starts near it: its multiplier hardly changes after the first, and what joints open by
+#: is closed by the step.
+LIMITED = (5, 0.05)
 #: Contacts that slip at less than this, relative to the motion, stick.
 STILL = 1e-4
 
@@ -319,8 +325,17 @@ class Limited:
     lift: Floats | None = None
 
 
-def limited(structure: Structure, contacts: Contacts, closed: np.ndarray, pose: Pose, parameter: float) -> Limited:
-    """Find the limit multiplier of a displaced state with associated friction, its mechanism and its forces.
+def limited(
+    structure: Structure,
+    contacts: Contacts,
+    closed: np.ndarray,
+    pose: Pose,
+    parameter: float,
+    *,
+    dilates: bool = True,
+    guess: Floats | None = None,
+) -> Limited:
+    """Find the limit multiplier of a displaced state, its mechanism and its forces.
 
     Parameters
     ----------
@@ -328,6 +343,10 @@ def limited(structure: Structure, contacts: Contacts, closed: np.ndarray, pose: 
         The assembly and its loads.
     contacts, closed, pose, parameter
         As in `Structure.posed`.
+    dilates
+        Whether joints open as they slide, by friction times slip. Else they open by little, as `Limited.lift` tells.
+    guess
+        A motion near it, of any size, shape (n_blocks, 6): by it joints slip at first; not used where they dilate.
 
     Returns
     -------
@@ -342,11 +361,31 @@ def limited(structure: Structure, contacts: Contacts, closed: np.ndarray, pose: 
     program = problem.program
     if program is None or len(problem.floating):
         return _falling(structure, problem, pose)
-    load = problem.scaled(structure.live_load(pose))
+    live = structure.live_load(pose)
+    load = problem.scaled(live)
     unit = float(np.abs(load).sum()) / program.total_load
-    conic = conic_program(program, -program.load, pinned=load / unit)
-    answer = clarabel.solve(conic)
+    points, lift = slice(program.n_points), np.zeros(program.n_points)
+    if guess is not None and (power := float((live * guess).sum())) > 0:
+        rate = relative_motion(problem.assembly, problem.interfaces, guess)[problem.eq.points]
+        lift = _slip(program, rate) * (program.force_unit * unit / power)
+
+    def least(lifted: Floats) -> Answer:
+        offset = np.zeros((len(program.friction), 3))
+        offset[points, 0] = lifted
+        conic = conic_program(program, -program.load, pinned=load / unit, offset=offset.reshape(-1))
+        return solve(conic, solver=structure.solver)
+
+    def rates(answer: Answer) -> Floats:
+        return (program.matrix.T @ answer.twist).reshape(-1, 3)[points]
+
+    slid = (
+        None
+        if dilates
+        else _without_opening(program, least, rates, lift, ROUGH if guess is None else LIMITED, rough=True)
+    )
+    answer, opening = slid or (least(np.zeros(program.n_points)), None)
     if answer.status.is_infeasible or answer.status.is_stalled:
+        conic = conic_program(program, -program.load, pinned=load / unit)
         bound = conic.bound.copy()
         bound[-1] = 0.0
         return _descending(problem, replace(conic, bound=bound))
@@ -356,7 +395,68 @@ def limited(structure: Structure, contacts: Contacts, closed: np.ndarray, pose: 
     found = certificate.check(loaded, force, np.zeros_like(program.load))
     slack = certificate.point_slack(loaded, force)[: program.n_points]
     forces = _found(problem, force, answer.twist, -float(slack.min(initial=np.inf)), found.proves_stable)
-    return Limited(multiplier, forces.mode, forces)
+    if opening is not None:
+        contact = structure.driven(contacts, closed, pose, parameter)[1][problem.eq.points]
+        opening = _by_contact(opening, contact, contacts.number)
+    return Limited(multiplier, forces.mode, forces, opening)
+
+
+def _slip(program: PenaltyProgram, rate: Floats) -> Floats:
+    """Friction times slip of rates at the contact points, shape (n_points,)."""
+    friction = program.friction[: program.n_points]
+    found: Floats = np.where(np.isfinite(friction), friction, 0.0) * np.hypot(rate[:, 1], rate[:, 2])
+    return found
+
+
+def _by_contact(opening: Floats, contact: Ints, number: int) -> Floats:
+    """The largest of the points of each contact."""
+    found = np.zeros(number)
+    np.maximum.at(found, contact, opening)
+    return found
+
+
+def _without_opening(
+    program: PenaltyProgram,
+    least: Callable[[Floats], Answer],
+    rates: Callable[[Answer], Floats],
+    lifted: Floats,
+    limits: tuple[int, float],
+    *,
+    rough: bool,
+) -> tuple[Answer, Floats] | None:
+    """De Saxce's fixed point: joints that slide may open by friction times slip less than with associated friction.
+
+    Parameters
+    ----------
+    program
+        The contact points.
+    least
+        The answer where normal rates are raised by so much, shape (n_points,).
+    rates
+        Those at the points in an answer, shape (n_points, 3).
+    lifted
+        By what they are raised at first.
+    limits
+        Programs at most, and the change of what they are raised by that is none, relative to the rates.
+    rough
+        Whether the last one counts too.
+
+    Returns
+    -------
+    tuple of Answer and Floats, or None
+        The answer, and how fast the points open that slide, shape (n_points,).
+    """
+    passes, tolerance = limits
+    for trial in range(passes):
+        answer = least(lifted)
+        if answer.status.is_infeasible or answer.status.is_stalled:
+            return None
+        total = rates(answer)
+        before, lifted = lifted, _slip(program, total)
+        near = np.abs(lifted - before).max(initial=0.0) <= tolerance * np.abs(total).max(initial=0.0)
+        if near or (rough and trial == passes - 1):
+            return answer, lifted - before
+    return None
 
 
 def limiting(
@@ -422,33 +522,23 @@ def settled(
     driven, contact = structure.driven(contacts, closed, pose, parameter)
     driven, contact = driven[problem.eq.points], contact[problem.eq.points]
     rate[points] = driven
-    friction = np.where(np.isfinite(program.friction[points]), program.friction[points], 0.0)
-
-    def lift(local: Floats) -> Floats:
-        """Friction times slip."""
-        found: Floats = friction * np.hypot(local[:, 1], local[:, 2])
-        return found
 
     def least(lifted: Floats) -> Answer:
         offset = rate.copy()
         offset[points, 0] += lifted
         return clarabel.solve(conic_program(program, -program.load, offset=offset.reshape(-1)))
 
+    def rates(answer: Answer) -> Floats:
+        return rate[points] + (program.matrix.T @ answer.twist).reshape(-1, 3)[points]
+
     lifted = np.zeros(program.n_points)
     if guess is not None:
-        lifted = lift(relative_motion(problem.assembly, problem.interfaces, guess)[problem.eq.points] + driven)
-    passes, tolerance = ROUGH if rough else SETTLED
-    for trial in range(passes):
-        answer = least(lifted)
-        if answer.status.is_infeasible or answer.status.is_stalled:
-            break
-        total = rate + (program.matrix.T @ answer.twist).reshape(-1, 3)
-        before, lifted = lifted, lift(total[points])
-        near = np.abs(lifted - before).max(initial=0.0) <= tolerance * np.abs(total).max(initial=0.0)
-        if near or (rough and trial == passes - 1):
-            open_ = np.zeros(contacts.number)
-            np.maximum.at(open_, contact, lifted - before)
-            return replace(_driving(problem, answer, driven), lift=open_)
+        guessed = relative_motion(problem.assembly, problem.interfaces, guess)[problem.eq.points]
+        lifted = _slip(program, guessed + driven)
+    slid = _without_opening(program, least, rates, lifted, ROUGH if rough else SETTLED, rough=rough)
+    if slid is not None:
+        opening = _by_contact(slid[1], contact, contacts.number)
+        return replace(_driving(problem, slid[0], driven), lift=opening)
     answer = least(np.zeros(program.n_points))
     if answer.status is Status.PRIMAL_INFEASIBLE:
         return Limited(None, np.zeros((structure.assembly.n_blocks, 6)), None)

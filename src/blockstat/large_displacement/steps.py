@@ -1,10 +1,11 @@
 """Following a structure by finite steps, where joints slide and open at so many places that it is no linkage.
 
 At each pose the limit analysis on the contacts that touch tells the multiplier, with forces that carry it, and the
-mechanism; on supports that move, the motion of least potential energy tells the force on them. A step leads along it,
-until the fastest corner has moved a given length, and the contacts that have stuck or slid are closed again
-(`closing`): joints slide without opening, as far as the bodies let them. Where no multiplier is carried, the blocks
-fall while the live load does no work, or the supports rest, until contacts shut or the blocks have left.
+mechanism, in which joints slide without opening (De Saxce's fixed point) or with associated friction; on supports that
+move, the motion of least potential energy tells the force on them. A step leads along it, until the fastest corner has
+moved a given length, and the contacts that have stuck or slid are closed again (`closing`): joints slide without
+opening, as far as the bodies let them. Where no multiplier is carried, the blocks fall while the live load does no work,
+or the supports rest, until contacts shut or the blocks have left.
 
 The steps are along the arc of the fastest corner, so that loose parts and snaps back are followed too. Unlike on a
 linkage, the pose depends on the length of the steps.
@@ -26,7 +27,7 @@ from blockstat.large_displacement.linkage import Control, Linkage
 from blockstat.large_displacement.path import Follower, Motion, PathEnd, PathEvent, State
 from blockstat.large_displacement.pose import Pose, displaced
 from blockstat.large_displacement.sliding import clipped_again, taken
-from blockstat.large_displacement.statics import Limited, Structure, limited, settled
+from blockstat.large_displacement.statics import Limited, Structure, limited, limiting, settled
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -34,6 +35,9 @@ if TYPE_CHECKING:
 
 #: The longest step, relative to the size of the blocks.
 FINE = 0.03
+#: How far the value may be from the line through the two places before it where a step is longer than that, relative
+#: to the value at the beginning: a thousandth in a step that is a thirtieth of the way.
+BEND = 1e-3
 #: Blocks that have fallen by this part of their size without being stopped have left.
 LEFT = 0.5
 #: Steps of a path at most, and trials to meet a displacement or a multiplier of zero.
@@ -69,12 +73,13 @@ def follow(
         start = last.motion if last is not None else Motion(0.0, pose, guess, follower.value(pose, guess))
         there = displaced(linkage.assembly, start.pose)
         speed = max(float(corner_speed(there, start.rate).max()), float(linkage.control is None))
-        step = min(speed * follower.step, FINE * float(np.median(linkage.assembly.size)))
-        stepper = Stepper(follower.structure, follower.end, step, change, follower.tolerance)
+        longest = speed * follower.step
+        step = min(longest, FINE * float(np.median(linkage.assembly.size)))
+        stepper = Stepper(follower.structure, follower.end, step, longest, change, follower.tolerance)
         yield from stepper.follow(linkage if last is None else last.linkage, start)
 
 
-def of_steps(states: Sequence[State], assembly: Assembly, what: str) -> list[str]:
+def of_steps(states: Sequence[State], assembly: Assembly) -> list[str]:
     """Return what is to be said of states that finite steps have led to.
 
     Parameters
@@ -83,8 +88,6 @@ def of_steps(states: Sequence[State], assembly: Assembly, what: str) -> list[str
         Of a path.
     assembly
         The blocks at rest.
-    what
-        What the states tell.
 
     Returns
     -------
@@ -97,9 +100,7 @@ def of_steps(states: Sequence[State], assembly: Assembly, what: str) -> list[str
     start, widest = min(stepped)[0], max(open_ for _, open_ in stepped)
     room = CORNER * float(assembly.size.max())
     touching = f"; contacts that are open by up to {1e3 * widest:.2g} mm count as touching" if widest > room else ""
-    return [
-        f"no linkage from {start:.4g} m on: followed by finite steps, with {what}{touching}. More steps tell the error"
-    ]
+    return [f"no linkage from {start:.4g} m on: followed by finite steps{touching}. More steps tell the error"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +149,8 @@ class Stepper:
 
     structure: Structure
     end: float  #: largest displacement of the control, or movement of the supports [m]
-    step: float  #: the longest, of the fastest corner [m]
+    step: float  #: of the fastest corner, the longest where the value bends [m]
+    longest: float  #: that where it goes on along a line [m]
     change: float  #: of the multiplier in one step, relative to that at the beginning, before the step is halved
     tolerance: float  #: of the multiplier where it is zero, relative to that at the beginning, and of the displacement
 
@@ -169,6 +171,7 @@ class Stepper:
         """
         open_ = np.zeros(self.structure.interfaces.n_interfaces)
         place = self._place(self.structure, self._anew(linkage, start), start.pose, start.parameter, open_)
+        before: Motion | None = None
         last, scale, step = start, abs(start.value), self.step
         for _ in range(MOST):
             if place.limit.multiplier is None:
@@ -179,16 +182,16 @@ class Stepper:
                 if fallen is None:
                     yield PathEnd.COLLAPSE
                     return
-                place = fallen
+                place, before = fallen, None
             state = _state(place)
             yield state
-            last = state.motion
-            after, step = self._next(place, step, self.change * scale)
+            after, step = self._next(before, place, step, scale)
+            before = last = state.motion
             end = None if after.limit.multiplier is None else self._passed(after, scale)
             if end is not None:
                 yield from self._met(place, after, step, scale, end)
                 return
-            place, step = after, min(2 * step, self.step)
+            place, step = after, min(2 * step, max(self.longest, self.step))
         yield PathEnd.LOST
 
     def _anew(self, linkage: Linkage, start: Motion) -> Linkage:
@@ -206,13 +209,25 @@ class Stepper:
             return PathEnd.ZERO
         return PathEnd.REACHED if place.parameter >= self.end else None
 
-    def _next(self, place: _Place, step: float, change: float) -> tuple[_Place, float]:
-        """The place after a step, and its length: shorter where the multiplier changes much or none is carried."""
-        assert place.limit.multiplier is not None
+    def _next(self, before: Motion | None, place: _Place, step: float, scale: float) -> tuple[_Place, float]:
+        """The place after a step, and its length.
+
+        It is shorter where the multiplier changes much or none is carried, and where it leaves the line through that
+        of the place and of the one before.
+        """
+        now = place.limit.multiplier
+        assert now is not None
+        slope = np.nan
+        if before is not None and before.parameter != place.parameter:
+            slope = (now - before.value) / (place.parameter - before.parameter)
         while True:
             after = self._moved(place, step)
             value = after.limit.multiplier
-            if (value is not None and abs(value - place.limit.multiplier) <= change) or step <= SHORTEST * self.step:
+            if value is not None and abs(value - now) <= self.change * scale:
+                bend = abs(value - now - slope * (after.parameter - place.parameter))
+                if step <= self.step or bend <= BEND * scale:
+                    return after, step
+            elif step <= SHORTEST * self.step:
                 return after, step
             step /= 2
 
@@ -255,7 +270,7 @@ class Stepper:
         closing = closed_up(linkage, pose, parameter, 10 * step, held, target)
         open_ = np.zeros(self.structure.interfaces.n_interfaces)
         np.maximum.at(open_, linkage.contacts.joint, closing.open)
-        guess = place.limit.motion if place.drive else None
+        guess = place.limit.motion if place.drive or place.limit.forces is not None else None
         return self._place(place.structure, linkage, closing.pose, parameter, open_, guess)
 
     def _place(
@@ -286,7 +301,10 @@ class Stepper:
         linkage = replace(linkage, assembly=assembly, contacts=contacts, pinned=closed, sliding=np.zeros_like(closed))
         widest = float(gaps(assembly, contacts, pose, parameter)[closed].max(initial=0.0))
         where = structure, contacts, closed, pose, parameter
-        found = settled(*where, guess=guess, rough=True) if structure.live is None else limited(*where)
+        if structure.live is None:
+            found = settled(*where, guess=guess, rough=True)
+        else:
+            found = limited(*where, dilates=linkage.dilates, guess=guess)
         return _Place(structure, linkage, pose, parameter, found, widest)
 
     def _work(self, motion: Motion, blocks: Ints) -> float:
@@ -299,13 +317,18 @@ class Stepper:
 
         On supports that move, until forces balance; None where a block is not stopped.
         """
-        start, step, fallen, gone = place, FALL * self.step, 0.0, 0.0
+        shortest = FALL * self.step
+        start, step, fallen, gone = place, shortest, 0.0, 0.0
         for _ in range(MOST):
             standing = place
             if not place.limit.motion.any():
                 raise NoRootError
-            place = self._moved(place, step)
+            place = self._moved(standing, step)
+            while step > shortest and place.touching() != standing.touching():  # nothing may be fallen through
+                step = max(step / 2, shortest)
+                place = self._moved(standing, step)
             fallen += step
+            step = min(2 * step, self.step)
             moved = np.linalg.norm(place.pose.displacement - start.pose.displacement, axis=1)
             most = np.flatnonzero(moved > 0.5 * moved.max())
             if place.limit.multiplier is None and fallen > LEFT * float(place.linkage.assembly.size[most].max()):
@@ -346,7 +369,13 @@ def _state(place: _Place) -> State:
     if control is not None:
         rate = control.rate(linkage.assembly, place.pose, motion)
         motion = motion / (rate if rate > 1e-6 * speed else speed)
-    return State(Motion(place.parameter, place.pose, motion, found.multiplier), linkage, found.forces, place.open)
+    upper = None
+    if control is not None and not linkage.dilates and linkage.sliding.any():
+        touching = place.linkage.contacts, place.linkage.pinned
+        most = limiting(place.structure, *touching, place.pose, place.parameter)
+        upper = None if most is None else most[0]
+    motion_ = Motion(place.parameter, place.pose, motion, found.multiplier)
+    return State(motion_, linkage, found.forces, place.open, upper)
 
 
 def _without(place: _Place, blocks: Ints) -> tuple[Structure, Linkage, Pose] | None:

@@ -113,6 +113,8 @@ def _iterate(program: ConicProgram, kkt: KktSolver, early: EarlyEnd, state: _Sta
     best, best_error, least, waited, asked = state, np.inf, np.inf, 0, ASK
     iteration = 0
     for iteration in range(MOST_ITERATIONS):
+        if not (state.tau**2):  # a ray to rounding: no candidate for an answer is left
+            break
         rest = _residuals(program, kkt, state)
         status, error = _convergence(program, state, rest)
         if status is not None:

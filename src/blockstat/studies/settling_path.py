@@ -310,7 +310,7 @@ def _path(
         width = np.zeros(first.interfaces.n_interfaces)
         np.maximum.at(width, contacts.joint, gap)
         widths.append(width)
-    warnings = [*first.warnings, *of_steps(states, structure.assembly, "joints that slide without opening")]
+    warnings = [*first.warnings, *of_steps(states, structure.assembly)]
     if structure.assembly.joints and any(law.compression is not None for law in structure.assembly.joints):
         warnings.append("crushing at hinges is not followed")
     return SettlementPath(
