@@ -1,6 +1,7 @@
 """The tab "Capacity" of the live page: what is sent to it, what its figure shows, and the tab in a browser."""
 
 import re
+from time import sleep
 from xml.etree import ElementTree
 
 import numpy as np
@@ -12,6 +13,8 @@ from blockstat.app.capacity_tab.figure import HEIGHT, WIDTH, axes_of, figure
 from blockstat.app.capacity_tab.following import follow_curve
 from blockstat.app.capacity_tab.panel import CapacityPanel
 from blockstat.app.capacity_tab.trace import CLICKED, MOST, MOST_NAMES, Event, Finished, Seen, Trace, controls, told
+from blockstat.app.design import open_model
+from blockstat.app.server import running
 from blockstat.large_displacement.path import PathEvent
 from blockstat.large_displacement.steps import Left
 from blockstat.view.settling import film_times
@@ -242,6 +245,27 @@ def test_a_film_shows_jumps_and_ends_in_time():
     assert film_times(np.zeros(2))[-1] == pytest.approx(5.0)  # a jump at rest alone
 
 
+def test_a_curve_whose_process_is_killed_stays_as_far_as_it_is_known(tmp_path):
+    """As the limits of time and memory kill it."""
+    pytest.importorskip("viser", reason="viser is not installed (extra ui)")
+    path, panel = tmp_path / "hut.toml", CapacityPanel()
+    path.write_text(CHAPEL)
+    with running(open_model(path), panels=[panel]) as (page, _):
+        in_time(lambda: page.known is not None)
+        page.post(lambda: setattr(panel._push, "value", "+y"))
+        page.post(panel.start)
+        in_time(lambda: panel._trace is not None and len(panel._trace.states) >= 3)
+        panel._worker._process.kill()
+        in_time(lambda: panel._worker is None)
+        assert "ended from outside" in panel._text.content
+        assert len(panel._trace.states) >= 3
+        assert not panel._go.disabled
+        page.post(lambda: setattr(panel._slider, "value", len(panel._trace.states) - 1))
+        in_time(lambda: shift(page) > 0)
+        page.post(panel.rest)
+        in_time(lambda: shift(page) == 0)
+
+
 @pytest.fixture
 def ring(tmp_path):
     return write(arch(11, 0.2), tmp_path / "ring.json")
@@ -258,12 +282,17 @@ def choose(tab, index, option):
     tab.page.get_by_role("option", name=option, exact=True).click()
 
 
-def wait_until(tab, true, seconds=60):
+def in_time(true, wait=lambda: sleep(0.1), seconds=120):
     for _ in range(10 * seconds):
         if true():
             return
-        tab.page.wait_for_timeout(100)
+        wait()
     raise AssertionError("it did not come about in time")
+
+
+def wait_until(tab, true):
+    """As `in_time`, while the browser goes on."""
+    in_time(true, lambda: tab.page.wait_for_timeout(100))
 
 
 def shift(page):
@@ -339,7 +368,7 @@ def test_what_was_followed_until_it_is_stopped_stays(tmp_path, capfd):
         tab = open_tab()
         tab.sees("Stable", exact=True)
         follow(tab, "+y")
-        wait_until(tab, lambda: panel._trace is not None and len(panel._trace.states) >= 4, seconds=120)
+        wait_until(tab, lambda: panel._trace is not None and len(panel._trace.states) >= 4)
         worker = panel._worker
         tab.press("Stop following")
         tab.sees("Stopped.")

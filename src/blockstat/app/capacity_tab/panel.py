@@ -83,13 +83,14 @@ class CapacityPanel:
         known : Known
             The design and its static verdict.
         """
-        if self._worker is not None:
-            self._end()
-        self._known = known
-        self._control.options = controls(known.verdict.assembly)
+        ended = self._worker is not None
+        self._end()
+        self._known, offered = known, controls(known.verdict.assembly)
+        if offered != self._control.options:
+            self._control.options = offered
         self._still()
         if self._trace is None or not self._trace.states:
-            self._clear(NOTHING)
+            self._clear(NOTHING + (" The work on another design was ended." if ended else ""))
             return
         self._old, self._at = True, 0
         self._slider.value = 0
