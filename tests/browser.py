@@ -6,6 +6,7 @@ import logging
 import os
 import shutil
 from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 
@@ -13,6 +14,9 @@ NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable"
 FLAGS = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox")
 #: A step of a test may take this long before it has failed [ms]; a busy machine with WebGL in software is slow.
 PATIENCE = 180_000
+
+#: What axe-core checks: WCAG 2.2 at level AA.
+RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
 
 CHAPEL = """
 name = "hut"
@@ -48,6 +52,15 @@ def browser_path() -> str:
     found = named or next(filter(None, map(shutil.which, NAMES)), None)
     if found is None:
         pytest.skip("no Chromium on this machine (install it, or set CHROMIUM to its path)")
+    return found
+
+
+def axe_path():
+    """Where axe-core is; skips the test where it is not installed (npm install axe-core, or its path in AXE)."""
+    places = [os.environ.get("AXE", ""), "node_modules/axe-core/axe.min.js"]
+    found = next((path for path in places if path and Path(path).is_file()), None)
+    if found is None:
+        pytest.skip("axe-core is not installed (npm install axe-core, or set AXE to the path of axe.min.js)")
     return found
 
 
@@ -89,6 +102,13 @@ class Tab:
 
     def press(self, name):
         self.page.get_by_role("button", name=name, exact=True).click()
+
+    def barriers(self, axe):
+        """What axe-core, a file, finds on the page: rules and the parts that break them."""
+        if not self.page.evaluate("() => 'axe' in window"):
+            self.page.add_script_tag(path=axe)
+        found = self.page.evaluate("tags => axe.run({runOnly: tags})", RULES)["violations"]
+        return [(rule["id"], [node["html"] for node in rule["nodes"]]) for rule in found]
 
     def close(self):
         self.page.close()

@@ -11,11 +11,16 @@ from __future__ import annotations
 import os
 import shutil
 import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
+from blockstat import write
+from blockstat.app.capacity_tab.panel import CapacityPanel
 from blockstat.app.design import open_model
 from blockstat.app.server import running
 from dynsim.panel import FallPanel, OptimisePanel
 from evidence.paths import DOCS, EXAMPLES
+from evidence.scenes.small import arch
 
 FLAGS = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"]
 PATIENCE = 1_200_000  #: [ms] for a run of Bullet or a search on a slow machine
@@ -27,7 +32,10 @@ def main() -> None:
     chromium = os.environ.get("CHROMIUM") or shutil.which("chromium") or sys.exit("Chromium is not installed")
     names = sys.argv[1:] or list(SHOTS)
     with (
-        running(open_model(EXAMPLES / "chapel.toml"), panels=[FallPanel(), OptimisePanel()]) as (page, address),
+        running(open_model(EXAMPLES / "chapel.toml"), panels=[CapacityPanel(), FallPanel(), OptimisePanel()]) as (
+            page,
+            address,
+        ),
         sync_playwright() as p,
     ):
         browser = p.chromium.launch(executable_path=chromium, args=FLAGS)
@@ -89,7 +97,24 @@ def optimise(tab, page) -> None:
     _settled(tab, page)
 
 
-SHOTS = {"stable": stable, "mechanism": mechanism, "forces": forces, "fall": fall, "optimise": optimise}
+def capacity(tab, page) -> None:
+    """An arch along its capacity curve, after its hinges have changed. It stays open, so this picture is the last."""
+    page.post(lambda: _still(page))
+    with TemporaryDirectory() as folder:
+        model = open_model(write(arch(15, 0.25), Path(folder) / "arch.json"))
+    page.post(lambda: page.open(model))
+    tab.get_by_role("heading", name=model.name).first.wait_for()
+    _settled(tab, page)
+    _open(tab, "Capacity")
+    tab.get_by_role("button", name="Follow", exact=True).click()
+    tab.get_by_text("states in").wait_for()
+    _number(tab, 0, 24)
+
+
+SHOTS = {
+    "stable": stable, "mechanism": mechanism, "forces": forces, "fall": fall, "optimise": optimise,
+    "capacity": capacity,
+}  # fmt: skip
 
 
 def _still(page) -> None:

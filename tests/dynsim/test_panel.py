@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from blockstat import assess, write
+from blockstat.app.background import Refused
 from blockstat.app.design import open_model
 from blockstat.app.words import Known
 from blockstat.result import millimetres
@@ -13,7 +14,7 @@ from browser import CHAPEL, live
 from dynsim.panel import FallPanel, OptimisePanel
 from dynsim.panel.fall import criteria, side_by_side
 from dynsim.panel.optimise import KINDS, plotted
-from dynsim.panel.work import Fallen, Film, Found, Refused, Step, let_fall, optimise
+from dynsim.panel.work import Fallen, Film, Found, Step, let_fall, optimise
 from evidence.scenes.small import stack
 
 #: The hut with two thicknesses of its walls.

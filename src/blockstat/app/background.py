@@ -109,6 +109,19 @@ class Channel:
         return self._connection.poll()
 
 
+@dataclass(frozen=True)
+class Refused:
+    """Why what a worker was asked cannot be done.
+
+    Attributes
+    ----------
+    message : str
+        The reason, in words.
+    """
+
+    message: str
+
+
 class Ended:
     """The last message of every worker, however it ended."""
 

@@ -155,7 +155,8 @@ class Layout:
         gui.configure_theme(show_logo=False, show_share_button=False, brand_color=(0, 114, 178))
         above = [gui.add_html("") for _ in range(4)]
         left = gui.add_panel()
-        with left.add_tab("Verdict"):
+        self.results = left.add_tab("Verdict")
+        with self.results:
             beside = [gui.add_html("") for _ in range(4)]
             self.title, self.headline, self.trouble, self._busy = map(_Told, beside, above)
             self.headline.content = waiting("Assessing …")

@@ -339,7 +339,7 @@ class Page:
     def stop_film(self) -> None:
         """Stop what moves; the next drawing shows the blocks where they are built."""
         self.player.stop()
-        self.view.moved = None
+        self.view.moved, self.view.followed = None, False
 
     def _told(self, message: Any) -> None:
         if isinstance(message, Judged):

@@ -38,7 +38,10 @@ class View:
     def __init__(self, canvas: Canvas, layout: Layout) -> None:
         self.canvas, self._layout = canvas, layout
         self.known: Known | None = None
-        self.moved: Floats | None = None  #: distances of a dynamic run on show, shape (n_blocks,) [m]
+        self.moved: Floats | None = None  #: how far a run or a state on show moved the blocks, shape (n_blocks,) [m]
+        self.followed = (
+            False  #: whether `moved` is a state of a capacity curve, in which the demand at rest says nothing
+        )
         self._chosen = ""
         self._pose: Floats | None = None
 
@@ -188,7 +191,9 @@ class View:
 
     def _colours(self) -> Any:
         assert self.known is not None
-        found = colouring(self._layout.colours.value, self.known.verdict, self.moved)
+        choice = self._layout.colours.value
+        choice = "displacement" if choice == "verdict" and self.followed else choice
+        found = colouring(choice, self.known.verdict, self.moved)
         self._layout.legend.content = f'<div style="font-size:.85em;margin:0 8px">{found.legend}</div>'
         return found
 

@@ -197,7 +197,7 @@ def block_card(verdict: Verdict, block: int, moved: Floats | None = None) -> str
     block : int
         Number of the block.
     moved : array of float, shape (n_blocks,), optional
-        Distances that a dynamic run found [m].
+        Distances of the blocks on show from where they are built [m].
 
     Returns
     -------
@@ -221,7 +221,7 @@ def block_card(verdict: Verdict, block: int, moved: Floats | None = None) -> str
     if verdict.mechanism.any():
         lines.append(f"in the mechanism {verdict.motion[block]:.3g} of the fastest corner's way")
     if moved is not None:
-        lines.append(f"moved {plain(1e3 * moved[block])} mm in Bullet")
+        lines.append(f"moved {plain(1e3 * moved[block])} mm")
     missing = 0.0 if isnan(verdict.score) else float(tension(verdict)[block])
     if missing:
         lines.append(f"tension missing {plain(missing / 1e3)} kN")

@@ -50,6 +50,7 @@ def app_command(
 ) -> None:
     """Open the live page: move a parameter and see the verdict change, in the browser, on this machine only."""
     from blockstat.app.background import Limits
+    from blockstat.app.capacity_tab.panel import CapacityPanel
     from blockstat.app.server import serve
 
     serve(
@@ -59,6 +60,7 @@ def app_command(
         up=up,
         gap=gap,
         port=port,
+        panels=[CapacityPanel()],
         folder=folder,
         limits=Limits(most_seconds, most_gigabytes),
     )

@@ -205,6 +205,7 @@ def capacity(
     tolerance: float = 1e-4,
     solver: str = "auto",
     progress: Callable[[float, float], None] | None = None,
+    each: Callable[[CapacityPoint | PathEvent | Left], None] | None = None,
 ) -> CapacityCurve:
     """Follow the mechanism of a limit load to large displacements: multiplier against displacement.
 
@@ -236,6 +237,9 @@ def capacity(
         begins; a hundredth of it, relative to a step, is how well changes of the mechanism are located.
     progress : callable, optional
         Told displacement and multiplier at each point.
+    each : callable, optional
+        Told each point, each change of the mechanism and all blocks that fall out, in order and as soon as they are
+        known. So they are kept whatever happens to the rest. Of two changes at one place the curve keeps the last.
 
     Returns
     -------
@@ -282,8 +286,8 @@ def capacity(
     linkage = _first_linkage(limit, control_of(limit, live, control), dilates=flow == "associated")
     follower = Follower(structure, structure.multiplier, _begin(structure), displacement or np.inf, np.inf, tolerance)
     follower = replace(follower, step=_first_step(follower, linkage, start, limit, steps))
-    states, events, left, outcome = _followed(follower, linkage, start, limit, steps, progress)
-    points = tuple(_point(structure, state, limit) for state in states)
+    found, events, left, outcome = _followed(follower, linkage, start, limit, steps, progress, each)
+    states, points = [state for state, _ in found], tuple(point for _, point in found)
     unproven = sum(not state.forces.proven for state in states)
     warnings = list(limit.warnings)
     if unproven:
@@ -367,31 +371,37 @@ def _followed(
     limit: LimitLoad,
     steps: int,
     progress: Callable[[float, float], None] | None,
-) -> tuple[list[State], list[PathEvent], list[Left], CapacityOutcome]:
-    """All states and events, and how it ends; what is done when it is interrupted stays."""
-    states: list[State] = []
+    each: Callable[[CapacityPoint | PathEvent | Left], None] | None,
+) -> tuple[list[tuple[State, CapacityPoint]], list[PathEvent], list[Left], CapacityOutcome]:
+    """All states with their points, the events, and how it ends; what is done when it is interrupted stays."""
+    found: list[tuple[State, CapacityPoint]] = []
     events: list[PathEvent] = []
     left: list[Left] = []
     outcome = CapacityOutcome.INTERRUPTED
+    tell = each or (lambda _: None)
     try:
         for item in follow(follower, linkage, pose, limit.mechanism, change=1.0 / steps):
             if isinstance(item, Left):
                 left.append(item)
+                tell(item)
             elif isinstance(item, State):
-                states.append(item)
+                point = _point(follower.structure, item, limit)
+                found.append((item, point))
+                tell(point)
                 if progress is not None:
                     progress(item.motion.parameter, item.motion.value)
             elif isinstance(item, PathEvent):
                 if events and item.kind == events[-1].kind == "change" and follower.meets(item, events[-1]):
                     item = replace(item, before=events.pop().before)  # the mixture of both was no mechanism
                 events.append(item)
+                tell(item)
             else:
                 assert isinstance(item, PathEnd)
                 outcome = CapacityOutcome[item.name]
     except KeyboardInterrupt:
-        if not states:
+        if not found:
             raise
-    return states, events, left, outcome
+    return found, events, left, outcome
 
 
 def _point(structure: Structure, state: State, limit: LimitLoad) -> CapacityPoint:

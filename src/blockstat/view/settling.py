@@ -185,6 +185,32 @@ def film_path(path: str | Path) -> Path:
     return path
 
 
+def film_times(displacement: Floats) -> Floats:
+    """Return when a film shows each state on a path: as the displacement goes, and time for a jump, which takes none.
+
+    Parameters
+    ----------
+    displacement : array of float, shape (k,)
+        Of the control [m].
+
+    Returns
+    -------
+    array of float, shape (k,)
+        Ascending from 0 to the length of the film [s].
+
+    Examples
+    --------
+    >>> from blockstat.view.settling import film_times
+    >>> film_times([0.0, 0.1, 0.4]).tolist()
+    [0.0, 1.25, 5.0]
+    """
+    step = np.abs(np.diff(displacement))
+    # A jump takes no displacement, but it is to be seen, also where nothing else is on the path.
+    least = float(step.sum()) / max(len(step), 1) / 10 or 1.0
+    times = np.append(0.0, np.cumsum(np.maximum(step, least)))
+    return times * (SECONDS / max(float(times[-1]), 1e-300))
+
+
 def write_path(
     found: CapacityCurve | SettlementPath, path: str | Path, *, azimuth: float = -55.0, elevation: float = 25.0
 ) -> Path:
@@ -234,10 +260,7 @@ def write_path(
     if path.suffix.lower() != ".glb":
         _strip(found, assembly, path, displacement, rotation, (azimuth, elevation))
         return path
-    step = np.abs(np.diff(found.displacement))
-    # A jump takes no displacement, but it is to be seen.
-    times = np.append(0.0, np.cumsum(np.maximum(step, float(step.sum()) / max(len(step), 1) / 10)))
-    times *= SECONDS / max(float(times[-1]), 1e-300)
+    times = film_times(found.displacement)
     if len(times) == 1:
         times, displacement, rotation = np.array([0.0, SECONDS]), displacement[[0, 0]], rotation[[0, 0]]
     length = np.where(assembly.support, 0.0, np.linalg.norm(displacement, axis=2).max(axis=0))

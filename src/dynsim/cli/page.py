@@ -18,9 +18,10 @@ def open_page(
 ) -> None:
     """Open the live page with Bullet: "Let it fall" and "Optimise" beside the static verdict."""
     from blockstat.app.background import Limits
+    from blockstat.app.capacity_tab.panel import CapacityPanel
     from blockstat.app.server import serve
     from dynsim.panel import FallPanel, OptimisePanel
 
-    limits, panels = Limits(most_seconds, most_gigabytes), [FallPanel(), OptimisePanel()]
+    limits, panels = Limits(most_seconds, most_gigabytes), [CapacityPanel(), FallPanel(), OptimisePanel()]
     read = {"supports": supports or "", "units": units, "up": up, "gap": gap}
     serve(file, **read, port=port, panels=panels, folder=folder, limits=limits)

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.app.background import Crashed, Worker
+from blockstat.app.background import Crashed, Refused, Worker
 from blockstat.result import millimetres
 from blockstat.view.three_d.player import HOLD, trajectory
-from dynsim.panel.work import Fallen, Film, Refused, let_fall
+from dynsim.panel.work import Fallen, Film, let_fall
 
 if TYPE_CHECKING:
     from blockstat.app.page import Page

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.app.background import Crashed, Worker
+from blockstat.app.background import Crashed, Refused, Worker
 from blockstat.app.controls import named
 from blockstat.errors import InputError
-from dynsim.panel.work import Found, Refused, Step, optimise
+from dynsim.panel.work import Found, Step, optimise
 
 if TYPE_CHECKING:
     from blockstat.app.page import Page

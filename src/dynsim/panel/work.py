@@ -10,7 +10,7 @@ import numpy as np
 from blockstat.analysis.assess import assess
 from blockstat.analysis.certificate_cache import Memory
 from blockstat.analysis.verdict import Verdict
-from blockstat.app.background import Channel
+from blockstat.app.background import Channel, Refused
 from blockstat.app.design import Model
 from blockstat.design_search.search import Candidate, search
 from blockstat.errors import InputError
@@ -50,19 +50,6 @@ class Film:
     times: Floats  #: shape (n_frames,) [s]
     displacement: np.ndarray  #: shape (n_frames, n_blocks, 3) [m]
     rotation: np.ndarray  #: shape (n_frames, n_blocks, 3, 3)
-
-
-@dataclass(frozen=True)
-class Refused:
-    """Why it cannot be done.
-
-    Attributes
-    ----------
-    message : str
-        The reason, in words.
-    """
-
-    message: str
 
 
 @dataclass(frozen=True)

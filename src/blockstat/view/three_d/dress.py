@@ -11,6 +11,9 @@ from html import escape
 NARROW = "36em"
 #: An element of this class names what is on show; of the next two each is seen on one kind of screen only.
 NAME, ON_NARROW, ON_WIDE = "bs-name", "bs-narrow", "bs-wide"
+#: The tab that displaces the blocks, and the button that puts them back, which is pressed when the tab is left: viser
+#: does not say which tab is on show.
+CAPACITY, AT_REST = "Capacity", "Show the blocks at rest"
 
 # The colours have a contrast of at least 4.5 on white (WCAG 2.2, 1.4.3). On a narrow screen the picture takes the upper
 # part and the sheet the lower one, so that neither hides the other.
@@ -49,6 +52,18 @@ const shell = () => {{
   document.querySelectorAll(".mantine-ActionIcon-root").forEach(button => name(button, "Settings of the view"));
 }};
 new MutationObserver(shell).observe(document, {{childList: true, subtree: true, characterData: true}});
+// viser turns the camera with the arrows, also while they move a slider or choose a tab.
+document.addEventListener("DOMContentLoaded", () => document.body.addEventListener("keydown", event => {{
+  if (event.key.startsWith("Arrow") && event.target.closest("[role=slider], [role=tab]")) event.stopPropagation();
+}}));
+const left = changes => {{
+  const gone = changes.some(({{target, oldValue}}) => oldValue === "true" && target.textContent.trim() === "{CAPACITY}"
+    && target.getAttribute("role") === "tab" && target.getAttribute("aria-selected") !== "true");
+  if (gone) [...document.querySelectorAll("button")].find(b => b.textContent.trim() === "{AT_REST}")?.click();
+}};
+new MutationObserver(left).observe(
+  document, {{subtree: true, attributeFilter: ["aria-selected"], attributeOldValue: true}}
+);
 """
 
 
