@@ -156,22 +156,20 @@ def main() -> None:
     def at(curve: Floats, there: float) -> float:
         return float(np.interp(there, *curve.T, left=np.nan))
 
+    def told(curve: Floats, there: float) -> str:
+        return "-" if np.isnan(at(curve, there)) else f"{at(curve, there):.3f}"
+
     def span(curves: list[Floats], there: float) -> str:
         values = [at(curve, there) for curve in curves]
         return f"{min(values):.3f} to {max(values):.3f}"
 
     head = [
-        "corner [mm]",
-        "published",
-        "normals of rest",
-        "normals turn",
-        "`capacity`",
-        "normals turn, heads rub",
+        "corner [mm]", "published", "normals of rest", "normals turn", "`capacity`", "normals turn, heads rub",
         "`capacity`, heads rub",
-    ]
+    ]  # fmt: skip
     cells = [
-        [f"{1e3 * x:.0f}", *(f"{at(curve, x):.3f}" for curve in (np.array(PUBLISHED), rest)), span(turned[0.0], x),
-         f"{at(free, x):.3f}", span(turned[FRICTION], x), f"{at(rubbing, x):.3f}"] for x in PLACES
+        [f"{1e3 * x:.0f}", told(np.array(PUBLISHED), x), told(rest, x), span(turned[0.0], x),
+         told(free, x), span(turned[FRICTION], x), told(rubbing, x)] for x in PLACES
     ]  # fmt: skip
     results.report(options, [dict(zip(head, row, strict=True)) for row in cells], {"w1": table(head, cells)})
 

@@ -4,8 +4,8 @@ At each pose the limit analysis on the contacts that touch tells the multiplier,
 mechanism, in which joints slide without opening (De Saxce's fixed point) or with associated friction; on supports that
 move, the motion of least potential energy tells the force on them. A step leads along it, until the fastest corner has
 moved a given length, and the contacts that have stuck or slid are closed again (`closing`): joints slide without
-opening, as far as the bodies let them. Where no multiplier is carried, the blocks fall while the live load does no work,
-or the supports rest, until contacts shut or the blocks have left.
+opening, as far as the bodies let them. Where no multiplier is carried, the blocks fall while the live load does no
+work, or the supports rest, until contacts shut or the blocks have left.
 
 The steps are along the arc of the fastest corner, so that loose parts and snaps back are followed too. Unlike on a
 linkage, the pose depends on the length of the steps.
