@@ -203,7 +203,7 @@ def _checked(lower: ArrayLike, upper: ArrayLike, confidence: float) -> tuple[Flo
     if low.ndim != 1 or low.shape != high.shape or not (np.isfinite(low).all() and (low >= 0).all()):
         raise InputError("fragility: lower and upper are one number a record each, and lower is 0 or more")
     if len(low) < FEWEST:
-        raise InputError(f"fragility: {len(low)} records; at least three are needed")
+        raise InputError(f"fragility: {len(low)} record{'s' * (len(low) != 1)}; at least three are needed")
     if not (low < high).all():
         k = int(np.argmin(low < high))
         raise InputError(f"fragility: record {k} stands at {low[k]:g} and falls at {high[k]:g}; it must fall above")
