@@ -102,6 +102,23 @@ def test_the_band_holds_the_curve_and_widens_with_confidence():
     assert (wide.band(at)[1] > narrow.band(at)[1]).all()
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [3, 10])
+def test_intervals_and_bands_hold_the_truth_as_often_as_they_say(count):
+    # Four standard deviations of the share of 200 sets, 1.5 % each; for few records the intervals may be too wide.
+    sets, hits, tenth = 200, np.zeros(3), THETA * np.exp(norm.ppf(0.1) * BETA)
+    for seed in range(sets):
+        found = fit_fragility(*brackets(count, seed=1000 + seed))
+        (low, high), (narrow, wide), (below, above) = (
+            found.median_interval,
+            found.dispersion_interval,
+            found.band(tenth),
+        )
+        hits += [low <= THETA <= high, narrow <= BETA <= wide, below <= 0.1 <= above]
+    assert (hits / sets >= 0.95 - 4 * 0.0154).all()
+    assert (hits / sets < 1.0).all()
+
+
 def test_a_record_that_falls_at_once_is_left_censored():
     # Nothing is known of the first but that it is below .2: as scipy takes it.
     low, high = np.array([0.0, 0.3, 0.5, 0.45]), np.array([0.2, 0.32, 0.55, 0.47])
