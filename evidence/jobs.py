@@ -69,6 +69,8 @@ JOBS: Sequence[Job] = (
     result("glue", 1.5, "dynamics.glue"),
     result("stiffness", 2, "dynamics.stiffness"),
     result("settlements", 1.5, "checks.settlements"),
+    result("panel", 3, "checks.panel"),
+    result("capacity", 15, "dynamics.capacity"),
     result("loads", 1, "dynamics.loads --strips docs", "docs/strip-*.png"),
     result("iterations", 2, "dynamics.iterations"),
     result("plans", 30, "dynamics.plans"),

@@ -43,3 +43,16 @@ def fragile(task):
     if what == "fails":
         raise ValueError("it fails")
     return os.getpid()
+
+
+class DiesWhenMoved:
+    """An action that ends its process as soon as a block has moved by 10 mm."""
+
+    each_step = False
+
+    def begin(self, world):
+        pass
+
+    def act(self, world, time):
+        if abs(world.poses()[0]).max() > 0.01:
+            os._exit(3)

@@ -28,7 +28,7 @@ ORDER = """
     blockstat.code_check blockstat.sequence blockstat.design_search blockstat.view
     blockstat.view.three_d blockstat.view.building blockstat.view.report blockstat blockstat.app blockstat.cli
     dynsim.settings dynsim.checks dynsim.engine dynsim.loads dynsim.bonds dynsim.judge dynsim.parallel
-    dynsim.comparison dynsim.design_search dynsim.view dynsim.panel dynsim.cli dynsim
+    dynsim.earthquake dynsim.comparison dynsim.design_search dynsim.view dynsim.panel dynsim.cli dynsim
 """.split()
 RANK = {room: rank for rank, room in enumerate(ORDER)}
 FILES = sorted(SOURCE.rglob("*.py"))

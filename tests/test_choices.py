@@ -55,6 +55,7 @@ def command(program, *words):
             pytest.skip("pybullet is not installed")
         bs.write(stack(3), "FILE.json")
         Path("SCENE.toml").write_text(SEARCHED)
+        Path("RECORD.csv").write_text("0,1\n1,2\n")
         app = importlib.import_module(f"{program}.cli.commands").app
         app([{"FILE": "FILE.json", "SCENE": "SCENE.toml"}.get(word, word) for word in words], standalone_mode=False)
 
@@ -154,6 +155,9 @@ CASES = {
     "--group": (command("dynsim", "verify", "FILE", "--group", BAD), f'no group "{BAD}"', ()),
     "--tilt-to": (command("dynsim", "verify", "FILE", "--tilt-to", f"{BAD},1"), "--tilt-to", ("x", "y", "z")),
     "--pulse": (command("dynsim", "shake", "FILE", "--pulse", f"1,0,0,1,{BAD}"), "pulse", PULSES),
+    "--measure": (
+        command("dynsim", "ida", "FILE", "--record", "RECORD.csv", "--measure", BAD), "measure", ("pga", "pgv"),
+    ),
     "--strategy": (command("dynsim", "optimise", "SCENE", "-o", "out", "--strategy", BAD), "strategy", STRATEGIES),
     "--over": (command("dynsim", "optimise", "SCENE", "-o", "out", "--over", BAD), "over", ("line", "grid")),
 }  # fmt: skip
@@ -193,6 +197,7 @@ WORDS = {
     "kind": ("normal", "lognormal", "uniform"),
     "each": ("all", "group", "course", "block", "joint"),
     "what": ("edge", "friction", "corner"),
+    "measure": ("pga", "pgv"),
     "shape": (),  #: of a pulse, or of a verification
 }
 
@@ -210,7 +215,16 @@ def options():
 
 
 #: Results, which nobody makes; they hold the word that was given.
-RESULTS = ("Assessment", "Falsework", "NonlinearCheck", "PathEvent", "Reliability", "Run", "Verdict")
+RESULTS = (
+    "Assessment",
+    "Falsework",
+    "IncrementalAnalysis",
+    "NonlinearCheck",
+    "PathEvent",
+    "Reliability",
+    "Run",
+    "Verdict",
+)
 
 
 def given(name):
@@ -239,6 +253,7 @@ def given(name):
         "peak": (1, 0, 0),
         "place": "a.png",
         "plan": bs.Plan(()),
+        "records": [],
         "props": bs.hoists if name == "least_centring" else [],
         "second": 1.0,
         "source": "FILE.json",

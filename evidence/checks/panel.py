@@ -1,4 +1,4 @@
-"""Wall W1 of Ferris & Tin-Loi pushed in its plane: its capacity curve beside one by linear programs, and a published one.
+"""Wall W1 of Ferris & Tin-Loi in its plane: its capacity curve beside one by linear programs, and a published one.
 
     python -m evidence.checks.panel [--step M] [--draws N] [--json] [--write FILE]
 

@@ -4,9 +4,8 @@
 
 Random arches, arches on piers, walls in running bond pushed in and out of their plane, and facades in bond with side
 walls. A point of the curve is taken half-way down, by its multiplier. Under that multiplier, held constant, the blocks
-at nine tenths of its displacement must not go on, as the curve there is higher, and at eleven tenths they must. They are
-released at rest. Which way they go is told by the mean of their displacements weighted by the load, the control.
-
+at nine tenths of its displacement must not go on, as the curve there is higher, and at eleven tenths they must. They
+are released at rest. Which way they go is told by the mean of their displacements weighted by the load, the control.
 Blocks that stay are held by friction or by less than Bullet resolves: on the near side that is no contradiction.
 
 `--write` also follows wall W1 of Ferris & Tin-Loi, with the multipliers that Bullet brackets at the poses of the curve.

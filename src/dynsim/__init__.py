@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from dynsim.comparison.table import Agreement, Comparison, Comparisons
     from dynsim.design_search.buttress_loop import ButtressOutcome, ButtressResult, ButtressStep, buttress_loop
     from dynsim.design_search.optimise import optimise
+    from dynsim.earthquake.analysis import IncrementalAnalysis, IncrementalCurve, IncrementalOutcome, incremental
+    from dynsim.earthquake.fragility import Fragility, FragilityOutcome, fit_fragility
+    from dynsim.earthquake.runs import ScaledRun
     from dynsim.engine.world import Action, World
     from dynsim.judge.cracks import CrackOutcome, Cracks, find_cracks
     from dynsim.judge.criteria import drops, group_box_centre
@@ -32,6 +35,7 @@ if TYPE_CHECKING:
     from dynsim.parallel.pool import Row, Rows, run_many, verify_many
     from dynsim.parallel.speculative import SpeculativeRuns
     from dynsim.settings import PRESETS, Settings
+    from dynsim.view.earthquake import plot_incremental
     from dynsim.view.export import read_run, write_run
     from dynsim.view.film import film_strip, past_verdict, write_movie
 
@@ -54,6 +58,11 @@ __all__ = [
     "DynamicOutcome",
     "DynamicSequence",
     "DynamicVerdict",
+    "Fragility",
+    "FragilityOutcome",
+    "IncrementalAnalysis",
+    "IncrementalCurve",
+    "IncrementalOutcome",
     "InertiaScale",
     "LimitOutcome",
     "Load",
@@ -65,6 +74,7 @@ __all__ = [
     "Row",
     "Rows",
     "Run",
+    "ScaledRun",
     "Settings",
     "Settlement",
     "SpeculativeRuns",
@@ -80,11 +90,14 @@ __all__ = [
     "find_cause",
     "find_cracks",
     "first_motion_cosine",
+    "fit_fragility",
     "group_box_centre",
+    "incremental",
     "likely_reason",
     "limit",
     "optimise",
     "past_verdict",
+    "plot_incremental",
     "read_record",
     "read_run",
     "run_many",
@@ -108,6 +121,9 @@ _HOMES = {
         "comparison.table": "Agreement Comparison Comparisons",
         "design_search.buttress_loop": "ButtressOutcome ButtressResult ButtressStep buttress_loop",
         "design_search.optimise": "optimise",
+        "earthquake.analysis": "IncrementalAnalysis IncrementalCurve IncrementalOutcome incremental",
+        "earthquake.fragility": "Fragility FragilityOutcome fit_fragility",
+        "earthquake.runs": "ScaledRun",
         "engine.world": "Action World",
         "judge.cracks": "CrackOutcome Cracks find_cracks",
         "judge.criteria": "drops group_box_centre",
@@ -123,6 +139,7 @@ _HOMES = {
         "parallel.pool": "Row Rows run_many verify_many",
         "parallel.speculative": "SpeculativeRuns",
         "settings": "PRESETS Settings",
+        "view.earthquake": "plot_incremental",
         "view.export": "read_run write_run",
         "view.film": "film_strip past_verdict write_movie",
     }.items()

@@ -45,7 +45,10 @@ def results():
     rows = dynsim.compare(stack(1), settings=FAST, jobs=1)
     limit = dynsim.limit(stack(1, 0.5, 2.0), (1, 0, 0), settings=FAST, width=0.2, check=False)
     built = dynsim.sequence(stack(1), Plan((Step((stack(1).names[-1],)),)), settings=FAST)
-    return [verdict, verdict.cracks, limit, rows, rows[0], built, dynsim.buttress_loop(hall(), uncracked)]
+    pulses = [dynsim.Pulse((1.0, 0, 0), duration, "sine") for duration in (0.3, 0.5, 1.0)]
+    shaken = dynsim.incremental(stack(1, 0.2, 1.0), pulses, settings=FAST, factor=2.0, beyond=0, jobs=1)
+    results = [verdict, verdict.cracks, limit, rows, rows[0], built, dynsim.buttress_loop(hall(), uncracked)]
+    return [*results, shaken, shaken.fragility()]
 
 
 def test_every_result_answers_explains_itself_and_has_plain_values(results):
@@ -132,6 +135,11 @@ def test_an_unknown_setting_is_refused_with_the_settings_there_are():
             "gap",
         ),
         (dynsim.buttress_loop, "progress"),
+        (
+            dynsim.incremental,
+            "measure, start, factor, up_to, resolution, beyond, confidence, loads, actions, settings, gap, interfaces, "
+            "directory, jobs, progress",
+        ),
         (blockstat.find_interfaces, "gap, near"),
         (blockstat.read, "supports, units, up"),
         (blockstat.write, "format, values, units, up"),

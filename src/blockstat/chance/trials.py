@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
-import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import nullcontext
 from dataclasses import asdict, dataclass, field, replace
@@ -26,7 +24,7 @@ from blockstat.contact.unresolved import Unresolved, unresolved_contacts
 from blockstat.errors import InputError
 from blockstat.loads import as_load
 from blockstat.system.lock import locked
-from blockstat.system.writing import written_whole
+from blockstat.system.rows import append_rows, kept_rows
 from blockstat.typing import Floats, Ints
 
 #: Draws that a process is given at a time.
@@ -182,9 +180,7 @@ def judge_all(
             for fresh in _batches(trials, draws, rows, jobs):
                 rows |= {row.draw: row for row in fresh}
                 if kept is not None:
-                    kept.writelines(json.dumps(asdict(row)) + "\n" for row in fresh)
-                    kept.flush()
-                    os.fsync(kept.fileno())
+                    append_rows(kept, map(asdict, fresh))
                 if progress is not None:
                     progress(sum(number < draws for number in rows), draws)
     return [rows[number] for number in range(draws)]
@@ -250,19 +246,7 @@ def judge_batch(
 
 
 def _opened(path: Path, trials: Trials) -> dict[int, Row]:
-    """Rows of a file; a new one gets its first line, a line cut short is dropped."""
+    """Rows of a file by the number of their draw."""
     head = {"draws": "blockstat reliability", "of": trials.digest()}
-    if path.is_file() and not (data := path.read_bytes()).endswith(b"\n"):
-        os.truncate(path, data.rfind(b"\n") + 1)
-    if not path.is_file() or not path.stat().st_size:
-        with written_whole(path) as place:
-            place.write_text(json.dumps(head) + "\n")
-        return {}
-    try:
-        first, *rest = map(json.loads, path.read_text().splitlines())
-        found = {row["draw"]: Row(**row) for row in rest}
-    except (ValueError, TypeError, KeyError):
-        raise InputError(f"{path}: a line is damaged; correct it or move the file away") from None
-    if first != head:
-        raise InputError(f"{path}: these are draws of something else; move the file away or choose another")
-    return found
+    rows = kept_rows(path, head, lambda row: Row(**row), other="draws of something else")
+    return {row.draw: row for row in rows}

@@ -7,8 +7,6 @@ takes no row with it: what has no row in the file is computed again, and nothing
 from __future__ import annotations
 
 import hashlib
-import json
-import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice, product
@@ -26,7 +24,7 @@ from blockstat.errors import InputError, known_options, no_such
 from blockstat.result import Result, Sentence
 from blockstat.spec import Scene, build, parameters, scene_from, with_values
 from blockstat.system.lock import locked
-from blockstat.system.writing import written_whole
+from blockstat.system.rows import append_rows, kept_rows, read_rows
 
 Values = Mapping[str, float]
 #: Evaluates a design: plain values, of which a line of the file is made.
@@ -100,7 +98,7 @@ class SweepResult(Result):
         InputError
             For a damaged line.
         """
-        return sorted(_read(self.path)[1], key=lambda row: row["design"])
+        return sorted(read_rows(self.path, dict)[1], key=lambda row: row["design"])
 
 
 def grid(scene: Scene, names: Sequence[str] | None = None) -> Iterator[dict[str, float]]:
@@ -317,13 +315,11 @@ def _swept(
     finished: Any = Parallel(n_jobs=-1 if jobs is None else jobs, **options)(tasks)
     with path.open("a") as file:
         for rows in finished:
-            file.writelines(json.dumps(row) + "\n" for row in rows)
-            file.flush()
-            os.fsync(file.fileno())
+            append_rows(file, rows)
             computed += len(rows)
             if progress is not None:
                 progress(len(done) + computed)
-    rows = _read(path)[1]
+    rows = read_rows(path, dict)[1]
     return SweepResult(path, counted, computed, sum(row.get("static") == ERROR for row in rows), failures(rows))
 
 
@@ -369,26 +365,6 @@ def _mark(values: Values) -> int:
 
 
 def _opened(path: Path, head: dict[str, Any], names: list[str]) -> dict[int, int]:
-    """Marks of the designs that have a row; a new file gets its first line, a line cut short is dropped."""
-    if path.is_file():
-        data = path.read_bytes()
-        if not data.endswith(b"\n"):
-            os.truncate(path, data.rfind(b"\n") + 1)
-    if not path.is_file() or not path.stat().st_size:
-        with written_whole(path) as place:
-            place.write_text(json.dumps(head) + "\n")
-        return {}
-    found, rows = _read(path)
-    if found != head:
-        raise InputError(f"{path}: these are rows of another sweep; move the file away or choose another")
+    """Marks of the designs that have a row."""
+    rows = kept_rows(path, head, dict, other="rows of another sweep")
     return {row["design"]: _mark({name: row[name] for name in names if name in row}) for row in rows}
-
-
-def _read(path: Path) -> tuple[Any, list[dict[str, Any]]]:
-    """First line and rows of a file."""
-    with path.open() as file:
-        try:
-            head, *rows = map(json.loads, file)
-            return head, rows
-        except ValueError:
-            raise InputError(f"{path}: a line is damaged; correct it or move the file away") from None

@@ -1,4 +1,4 @@
-"""The command `dynsim`: verify, shake, limit, compare, optimise."""
+"""The command `dynsim`: verify, shake, limit, compare; the others have modules of their own."""
 
 from __future__ import annotations
 
@@ -32,6 +32,7 @@ from blockstat.cli.progress import at_work
 from blockstat.errors import InputError
 from dynsim.cli.bonds import AngularStiffness, Glue, ScaleInertia, stiffness_of, with_glue
 from dynsim.cli.criteria import Engine, Group, Preset, Threshold
+from dynsim.cli.ida import ida
 from dynsim.cli.loads import (
     Direction,
     Film,
@@ -296,6 +297,7 @@ def compare(
     end_of(found)
 
 
+app.command()(ida)
 app.command()(optimise)
 app.command()(report)
 app.command()(sequence)

@@ -1,0 +1,138 @@
+"""The command `dynsim ida`: records scaled until a block falls, and the fragility over them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from blockstat.cli.options import (
+    AsJson,
+    FileArgument,
+    Friction,
+    Gap,
+    Gravity,
+    Supports,
+    Tilt,
+    Units,
+    Up,
+    gap_of,
+    load,
+    numbers,
+    print_json,
+)
+from blockstat.cli.progress import at_work
+from blockstat.errors import InputError
+from dynsim.cli.bonds import AngularStiffness, Glue, ScaleInertia, stiffness_of, with_glue
+from dynsim.cli.criteria import Group, Preset, Threshold
+from dynsim.cli.loads import Direction, Jobs, Scale
+
+if TYPE_CHECKING:
+    from dynsim.earthquake.runs import ScaledRun
+    from dynsim.loads.ground import Record
+
+Records = Annotated[
+    list[Path],
+    typer.Option("--record", help="CSV of time [s] and one to three accelerations [m/s2]; once for each record."),
+]
+Kept = Annotated[
+    Path | None,
+    typer.Option(
+        "-o", "--output", "--out", metavar="DIR", help="Keep each run here; the same command goes on from it."
+    ),
+]
+
+
+def ida(
+    file: FileArgument,
+    record: Records,
+    direction: Direction = "1,0,0",
+    scale: Scale = 1.0,
+    measure: Annotated[str, typer.Option(help='Intensity: "pga" [g, 9.81 m/s2] or "pgv" [m/s].')] = "pga",
+    start: Annotated[float, typer.Option(help="First intensity.")] = 0.1,
+    factor: Annotated[float, typer.Option(help="From one intensity to the next on the way up.")] = 1.25,
+    up_to: Annotated[float, typer.Option(help="Greatest intensity.")] = 3.0,
+    resolution: Annotated[float, typer.Option(help="Of the collapse intensity, relative.")] = 0.05,
+    beyond: Annotated[int, typer.Option(help="Steps above the collapse intensity that are run, too.")] = 2,
+    confidence: Annotated[float, typer.Option(help="Of the intervals and the band of the fragility.")] = 0.95,
+    friction: Friction = None,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
+    supports: Supports = None,
+    units: Units = None,
+    up: Up = None,
+    gap: Gap = None,
+    group: Group = None,
+    threshold: Threshold = None,
+    glue: Glue = None,
+    inertia_scale: ScaleInertia = None,
+    angular_stiffness: AngularStiffness = None,
+    preset: Preset = "default",
+    jobs: Jobs = None,
+    output: Kept = None,
+    plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Draw both curves (.png, .svg).")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Scale records of ground motion until a block falls, and fit a fragility over them.
+
+    Each record is scaled up by steps until a block moves further than its own size, or than the threshold; then the
+    intensity at which it falls is bracketed. Records go side by side in processes.
+    """
+    from blockstat.view.plot import fresh_figure
+    from dynsim.earthquake.analysis import incremental
+    from dynsim.settings import Settings
+    from dynsim.view.earthquake import plot_incremental
+
+    if plot is not None:
+        fresh_figure(plot)  # before the runs, to say at once that it cannot be written
+    near, motions = gap_of(gap), _named(record, direction, scale)
+    assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
+    settings = Settings.named(preset, group=group, roof_threshold=threshold, brick_threshold=threshold)
+    with at_work(f"{len(motions)} records, {assembly.n_blocks:,} blocks") as say:
+        found = incremental(
+            with_glue(assembly, glue), motions, measure=measure, start=start, factor=factor, up_to=up_to,
+            resolution=resolution, beyond=beyond, confidence=confidence, settings=settings, gap=near,
+            actions=stiffness_of(inertia_scale, angular_stiffness), directory=output, jobs=jobs, progress=_told(say),
+        )  # fmt: skip
+    drawn = plot if any(curve.runs for curve in found.curves) else None
+    if drawn is not None:
+        plot_incremental(found, drawn)
+    if as_json:
+        written = {} if drawn is None else {"plot": str(drawn)}
+        print_json({"file": str(file), **found.summary(), **written})
+    else:
+        typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {found.process_seconds:.1f} s\n{found.explain()}")
+        if not found.finished and output is not None:
+            typer.echo("interrupted: the same command goes on from here")
+        if drawn is not None:
+            typer.echo(f"picture: {drawn}")
+    if not found.finished:
+        raise KeyboardInterrupt
+
+
+def _named(files: list[Path], direction: str, scale: float) -> dict[str, Record]:
+    """The records by the names of their files, by their paths where names agree."""
+    from dynsim.loads.record import read_record
+
+    twice = [file for file, count in Counter(map(str, files)).items() if count > 1]
+    if twice:
+        raise InputError(f"--record {twice[0]} is given twice; a record counts once in a fragility")
+    stems = Counter(file.stem for file in files)
+    along = numbers(direction, 3, "--direction", "X,Y,Z")
+    names = [file.stem if stems[file.stem] == 1 else str(file) for file in files]
+    return {name: read_record(f, direction=along, scale=scale) for name, f in zip(names, files, strict=True)}
+
+
+def _told(say: Callable[[str], None]) -> Callable[[ScaledRun], None]:
+    """Say how many runs are done, and what became of the last."""
+    done = 0
+
+    def tell(run: ScaledRun) -> None:
+        nonlocal done
+        done += 1
+        say(f"{done} runs, {run.record or 'without a record'} at {run.intensity:.4g}: {run.outcome}")
+
+    return tell
