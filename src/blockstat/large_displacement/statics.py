@@ -226,14 +226,19 @@ def balance(
     lacking = -float(slack.min(initial=np.inf))
     if answer.status.is_infeasible:
         lacking = np.inf
-    force = certificate.balance(program, answer.force)
-    found = certificate.check(program, force, np.zeros_like(program.load))
-    if not found.proves_stable and lacking <= LACKING:
-        settled = certificate.settle(program, force)
-        second = certificate.check(program, settled, np.zeros_like(program.load))
-        if second.proves_stable:
-            force, found = settled, second
-    return _found(problem, force, answer.twist, lacking, found.proves_stable)
+    force, proven = _checked(program, answer.force, settles=lacking <= LACKING)
+    return _found(problem, force, answer.twist, lacking, proven)
+
+
+def _checked(program: PenaltyProgram, force: Floats, *, settles: bool = True) -> tuple[Floats, bool]:
+    """Forces moved to where they balance, and whether the independent check proves them."""
+    balanced = certificate.balance(program, force)
+    proven = certificate.check(program, balanced, np.zeros_like(program.load)).proves_stable
+    if not proven and settles:
+        settled = certificate.settle(program, balanced)
+        if certificate.check(program, settled, np.zeros_like(program.load)).proves_stable:
+            return settled, True
+    return balanced, proven
 
 
 def rubbing(
@@ -391,10 +396,9 @@ def limited(
         return _descending(problem, replace(conic, bound=bound))
     multiplier = answer.multiplier / unit
     loaded = replace(program, load=program.load + multiplier * load)
-    force = certificate.balance(loaded, answer.force)
-    found = certificate.check(loaded, force, np.zeros_like(program.load))
+    force, proven = _checked(loaded, answer.force)
     slack = certificate.point_slack(loaded, force)[: program.n_points]
-    forces = _found(problem, force, answer.twist, -float(slack.min(initial=np.inf)), found.proves_stable)
+    forces = _found(problem, force, answer.twist, -float(slack.min(initial=np.inf)), proven)
     if opening is not None:
         contact = structure.driven(contacts, closed, pose, parameter)[1][problem.eq.points]
         opening = _by_contact(opening, contact, contacts.number)

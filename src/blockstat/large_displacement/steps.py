@@ -64,19 +64,44 @@ def follow(
         In order; the end comes last.
     """
     last: State | None = None
+    early: list[State | PathEvent | PathEnd] | None = []
     for item in follower.follow(linkage, pose, guess):
+        if item is PathEnd.LOST:
+            break
         if isinstance(item, State):
             last = item
-        if item is not PathEnd.LOST:
+        if early is None:
             yield item
+            continue
+        # A linkage that does not go one step is not that of the mechanism, so nothing is told of it.
+        early.append(item)
+        if isinstance(item, PathEnd) or (last is not None and last.motion.parameter >= follower.step):
+            yield from early
+            early = None
+    if early:
+        last = None
     if item is PathEnd.LOST:
-        start = last.motion if last is not None else Motion(0.0, pose, guess, follower.value(pose, guess))
+        start = last.motion if last is not None else _at_rest(follower, linkage, pose, guess)
         there = displaced(linkage.assembly, start.pose)
         speed = max(float(corner_speed(there, start.rate).max()), float(linkage.control is None))
         longest = speed * follower.step
         step = min(longest, FINE * float(np.median(linkage.assembly.size)))
         stepper = Stepper(follower.structure, follower.end, step, longest, change, follower.tolerance)
         yield from stepper.follow(linkage if last is None else last.linkage, start)
+
+
+def _at_rest(follower: Follower, linkage: Linkage, pose: Pose, guess: Floats) -> Motion:
+    """Where a path begins that is no linkage from rest on, with the motion for a unit rate of its displacement."""
+    return Motion(0.0, pose, _for_unit(linkage, pose, guess), follower.value(pose, guess))
+
+
+def _for_unit(linkage: Linkage, pose: Pose, motion: Floats) -> Floats:
+    """A motion for a unit rate of the control, or of the fastest corner where the control hardly moves on."""
+    if linkage.control is None:
+        return motion
+    speed = float(corner_speed(displaced(linkage.assembly, pose), motion).max())
+    rate = linkage.control.rate(linkage.assembly, pose, motion)
+    return motion / (rate if rate > 1e-6 * speed else speed)
 
 
 def of_steps(states: Sequence[State], assembly: Assembly) -> list[str]:
@@ -362,20 +387,15 @@ def _conjugate(structure: Structure) -> Control:
 
 def _state(place: _Place) -> State:
     """A limit state as a state of a path; its motion is for a unit rate of the parameter, where that moves on."""
-    linkage, found = place.moving(), place.limit
-    control, speed, motion = linkage.control, place.speed(), found.motion
+    linkage, found, upper = place.moving(), place.limit, None
     assert found.multiplier is not None
     assert found.forces is not None
-    if control is not None:
-        rate = control.rate(linkage.assembly, place.pose, motion)
-        motion = motion / (rate if rate > 1e-6 * speed else speed)
-    upper = None
-    if control is not None and not linkage.dilates and linkage.sliding.any():
+    if linkage.control is not None and not linkage.dilates and linkage.sliding.any():
         touching = place.linkage.contacts, place.linkage.pinned
         most = limiting(place.structure, *touching, place.pose, place.parameter)
         upper = None if most is None else most[0]
-    motion_ = Motion(place.parameter, place.pose, motion, found.multiplier)
-    return State(motion_, linkage, found.forces, place.open, upper)
+    motion = Motion(place.parameter, place.pose, _for_unit(linkage, place.pose, found.motion), found.multiplier)
+    return State(motion, linkage, found.forces, place.open, upper)
 
 
 def _without(place: _Place, blocks: Ints) -> tuple[Structure, Linkage, Pose] | None:
