@@ -35,8 +35,9 @@ from blockstat.typing import Floats
 SHUT = 1e-9
 #: A step is no shorter than this part of the first, and so many jumps may follow each other at one displacement.
 SHORTEST, JUMPS = 1e-9, 20
-#: So many pieces in a row may be too short to tell the changes at their ends apart.
-SHORT = 3
+#: So many pieces in a row may be shorter than this part of a step. One change may be that of a mixture of mechanisms;
+#: where they follow each other so fast, it is no linkage that moves: joints slide to and fro.
+SHORT, CHATTER = 3, 1e-2
 #: A new step aims at this part of the deviation that is allowed.
 FIRM = 0.9
 #: Contacts that move at less than this, where the fastest corner moves at 1, are tried as sticking where a mechanism
@@ -158,8 +159,7 @@ class Follower:
             if isinstance(reason, PathEnd):
                 yield reason
                 return
-            # One change at a place may be that of a mixture of mechanisms; several are those of none.
-            short = short + 1 if state.motion.parameter - start <= self.tolerance * self.step else 0
+            short = short + 1 if state.motion.parameter - start <= CHATTER * self.step else 0
             if short > SHORT:
                 yield PathEnd.LOST
                 return
