@@ -1,7 +1,7 @@
 """Verdicts without dilatancy and self-stress beside those of Bullet and LMGC90.
 
-    python -m evidence.comparisons.coulomb [--engines NAMES] [--most BLOCKS] [--minutes M] [--random N] [--again]
-                                           [--write FILE]
+    python -m evidence.comparisons.coulomb [--engines NAMES] [--most BLOCKS] [--minutes M] [--resolution SHARE]
+                                           [--random N] [--again] [--write FILE]
     python -m evidence.comparisons.coulomb --monotone
     python -m evidence.comparisons.coulomb --cost
 
@@ -34,7 +34,7 @@ import numpy as np
 
 from blockstat import Assembly, InputError, Outcome, assess, build, limit_load, load_scene, read, tilt_limit
 from blockstat.model import dome, fan_vault, groin_vault, sail_vault
-from dynsim import verify
+from dynsim import Settings, verify
 from dynsim.engine.lmgc90 import import_lmgc90
 from evidence.pages.elements import ELEMENTS
 from evidence.paths import CASES, DOCS, EXAMPLES
@@ -52,6 +52,7 @@ LETTER = {
 KEPT = DOCS / "results" / "coulomb.json"
 ENGINES = {"bullet": "Bullet", "lmgc90": "LMGC90"}
 FIELDS = "force fields"
+RESOLUTION = "resolution of Bullet"
 HEAD = ["", "blocks", FIELDS, "Coulomb", *ENGINES.values(), "held so", "programs", "times the plain verdict"]
 #: Programs of a search at which it is said to settle at once, and in all.
 AT_ONCE, MOST = 5, 40
@@ -133,22 +134,22 @@ def statics(asm: Assembly) -> Found:
     }  # fmt: skip
 
 
-def _ask(asm: Assembly, engine: str, seconds: int, answer: Connection) -> None:
+def _ask(asm: Assembly, engine: str, seconds: int, settings: Settings, answer: Connection) -> None:
     """Send the word of a dynamic verdict, or why there is none; ends with this process after so many seconds."""
     resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
     start = perf_counter()
     try:
-        said = verify(asm, engine=engine).outcome.word
+        said = verify(asm, engine=engine, settings=settings).outcome.word
     except (InputError, RuntimeError) as error:
         said = f"no verdict: {error}"
     if perf_counter() - start < seconds:  # LMGC90 runs in a process of its own, which the limit has ended otherwise
         answer.send(said)
 
 
-def engine_says(asm: Assembly, engine: str, minutes: float) -> str:
+def engine_says(asm: Assembly, engine: str, minutes: float, settings: Settings) -> str:
     """The word of a dynamic verdict, or why there is none."""
     receive, send = Pipe(duplex=False)
-    process = get_context("fork").Process(target=_ask, args=(asm, engine, round(60 * minutes), send))
+    process = get_context("fork").Process(target=_ask, args=(asm, engine, round(60 * minutes), settings, send))
     process.start()
     send.close()
     try:
@@ -159,7 +160,9 @@ def engine_says(asm: Assembly, engine: str, minutes: float) -> str:
     return said
 
 
-def fill(number: int, engines: Sequence[str], most: int, minutes: float, again: bool) -> dict[str, Found]:
+def fill(
+    number: int, engines: Sequence[str], most: int, minutes: float, settings: Settings, again: bool
+) -> dict[str, Found]:
     """Find what is missing, keep it, and return what there is of all assemblies."""
     rows, names = known(), []
     for asm in assemblies(number):
@@ -169,7 +172,9 @@ def fill(number: int, engines: Sequence[str], most: int, minutes: float, again: 
         if (again or "Coulomb" not in own) or missing:
             if again or "Coulomb" not in own:
                 own.update(statics(asm))
-            own.update({name: engine_says(asm, name, minutes) for name in missing})
+            own.update({name: engine_says(asm, name, minutes, settings) for name in missing})
+            if "bullet" in missing and settings != Settings():
+                own[RESOLUTION] = settings.resolution
             KEPT.write_text(json.dumps(rows, indent=1) + "\n")
             print(asm.name, *own.values(), flush=True)
     return {name: rows[name] for name in names}
@@ -223,10 +228,15 @@ def cells(row: Found) -> list[object]:
 
 
 def silent(rows: dict[str, Found]) -> str:
-    """Why an engine gave no verdict."""
+    """Why an engine gave no verdict, and what one resolves where that is not the default."""
     lines = [
         f"- {ENGINES[engine]}, {name}: {row[engine].partition(': ')[2]}"
         for name, row in rows.items() for engine in ENGINES if str(row.get(engine)).startswith("no verdict")
+    ]  # fmt: skip
+    lines += [
+        f"- {ENGINES['bullet']}, {name}: {row['bullet']}; an imbalance of {row[RESOLUTION]:g} of the weight would have "
+        f"shown, that of other rows is {Settings().resolution:g}."
+        for name, row in rows.items() if RESOLUTION in row
     ]  # fmt: skip
     return "\n".join(lines) or "- none"
 
@@ -273,6 +283,7 @@ def main() -> None:
     parser.add_argument("--engines", default="none")
     parser.add_argument("--most", type=int, default=250)
     parser.add_argument("--minutes", type=float, default=20.0)
+    parser.add_argument("--resolution", type=float, default=Settings().resolution)
     parser.add_argument("--random", type=int, default=60)
     parser.add_argument("--again", action="store_true")
     parser.add_argument("--write", type=Path, metavar="FILE")
@@ -291,7 +302,8 @@ def main() -> None:
     if options.cost:
         cost()
         return
-    rows = fill(options.random, engines, options.most, options.minutes, options.again)
+    settings = Settings(resolution=options.resolution)
+    rows = fill(options.random, engines, options.most, options.minutes, settings, options.again)
     whole = table(HEAD, [[name, *cells(row)] for name, row in rows.items()])
     parts = {"summary": summary(rows), "verdicts": whole, "silent": silent(rows), "limits": limits()}
     print("\n\n".join(parts.values()))
