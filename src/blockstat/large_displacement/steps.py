@@ -295,7 +295,7 @@ class Stepper:
         closing = closed_up(linkage, pose, parameter, 10 * step, held, target)
         open_ = np.zeros(self.structure.interfaces.n_interfaces)
         np.maximum.at(open_, linkage.contacts.joint, closing.open)
-        guess = place.limit.motion if place.drive or place.limit.forces is not None else None
+        guess = None if place.limit.forces is None else place.limit.motion
         return self._place(place.structure, linkage, closing.pose, parameter, open_, guess)
 
     def _place(
