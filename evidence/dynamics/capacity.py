@@ -20,7 +20,7 @@ from time import process_time
 
 import numpy as np
 
-from blockstat import Assembly, CapacityCurve, capacity, find_interfaces
+from blockstat import Assembly, CapacityCurve, InputError, capacity, find_interfaces
 from blockstat.large_displacement.pose import displaced, places
 from dynsim import Settings, simulate
 from evidence import results
@@ -92,7 +92,7 @@ class Row:
     displacement: float  #: of the point that is taken [m]
     held: float  #: its multiplier
     contrast: tuple[float, ...]  #: how much more than that the poses on both sides carry, relative
-    before: str  #: "back", "stays" or "on", from nine tenths of the displacement
+    before: str  #: "back", "stays", "on" or "overlap", from nine tenths of the displacement
     after: str
     seconds: float  #: process time of the curve
 
@@ -140,7 +140,10 @@ def row(name: str, asm: Assembly, direction: tuple[float, float, float]) -> Row:
         side, point = curve, int(rows[np.argmin(np.abs(there[rows] - part * middle))])
         if abs(there[point] - part * middle) > NEAR * middle:
             side, point = capacity(asm, direction, control="mean", steps=40, displacement=part * middle), -1
-        words.append({-1.0: "back", 0.0: "stays", 1.0: "on"}[goes(side, point, held, direction)])
+        try:
+            words.append({-1.0: "back", 0.0: "stays", 1.0: "on"}[goes(side, point, held, direction)])
+        except InputError:  # blocks that had no joint at rest have run into each other
+            words.append("overlap")
         contrast.append(float(side.lower[point]) / held - 1.0)
     return Row(
         name, asm.n_blocks, len(there), curve.outcome.word, float(value[0]), middle, held, tuple(contrast), *words,
@@ -177,7 +180,7 @@ def main() -> None:
     for scene in scenes(options.scenes):
         rows.append(row(*scene))
         print(rows[-1], flush=True)
-    right = sum(one.before != "on" and one.after == "on" for one in rows)
+    right = sum(one.before in ("back", "stays") and one.after == "on" for one in rows)
     head = [
         "",
         "blocks",
