@@ -130,16 +130,23 @@ def row(name: str, asm: Assembly, direction: tuple[float, float, float]) -> Row:
     curve = capacity(asm, direction, control="mean", steps=40)
     seconds = process_time() - begin
     there, value = curve.displacement, curve.lower
-    last = int(np.argmax(value <= 0.5 * (value[0] + value[-1])))
-    held, middle = float(value[last]), float(there[last])
+    half = 0.5 * (value[0] + value[-1])
+    last = int(np.argmax(value <= half))
+    middle = float(np.interp(half, value[[last, last - 1]], there[[last, last - 1]]))
+
+    def at(displacement: float, rows: np.ndarray) -> tuple[CapacityCurve, int]:
+        """A point of the curve: followed by steps the path depends on their length, so one of the same if there is."""
+        point = int(rows[np.argmin(np.abs(there[rows] - displacement))])
+        if abs(there[point] - displacement) <= NEAR * middle:
+            return curve, point
+        return capacity(asm, direction, control="mean", steps=40, displacement=displacement), -1
+
+    side, point = at(middle, np.array([last - 1, last]))
+    held = float(side.lower[point])
     words: list[str] = []
     contrast: list[float] = []
-    for part in (0.9, 1.1):
-        # Followed by steps the path depends on their length, so the pose is one of the same path where there is one.
-        rows = np.arange(last + 1) if part < 1 else np.arange(last, len(there))
-        side, point = curve, int(rows[np.argmin(np.abs(there[rows] - part * middle))])
-        if abs(there[point] - part * middle) > NEAR * middle:
-            side, point = capacity(asm, direction, control="mean", steps=40, displacement=part * middle), -1
+    for part, rows in ((0.9, np.arange(last + 1)), (1.1, np.arange(last, len(there)))):
+        side, point = at(part * middle, rows)
         try:
             words.append({-1.0: "back", 0.0: "stays", 1.0: "on"}[goes(side, point, held, direction)])
         except InputError:  # blocks that had no joint at rest have run into each other
