@@ -33,6 +33,10 @@ if TYPE_CHECKING:
 STILL = 1e-5
 
 
+#: A bracket at rest wider than this, relative, is told.
+WIDE = 1e-3
+
+
 class CapacityOutcome(Sentence):
     """How a capacity curve ends; each value is the sentence a user reads."""
 
@@ -132,10 +136,11 @@ class CapacityCurve(Result):
             One fact a line.
         """
         first, last = self.points[0], self.points[-1]
+        most = f", {first.upper:.6g} with associated friction," if first.upper > (1.0 + WIDE) * first.lower else ""
         lines = [
             self.outcome.value,
             f"Displacement: {self.control}.",
-            f"Multiplier {first.lower:.6g} at rest, {last.lower:.6g} at {last.displacement:.6g} m, "
+            f"Multiplier {first.lower:.6g}{most} at rest, {last.lower:.6g} at {last.displacement:.6g} m, "
             f"{len(self.points)} points.",
         ]
         for event in self.events:
