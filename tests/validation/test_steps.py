@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from blockstat import Assembly, JointLaw, Tie, box, capacity, find_interfaces, limit_load
+from blockstat.large_displacement import steps
 from blockstat.large_displacement.path import Follower, PathEnd
 from blockstat.large_displacement.pose import displaced, places
 from blockstat.model import Run, walls
@@ -170,3 +171,16 @@ def test_long_steps_along_a_straight_curve_lead_where_short_ones_do():
     assert len(few.points) < 0.5 * len(many.points)
     where = np.linspace(0.01, 0.099, 10)
     assert [few.at(x)[0] for x in where] == pytest.approx([many.at(x)[0] for x in where], abs=0.01 * few.upper[0])
+
+
+def test_bodies_of_many_blocks_tell_the_same_curve_as_the_blocks(monkeypatch):
+    facade = u_wall(12)
+    how = {"control": "mean", "displacement": 0.05, "steps": 8}
+    coarse = capacity(facade, (0, -1, 0), **how)
+    monkeypatch.setattr(steps, "MANY", facade.n_blocks)
+    fine = capacity(facade, (0, -1, 0), **how)
+    there = np.linspace(0, 0.049, 10)
+    found, known = (np.array([curve.at(one) for one in there]) for curve in (coarse, fine))
+    assert found[:, 0] == pytest.approx(known[:, 0], rel=2e-3)
+    assert (found[:, 1] >= known[:, 1] - 1e-3 * known[0, 1]).all()  # fewer motions: a higher upper bound
+    assert (found[:, 1] > known[:, 1] + 1e-3).any()

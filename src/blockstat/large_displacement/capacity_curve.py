@@ -17,10 +17,10 @@ from blockstat.errors import InputError, check_choice, known_options
 from blockstat.large_displacement.contacts import first_contacts
 from blockstat.large_displacement.jump import statuses
 from blockstat.large_displacement.linkage import Control, Linkage
-from blockstat.large_displacement.loading import control_of, loading
+from blockstat.large_displacement.loading import Structure, control_of, loading
 from blockstat.large_displacement.path import Begin, Follower, PathEnd, PathEvent, State
 from blockstat.large_displacement.pose import Pose, rest
-from blockstat.large_displacement.statics import LACKING, Structure, limiting
+from blockstat.large_displacement.statics import LACKING, limiting
 from blockstat.large_displacement.steps import Left, follow, of_steps
 from blockstat.result import Result, Sentence, finite
 from blockstat.solve.dispatch import CHOICES

@@ -1,4 +1,4 @@
-"""Loads on displaced blocks, whose forces keep their direction and act where they have at rest; controls along them."""
+"""A structure that is displaced: loads whose forces keep their direction and act where they have at rest, controls."""
 
 from __future__ import annotations
 
@@ -8,11 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from blockstat.analysis.problem import Problem
+from blockstat.analysis.problem import pose as posed
+from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, no_such
 from blockstat.geometry.polyhedron import point_velocity
+from blockstat.large_displacement.contacts import Contacts, displaced_interfaces
 from blockstat.large_displacement.linkage import Control
-from blockstat.large_displacement.pose import Pose, places, rest
+from blockstat.large_displacement.pose import Pose, displaced, places, rest
 from blockstat.loads import as_load, on_block, point_load, three
+from blockstat.program.equilibrium import weight
+from blockstat.program.ties import tie_wrenches
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -54,6 +60,149 @@ class Loading:
         wrench = np.hstack([np.zeros_like(self.couple), self.couple])
         np.add.at(wrench, self.block, np.hstack([self.force, np.cross(arm, self.force)]))
         return wrench
+
+
+@dataclass(frozen=True, eq=False)
+class Structure:
+    """What stays the same while blocks are displaced."""
+
+    assembly: Assembly  #: at rest, with its friction and gravity
+    interfaces: Interfaces  #: at rest
+    dead: Loading  #: besides the weight
+    live: Loading | None  #: what the multiplier multiplies
+    solver: str
+
+    def dead_load(self, pose: Pose) -> Floats:
+        """Return the wrench of all that does not grow, weights included, shape (n_blocks, 6) [N, N m].
+
+        Parameters
+        ----------
+        pose
+            The pose.
+
+        Returns
+        -------
+        Floats
+            About the displaced centroids; ties whose force is not given are left out.
+        """
+        return weight(self.assembly) + self.dead.at(self.assembly, pose)
+
+    def tie_work(self, pose: Pose, motion: Floats) -> float:
+        """Return the power of the ties on a motion: those that lengthen yield, those that shorten keep their least.
+
+        Parameters
+        ----------
+        pose
+            The pose.
+        motion
+            Rates of all blocks about their displaced centroids, shape (n_blocks, 6).
+
+        Returns
+        -------
+        float
+            [W]; ties without a greatest force keep their length, which is left to the linkage.
+        """
+        if not self.assembly.ties:
+            return 0.0
+        there = displaced(self.assembly, pose)
+        ties = list(there.ties)
+        unit = [float((tie_wrenches(there, [tie], np.ones(1)) * motion).sum()) for tie in ties]
+        return sum(
+            rate * (tie.least if rate > 0 or np.isinf(tie.greatest) else tie.greatest)
+            for tie, rate in zip(ties, unit, strict=True)
+        )
+
+    def live_load(self, pose: Pose) -> Floats:
+        """Return the wrench that the multiplier multiplies, shape (n_blocks, 6) [N, N m].
+
+        Parameters
+        ----------
+        pose
+            The pose.
+
+        Returns
+        -------
+        Floats
+            About the displaced centroids.
+        """
+        assert self.live is not None
+        return self.live.at(self.assembly, pose)
+
+    def multiplier(self, pose: Pose, motion: Floats) -> float:
+        """Return the multiplier under which the loads do no work on a motion, -w'u / l'u.
+
+        Parameters
+        ----------
+        pose, motion
+            As in `tie_work`.
+
+        Returns
+        -------
+        float
+            Not a number where the live load does no work.
+        """
+        work = float((self.live_load(pose) * motion).sum())
+        dead = float((self.dead_load(pose) * motion).sum()) + self.tie_work(pose, motion)
+        return -dead / work if work else np.nan
+
+    def driven(self, contacts: Contacts, closed: np.ndarray, pose: Pose, parameter: float) -> tuple[Floats, Ints]:
+        """Return the rates at the contact points by the movement of supports, in the frames of the joints at a pose.
+
+        Parameters
+        ----------
+        contacts, closed, pose, parameter
+            As in `posed`.
+
+        Returns
+        -------
+        rates : Floats
+            Of b against a for a unit rate, shape (n_points, 3).
+        contact : Ints
+            The pair that each point stands for, shape (n_points,).
+        """
+        faces, point = displaced_interfaces(self.assembly, self.interfaces, contacts, closed, pose, parameter)
+        drive = (contacts.drive[:, 1] - contacts.drive[:, 0])[point]
+        return np.einsum("nij,nj->ni", faces.frame[faces.point_interface], drive), point
+
+    def posed(self, contacts: Contacts, closed: np.ndarray, pose: Pose, parameter: float, multiplier: float) -> Problem:
+        """Return the equilibrium problem at a pose.
+
+        Parameters
+        ----------
+        contacts
+            The pairs of points.
+        closed
+            Which of them touch, shape (n,) bool.
+        pose, parameter
+            Where the blocks are, and the movement of the supports.
+        multiplier
+            Of the live load.
+
+        Returns
+        -------
+        Problem
+            As `blockstat.analysis.problem.pose` makes it.
+        """
+        faces, _ = displaced_interfaces(self.assembly, self.interfaces, contacts, closed, pose, parameter)
+        loads = self.dead.at(self.assembly, pose)
+        if self.live is not None and multiplier:
+            loads = loads + multiplier * self.live_load(pose)
+        there = displaced(self.assembly, pose)
+        return posed(there, friction=None, gravity=None, loads=loads, gap=GAP, interfaces=faces)
+
+    def conjugate(self) -> Control:
+        """Return the mean of all displacements weighted by the live load.
+
+        Returns
+        -------
+        Control
+            The displacement that the live load does work on.
+        """
+        live = self.live
+        assert live is not None
+        free = ~self.assembly.support[live.block]
+        block, point, force = live.block[free], live.point[free], live.force[free]
+        return Control(block, point, force / np.linalg.norm(force, axis=1).sum())
 
 
 def loading(assembly: Assembly, given: Any, *, live: bool = False) -> Loading:

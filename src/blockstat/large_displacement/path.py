@@ -25,9 +25,10 @@ import numpy as np
 from blockstat.large_displacement.contacts import closed_again, gaps
 from blockstat.large_displacement.jump import STILL, NoRootError, jump, root_of
 from blockstat.large_displacement.linkage import Linkage
+from blockstat.large_displacement.loading import Structure
 from blockstat.large_displacement.pose import Pose
 from blockstat.large_displacement.sliding import renewed
-from blockstat.large_displacement.statics import LACKING, Forces, Structure, balance, rubbing
+from blockstat.large_displacement.statics import LACKING, Forces, balance, rubbing
 from blockstat.result import Sentence
 from blockstat.typing import Floats
 

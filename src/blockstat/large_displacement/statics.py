@@ -9,26 +9,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from blockstat.analysis.problem import Problem
-from blockstat.analysis.problem import pose as posed
 from blockstat.analysis.verdict import relative_motion
 from blockstat.certificate import check as certificate
-from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.large_displacement.contacts import Contacts, displaced_interfaces
 from blockstat.large_displacement.linkage import Linkage
-from blockstat.large_displacement.loading import Loading
+from blockstat.large_displacement.loading import Structure
 from blockstat.large_displacement.pose import Pose, displaced
+from blockstat.program.condensed import Bodies, moving_as_one
 from blockstat.program.conic import ConicProgram, conic_program
-from blockstat.program.equilibrium import weight
 from blockstat.program.penalty import PenaltyProgram
-from blockstat.program.ties import tie_wrenches
 from blockstat.solve import clarabel
-from blockstat.solve.answer import Answer, Status
+from blockstat.solve.answer import Answer, EarlyEnd, Status
 from blockstat.solve.dispatch import solve
 from blockstat.solve.penalty import solve_margin
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
-    from blockstat.assembly import Assembly
+    pass
 
 #: Adhesion [mean weights] that equilibrium may lack by the rounding of a solve.
 LACKING = 1e-7
@@ -43,135 +40,6 @@ SETTLED, ROUGH = (50, 1e-7), (10, 0.01)
 LIMITED = (5, 0.05)
 #: Contacts that slip at less than this, relative to the motion, stick.
 STILL = 1e-4
-
-
-@dataclass(frozen=True, eq=False)
-class Structure:
-    """What stays the same while blocks are displaced."""
-
-    assembly: Assembly  #: at rest, with its friction and gravity
-    interfaces: Interfaces  #: at rest
-    dead: Loading  #: besides the weight
-    live: Loading | None  #: what the multiplier multiplies
-    solver: str
-
-    def dead_load(self, pose: Pose) -> Floats:
-        """Return the wrench of all that does not grow, weights included, shape (n_blocks, 6) [N, N m].
-
-        Parameters
-        ----------
-        pose
-            The pose.
-
-        Returns
-        -------
-        Floats
-            About the displaced centroids; ties whose force is not given are left out.
-        """
-        return weight(self.assembly) + self.dead.at(self.assembly, pose)
-
-    def tie_work(self, pose: Pose, motion: Floats) -> float:
-        """Return the power of the ties on a motion: those that lengthen yield, those that shorten keep their least.
-
-        Parameters
-        ----------
-        pose
-            The pose.
-        motion
-            Rates of all blocks about their displaced centroids, shape (n_blocks, 6).
-
-        Returns
-        -------
-        float
-            [W]; ties without a greatest force keep their length, which is left to the linkage.
-        """
-        if not self.assembly.ties:
-            return 0.0
-        there = displaced(self.assembly, pose)
-        ties = list(there.ties)
-        unit = [float((tie_wrenches(there, [tie], np.ones(1)) * motion).sum()) for tie in ties]
-        return sum(
-            rate * (tie.least if rate > 0 or np.isinf(tie.greatest) else tie.greatest)
-            for tie, rate in zip(ties, unit, strict=True)
-        )
-
-    def live_load(self, pose: Pose) -> Floats:
-        """Return the wrench that the multiplier multiplies, shape (n_blocks, 6) [N, N m].
-
-        Parameters
-        ----------
-        pose
-            The pose.
-
-        Returns
-        -------
-        Floats
-            About the displaced centroids.
-        """
-        assert self.live is not None
-        return self.live.at(self.assembly, pose)
-
-    def multiplier(self, pose: Pose, motion: Floats) -> float:
-        """Return the multiplier under which the loads do no work on a motion, -w'u / l'u.
-
-        Parameters
-        ----------
-        pose, motion
-            As in `tie_work`.
-
-        Returns
-        -------
-        float
-            Not a number where the live load does no work.
-        """
-        work = float((self.live_load(pose) * motion).sum())
-        dead = float((self.dead_load(pose) * motion).sum()) + self.tie_work(pose, motion)
-        return -dead / work if work else np.nan
-
-    def driven(self, contacts: Contacts, closed: np.ndarray, pose: Pose, parameter: float) -> tuple[Floats, Ints]:
-        """Return the rates at the contact points by the movement of supports, in the frames of the joints at a pose.
-
-        Parameters
-        ----------
-        contacts, closed, pose, parameter
-            As in `posed`.
-
-        Returns
-        -------
-        rates : Floats
-            Of b against a for a unit rate, shape (n_points, 3).
-        contact : Ints
-            The pair that each point stands for, shape (n_points,).
-        """
-        faces, point = displaced_interfaces(self.assembly, self.interfaces, contacts, closed, pose, parameter)
-        drive = (contacts.drive[:, 1] - contacts.drive[:, 0])[point]
-        return np.einsum("nij,nj->ni", faces.frame[faces.point_interface], drive), point
-
-    def posed(self, contacts: Contacts, closed: np.ndarray, pose: Pose, parameter: float, multiplier: float) -> Problem:
-        """Return the equilibrium problem at a pose.
-
-        Parameters
-        ----------
-        contacts
-            The pairs of points.
-        closed
-            Which of them touch, shape (n,) bool.
-        pose, parameter
-            Where the blocks are, and the movement of the supports.
-        multiplier
-            Of the live load.
-
-        Returns
-        -------
-        Problem
-            As `blockstat.analysis.problem.pose` makes it.
-        """
-        faces, _ = displaced_interfaces(self.assembly, self.interfaces, contacts, closed, pose, parameter)
-        loads = self.dead.at(self.assembly, pose)
-        if self.live is not None and multiplier:
-            loads = loads + multiplier * self.live_load(pose)
-        there = displaced(self.assembly, pose)
-        return posed(there, friction=None, gravity=None, loads=loads, gap=GAP, interfaces=faces)
 
 
 @dataclass(frozen=True, eq=False)
@@ -321,13 +189,53 @@ def rubbing(
 class Limited:
     """The state in which a displaced structure moves on."""
 
-    #: of the live load; without one, the force on the moving supports [N]; None where the blocks fall under any
+    #: of the live load; without one, the force on the moving supports [N]; None where the blocks fall under any;
+    #: infinite where bodies of several blocks lock each other
     multiplier: float | None
     #: its mechanism, or how they fall, shape (n_blocks, 6), of any size; zero where the solver found neither
     motion: Floats
-    forces: Forces | None  #: that balance it
+    forces: Forces | None  #: that balance it; None where the blocks fall, or only bodies were looked at
     #: how fast contacts that slide open, shape (n,); None where that is friction times slip
     lift: Floats | None = None
+
+
+def as_bodies(
+    structure: Structure, contacts: Contacts, closed: np.ndarray, pose: Pose, parameter: float,
+    motion: Floats, still: float,
+) -> Ints:  # fmt: skip
+    """Return which blocks of a displaced structure move as one in a motion.
+
+    Parameters
+    ----------
+    structure
+        The assembly and its loads.
+    contacts, closed, pose, parameter
+        As in `Structure.posed`.
+    motion
+        Of the blocks, shape (n_blocks, 6).
+    still
+        As in `moving_as_one`.
+
+    Returns
+    -------
+    array of int
+        Body of each block, -1 for those that do not move, shape (n_blocks,).
+    """
+    faces, _ = displaced_interfaces(structure.assembly, structure.interfaces, contacts, closed, pose, parameter)
+    rate = relative_motion(displaced(structure.assembly, pose), faces, motion)
+    return moving_as_one(structure.assembly.support, faces.pair[faces.point_interface], rate, still)
+
+
+def _condensed(problem: Problem, body: Ints | None) -> Bodies | None:
+    """Bodies of the blocks that a problem has; None where each block is one."""
+    program = problem.program
+    if body is None or program is None:
+        return None
+    own = np.concatenate([[-1], body[problem.eq.blocks]])
+    number = np.unique(own, return_inverse=True)[1].reshape(-1)[1:] - 1
+    if number.max(initial=-1) < 0:
+        return None
+    return Bodies(program, number, problem.assembly.centroid[problem.eq.blocks] / program.length_unit)
 
 
 def limited(
@@ -339,6 +247,9 @@ def limited(
     *,
     dilates: bool = True,
     guess: Floats | None = None,
+    limits: tuple[int, float] | None = None,
+    bodies: Ints | None = None,
+    accuracy: float = 0.0,
 ) -> Limited:
     """Find the limit multiplier of a displaced state, its mechanism and its forces.
 
@@ -352,6 +263,13 @@ def limited(
         Whether joints open as they slide, by friction times slip. Else they open by little, as `Limited.lift` tells.
     guess
         A motion near it, of any size, shape (n_blocks, 6): by it joints slip at first; not used where they dilate.
+    limits
+        As `LIMITED`, which is taken with a guess, `ROUGH` without.
+    bodies
+        Body of each block, -1 for those that do not move, shape (n_blocks,): they move as one, so that the multiplier
+        is one of a mechanism, and no forces are told. By default each block is a body.
+    accuracy
+        As in `EarlyEnd`.
 
     Returns
     -------
@@ -363,45 +281,49 @@ def limited(
         What nothing touches falls along the weight.
     """
     problem = structure.posed(contacts, closed, pose, parameter, 0.0)
-    program = problem.program
-    if program is None or len(problem.floating):
+    if problem.program is None or len(problem.floating):
         return _falling(structure, problem, pose)
+    part = _condensed(problem, bodies)
+    program = problem.program if part is None else part.program
+    columns = problem.eq.points if part is None else problem.eq.points[part.columns[: program.n_points]]
     live = structure.live_load(pose)
     load = problem.scaled(live)
     unit = float(np.abs(load).sum()) / program.total_load
+    load = load if part is None else part.loads(load)
     points, lift = slice(program.n_points), np.zeros(program.n_points)
     if guess is not None and (power := float((live * guess).sum())) > 0:
-        rate = relative_motion(problem.assembly, problem.interfaces, guess)[problem.eq.points]
+        rate = relative_motion(problem.assembly, problem.interfaces, guess)[columns]
         lift = _slip(program, rate) * (program.force_unit * unit / power)
 
     def least(lifted: Floats) -> Answer:
         offset = np.zeros((len(program.friction), 3))
         offset[points, 0] = lifted
         conic = conic_program(program, -program.load, pinned=load / unit, offset=offset.reshape(-1))
-        return solve(conic, solver=structure.solver)
+        return solve(conic, solver=structure.solver, early=EarlyEnd(accuracy=accuracy))
 
     def rates(answer: Answer) -> Floats:
         return (program.matrix.T @ answer.twist).reshape(-1, 3)[points]
 
-    slid = (
-        None
-        if dilates
-        else _without_opening(program, least, rates, lift, ROUGH if guess is None else LIMITED, rough=True)
-    )
+    limits = limits or (ROUGH if guess is None else LIMITED)
+    slid = None if dilates else _without_opening(program, least, rates, lift, limits, rough=True)
     answer, opening = slid or (least(np.zeros(program.n_points)), None)
+    if part is not None and answer.status is Status.PRIMAL_INFEASIBLE:
+        return Limited(np.inf, np.zeros_like(live), None)
     if answer.status.is_infeasible or answer.status.is_stalled:
         conic = conic_program(program, -program.load, pinned=load / unit)
         bound = conic.bound.copy()
         bound[-1] = 0.0
-        return _descending(problem, replace(conic, bound=bound))
+        return _descending(problem, replace(conic, bound=bound), part)
     multiplier = answer.multiplier / unit
+    if opening is not None:
+        contact = structure.driven(contacts, closed, pose, parameter)[1][columns]
+        opening = _by_contact(opening, contact, contacts.number)
+    if part is not None:
+        return Limited(multiplier, problem.to_blocks(part.twists(answer.twist)), None, opening)
     loaded = replace(program, load=program.load + multiplier * load)
     force, proven = _checked(loaded, answer.force)
     slack = certificate.point_slack(loaded, force)[: program.n_points]
     forces = _found(problem, force, answer.twist, -float(slack.min(initial=np.inf)), proven)
-    if opening is not None:
-        contact = structure.driven(contacts, closed, pose, parameter)[1][problem.eq.points]
-        opening = _by_contact(opening, contact, contacts.number)
     return Limited(multiplier, forces.mode, forces, opening)
 
 
@@ -464,7 +386,12 @@ def _without_opening(
 
 
 def limiting(
-    structure: Structure, contacts: Contacts, closed: np.ndarray, pose: Pose, parameter: float
+    structure: Structure,
+    contacts: Contacts,
+    closed: np.ndarray,
+    pose: Pose,
+    parameter: float,
+    bodies: Ints | None = None,
 ) -> tuple[float, Floats] | None:
     """Return the limit multiplier of a displaced state with associated friction, and its mechanism.
 
@@ -474,13 +401,15 @@ def limiting(
         The assembly and its loads.
     contacts, closed, pose, parameter
         As in `Structure.posed`.
+    bodies
+        As in `limited`: the multiplier is an upper bound.
 
     Returns
     -------
     tuple of float and Floats, or None
         None where no multiplier is carried.
     """
-    found = limited(structure, contacts, closed, pose, parameter)
+    found = limited(structure, contacts, closed, pose, parameter, bodies=bodies)
     return None if found.multiplier is None else (found.multiplier, found.motion)
 
 
@@ -563,12 +492,13 @@ def _driving(problem: Problem, answer: Answer, driven: Floats) -> Limited:
     return Limited(reaction, forces.mode, forces)
 
 
-def _descending(problem: Problem, conic: ConicProgram) -> Limited:
+def _descending(problem: Problem, conic: ConicProgram, part: Bodies | None = None) -> Limited:
     """How blocks fall that nothing holds."""
     answer = clarabel.solve(replace(conic, ridge=1.0))
     # The ridge is 1, so the motion is the force that is left unbalanced; below that of a solve, it is no fall.
     falls = float(np.abs(answer.twist).max(initial=0.0)) > LACKING
-    return Limited(None, falls * problem.to_blocks(answer.twist), None)
+    twist = answer.twist if part is None else part.twists(answer.twist)
+    return Limited(None, falls * problem.to_blocks(twist), None)
 
 
 def _falling(structure: Structure, problem: Problem, pose: Pose) -> Limited:

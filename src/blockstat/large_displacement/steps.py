@@ -7,6 +7,10 @@ moved a given length, and the contacts that have stuck or slid are closed again 
 opening, as far as the bodies let them. Where no multiplier is carried, the blocks fall while the live load does no
 work, or the supports rest, until contacts shut or the blocks have left.
 
+Of many blocks most move together. Those between which no joint moves by more than a small part of the motion are taken
+as one body, and what a step tries is solved for the bodies. Where a state is told, the limit analysis of all blocks,
+whose joints slide as those of the bodies, tells whether the bodies hold; where they do not, they become smaller.
+
 The steps are along the arc of the fastest corner, so that loose parts and snaps back are followed too. Unlike on a
 linkage, the pose depends on the length of the steps.
 """
@@ -21,13 +25,15 @@ import numpy as np
 
 from blockstat.analysis.verdict import corner_speed
 from blockstat.large_displacement.closing import closed_up
-from blockstat.large_displacement.contacts import CORNER, closed_again, gaps, sides
-from blockstat.large_displacement.jump import NoRootError, statuses
-from blockstat.large_displacement.linkage import Control, Linkage
+from blockstat.large_displacement.contacts import CORNER, Contacts, closed_again, gaps, sides
+from blockstat.large_displacement.jump import STILL, NoRootError, statuses
+from blockstat.large_displacement.linkage import Linkage
+from blockstat.large_displacement.loading import Structure
 from blockstat.large_displacement.path import Follower, Motion, PathEnd, PathEvent, State
 from blockstat.large_displacement.pose import Pose, displaced
 from blockstat.large_displacement.sliding import clipped_again, taken
-from blockstat.large_displacement.statics import Limited, Structure, limited, limiting, settled
+from blockstat.large_displacement.statics import Limited, as_bodies, limited, limiting, settled
+from blockstat.solve.dispatch import STRUCTURED
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -42,8 +48,21 @@ BEND = 1e-3
 LEFT = 0.5
 #: Steps of a path at most, and trials to meet a displacement or a multiplier of zero.
 MOST, TRIALS = 2000, 12
+#: Joints within bodies move by less than this, where the fastest moves at 1; then each block is one.
+COARSE, FINER = (3e-3, 1e-3), (3e-4, 1e-4)
+#: What bodies leave open touches: as far as the joints within them may have moved, and no more than what counts as
+#: touching at rest, relative to the blocks.
+TOUCH = 1e-3
+#: Bodies hold where the blocks carry less than they by this part at most.
+HOLD = 0.01
+#: How well programs of bodies are solved, and those that tell whether they hold.
+ROUGHLY = 1e-8
+#: Blocks from which on bodies save more than they cost.
+MANY = STRUCTURED // 6
 #: The shortest step and that of a fall, relative to the longest.
 SHORTEST, FALL = 1.0 / 16.0, 1.0 / 4.0
+#: The same where bodies fall: what has moved unseen within them falls by so little.
+FALL_OF_BODIES = 1.0 / 64.0
 
 
 def follow(
@@ -128,6 +147,10 @@ def of_steps(states: Sequence[State], assembly: Assembly) -> list[str]:
     return [f"no linkage from {start:.4g} m on: followed by finite steps{touching}. More steps tell the error"]
 
 
+#: Where nothing is known yet.
+NOTHING = Limited(None, np.empty((0, 6)), None)
+
+
 @dataclass(frozen=True, eq=False)
 class Left:
     """Blocks that have fallen out of the structure."""
@@ -146,6 +169,12 @@ class _Place:
     parameter: float  #: displacement of the control, or movement of the supports [m]
     limit: Limited
     open: float  #: how far contacts are open that count as touching [m]
+    bodies: Ints | None  #: body of each block, -1 for those that do not move; None where each block is one
+
+    @property
+    def where(self) -> tuple[Structure, Contacts, np.ndarray, Pose, float]:
+        """What a limit analysis there asks for."""
+        return self.structure, self.linkage.contacts, self.linkage.pinned, self.pose, self.parameter
 
     @property
     def drive(self) -> float:
@@ -154,8 +183,8 @@ class _Place:
 
     def moving(self) -> Linkage:
         """The linkage of what sticks and slides in the motion of the limit state."""
-        motion, lift = self.limit.motion, self.limit.lift
-        pinned, sliding = statuses(self.linkage, self.pose, self.parameter, motion, self.drive, lift=lift)
+        where, still = (self.linkage, self.pose, self.parameter), STILL if self.bodies is None else COARSE[0]
+        pinned, sliding = statuses(*where, self.limit.motion, self.drive, still=still, lift=self.limit.lift)
         return replace(self.linkage, pinned=pinned, sliding=sliding)
 
     def speed(self) -> float:
@@ -195,10 +224,18 @@ class Stepper:
             In order; the end comes last.
         """
         open_ = np.zeros(self.structure.interfaces.n_interfaces)
-        place = self._place(self.structure, self._anew(linkage, start), start.pose, start.parameter, open_)
+        linkage = self._anew(linkage, start)
+        where, guess, bodies = (self.structure, linkage, start.pose, start.parameter, open_), None, None
+        if self._coarse:
+            touching = linkage.contacts, linkage.pinned | linkage.sliding
+            guess = start.rate
+            bodies = as_bodies(self.structure, *touching, start.pose, start.parameter, guess, COARSE[0])
+        place = self._place(*where, guess, bodies)
+        known: Ints | None = None
         before: Motion | None = None
         last, scale, step = start, abs(start.value), self.step
         for _ in range(MOST):
+            place, found = self._checked(place)
             if place.limit.multiplier is None:
                 try:
                     fallen = yield from self._fall(place, last)
@@ -207,17 +244,35 @@ class Stepper:
                 if fallen is None:
                     yield PathEnd.COLLAPSE
                     return
-                place, before = fallen, None
-            state = _state(place)
+                before = None
+                place, found = self._checked(fallen)
+                if place.limit.multiplier is None:
+                    continue
+            state = _state(place, found)
             yield state
+            if self._coarse and (place.bodies is None or (known is not None and place.bodies.max() > 2 * known.max())):
+                now = as_bodies(*place.where, found.motion, COARSE[0])
+                place = replace(place, bodies=now if known is None else refined(known, now))
+            known = place.bodies
             after, step = self._next(before, place, step, scale)
-            before = last = state.motion
+            last = state.motion
+            before = replace(last, value=place.limit.multiplier)
             end = None if after.limit.multiplier is None else self._passed(after, scale)
             if end is not None:
                 yield from self._met(place, after, step, scale, end)
                 return
-            place, step = after, min(2 * step, max(self.longest, self.step))
+            further = 2.0
+            if place.bodies is not None and after.limit.multiplier is not None:
+                # The next step is not tried where it would change the multiplier too much.
+                change = abs(after.limit.multiplier - before.value)
+                further = min(further, 0.9 * self.change * scale / max(change, 1e-300))
+            place, step = after, min(further * step, max(self.longest, self.step))
         yield PathEnd.LOST
+
+    @property
+    def _coarse(self) -> bool:
+        """Whether bodies pay."""
+        return self.structure.live is not None and self.structure.assembly.n_blocks > MANY
 
     def _anew(self, linkage: Linkage, start: Motion) -> Linkage:
         """The linkage whose sliding contacts are no longer of one corner only: they may slide back."""
@@ -226,6 +281,50 @@ class Stepper:
         joints = joints[faces.area[joints] > 0]
         contacts = clipped_again(linkage.assembly, faces, linkage.contacts, joints, start.pose, start.parameter)
         return replace(linkage, contacts=contacts)
+
+    def _checked(self, place: _Place) -> tuple[_Place, Limited]:
+        """A place whose bodies hold, and the limit state of its blocks."""
+        smaller = iter(COARSE)
+        while place.bodies is not None and place.limit.multiplier is not None:
+            found = self._of_blocks(place)
+            if found.multiplier is None:
+                return self._falling(place, found)
+            if found.multiplier >= (1.0 - HOLD) * place.limit.multiplier:
+                return place, found
+            still = next(smaller, None)
+            bodies = None if still is None else as_bodies(*place.where, found.motion, still)
+            place = self._of_bodies(place, found.motion, bodies)
+        return place, place.limit
+
+    def _falling(self, place: _Place, found: Limited) -> tuple[_Place, Limited]:
+        """A place where blocks fall within bodies, with bodies so small that they fall too."""
+        assert place.bodies is not None
+        for still in (*COARSE, *FINER):
+            bodies = refined(place.bodies, as_bodies(*place.where, found.motion, still))
+            place = self._of_bodies(place, place.limit.motion, bodies)
+            if place.limit.multiplier is None or place.bodies is None:
+                return place, place.limit
+        return replace(place, limit=found, bodies=None), found
+
+    def _of_bodies(self, place: _Place, guess: Floats | None, bodies: Ints | None) -> _Place:
+        """A place with the limit state of bodies, or of smaller ones where they lock each other."""
+
+        def limit(bodies: Ints | None) -> Limited:
+            accuracy = 0.0 if bodies is None else ROUGHLY
+            return limited(*place.where, dilates=place.linkage.dilates, guess=guess, bodies=bodies, accuracy=accuracy)
+
+        found = limit(bodies)
+        if found.multiplier == np.inf and guess is not None:
+            bodies = as_bodies(*place.where, guess, COARSE[-1])
+            found = limit(bodies)
+        if found.multiplier == np.inf:
+            found, bodies = limit(None), None
+        return replace(place, limit=found, bodies=bodies)
+
+    def _of_blocks(self, place: _Place) -> Limited:
+        """The limit state of all blocks, where joints slide as those of bodies."""
+        dilates, guess = place.linkage.dilates, place.limit.motion
+        return limited(*place.where, dilates=dilates, guess=guess, limits=(1, 0.0), accuracy=ROUGHLY)
 
     def _passed(self, place: _Place, scale: float) -> PathEnd | None:
         """The end that a place is at or beyond."""
@@ -267,7 +366,7 @@ class Stepper:
         low, high, behind, over, found = 0.0, step, beyond(place), beyond(after), after
         for trial in range(TRIALS):
             if abs(beyond(found)) <= room:
-                yield _state(found)
+                yield _state(*self._checked(found))
                 yield end
                 return
             part = behind / (behind - over) if trial % 3 < 2 else 0.5  # halved now and then, where it bends
@@ -289,14 +388,14 @@ class Stepper:
         length = step / place.speed()
         motion = length * linkage.of_bodies(place.limit.motion)
         pose = linkage.shifted(place.pose, motion, linkage.origins(place.pose))
-        held = None if self.structure.live is None else _conjugate(place.structure)
+        held = None if self.structure.live is None else place.structure.conjugate()
         target = 0.0 if held is None else held.value(linkage.assembly, pose)
         parameter = place.parameter + length * place.drive
         closing = closed_up(linkage, pose, parameter, 10 * step, held, target)
         open_ = np.zeros(self.structure.interfaces.n_interfaces)
         np.maximum.at(open_, linkage.contacts.joint, closing.open)
-        guess = None if place.limit.forces is None else place.limit.motion
-        return self._place(place.structure, linkage, closing.pose, parameter, open_, guess)
+        guess = None if place.limit.multiplier is None else place.limit.motion
+        return self._place(place.structure, linkage, closing.pose, parameter, open_, guess, place.bodies)
 
     def _place(
         self,
@@ -306,31 +405,33 @@ class Stepper:
         parameter: float,
         open_: Floats,
         guess: Floats | None = None,
+        bodies: Ints | None = None,
     ) -> _Place:
         """What touches at a pose, with contacts open by so much in each joint; those that have slid get new points."""
         assembly, contacts = structure.assembly, linkage.contacts
         if linkage.control is not None:
             parameter = linkage.control.value(assembly, pose)
         room = CORNER * float(assembly.size.max())
-        closed = gaps(assembly, contacts, pose, parameter) <= room + open_[contacts.joint]
+        travel = float(np.linalg.norm(pose.displacement, axis=1).max())
+        touch = open_ + (room if bodies is None else min(COARSE[0] * travel, TOUCH * float(np.median(assembly.size))))
+        closed = gaps(assembly, contacts, pose, parameter) <= touch[contacts.joint]
         both = sides(assembly, contacts, pose, parameter)
         slid = closed & (np.linalg.norm(both[:, 1] - both[:, 0], axis=1) > room)
         joints = np.unique(contacts.joint[slid])
         faces = self.structure.interfaces.area[joints] > 0
         if faces.any():
             contacts = clipped_again(assembly, self.structure.interfaces, contacts, joints[faces], pose, parameter)
-            closed = gaps(assembly, contacts, pose, parameter) <= room + open_[contacts.joint]
+            closed = gaps(assembly, contacts, pose, parameter) <= touch[contacts.joint]
         lines = np.flatnonzero(closed & np.isin(contacts.joint, joints[~faces]))
         if len(lines):
             contacts = closed_again(assembly, contacts, lines, pose, parameter)
         linkage = replace(linkage, assembly=assembly, contacts=contacts, pinned=closed, sliding=np.zeros_like(closed))
         widest = float(gaps(assembly, contacts, pose, parameter)[closed].max(initial=0.0))
-        where = structure, contacts, closed, pose, parameter
-        if structure.live is None:
-            found = settled(*where, guess=guess, rough=True)
-        else:
-            found = limited(*where, dilates=linkage.dilates, guess=guess)
-        return _Place(structure, linkage, pose, parameter, found, widest)
+        if structure.live is not None:
+            place = _Place(structure, linkage, pose, parameter, NOTHING, widest, bodies)
+            return self._of_bodies(place, guess, bodies)
+        found = settled(structure, contacts, closed, pose, parameter, guess=guess, rough=True)
+        return _Place(structure, linkage, pose, parameter, found, widest, None)
 
     def _work(self, motion: Motion, blocks: Ints) -> float:
         """The part of the work of the live load that it does on some blocks, in a motion."""
@@ -342,7 +443,7 @@ class Stepper:
 
         On supports that move, until forces balance; None where a block is not stopped.
         """
-        shortest = FALL * self.step
+        shortest = (FALL if place.bodies is None else FALL_OF_BODIES) * self.step
         start, step, fallen, gone = place, shortest, 0.0, 0.0
         for _ in range(MOST):
             standing = place
@@ -350,6 +451,8 @@ class Stepper:
                 raise NoRootError
             place = self._moved(standing, step)
             while step > shortest and place.touching() != standing.touching():  # nothing may be fallen through
+                if place.bodies is not None and place.limit.multiplier is not None:
+                    break
                 step = max(step / 2, shortest)
                 place = self._moved(standing, step)
             fallen += step
@@ -364,7 +467,8 @@ class Stepper:
                 rest = _without(standing, most)
                 if rest is None or gone > 0.5:
                     break
-                place = self._place(*rest, standing.parameter, np.zeros_like(self.structure.interfaces.area))
+                none = np.zeros_like(self.structure.interfaces.area)
+                place = self._place(*rest, standing.parameter, none, bodies=standing.bodies)
                 start, fallen = place, 0.0
             if place.limit.multiplier is not None:
                 carried = self.structure.live is None or place.limit.multiplier > 0
@@ -376,26 +480,23 @@ class Stepper:
         return None
 
 
-def _conjugate(structure: Structure) -> Control:
-    """The mean of all displacements weighted by the live load."""
-    live = structure.live
-    assert live is not None
-    free = ~structure.assembly.support[live.block]
-    block, point, force = live.block[free], live.point[free], live.force[free]
-    return Control(block, point, force / np.linalg.norm(force, axis=1).sum())
+def refined(bodies: Ints, others: Ints) -> Ints:
+    """Bodies of blocks that are one body in both; -1 where they move in neither."""
+    _, number = np.unique(np.column_stack([bodies, others]), axis=0, return_inverse=True)
+    number = np.where((bodies < 0) & (others < 0), -1, number.reshape(-1))
+    return np.unique(np.append(number, -1), return_inverse=True)[1][:-1] - 1
 
 
-def _state(place: _Place) -> State:
+def _state(place: _Place, found: Limited) -> State:
     """A limit state as a state of a path; its motion is for a unit rate of the parameter, where that moves on."""
-    linkage, found, upper = place.moving(), place.limit, None
+    linkage, upper = place.moving(), place.limit.multiplier
     assert found.multiplier is not None
     assert found.forces is not None
     if linkage.control is not None and not linkage.dilates and linkage.sliding.any():
-        touching = place.linkage.contacts, place.linkage.pinned
-        most = limiting(place.structure, *touching, place.pose, place.parameter)
+        most = limiting(*place.where, place.bodies)
         upper = None if most is None else most[0]
-    motion = Motion(place.parameter, place.pose, _for_unit(linkage, place.pose, found.motion), found.multiplier)
-    return State(motion, linkage, found.forces, place.open, upper)
+    rate = _for_unit(linkage, place.pose, place.limit.motion)
+    return State(Motion(place.parameter, place.pose, rate, found.multiplier), linkage, found.forces, place.open, upper)
 
 
 def _without(place: _Place, blocks: Ints) -> tuple[Structure, Linkage, Pose] | None:

@@ -67,6 +67,9 @@ class EarlyEnd:
     #: Both stay so on the way (see `blockstat.solve.interior_point`). Where no such motion is found nothing is solved.
     pair: Callable[[Floats, Floats, float], bool] | None = None
     inside: Floats | None = None
+    #: Relative error of the balance, the motion and the gap between both at which the iteration ends with
+    #: `ALMOST_SOLVED`. The least that the method reaches unless asked for.
+    accuracy: float = 0.0
 
 
 #: Go on to the optimum.

@@ -119,6 +119,8 @@ def _iterate(program: ConicProgram, kkt: KktSolver, early: EarlyEnd, state: _Sta
         status, error = _convergence(program, state, rest)
         if status is not None:
             return _answer(program, state, status, iteration)
+        if error < early.accuracy:
+            return _answer(program, state, Status.ALMOST_SOLVED, iteration)
         if early.twist is not None and early.twist(program.twist(state.x / state.tau)):
             return _answer(program, state, Status.MECHANISM, iteration)
         if early.pair is not None and early.pair(*_pair(program, state)):

@@ -14,10 +14,10 @@ from blockstat.errors import InputError, known_options
 from blockstat.large_displacement.contacts import Contacts, first_contacts, gaps
 from blockstat.large_displacement.jump import statuses
 from blockstat.large_displacement.linkage import Linkage
-from blockstat.large_displacement.loading import loading
+from blockstat.large_displacement.loading import Structure, loading
 from blockstat.large_displacement.path import Begin, Follower, PathEvent, State
 from blockstat.large_displacement.pose import Pose, rest
-from blockstat.large_displacement.statics import Structure, settled
+from blockstat.large_displacement.statics import settled
 from blockstat.large_displacement.steps import Left, follow, of_steps
 from blockstat.result import Result, Sentence, plain
 from blockstat.studies.foundations import Settlement, settle
