@@ -3,7 +3,7 @@
 At each pose the limit analysis on the contacts that touch tells the multiplier, with forces that carry it, and the
 mechanism, in which joints slide without opening (De Saxce's fixed point) or with associated friction; on supports that
 move, the motion of least potential energy tells the force on them. A step leads along it, until the fastest corner has
-moved a given length, and the contacts that have stuck or slid are closed again (`closing`): joints slide without
+moved a given length, and the contacts that have stuck or slid are closed again (`place`): joints slide without
 opening, as far as the bodies let them. Where no multiplier is carried, the blocks fall while the live load does no
 work, or the supports rest, until contacts shut or the blocks have left.
 
@@ -24,15 +24,26 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from blockstat.analysis.verdict import corner_speed
-from blockstat.large_displacement.closing import closed_up
-from blockstat.large_displacement.contacts import CORNER, Contacts, closed_again, gaps, sides
-from blockstat.large_displacement.jump import STILL, NoRootError, statuses
+from blockstat.large_displacement.contacts import CORNER, closed_again, gaps, sides
+from blockstat.large_displacement.jump import NoRootError
 from blockstat.large_displacement.linkage import Linkage
 from blockstat.large_displacement.loading import Structure
 from blockstat.large_displacement.path import Follower, Motion, PathEnd, PathEvent, State
+from blockstat.large_displacement.place import (
+    COARSE,
+    FINER,
+    NOTHING,
+    Place,
+    closed_up,
+    for_unit,
+    of_blocks,
+    of_bodies,
+    refined,
+    without,
+)
 from blockstat.large_displacement.pose import Pose, displaced
-from blockstat.large_displacement.sliding import clipped_again, taken
-from blockstat.large_displacement.statics import Limited, as_bodies, limited, limiting, settled
+from blockstat.large_displacement.sliding import clipped_again
+from blockstat.large_displacement.statics import Limited, as_bodies, limiting, settled
 from blockstat.solve.dispatch import STRUCTURED
 from blockstat.typing import Floats, Ints
 
@@ -48,15 +59,11 @@ BEND = 1e-3
 LEFT = 0.5
 #: Steps of a path at most, and trials to meet a displacement or a multiplier of zero.
 MOST, TRIALS = 2000, 12
-#: Joints within bodies move by less than this, where the fastest moves at 1; then each block is one.
-COARSE, FINER = (3e-3, 1e-3), (3e-4, 1e-4)
 #: What bodies leave open touches: as far as the joints within them may have moved, and no more than what counts as
 #: touching at rest, relative to the blocks.
 TOUCH = 1e-3
 #: Bodies hold where the blocks carry less than they by this part at most.
 HOLD = 0.01
-#: How well programs of bodies are solved, and those that tell whether they hold.
-ROUGHLY = 1e-8
 #: Blocks from which on bodies save more than they cost.
 MANY = STRUCTURED // 6
 #: The shortest step and that of a fall, relative to the longest.
@@ -111,16 +118,7 @@ def follow(
 
 def _at_rest(follower: Follower, linkage: Linkage, pose: Pose, guess: Floats) -> Motion:
     """Where a path begins that is no linkage from rest on, with the motion for a unit rate of its displacement."""
-    return Motion(0.0, pose, _for_unit(linkage, pose, guess), follower.value(pose, guess))
-
-
-def _for_unit(linkage: Linkage, pose: Pose, motion: Floats) -> Floats:
-    """A motion for a unit rate of the control, or of the fastest corner where the control hardly moves on."""
-    if linkage.control is None:
-        return motion
-    speed = float(corner_speed(displaced(linkage.assembly, pose), motion).max())
-    rate = linkage.control.rate(linkage.assembly, pose, motion)
-    return motion / (rate if rate > 1e-6 * speed else speed)
+    return Motion(0.0, pose, for_unit(linkage, pose, guess), follower.value(pose, guess))
 
 
 def of_steps(states: Sequence[State], assembly: Assembly) -> list[str]:
@@ -147,54 +145,12 @@ def of_steps(states: Sequence[State], assembly: Assembly) -> list[str]:
     return [f"no linkage from {start:.4g} m on: followed by finite steps{touching}. More steps tell the error"]
 
 
-#: Where nothing is known yet.
-NOTHING = Limited(None, np.empty((0, 6)), None)
-
-
 @dataclass(frozen=True, eq=False)
 class Left:
     """Blocks that have fallen out of the structure."""
 
     parameter: float  #: where [m]
     blocks: Ints  #: their numbers
-
-
-@dataclass(frozen=True, eq=False)
-class _Place:
-    """Where the blocks are, what touches, and the limit state there."""
-
-    structure: Structure  #: in which what has left is at rest
-    linkage: Linkage  #: its contacts that stick are all that touch
-    pose: Pose
-    parameter: float  #: displacement of the control, or movement of the supports [m]
-    limit: Limited
-    open: float  #: how far contacts are open that count as touching [m]
-    bodies: Ints | None  #: body of each block, -1 for those that do not move; None where each block is one
-
-    @property
-    def where(self) -> tuple[Structure, Contacts, np.ndarray, Pose, float]:
-        """What a limit analysis there asks for."""
-        return self.structure, self.linkage.contacts, self.linkage.pinned, self.pose, self.parameter
-
-    @property
-    def drive(self) -> float:
-        """Rate of the supports in the motion of the limit state: they rest while blocks fall."""
-        return float(self.linkage.control is None and self.limit.multiplier is not None)
-
-    def moving(self) -> Linkage:
-        """The linkage of what sticks and slides in the motion of the limit state."""
-        where, still = (self.linkage, self.pose, self.parameter), STILL if self.bodies is None else COARSE[0]
-        pinned, sliding = statuses(*where, self.limit.motion, self.drive, still=still, lift=self.limit.lift)
-        return replace(self.linkage, pinned=pinned, sliding=sliding)
-
-    def speed(self) -> float:
-        """That of the fastest corner in the motion of the limit state, or of the supports."""
-        corners = corner_speed(displaced(self.linkage.assembly, self.pose), self.limit.motion)
-        return max(float(corners.max(initial=0.0)), self.drive)
-
-    def touching(self) -> set[int]:
-        """The joints that touch somewhere."""
-        return set(self.linkage.contacts.joint[self.linkage.pinned].tolist())
 
 
 @dataclass(frozen=True, eq=False)
@@ -282,58 +238,38 @@ class Stepper:
         contacts = clipped_again(linkage.assembly, faces, linkage.contacts, joints, start.pose, start.parameter)
         return replace(linkage, contacts=contacts)
 
-    def _checked(self, place: _Place) -> tuple[_Place, Limited]:
+    def _checked(self, place: Place) -> tuple[Place, Limited]:
         """A place whose bodies hold, and the limit state of its blocks."""
         smaller = iter(COARSE)
         while place.bodies is not None and place.limit.multiplier is not None:
-            found = self._of_blocks(place)
+            found = of_blocks(place)
             if found.multiplier is None:
                 return self._falling(place, found)
             if found.multiplier >= (1.0 - HOLD) * place.limit.multiplier:
                 return place, found
             still = next(smaller, None)
             bodies = None if still is None else as_bodies(*place.where, found.motion, still)
-            place = self._of_bodies(place, found.motion, bodies)
+            place = of_bodies(place, found.motion, bodies)
         return place, place.limit
 
-    def _falling(self, place: _Place, found: Limited) -> tuple[_Place, Limited]:
+    def _falling(self, place: Place, found: Limited) -> tuple[Place, Limited]:
         """A place where blocks fall within bodies, with bodies so small that they fall too."""
         assert place.bodies is not None
         for still in (*COARSE, *FINER):
             bodies = refined(place.bodies, as_bodies(*place.where, found.motion, still))
-            place = self._of_bodies(place, place.limit.motion, bodies)
+            place = of_bodies(place, place.limit.motion, bodies)
             if place.limit.multiplier is None or place.bodies is None:
                 return place, place.limit
         return replace(place, limit=found, bodies=None), found
 
-    def _of_bodies(self, place: _Place, guess: Floats | None, bodies: Ints | None) -> _Place:
-        """A place with the limit state of bodies, or of smaller ones where they lock each other."""
-
-        def limit(bodies: Ints | None) -> Limited:
-            accuracy = 0.0 if bodies is None else ROUGHLY
-            return limited(*place.where, dilates=place.linkage.dilates, guess=guess, bodies=bodies, accuracy=accuracy)
-
-        found = limit(bodies)
-        if found.multiplier == np.inf and guess is not None:
-            bodies = as_bodies(*place.where, guess, COARSE[-1])
-            found = limit(bodies)
-        if found.multiplier == np.inf:
-            found, bodies = limit(None), None
-        return replace(place, limit=found, bodies=bodies)
-
-    def _of_blocks(self, place: _Place) -> Limited:
-        """The limit state of all blocks, where joints slide as those of bodies."""
-        dilates, guess = place.linkage.dilates, place.limit.motion
-        return limited(*place.where, dilates=dilates, guess=guess, limits=(1, 0.0), accuracy=ROUGHLY)
-
-    def _passed(self, place: _Place, scale: float) -> PathEnd | None:
+    def _passed(self, place: Place, scale: float) -> PathEnd | None:
         """The end that a place is at or beyond."""
         assert place.limit.multiplier is not None
         if self.structure.live is not None and place.limit.multiplier <= self.tolerance * scale:
             return PathEnd.ZERO
         return PathEnd.REACHED if place.parameter >= self.end else None
 
-    def _next(self, before: Motion | None, place: _Place, step: float, scale: float) -> tuple[_Place, float]:
+    def _next(self, before: Motion | None, place: Place, step: float, scale: float) -> tuple[Place, float]:
         """The place after a step, and its length.
 
         It is shorter where the multiplier changes much or none is carried, and where it leaves the line through that
@@ -355,10 +291,10 @@ class Stepper:
                 return after, step
             step /= 2
 
-    def _met(self, place: _Place, after: _Place, step: float, scale: float, end: PathEnd) -> Iterator[State | PathEnd]:
+    def _met(self, place: Place, after: Place, step: float, scale: float, end: PathEnd) -> Iterator[State | PathEnd]:
         """The last state, at which the multiplier is zero or the displacement is the one asked for, and the end."""
 
-        def beyond(at: _Place) -> float:
+        def beyond(at: Place) -> float:
             assert at.limit.multiplier is not None
             return -at.limit.multiplier if end is PathEnd.ZERO else at.parameter - self.end
 
@@ -382,7 +318,7 @@ class Stepper:
         # The multiplier drops past zero at a change of the mechanism.
         yield PathEnd.COLLAPSE if end is PathEnd.ZERO else end
 
-    def _moved(self, place: _Place, step: float) -> _Place:
+    def _moved(self, place: Place, step: float) -> Place:
         """The place after a step along the motion, with what should touch closed."""
         linkage = place.moving()
         length = step / place.speed()
@@ -406,7 +342,7 @@ class Stepper:
         open_: Floats,
         guess: Floats | None = None,
         bodies: Ints | None = None,
-    ) -> _Place:
+    ) -> Place:
         """What touches at a pose, with contacts open by so much in each joint; those that have slid get new points."""
         assembly, contacts = structure.assembly, linkage.contacts
         if linkage.control is not None:
@@ -428,17 +364,17 @@ class Stepper:
         linkage = replace(linkage, assembly=assembly, contacts=contacts, pinned=closed, sliding=np.zeros_like(closed))
         widest = float(gaps(assembly, contacts, pose, parameter)[closed].max(initial=0.0))
         if structure.live is not None:
-            place = _Place(structure, linkage, pose, parameter, NOTHING, widest, bodies)
-            return self._of_bodies(place, guess, bodies)
+            place = Place(structure, linkage, pose, parameter, NOTHING, widest, bodies)
+            return of_bodies(place, guess, bodies)
         found = settled(structure, contacts, closed, pose, parameter, guess=guess, rough=True)
-        return _Place(structure, linkage, pose, parameter, found, widest, None)
+        return Place(structure, linkage, pose, parameter, found, widest, None)
 
     def _work(self, motion: Motion, blocks: Ints) -> float:
         """The part of the work of the live load that it does on some blocks, in a motion."""
         power = (self.structure.live_load(motion.pose) * motion.rate).sum(axis=1)
         return float(power[blocks].sum() / power.sum())
 
-    def _fall(self, place: _Place, last: Motion) -> Generator[PathEvent | Left, None, _Place | None]:
+    def _fall(self, place: Place, last: Motion) -> Generator[PathEvent | Left, None, Place | None]:
         """Let blocks fall until a positive multiplier is carried; None where most of what the load moves has fallen.
 
         On supports that move, until forces balance; None where a block is not stopped.
@@ -464,7 +400,7 @@ class Stepper:
                     break
                 yield Left(place.parameter, most)
                 gone += self._work(last, most)
-                rest = _without(standing, most)
+                rest = without(standing, most)
                 if rest is None or gone > 0.5:
                     break
                 none = np.zeros_like(self.structure.interfaces.area)
@@ -480,14 +416,7 @@ class Stepper:
         return None
 
 
-def refined(bodies: Ints, others: Ints) -> Ints:
-    """Bodies of blocks that are one body in both; -1 where they move in neither."""
-    _, number = np.unique(np.column_stack([bodies, others]), axis=0, return_inverse=True)
-    number = np.where((bodies < 0) & (others < 0), -1, number.reshape(-1))
-    return np.unique(np.append(number, -1), return_inverse=True)[1][:-1] - 1
-
-
-def _state(place: _Place, found: Limited) -> State:
+def _state(place: Place, found: Limited) -> State:
     """A limit state as a state of a path; its motion is for a unit rate of the parameter, where that moves on."""
     linkage, upper = place.moving(), place.limit.multiplier
     assert found.multiplier is not None
@@ -495,25 +424,5 @@ def _state(place: _Place, found: Limited) -> State:
     if linkage.control is not None and not linkage.dilates and linkage.sliding.any():
         most = limiting(*place.where, place.bodies)
         upper = None if most is None else most[0]
-    rate = _for_unit(linkage, place.pose, place.limit.motion)
+    rate = for_unit(linkage, place.pose, place.limit.motion)
     return State(Motion(place.parameter, place.pose, rate, found.multiplier), linkage, found.forces, place.open, upper)
-
-
-def _without(place: _Place, blocks: Ints) -> tuple[Structure, Linkage, Pose] | None:
-    """The structure without blocks; None where most of the control is on them, or nothing else is left that moves."""
-    assembly, control = place.structure.assembly, place.linkage.control
-    assert control is not None
-    gone = np.zeros(assembly.n_blocks, dtype=bool)
-    gone[blocks] = True
-    support = assembly.support | gone
-    weight = np.linalg.norm(control.along, axis=1)
-    if support.all() or weight[gone[control.block]].sum() > 0.5 * weight.sum():
-        return None
-    structure = replace(place.structure, assembly=replace(assembly, support=support))
-    contacts = place.linkage.contacts
-    kept = np.flatnonzero(~gone[contacts.pair].any(axis=1))
-    linkage = replace(
-        place.linkage, assembly=structure.assembly, contacts=taken(contacts, kept),
-        pinned=place.linkage.pinned[kept], sliding=place.linkage.sliding[kept],
-    )  # fmt: skip
-    return structure, linkage, place.pose

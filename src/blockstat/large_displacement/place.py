@@ -1,4 +1,4 @@
-"""Closing what a finite step along a mechanism has left open or overlapping.
+"""Places that finite steps lead to: the limit state there, and how what a step has left open or overlapping is closed.
 
 A step of finite length along a mechanism turns blocks, so contacts that stay shut by their rates are open or overlap by
 a part of second order in the step, and those that slide with associated friction are open by friction times slip. The
@@ -14,15 +14,20 @@ and c'u the work of the live load, if there is one. It is solved a few times, as
 from __future__ import annotations
 
 import importlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from scipy import sparse
 
-from blockstat.large_displacement.contacts import gaps, roles, sides
+from blockstat.analysis.verdict import corner_speed
+from blockstat.large_displacement.contacts import Contacts, gaps, roles, sides
+from blockstat.large_displacement.jump import STILL, statuses
 from blockstat.large_displacement.linkage import Control, Linkage, Rows, as_matrix, rates
-from blockstat.large_displacement.pose import Pose
+from blockstat.large_displacement.loading import Structure
+from blockstat.large_displacement.pose import Pose, displaced
+from blockstat.large_displacement.sliding import taken
+from blockstat.large_displacement.statics import Limited, as_bodies, limited
 from blockstat.solve import clarabel
 from blockstat.typing import Floats, Ints
 
@@ -30,6 +35,108 @@ from blockstat.typing import Floats, Ints
 RIDGE = 1e-6
 #: Programs at most, and a gap that is closed, relative to the size of the blocks.
 PASSES, CLOSED = 5, 1e-9
+#: Joints within bodies move by less than this, where the fastest moves at 1; then each block is one.
+COARSE, FINER = (3e-3, 1e-3), (3e-4, 1e-4)
+#: How well programs of bodies are solved, and those that tell whether they hold.
+ROUGHLY = 1e-8
+#: Where nothing is known yet.
+NOTHING = Limited(None, np.empty((0, 6)), None)
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """Where the blocks are, what touches, and the limit state there."""
+
+    structure: Structure  #: in which what has left is at rest
+    linkage: Linkage  #: its contacts that stick are all that touch
+    pose: Pose
+    parameter: float  #: displacement of the control, or movement of the supports [m]
+    limit: Limited
+    open: float  #: how far contacts are open that count as touching [m]
+    bodies: Ints | None  #: body of each block, -1 for those that do not move; None where each block is one
+
+    @property
+    def where(self) -> tuple[Structure, Contacts, np.ndarray, Pose, float]:
+        """What a limit analysis there asks for."""
+        return self.structure, self.linkage.contacts, self.linkage.pinned, self.pose, self.parameter
+
+    @property
+    def drive(self) -> float:
+        """Rate of the supports in the motion of the limit state: they rest while blocks fall."""
+        return float(self.linkage.control is None and self.limit.multiplier is not None)
+
+    def moving(self) -> Linkage:
+        """The linkage of what sticks and slides in the motion of the limit state."""
+        where, still = (self.linkage, self.pose, self.parameter), STILL if self.bodies is None else COARSE[0]
+        pinned, sliding = statuses(*where, self.limit.motion, self.drive, still=still, lift=self.limit.lift)
+        return replace(self.linkage, pinned=pinned, sliding=sliding)
+
+    def speed(self) -> float:
+        """That of the fastest corner in the motion of the limit state, or of the supports."""
+        corners = corner_speed(displaced(self.linkage.assembly, self.pose), self.limit.motion)
+        return max(float(corners.max(initial=0.0)), self.drive)
+
+    def touching(self) -> set[int]:
+        """The joints that touch somewhere."""
+        return set(self.linkage.contacts.joint[self.linkage.pinned].tolist())
+
+
+def of_bodies(place: Place, guess: Floats | None, bodies: Ints | None) -> Place:
+    """A place with the limit state of bodies, or of smaller ones where they lock each other."""
+
+    def limit(bodies: Ints | None) -> Limited:
+        accuracy = 0.0 if bodies is None else ROUGHLY
+        return limited(*place.where, dilates=place.linkage.dilates, guess=guess, bodies=bodies, accuracy=accuracy)
+
+    found = limit(bodies)
+    if found.multiplier == np.inf and guess is not None:
+        bodies = as_bodies(*place.where, guess, COARSE[-1])
+        found = limit(bodies)
+    if found.multiplier == np.inf:
+        found, bodies = limit(None), None
+    return replace(place, limit=found, bodies=bodies)
+
+
+def of_blocks(place: Place) -> Limited:
+    """The limit state of all blocks, where joints slide as those of bodies."""
+    dilates, guess = place.linkage.dilates, place.limit.motion
+    return limited(*place.where, dilates=dilates, guess=guess, limits=(1, 0.0), accuracy=ROUGHLY)
+
+
+def for_unit(linkage: Linkage, pose: Pose, motion: Floats) -> Floats:
+    """A motion for a unit rate of the control, or of the fastest corner where the control hardly moves on."""
+    if linkage.control is None:
+        return motion
+    speed = float(corner_speed(displaced(linkage.assembly, pose), motion).max())
+    rate = linkage.control.rate(linkage.assembly, pose, motion)
+    return motion / (rate if rate > 1e-6 * speed else speed)
+
+
+def refined(bodies: Ints, others: Ints) -> Ints:
+    """Bodies of blocks that are one body in both; -1 where they move in neither."""
+    _, number = np.unique(np.column_stack([bodies, others]), axis=0, return_inverse=True)
+    number = np.where((bodies < 0) & (others < 0), -1, number.reshape(-1))
+    return np.unique(np.append(number, -1), return_inverse=True)[1][:-1] - 1
+
+
+def without(place: Place, blocks: Ints) -> tuple[Structure, Linkage, Pose] | None:
+    """The structure without blocks; None where most of the control is on them, or nothing else is left that moves."""
+    assembly, control = place.structure.assembly, place.linkage.control
+    assert control is not None
+    gone = np.zeros(assembly.n_blocks, dtype=bool)
+    gone[blocks] = True
+    support = assembly.support | gone
+    weight = np.linalg.norm(control.along, axis=1)
+    if support.all() or weight[gone[control.block]].sum() > 0.5 * weight.sum():
+        return None
+    structure = replace(place.structure, assembly=replace(assembly, support=support))
+    contacts = place.linkage.contacts
+    kept = np.flatnonzero(~gone[contacts.pair].any(axis=1))
+    linkage = replace(
+        place.linkage, assembly=structure.assembly, contacts=taken(contacts, kept),
+        pinned=place.linkage.pinned[kept], sliding=place.linkage.sliding[kept],
+    )  # fmt: skip
+    return structure, linkage, place.pose
 
 
 @dataclass(frozen=True, eq=False)
