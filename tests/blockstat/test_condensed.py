@@ -7,6 +7,7 @@ import pytest
 
 from blockstat.analysis.problem import pose
 from blockstat.contact.interfaces import GAP
+from blockstat.large_displacement.place import refined
 from blockstat.program.condensed import Bodies, moving_as_one
 from evidence.scenes.small import u_wall
 
@@ -47,3 +48,8 @@ def test_blocks_move_as_one_where_no_point_of_their_joint_moves():
     rate = np.array([[0, 0, 0], [0, 0, 2e-4], [0, 0, -1.0], [0, 1e-4, 0], [-0.5, 0, 0]])
     assert moving_as_one(support, pair, rate, 3e-4).tolist() == [-1, -1, 0, 0, 1]
     assert moving_as_one(support, pair, rate, 1.5e-4).tolist() == [0, -1, 1, 1, 2]
+
+
+def test_refined_bodies_are_of_blocks_that_are_one_in_both_and_rest_where_both_rest():
+    assert refined(np.array([-1, -1, 0, 0, 1]), np.array([-1, 0, 0, 1, 1])).tolist() == [-1, 0, 1, 2, 3]
+    assert refined(np.array([0, 0, 1]), np.array([1, 1, 0])).tolist() == [0, 0, 1]

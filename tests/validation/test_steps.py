@@ -184,3 +184,4 @@ def test_bodies_of_many_blocks_tell_the_same_curve_as_the_blocks(monkeypatch):
     assert found[:, 0] == pytest.approx(known[:, 0], rel=2e-3)
     assert (found[:, 1] >= known[:, 1] - 1e-3 * known[0, 1]).all()  # fewer motions: a higher upper bound
     assert (found[:, 1] > known[:, 1] + 1e-3).any()
+    assert ["bodies" in " ".join(curve.warnings) for curve in (coarse, fine)] == [True, False]

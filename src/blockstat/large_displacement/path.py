@@ -83,6 +83,7 @@ class State:
     #: of the limit analysis there
     open: float | None = None
     upper: float | None = None  #: the multiplier with associated friction, where that of the state is less
+    bodies: bool = False  #: whether blocks that move together were taken as one body
 
 
 @dataclass(frozen=True)

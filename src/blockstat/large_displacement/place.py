@@ -37,7 +37,8 @@ RIDGE = 1e-6
 PASSES, CLOSED = 5, 1e-9
 #: Joints within bodies move by less than this, where the fastest moves at 1; then each block is one.
 COARSE, FINER = (3e-3, 1e-3), (3e-4, 1e-4)
-#: How well programs of bodies are solved, and those that tell whether they hold.
+#: How well programs of bodies are solved, and those that tell whether they hold: their errors add over hundreds of
+#: blocks, so a few digits are not enough.
 ROUGHLY = 1e-8
 #: Where nothing is known yet.
 NOTHING = Limited(None, np.empty((0, 6)), None)

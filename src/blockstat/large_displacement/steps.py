@@ -142,7 +142,10 @@ def of_steps(states: Sequence[State], assembly: Assembly) -> list[str]:
     start, widest = min(stepped)[0], max(open_ for _, open_ in stepped)
     room = CORNER * float(assembly.size.max())
     touching = f"; contacts that are open by up to {1e3 * widest:.2g} mm count as touching" if widest > room else ""
-    return [f"no linkage from {start:.4g} m on: followed by finite steps{touching}. More steps tell the error"]
+    together = "; many blocks move as bodies, whose falls hang on the steps" if any(s.bodies for s in states) else ""
+    return [
+        f"no linkage from {start:.4g} m on: followed by finite steps{touching}{together}. More steps tell the error"
+    ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -302,7 +305,10 @@ class Stepper:
         low, high, behind, over, found = 0.0, step, beyond(place), beyond(after), after
         for trial in range(TRIALS):
             if abs(beyond(found)) <= room:
-                yield _state(*self._checked(found))
+                last, limit = self._checked(found)
+                if limit.multiplier is None:
+                    break
+                yield _state(last, limit)
                 yield end
                 return
             part = behind / (behind - over) if trial % 3 < 2 else 0.5  # halved now and then, where it bends
@@ -425,4 +431,5 @@ def _state(place: Place, found: Limited) -> State:
         most = limiting(*place.where, place.bodies)
         upper = None if most is None else most[0]
     rate = for_unit(linkage, place.pose, place.limit.motion)
-    return State(Motion(place.parameter, place.pose, rate, found.multiplier), linkage, found.forces, place.open, upper)
+    motion = Motion(place.parameter, place.pose, rate, found.multiplier)
+    return State(motion, linkage, found.forces, place.open, upper, place.bodies is not None)
