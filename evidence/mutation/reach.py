@@ -21,8 +21,8 @@ from evidence.runner import THREADS
 OUT = ROOT / "out" / "mutation"
 FOLDERS = ("blockstat", "crosscheck", "validation", "property", "dynsim")
 #: A test file has so long for all its tests [s]; what it has not run by then is not known.
-MOST = 240.0
-PYTEST = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "not slow")
+MOST = 600.0
+OPTIONS = ("-q", "-p", "no:cacheprovider", "-m", "not slow")
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ def _record(path: Path) -> dict[str, dict]:
             old.unlink()
         name = str(path.relative_to(ROOT))
         print(f"reach   {name}\n", end="", flush=True)
-        arguments = [sys.executable, *PYTEST, "-p", "evidence.mutation.recorder", name]
+        arguments = [sys.executable, "-m", "pytest", *OPTIONS, "-p", "evidence.mutation.recorder", name]
         process = subprocess.Popen(
             arguments, cwd=ROOT, env=environment(MUTATION_RECORD=str(target)), stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
