@@ -31,8 +31,8 @@ PATIENCE, START = 5.0, 30.0
 KILLED, SURVIVED, UNREACHED = "killed", "survived", "unreached"
 #: What is imported once for all mutants.
 LIBRARIES = (
-    "pytest", "hypothesis", "scipy.sparse.linalg", "scipy.spatial", "scipy.optimize", "scipy.stats", "cvxpy", "clarabel",
-    "shapely", "trimesh", "matplotlib.pyplot", "msgspec", "typer", "joblib", "pybullet",
+    "pytest", "hypothesis", "scipy.sparse.linalg", "scipy.spatial", "scipy.optimize", "scipy.stats", "cvxpy",
+    "clarabel", "shapely", "trimesh", "matplotlib.pyplot", "msgspec", "typer", "joblib", "pybullet",
 )  # fmt: skip
 PROCESSES = multiprocessing.get_context("forkserver")
 PROCESSES.set_forkserver_preload([*LIBRARIES, __name__])
