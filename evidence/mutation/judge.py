@@ -144,9 +144,8 @@ def _run(source: Path, tests: list[str], told: Path) -> None:
         raise RuntimeError(f"{known[0]} was imported before the mutation")
     os.chdir(ROOT)
     os.environ.update(environment(source))
-    sys.path[:] = [str(source), str(ROOT), *(entry for entry in sys.path if entry not in (str(SOURCE), str(ROOT)))]
     import pytest
 
-    code = pytest.main([*OPTIONS, "-x", *tests])
+    code = pytest.main([*OPTIONS, "-o", f"pythonpath={source} . tests", "-x", *tests])
     sys.stdout.flush()
     os._exit(int(code))
