@@ -15,7 +15,7 @@ export BLOCKSTAT_COMPAS_PYTHON := $(COMPAS)
 ONLY ?=
 MISSING ?=
 
-.PHONY: help demo test test-all notebooks lint benchmark evidence fuzz mutants validation pages docs lock wheel blender clean
+.PHONY: help demo test test-all notebooks lint benchmark evidence fuzz mutants coverage validation pages docs lock wheel blender clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*  ## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 20
@@ -55,6 +55,10 @@ SEED ?= 1
 mutants: $(STAMP)  ## put small bugs into the source and count those that no test notices
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[mutation]"
 	$(BIN)/python -m evidence.mutation.run --sample $(SAMPLE) --seed $(SEED) --write docs/mutants.md
+
+coverage: $(STAMP)  ## count the branches that no test takes, by room
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[mutation]"
+	$(BIN)/python -m evidence.mutation.branches --measure
 
 validation: ONLY := validation dynamics-validation
 validation: evidence  ## recompute the reference values

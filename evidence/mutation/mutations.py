@@ -7,8 +7,10 @@ import difflib
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from random import Random
+from warnings import catch_warnings
 
 from evidence.paths import ROOT
 
@@ -99,7 +101,19 @@ def sample(number: int, seed: int, rooms: Sequence[str] = ROOMS) -> list[Mutatio
     """Mutations at different places, each place as likely as any other, and one of the mutations of each."""
     random = Random(seed)
     places = [changes for path in files(rooms) for _, changes in sorted(sites(path).items())]
-    return [random.choice(changes) for changes in random.sample(places, min(number, len(places)))]
+    mixed = (random.sample(changes, len(changes)) for changes in random.sample(places, len(places)))
+    chosen = (next(filter(_does_compile, changes), None) for changes in mixed)
+    return list(islice(filter(None, chosen), number))
+
+
+def _does_compile(mutation: Mutation) -> bool:
+    """Whether Python takes it: two stars before the options of a call are no power, though they look like one."""
+    with catch_warnings(action="ignore", category=SyntaxWarning):
+        try:
+            compile(mutation.text(), mutation.path, "exec")
+        except SyntaxError:
+            return False
+    return True
 
 
 def _is_fair(name: str) -> bool:

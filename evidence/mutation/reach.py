@@ -14,15 +14,15 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-from evidence.mutation.mutations import SOURCE, Mutation, files
+from evidence.mutation.mutations import SOURCE, Mutation
 from evidence.paths import ROOT
 from evidence.runner import THREADS
 
 OUT = ROOT / "out" / "mutation"
 FOLDERS = ("blockstat", "crosscheck", "validation", "property", "dynsim")
 #: A test file has so long for all its tests [s]; what it has not run by then is not known.
-MOST = 240.0
-PYTEST = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "not slow")
+MOST = 600.0
+OPTIONS = ("-q", "-p", "no:cacheprovider", "-m", "not slow")
 
 
 @dataclass(frozen=True)
@@ -68,23 +68,38 @@ def reach(paths: Sequence[Path], jobs: int) -> Reach:
 
 
 def _record(path: Path) -> dict[str, dict]:
-    """The record of a test file, made where the file or the source have changed since."""
-    state = hashlib.sha256(b"".join(file.read_bytes() for file in [path, *files()])).hexdigest()[:12]
-    target = OUT / "reach" / f"{path.parent.name}.{path.stem}.{state}.json"
+    """The record of a test file, made where the file or a source that its tests reach has changed since."""
+    target = OUT / "reach" / f"{path.parent.name}.{path.stem}.json"
+    if target.is_file() and _is_of(record := json.loads(target.read_text()), path):
+        return record
+    target.parent.mkdir(parents=True, exist_ok=True)
+    target.unlink(missing_ok=True)
+    name = str(path.relative_to(ROOT))
+    print(f"reach   {name}\n", end="", flush=True)
+    arguments = [sys.executable, "-m", "pytest", *OPTIONS, "-p", "evidence.mutation.recorder", name]
+    process = subprocess.Popen(
+        arguments, cwd=ROOT, env=environment(MUTATION_RECORD=str(target)), stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    try:
+        process.wait(MOST)
+    except subprocess.TimeoutExpired:
+        process.send_signal(signal.SIGINT)  # it writes what it has
+        process.wait()
     if not target.is_file():
-        target.parent.mkdir(parents=True, exist_ok=True)
-        for old in target.parent.glob(f"{path.parent.name}.{path.stem}.*.json"):
-            old.unlink()
-        name = str(path.relative_to(ROOT))
-        print(f"reach   {name}\n", end="", flush=True)
-        arguments = [sys.executable, *PYTEST, "-p", "evidence.mutation.recorder", name]
-        process = subprocess.Popen(
-            arguments, cwd=ROOT, env=environment(MUTATION_RECORD=str(target)), stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )  # fmt: skip
-        try:
-            process.wait(MOST)
-        except subprocess.TimeoutExpired:
-            process.send_signal(signal.SIGINT)  # it writes what it has
-            process.wait()
-    return json.loads(target.read_text()) if target.is_file() else {"seconds": {}, "lines": {}}
+        return {"seconds": {}, "lines": {}}
+    record = json.loads(target.read_text())
+    record["test"] = _state(path)
+    record["sources"] = {name: _state(SOURCE / name) for name in record["lines"]}
+    target.write_text(json.dumps(record))
+    return record
+
+
+def _is_of(record: dict[str, dict], path: Path) -> bool:
+    """Whether a record is of a test file and of the sources that it reaches as they are."""
+    sources = {SOURCE / name: state for name, state in record.get("sources", {}).items()} | {path: record.get("test")}
+    return all(file.is_file() and _state(file) == state for file, state in sources.items())
+
+
+def _state(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()[:12]

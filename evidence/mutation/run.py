@@ -20,7 +20,7 @@ from time import time
 
 import tomllib
 
-from evidence.mutation.judge import KILLED, UNREACHED, Judgement, judge
+from evidence.mutation.judge import KILLED, UNREACHED, Judgement, Jury
 from evidence.mutation.mutations import ROOMS, Mutation, files, sample
 from evidence.mutation.reach import OUT, reach, test_files
 from evidence.tables import table
@@ -58,12 +58,13 @@ def main() -> None:
     options = parser.parse_args()
     paths = [path.resolve() for path in options.tests] if options.tests else test_files()
     tests = reach(paths, options.jobs)
+    jury = Jury(tests, options.seconds)
     kept = Kept(again=options.again)
     begin = time()
 
     def one(mutation: Mutation) -> Judgement | None:
         if mutation.key not in kept.found and time() - begin < 60 * options.minutes:
-            kept.add(judge(mutation, tests, options.seconds))
+            kept.add(jury.judge(mutation))
         return kept.found.get(mutation.key)
 
     used = sum(seconds >= 0 for seconds in tests.seconds.values())
