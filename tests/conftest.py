@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from evidence.checks import brackets, building, curves, derived, independent
+from evidence.checks import derived, independent
+from evidence.opinion import brackets, building, curves
 from evidence.paths import CASES
 
 ROOT = Path(__file__).parents[1]

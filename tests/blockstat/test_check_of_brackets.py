@@ -4,7 +4,7 @@ import pytest
 
 from blockstat import Bracket, JointLaw, friction_limit, limit_load_by_direction, tilt_limit
 from damage import assert_noticed, believed
-from evidence.checks import brackets
+from evidence.opinion import brackets
 from evidence.scenes.small import arch, running_bond, stack
 
 

@@ -4,7 +4,7 @@ import pytest
 
 from blockstat import Assembly, box, capacity, settle_to_collapse
 from damage import assert_noticed
-from evidence.checks import curves
+from evidence.opinion import curves
 from evidence.scenes.small import arch
 
 #: What is left alone: the limit load at rest, which has a check of its own, and seconds.

@@ -21,7 +21,7 @@ from blockstat import (
 from blockstat.sequence.plan import Step
 from building_sites import arch
 from damage import assert_noticed, believed
-from evidence.checks import building
+from evidence.opinion import building
 
 OPEN = (["s0", "s1", "s2", "s4", "s5", "s6"], [])  # the keystone is missing
 #: Errors of a program, which are rounding.

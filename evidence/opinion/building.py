@@ -10,8 +10,9 @@ from scipy.optimize import linprog
 from scipy.sparse import csc_array, hstack, vstack
 
 import blockstat
-from evidence.checks import independent, polygons
+from evidence.checks import independent
 from evidence.checks.strength import strengths, taken_up
+from evidence.opinion import polygons
 
 EXACT = 1e-5  #: relative, between the least forces and their bound
 SPARE = 1e-5  #: relative, of programs solved to a tolerance
