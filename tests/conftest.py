@@ -7,13 +7,14 @@ import pytest
 from hypothesis import settings
 
 from evidence.checks import derived, independent
+from evidence.opinion import brackets, building, curves
 from evidence.paths import CASES
 
 ROOT = Path(__file__).parents[1]
 
-# Before any test module imports them: every verdict, limit load, thrust, settlement and plan is checked a second time.
-independent.install()
-derived.install()
+# Before any test module imports them: every answer that forces or a mechanism prove is checked a second time.
+for checks in (independent, derived, brackets, building, curves):
+    checks.install()
 
 
 @pytest.fixture(scope="session")

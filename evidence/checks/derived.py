@@ -91,6 +91,7 @@ def check_tie_range(found, *, faces, loads=None):
     asm = found.assembly
     wrench, centroid = independent.dead_load(asm, loads)
     assert found.least <= found.greatest
+    assert found.tie in asm.ties, "another tie"
     for force, forces in ((found.least, found.least_forces), (found.greatest, found.greatest_forces)):
         if np.isfinite(force):
             assert len(asm.ties) == 1, "with several ties the range does not say what the others carry"
@@ -136,5 +137,25 @@ def install():
             "settlement": lambda found, given: check_settlement(found, loads=given.get("loads")),
             "settle": lambda found, given: check_settlement(found, loads=given.get("loads")),
             "assess_plan": lambda found, given: check_plan(found),
+            "load_domain": _domain,
+            "moving_load": lambda found, given: check_moving_load(found, loads=given.get("loads"), faces=_faces(given)),
+            "tie_range": _tied,
         }
     )
+
+
+def _faces(given):
+    return given.get("interfaces")
+
+
+def _domain(found, given):
+    changes = {name: given[name] for name in ("friction", "gravity") if given.get(name) is not None}
+    asm = given["assembly"].with_(**changes) if changes else given["assembly"]
+    check_domain(found, asm, given["one"], given["two"], loads=given.get("loads"), faces=_faces(given))
+
+
+def _tied(found, given):
+    asm = found.assembly
+    if len(asm.ties) == 1:  # of several the range does not say what the others carry
+        faces = blockstat.find_interfaces(asm, gap=given.get("gap", independent.GAP))
+        check_tie_range(found, faces=faces if _faces(given) is None else _faces(given), loads=given.get("loads"))

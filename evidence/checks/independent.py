@@ -264,6 +264,8 @@ def check_limit(found, load, *, loads=None, gap=GAP):
         assert rate > 0, "the load does not drive the mechanism"
         rounding = 1e-9 * (np.abs(wrench * found.mechanism).sum() + abs(found.upper) * rate)
         assert found.upper * rate + work >= resisted - rounding, "the mechanism moves only at a larger load"
+        more = 1e-7 * (np.abs(wrench * found.mechanism).sum() + abs(found.upper) * rate)
+        assert found.upper * rate + work <= 2 * resisted + more, "the mechanism moves at a smaller load"
     if found.coulomb is not None:
         assert 0 <= found.coulomb[0] <= found.coulomb[1] <= found.lower * (1 + 1e-12)
 

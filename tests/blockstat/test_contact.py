@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from blockstat import Block, find_interfaces
+from blockstat import Assembly, Block, find_interfaces
 from blockstat.model import assemble, freeform, height_field
 from evidence.scenes.small import arch, assembly, box, prism, running_bond, slice_, stack
 
@@ -202,3 +202,19 @@ def test_a_corner_on_the_line_of_its_neighbours_is_no_contact_point():
     outline = [(0, 0), (0.3, 0), (1, 0), (1, 0.6), (1, 1), (0, 1)]
     faces = find_interfaces(assembly([prism(outline, 1.0), box((-1, 1, -1), (2, 2, 2))]))
     assert sorted(map(tuple, faces.point.round(9).tolist())) == [(0, 1, 0), (0, 1, 1), (1, 1, 0), (1, 1, 1)]
+
+
+@pytest.mark.parametrize(("tolerances", "joints"), [(0.9, 1), (1.1, 0), (2.0, 0)])
+def test_a_gap_is_a_joint_up_to_its_tolerance_and_no_further(tolerances, joints):
+    apart = tolerances * 1e-2
+    asm = Assembly.from_blocks([box((0, 0, 0), (1, 1, 1)), box((0, 0, 1 + apart), (1, 1, 2 + apart))], supports=[0])
+    found = find_interfaces(asm, gap=1e-2)
+    assert found.n_interfaces == joints
+    assert [drop.reason for drop in found.dropped] == ["gap"] * (1 - joints)
+
+
+@pytest.mark.parametrize("width", [1e-2, 1e-3, 1e-5])
+def test_a_joint_may_be_as_narrow_as_a_hundred_thousandth_of_its_blocks(width):
+    asm = Assembly.from_blocks([box((0, 0, 0), (1, 1, 1)), box((1 - width, 0, 1), (2 - width, 1, 2))], supports=[0])
+    found = find_interfaces(asm)
+    assert found.area == pytest.approx([width])

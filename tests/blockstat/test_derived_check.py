@@ -1,6 +1,6 @@
 """The independent check of domains, settlements, thrusts, ties, trains and plans notices every number that is wrong."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -20,6 +20,7 @@ from blockstat import (
     tie_range,
 )
 from blockstat.sequence.plan import Plan, Step
+from damage import assert_noticed, believed
 from evidence.checks import derived, independent
 from evidence.scenes.small import arch, running_bond, stack
 
@@ -28,38 +29,6 @@ LAWS = [{}, {"tension": 0.02}, {"cohesion": 0.02}, {"tension": 0.01, "cohesion":
 
 def with_laws(asm, law):
     return asm.with_(joints=[JointLaw(("*", "*"), **law)]) if law else asm
-
-
-def damaged(found, by=1e-3):
-    """The answer with one number wrong: each value, and up to ten numbers of each array that are not tiny."""
-    random = np.random.default_rng(5)
-    for field in fields(found):
-        value = getattr(found, field.name)
-        if isinstance(value, float) and value:
-            yield field.name, replace(found, **{field.name: value * (1 + by)})
-        elif isinstance(value, np.ndarray) and value.dtype == float:
-            places = np.argwhere(np.abs(value) > 0.05 * np.abs(value).max(initial=0.0))
-            for place in random.permutation(places)[:10]:
-                wrong = value.copy()
-                wrong[tuple(place)] *= 1 + by
-                yield f"{field.name}{place.tolist()}", replace(found, **{field.name: wrong})
-
-
-def believed(check, answer):
-    """Whether an answer passes its check."""
-    try:
-        check(answer)
-    except AssertionError:
-        return False
-    return True
-
-
-def assert_noticed(found, check, by=1e-3):
-    """The answer passes its check, and with any number wrong it does not."""
-    check(found)
-    wrong = list(damaged(found, by))
-    assert len(wrong) > 2
-    assert [name for name, answer in wrong if believed(check, answer)] == []
 
 
 @pytest.mark.parametrize("law", LAWS)

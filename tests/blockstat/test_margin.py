@@ -48,3 +48,17 @@ def test_where_a_limit_load_is_left_open_the_score_counts(monkeypatch):
     assert found.reserve == pytest.approx(wanted.reserve)
     assert found.reserve_slopes == pytest.approx(wanted.reserve_slopes, rel=1e-2)
     assert _slopes(lambda _: -np.inf, {"width": 0.4}, 1e-6).tolist() == [0.0]
+
+
+def test_a_margin_of_friction_leaves_less_of_it():
+    assert Margin(friction=1.2).applied(leaning({"width": 0.5})).friction == pytest.approx(0.6 / 1.2)
+
+
+def test_a_pillar_with_a_margin_of_friction_slides_where_it_has_none_left():
+    # A slab slides at its coefficient of friction: under a push of half its weight with .6, not with .6 / 1.5.
+    def slab(_):
+        blocks = [box((-3, -3, -1), (4, 4, 0), name="ground"), box((0, 0, 0), (2, 2, 0.2), name="slab")]
+        return Assembly.from_blocks(blocks, supports=["ground"], friction=0.6)
+
+    found = [measure(slab, {}, (), Margin((1.0, 0.0, 0.0), 0.5, friction=f)) for f in (1.0, 1.5)]
+    assert [one.reserve for one in found] == pytest.approx([0.6, 0.4], rel=1e-3)

@@ -74,6 +74,15 @@ def test_motion_that_dies_away_rests_later_and_motion_that_grows_never_does():
     assert watched(lambda t: 1e-3 * np.sin(8 * t)) is None  # rocks on
 
 
+def test_a_tremble_that_could_hide_a_fall_is_no_rest():
+    # From look to look a block goes to and fro: there is no trend, but what is known of it is no better than this.
+    def trembles(size):
+        return watched(lambda t: size * (-1) ** round(t / 0.02))
+
+    assert trembles(5e-5) == watched(lambda t: 0.0)
+    assert trembles(4e-4) is None
+
+
 #: Statics allow it by self-stress only, and rounding decides whether a run at 2 ms sees it fall or rest.
 HUT = {
     "name": "hut",

@@ -1,0 +1,49 @@
+"""The friction of blocks in an engine that multiplies one number a block."""
+
+import numpy as np
+import pytest
+
+from blockstat import InputError, JointLaw, find_interfaces
+from blockstat.contact.point_law import joint_friction
+from dynsim import simulate
+from dynsim.engine.friction import block_friction
+from evidence.scenes.small import assembly, box
+
+
+def slab_and_block():
+    """A slab on the ground and a block on the slab."""
+    blocks = [
+        box((-5, -5, -1), (5, 5, 0), group="ground"),
+        box((0, 0, 0), (1, 1, 0.3), group="slab"),
+        box((0.2, 0.2, 0.3), (0.8, 0.8, 0.6), group="block"),
+    ]
+    return assembly(blocks, friction=0.5, gravity=(2.0, 0, -9.81))
+
+
+def ice(one, two):
+    return JointLaw((one, two), friction=0.0)
+
+
+@pytest.mark.parametrize("laws", [[("ground", "*")], [("slab", "*")], [("*", "*")]])
+def test_the_product_of_two_blocks_is_the_friction_of_their_joint(laws):
+    asm = slab_and_block().with_(joints=[ice(*law) for law in laws])
+    faces = find_interfaces(asm)
+    wanted = joint_friction(asm, faces)
+    assert wanted.min() == 0
+    np.testing.assert_allclose(np.prod(block_friction(asm, faces)[faces.pair], axis=1), wanted, rtol=1e-9, atol=0)
+
+
+def test_a_slab_on_ice_slides_and_takes_along_what_stands_on_it():
+    asm = slab_and_block().with_(joints=[ice("ground", "slab")])
+    run = simulate(asm, hold=0.5)
+    assert run.since_release[-1, 1, 0] == pytest.approx(0.5 * 2.0 * run.times[-1] ** 2, rel=0.1)
+    assert run.since_release[-1, 2, 0] == pytest.approx(run.since_release[-1, 1, 0], rel=0.05)
+
+
+def test_frictions_that_no_products_make_are_refused():
+    # A joint without friction between two blocks that both rub on a third one.
+    blocks = [box((-5, -5, -1), (5, 5, 0), group="ground"), box((0, 0, 0), (1, 1, 1), group="left")]
+    blocks += [box((1, 0, 0), (2, 1, 1), group="right")]
+    asm = assembly(blocks, friction=0.5, joints=[ice("left", "right")])
+    with pytest.raises(InputError, match="none fit all joint laws"):
+        block_friction(asm, find_interfaces(asm))
