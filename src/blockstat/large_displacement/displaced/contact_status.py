@@ -13,7 +13,8 @@ from blockstat.typing import Floats
 
 #: Contacts that move more slowly than this stick. Relative to the fastest corner. Chosen: far above what solvers leave.
 STICKING_SPEED = 1e-4
-#: The same for the mechanism of a limit load at rest, which is solved more accurately.
+#: The same for the mechanism that leaves rest. Chosen: smaller, so that contacts that open slowly open from the
+#: beginning.
 STICKING_SPEED_AT_REST = 1e-5
 
 

@@ -112,7 +112,7 @@ def conjugate_control(structure: Structure) -> Control:
     Returns
     -------
     Control
-        Its rate times the sum of the magnitudes of the forces is the power of the live load.
+        Its rate times the sum of the magnitudes of the forces is the power of the forces on free blocks.
     """
     assert structure.live is not None
     return _conjugate(structure.assembly, structure.live, "mean of all displacements weighted by the load")

@@ -14,15 +14,17 @@ from blockstat.large_displacement.linkage.path import PathEvent, PathPoint
 from blockstat.large_displacement.linkage.root_finding import NoRootError
 from blockstat.typing import Floats, Ints
 
-#: The first and shortest step of a fall. Relative to the longest step. Chosen.
+#: The first and shortest step of a fall. Relative to the longest step. Chosen: contacts that stop a fall may be near.
 FALL_STEP = 1.0 / 4.0
 #: The same where macro-blocks fall. Chosen: joints within macro-blocks that have moved unseen fall by so little.
 FALL_STEP_OF_MACRO_BLOCKS = 1.0 / 64.0
 #: Steps of a fall at most. Chosen: a fall without end is broken off.
 MAX_STEPS = 2000
-#: Blocks that have fallen so far without being stopped have left the structure. Relative to their size. Chosen.
+#: Blocks that have fallen so far without being stopped have left the structure. Relative to their size. Chosen: a block
+#: that has fallen by half its size has lost its bearing.
 FALLEN = 0.5
-#: Blocks fall together that move by more than this. Relative to the block that moves most. Chosen.
+#: Blocks fall together that move by more than this. Relative to the block that moves most. Chosen: others
+#: are dragged along.
 FALLING_TOGETHER = 0.5
 #: The curve ends when more than this part of the work of the live load, or of the control, was on blocks that have
 #: left. Chosen: what remains is then another structure.

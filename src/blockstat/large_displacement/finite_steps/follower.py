@@ -1,10 +1,10 @@
 """Following a structure by finite steps, where joints slide and open at so many places that it is no linkage.
 
 At each pose the limit analysis on the closed contacts gives the multiplier, the forces that carry it, and the
-mechanism. Joints slide in it without opening (De Saxce's fixed point), or with associated flow. On supports that move,
-the motion of least potential energy gives the force on them. A step leads along the mechanism until the fastest corner
-has moved by a given length, and the closed contacts are projected onto zero gap (`contact_projection`). Where no
-multiplier is carried, blocks fall (`fall`).
+mechanism. Joints slide in it without opening (De Saxce's fixed point), as far as the rigid bodies allow that, or with
+associated flow. On supports that move, the motion of least potential energy gives the force on them. A step leads along
+the mechanism until the fastest corner has moved by a given length, and the closed contacts are projected onto zero gap
+(`contact_projection`). Where no multiplier is carried, blocks fall (`fall`).
 
 Most blocks of a large structure move together. Blocks whose joints move by a small part of the motion only are
 condensed to a macro-block, and the limit analysis of a trial step is that of the macro-blocks. At each state of the
@@ -49,12 +49,12 @@ MAX_DEVIATION = 1e-3
 #: in any step.
 MIN_STEP = 1.0 / 16.0
 #: A step is lengthened by this factor at most. Where macro-blocks are used, it aims at the second, a part of the
-#: allowed change of the value. Chosen.
+#: largest change of the value. Chosen: trials that have to be repeated with a shorter step are dear there.
 MOST_LENGTHENING, AIMED_CHANGE = 2.0, 0.9
 #: Steps of a path at most. Chosen: a path without end is broken off.
 MAX_STEPS = 2000
-#: Trial steps that locate the end at most. Every `BISECTION`-th of them halves the interval, in case the value bends.
-#: Chosen.
+#: Trial steps that locate the end at most. Every `BISECTION`-th of them halves the interval. Chosen: the secant method
+#: alone may converge slowly from one side where the value bends.
 MAX_END_TRIALS, BISECTION = 12, 3
 #: Stands in for a change of zero where it is divided by.
 TINY = 1e-300

@@ -2,7 +2,10 @@
 
 On a piece of the path the same contacts stick and slide, and the pose is that of one linkage. A piece ends where an
 open contact closes, where no forces balance the loads any more (the thrust has reached an edge, or a joint slides),
-where the multiplier is zero, or at the displacement asked for.
+where the multiplier is zero, or at the displacement asked for. Each of these events is located by root finding.
+
+Where no forces balance the loads any more, a joint opens at constant displacement in a motion that no forces resist.
+That motion is followed until a contact closes (`jump`). What follows an event is found by `after_event`.
 """
 
 from __future__ import annotations
@@ -29,7 +32,8 @@ MIN_STEP = 1e-9
 MAX_SHORT_PIECES, SHORT_PIECE = 3, 1e-2
 #: A new step aims at this part of the allowed deviation. Chosen, so that it rarely has to be shortened again.
 AIMED_DEVIATION = 0.9
-#: A step is shortened to this part of itself at least, and lengthened by this factor at most. Chosen.
+#: A step is shortened to this part of itself at least, and lengthened by this factor at most. Chosen: where the
+#: deviation does not grow with the square of the step, as at a change of mechanism, its square root misleads.
 LEAST_SHORTENING, MOST_LENGTHENING = 0.1, 10.0
 #: Steps of one piece at most. Chosen: a path without end is broken off.
 MAX_STEPS = 100_000

@@ -93,12 +93,14 @@ def limit_state(
         return free_fall(structure, problem, configuration.pose)
     part = condensed(problem, macro_blocks)
     program = problem.program if part is None else part.program
+    # The contact points of the program as points of the displaced joints.
     columns = problem.eq.points if part is None else problem.eq.points[part.columns[: program.n_points]]
     live = structure.live_load(configuration.pose)
     load = problem.scaled(live)
-    unit = float(np.abs(load).sum()) / program.total_load
+    unit = float(np.abs(load).sum()) / program.total_load  # scales the live load to the size of the weight
     load = load if part is None else part.loads(load)
     points, first = slice(program.n_points), np.zeros(program.n_points)
+    # In the program the live load has a unit power, so the slip of the guess is divided by its power.
     if guess is not None and (power := float((live * guess).sum())) > 0:
         rate = relative_motion(problem.assembly, problem.interfaces, guess)[columns]
         first = uplift(program, rate) * (program.force_unit * unit / power)

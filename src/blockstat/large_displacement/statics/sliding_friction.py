@@ -26,12 +26,12 @@ from blockstat.program.penalty import PenaltyProgram
 from blockstat.solve import clarabel
 from blockstat.typing import Floats, Ints
 
-#: Weight of the square of the motion in the program. Directions that no contact resists, such as that along a slip, do
+#: Weight of the square of the motion in the program. Directions that no contact resists, such as that across a slip, do
 #: work by rounding only, 1e-16 of the loads, so their motion stays below 1e-16 / 1e-10 = 1e-6. The program leaves
 #: unbalanced this weight times the motion; where that is more than rounding, no equilibrium exists.
 MOTION_WEIGHT = 1e-10
-#: Contacts that slip more slowly than this stick. Relative to the largest rate of the motion. Chosen: a hundred times
-#: what solvers leave.
+#: Contacts that slip more slowly than this stick. Relative to the largest rate of the motion. Chosen: above what
+#: solvers leave.
 STICKING_SPEED = 1e-4
 
 
