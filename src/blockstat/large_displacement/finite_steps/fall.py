@@ -23,8 +23,8 @@ MAX_STEPS = 2000
 #: Blocks that have fallen so far without being stopped have left the structure. Relative to their size. Chosen: a block
 #: that has fallen by half its size has lost its bearing.
 FALLEN = 0.5
-#: Blocks fall together that move by more than this. Relative to the block that moves most. Chosen: others
-#: are dragged along.
+#: Blocks fall together that move by more than this. Relative to the block that moves most. Chosen: others are dragged
+#: along.
 FALLING_TOGETHER = 0.5
 #: The curve ends when more than this part of the work of the live load, or of the control, was on blocks that have
 #: left. Chosen: what remains is then another structure.

@@ -11,8 +11,9 @@ condensed to a macro-block, and the limit analysis of a trial step is that of th
 path the limit analysis of all blocks, whose joints slide as those of the macro-blocks, shows whether the macro-blocks
 hold; where they do not, smaller ones are used (`macro_block_check`).
 
-The path parameter is the arc length of the fastest corner, so the control displacement may decrease: loose parts and
-snap-back are followed too. Unlike on a linkage, the pose depends on the length of the steps.
+The length of a step is the arc length of the fastest corner, not a displacement of the control. So the control
+displacement may decrease: loose parts and snap-back are followed too. Unlike on a linkage, the pose depends on the
+length of the steps.
 """
 
 from __future__ import annotations

@@ -13,11 +13,11 @@ from blockstat.large_displacement.finite_steps.trial_state import (
 from blockstat.large_displacement.statics.limit_state import LimitState
 from blockstat.large_displacement.statics.macro_blocks import common_refinement, macro_blocks_of
 
-#: Macro-blocks hold where the multiplier of all blocks is smaller by this part at most. Chosen as a
-#: difference that an engineer accepts.
+#: Macro-blocks hold where the multiplier of all blocks is smaller by this part at most. Chosen as a difference that an
+#: engineer accepts.
 MAX_MULTIPLIER_LOSS = 0.01
-#: The same as `RIGID_JOINT_SPEEDS`, smaller, for macro-blocks within which blocks fall. Chosen: a motion
-#: that is unseen within macro-blocks is a small part of that of the others.
+#: The same as `RIGID_JOINT_SPEEDS`, smaller, for macro-blocks within which blocks fall. Chosen: each about a third
+#: of the one before.
 FALLING_JOINT_SPEEDS = (3e-4, 1e-4)
 
 

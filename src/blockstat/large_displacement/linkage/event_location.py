@@ -18,8 +18,8 @@ from blockstat.typing import Floats
 #: Accuracy of the parameter at which a contact closes or the multiplier is zero. Relative to the parameter, or absolute
 #: below 1 m: near rounding [m].
 ROOT_ACCURACY = 1e-14
-#: A contact that is closed after this part of a step closes at the beginning of the step. Chosen: too
-#: small a part for the gap to have opened and closed in it.
+#: A contact that is closed after this part of a step closes at the beginning of the step. Chosen: too small a part for
+#: the gap to have opened and closed in it.
 AT_ONCE = 1e-6
 #: How well a loss of equilibrium is located. Relative to the path's tolerance times the step. Chosen: the forces just
 #: before it and just after it show what changes.

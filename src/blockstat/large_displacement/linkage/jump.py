@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 #: Longest step of the fastest corner in a jump. Relative to the extent of the assembly. Chosen: contacts that close are
 #: located by root finding, so a step must only be too short to pass through a block.
 MAX_STEP = 0.01
-#: The first step, relative to `MAX_STEP`, and the shortest, relative to the extent of the assembly. Chosen: the
-#: first is short because the contacts that stop a fall may be near.
+#: The first step, relative to `MAX_STEP`, and the shortest, relative to the extent of the assembly. Chosen: the first
+#: is short because the contacts that stop a fall may be near.
 FIRST_STEP, MIN_STEP = 1e-3, 1e-9
 #: Blocks that have moved so far without a contact that closes have fallen. Relative to the extent of the assembly.
 #: Chosen: what is still in the way after that was no part of the structure's equilibrium.

@@ -49,8 +49,8 @@ MAX_NEWTON_STEPS = 12
 #: The parameter does not move the linkage when the equations of its rates leave more than this. Relative to the rate of
 #: the parameter. Chosen: far above rounding.
 MAX_RATE_RESIDUAL = 1e-7
-#: Singular values below this count as zero in dense least squares. Relative to the largest. Chosen: above
-#: rounding, so that redundant equations do not count twice.
+#: Singular values below this count as zero in dense least squares. Relative to the largest. Chosen: above rounding, so
+#: that redundant equations do not count twice.
 RANK_TOLERANCE = 1e-11
 #: Diagonal that is added to the normal equations of sparse least squares, relative to their largest, and the number of
 #: iterative refinements that remove its effect. Chosen: the shift lets the matrix be factorised where the equations
