@@ -131,9 +131,9 @@ def test_a_lintel_that_slides_off_its_bearing_leaves_and_the_curve_goes_on_witho
 
 
 def test_a_curve_by_steps_says_so_and_how_wide_open_contacts_touch(ferris):
-    assert any(text.startswith("no linkage from") for text in ferris.warnings)
+    assert any("no linkage from" in text for text in ferris.warnings)
     dilating = capacity(ferris.assembly, (1, 0, 0), flow="associated", displacement=0.1)
-    text = next(text for text in dilating.warnings if text.startswith("no linkage from"))
+    text = next(text for text in dilating.warnings if "no linkage from" in text)
     assert float(text.split("open by up to ")[1].split()[0]) < 2.0  # mm, of bricks of .4 m
     exact = capacity(arch(21, 0.25), (1, 0, 0), control="mean")
     assert not any("no linkage" in text for text in exact.warnings)

@@ -87,28 +87,37 @@ def trial_state_at(
     TrialState
         All closed contacts stick.
     """
-    structure, assembly = linkage.structure, linkage.assembly
+    structure = linkage.structure
     if linkage.control is not None:
-        parameter = linkage.control.value(assembly, pose)
+        parameter = linkage.control.value(linkage.assembly, pose)
     tolerance = _closed_gap(linkage, pose, residual_gap, macro_blocks)
-    contacts = linkage.contacts
+    linkage = _with_active_set(linkage, pose, parameter, tolerance)
+    gap = gaps(linkage.assembly, linkage.contacts, pose, parameter)[linkage.sticking]
+    trial = TrialState(linkage, pose, parameter, NOT_SOLVED, float(gap.max(initial=0.0)), macro_blocks)
+    if structure.live is not None:
+        return with_limit_state(trial, guess, macro_blocks)
+    return replace(trial, limit=settling_state(trial.configuration, guess=guess, rough=True), macro_blocks=None)
+
+
+def _with_active_set(linkage: Linkage, pose: Pose, parameter: float, tolerance: Floats) -> Linkage:
+    """The linkage whose sticking contacts are all that are closed at a pose, to a tolerance for each joint [m].
+
+    Joints that have slid get new contact points: faces the corners of their overlap, edges and corners the points that
+    meet.
+    """
+    contacts, assembly, interfaces = linkage.contacts, linkage.assembly, linkage.structure.interfaces
     closed = gaps(assembly, contacts, pose, parameter) <= tolerance[contacts.joint]
     points = pair_points(assembly, contacts, pose, parameter)
     slip = np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
     joints = np.unique(contacts.joint[closed & (slip > CORNER_TOLERANCE * float(assembly.size.max()))])
-    has_area = structure.interfaces.area[joints] > 0
+    has_area = interfaces.area[joints] > 0
     if has_area.any():
-        contacts = with_overlap_points(assembly, structure.interfaces, contacts, joints[has_area], pose, parameter)
+        contacts = with_overlap_points(assembly, interfaces, contacts, joints[has_area], pose, parameter)
         closed = gaps(assembly, contacts, pose, parameter) <= tolerance[contacts.joint]
     on_edges = np.flatnonzero(closed & np.isin(contacts.joint, joints[~has_area]))
     if len(on_edges):
         contacts = rejoined(assembly, contacts, on_edges, pose, parameter)
-    linkage = replace(linkage, contacts=contacts, sticking=closed, sliding=np.zeros_like(closed))
-    largest = float(gaps(assembly, contacts, pose, parameter)[closed].max(initial=0.0))
-    trial = TrialState(linkage, pose, parameter, NOT_SOLVED, largest, macro_blocks)
-    if structure.live is not None:
-        return with_limit_state(trial, guess, macro_blocks)
-    return replace(trial, limit=settling_state(trial.configuration, guess=guess, rough=True), macro_blocks=None)
+    return replace(linkage, contacts=contacts, sticking=closed, sliding=np.zeros_like(closed))
 
 
 def _closed_gap(linkage: Linkage, pose: Pose, residual_gap: Floats, macro_blocks: Ints | None) -> Floats:

@@ -103,9 +103,9 @@ def warnings_on_steps(states: Sequence[PathState], assembly: Assembly) -> list[s
     if not stepped:
         return []
     start, largest = min(stepped)[0], max(gap for _, gap in stepped)
-    text = f"no linkage from {start:.4g} m on, but followed by finite steps"
+    text = f"the mechanism is no linkage from {start:.4g} m on and is followed by finite steps"
     if largest > CORNER_TOLERANCE * float(assembly.size.max()):
         text += f". Contacts that are open by up to {1e3 * largest:.2g} mm count as closed"
     if any(state.macro_blocks for state in states):
-        text += ". Blocks that move together are macro-blocks; their falls depend on the length of the steps"
-    return [f"{text}. Use more steps to see the error"]
+        text += ". Blocks that move together are condensed to macro-blocks, and falls depend on the length of the steps"
+    return [f"{text}. More steps show the error"]
