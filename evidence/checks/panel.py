@@ -24,7 +24,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 from blockstat import CapacityCurve, capacity
-from blockstat.large_displacement.pose import places
+from blockstat.large_displacement.displaced.pose import displaced_points
 from blockstat.typing import Floats
 from evidence import results
 from evidence.references.walls import wall
@@ -138,7 +138,7 @@ def ours(head_friction: float | None) -> Floats:
     curve: CapacityCurve = capacity(asm, (1, 0, 0), steps=60)
     corner = int(np.argmax(asm.vertices @ np.array([1.0, 0.0, 1.0])))
     block, point = asm.vertex_block[[corner]], asm.vertices[[corner]]
-    moved = [float((places(asm, at.pose, block, point) - point)[0, 0]) for at in curve.points]
+    moved = [float((displaced_points(asm, at.pose, block, point) - point)[0, 0]) for at in curve.points]
     return np.stack([moved, curve.upper], axis=1)
 
 

@@ -21,7 +21,7 @@ from time import process_time
 import numpy as np
 
 from blockstat import Assembly, CapacityCurve, InputError, capacity, find_interfaces
-from blockstat.large_displacement.pose import displaced, places
+from blockstat.large_displacement.displaced.pose import displaced_assembly, displaced_points
 from dynsim import Settings, simulate
 from evidence import results
 from evidence.references.walls import wall
@@ -100,7 +100,7 @@ class Row:
 def goes(curve: CapacityCurve, point: int, multiplier: float, direction: tuple[float, float, float]) -> float:
     """Which way Bullet goes from a pose of the curve under a multiple of the load: -1 back, 1 on, 0 where it stays."""
     asm, pose = curve.assembly, curve.points[point].pose
-    there = displaced(asm, pose)
+    there = displaced_assembly(asm, pose)
     mass = asm.mass * ~asm.support
     weight = float(np.linalg.norm(asm.gravity)) * mass
     loads = np.zeros((asm.n_blocks, 6))
@@ -164,7 +164,7 @@ def panel() -> list[list[object]]:
     curve = capacity(asm, (1, 0, 0), steps=60)
     corner = int(np.argmax(asm.vertices @ np.array([1.0, 0.0, 1.0])))
     block, corners = asm.vertex_block[[corner]], asm.vertices[[corner]]
-    top = np.array([(places(asm, point.pose, block, corners) - corners)[0, 0] for point in curve.points])
+    top = np.array([(displaced_points(asm, point.pose, block, corners) - corners)[0, 0] for point in curve.points])
     lines: list[list[object]] = []
     for there in PLACES:
         point = int(np.argmin(np.abs(top - there)))

@@ -46,8 +46,9 @@ if TYPE_CHECKING:
     from blockstat.io.files import write
     from blockstat.io.scene_text import scene_text
     from blockstat.joint import JointLaw, Tie
-    from blockstat.large_displacement.capacity_curve import CapacityCurve, CapacityOutcome, CapacityPoint, capacity
-    from blockstat.large_displacement.path import PathEvent
+    from blockstat.large_displacement.capacity_analysis import capacity
+    from blockstat.large_displacement.capacity_curve import CapacityCurve, CapacityOutcome, CapacityPoint
+    from blockstat.large_displacement.linkage.path import PathEvent
     from blockstat.loading.cases import LoadCase, load_case, load_cases
     from blockstat.loading.ground import dispersed_load, fill_load, fluid_pressure
     from blockstat.loading.on_faces import body_load, line_load, patch_load, surface_load
@@ -185,8 +186,9 @@ _HOMES = {
         "joint": "JointLaw Tie",
         "loading.on_faces": "body_load line_load patch_load surface_load",
         "loading.ground": "dispersed_load fill_load fluid_pressure",
-        "large_displacement.capacity_curve": "CapacityCurve CapacityOutcome CapacityPoint capacity",
-        "large_displacement.path": "PathEvent",
+        "large_displacement.capacity_analysis": "capacity",
+        "large_displacement.capacity_curve": "CapacityCurve CapacityOutcome CapacityPoint",
+        "large_displacement.linkage.path": "PathEvent",
         "loading.cases": "LoadCase load_case load_cases",
         "proof.proof_file": "ProofFile ProofOutcome prove prove_limit prove_verdict",
         "reinforcement.ties": "TieOutcome TieRange anchor_plate tendon_load tie_gain tie_range",

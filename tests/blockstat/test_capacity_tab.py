@@ -15,8 +15,8 @@ from blockstat.app.capacity_tab.panel import CapacityPanel
 from blockstat.app.capacity_tab.trace import CLICKED, MOST, MOST_NAMES, Event, Finished, Seen, Trace, controls, told
 from blockstat.app.design import open_model
 from blockstat.app.server import running
-from blockstat.large_displacement.path import PathEvent
-from blockstat.large_displacement.steps import Left
+from blockstat.large_displacement.finite_steps.fall import FallenBlocks
+from blockstat.large_displacement.linkage.path import PathEvent
 from blockstat.view.settling import film_times
 from blockstat.view.three_d.dress import AT_REST
 from browser import CHAPEL, axe_path, live
@@ -214,7 +214,7 @@ def test_jumps_and_blocks_that_left_are_marked():
     names = ("ground", "<b>", *(f"stone{k}" for k in range(6)))
     trace = bare([(0.0, 0.3, 0.3), (0.1, 0.2, 0.2)])
     trace.take(told(PathEvent("jump", 0.05, 0.25, 0.2, (0,), ()), names))
-    trace.take(told(Left(0.09, np.arange(1, 8)), names))
+    trace.take(told(FallenBlocks(0.09, np.arange(1, 8)), names))
     assert [(event.kind, event.displacement) for event in trace.events] == [("jump", 0.05), ("left", 0.09)]
     assert "from 0.25 g to 0.2 g" in trace.notes()
     assert "&lt;b&gt;, stone0, stone1, stone2 and 3 more" in trace.notes()

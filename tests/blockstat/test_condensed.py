@@ -7,7 +7,7 @@ import pytest
 
 from blockstat.analysis.problem import pose
 from blockstat.contact.interfaces import GAP
-from blockstat.large_displacement.place import refined
+from blockstat.large_displacement.statics.macro_blocks import common_refinement
 from blockstat.program.condensed import Bodies, moving_as_one
 from evidence.scenes.small import u_wall
 
@@ -50,6 +50,6 @@ def test_blocks_move_as_one_where_no_point_of_their_joint_moves():
     assert moving_as_one(support, pair, rate, 1.5e-4).tolist() == [0, -1, 1, 1, 2]
 
 
-def test_refined_bodies_are_of_blocks_that_are_one_in_both_and_rest_where_both_rest():
-    assert refined(np.array([-1, -1, 0, 0, 1]), np.array([-1, 0, 0, 1, 1])).tolist() == [-1, 0, 1, 2, 3]
-    assert refined(np.array([0, 0, 1]), np.array([1, 1, 0])).tolist() == [0, 0, 1]
+def test_macro_blocks_of_a_common_refinement_are_of_blocks_that_are_one_in_both_and_rest_where_both_rest():
+    assert common_refinement(np.array([-1, -1, 0, 0, 1]), np.array([-1, 0, 0, 1, 1])).tolist() == [-1, 0, 1, 2, 3]
+    assert common_refinement(np.array([0, 0, 1]), np.array([1, 1, 0])).tolist() == [0, 0, 1]

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from blockstat import Assembly, Block, InputError, JointLaw, Tie, box, capacity, model, settle_to_collapse
-from blockstat.large_displacement.path import Follower, PathEnd
+from blockstat.large_displacement.linkage.follower import LinkageFollower
+from blockstat.large_displacement.linkage.path import PathEnd
 from blockstat.model import assemble
 from evidence.scenes.small import running_bond
 
@@ -358,7 +359,7 @@ def test_arches_on_spreading_supports_fall_where_three_hinges_carry_no_more(shap
 
 @pytest.mark.parametrize("shape", [(10, 0.15), (20, 0.20)], ids=str)
 def test_finite_steps_alone_lead_an_arch_to_where_its_linkage_falls(shape, monkeypatch):
-    monkeypatch.setattr(Follower, "follow", lambda *_: iter([PathEnd.LOST]))
+    monkeypatch.setattr(LinkageFollower, "follow", lambda *_: iter([PathEnd.LOST]))
     ring = arch(*shape)
     start, _, opening = SPREADING[shape]
     found = settle_to_collapse(ring, {"right": (1, 0, 0)})

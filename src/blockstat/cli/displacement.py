@@ -72,7 +72,7 @@ def capacity_command(
     as_json: AsJson = False,
 ) -> None:
     """Follow the mechanism of a limit load: multiplier against displacement. Interrupted, it keeps what is done."""
-    from blockstat.large_displacement.capacity_curve import capacity
+    from blockstat.large_displacement.capacity_analysis import capacity
     from blockstat.view.settling import film_path, plot_capacity, write_path
 
     film = None if film is None else film_path(film)

@@ -11,14 +11,18 @@ import numpy as np
 from blockstat.analysis.verdict import corner_speed
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
-from blockstat.large_displacement.contacts import Contacts, first_contacts, gaps
-from blockstat.large_displacement.jump import statuses
-from blockstat.large_displacement.linkage import Linkage
-from blockstat.large_displacement.loading import Structure, loading
-from blockstat.large_displacement.path import Begin, Follower, PathEvent, State
-from blockstat.large_displacement.pose import Pose, rest
-from blockstat.large_displacement.statics import settled
-from blockstat.large_displacement.steps import Left, follow, of_steps
+from blockstat.large_displacement.displaced.contact_pairs import gaps
+from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED_AT_REST, contact_status
+from blockstat.large_displacement.displaced.loads import read_loads
+from blockstat.large_displacement.displaced.pose import Pose, rest_pose
+from blockstat.large_displacement.displaced.structure import Structure
+from blockstat.large_displacement.finite_steps.fall import FallenBlocks
+from blockstat.large_displacement.finite_steps.whole_path import follow_path, warnings_on_steps
+from blockstat.large_displacement.linkage.follower import LinkageFollower
+from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_rest
+from blockstat.large_displacement.linkage.path import PathEvent, PathState
+from blockstat.large_displacement.linkage.state_solver import StateSolver
+from blockstat.large_displacement.statics.settling_state import settling_state
 from blockstat.result import Result, Sentence, plain
 from blockstat.studies.foundations import Settlement, settle
 from blockstat.typing import Floats
@@ -26,13 +30,15 @@ from blockstat.typing import Floats
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
-#: Contacts that move apart at less than this in the first mechanism, relative to the supports, stick.
-STILL = 1e-5
-#: How far from rest the mechanism that leaves it is looked for, relative to the size of the assembly, and how often.
-#: There, mechanisms of the same energy at rest differ by about that part of it. Programs are solved to 1e-8, so of the
-#: dearer ones 1e-8 / NEAR is left, which must not be more than STILL.
-NEAR, TRIALS = 1e-8 / STILL, 5
-#: Lengths below this fraction of the largest block are rounding.
+#: How far from rest the mechanism that leaves it is looked for. Relative to the extent of the assembly. There,
+#: mechanisms of the same energy at rest differ in energy by about that part of it. Programs are solved to 1e-8, so a
+#: part 1e-8 / NEAR_REST of the mechanisms of more energy is left in the answer, which must stay below the speed at
+#: which contacts stick.
+NEAR_REST = 1e-8 / STICKING_SPEED_AT_REST
+#: How often that is repeated at most. Chosen: it settles after one or two.
+MAX_TRIALS = 5
+#: Openings and movements below this are rounding. Relative to the largest block. Chosen: far above rounding, far below
+#: any crack.
 ROUNDING = 1e-9
 
 
@@ -204,70 +210,65 @@ def settle_to_collapse(
     collapse 0.109
     """
     assembly = assembly if friction is None else assembly.with_(friction=friction)
-    dead, start = loading(assembly, loads), rest(assembly)
-    at_rest = dead.at(assembly, start)
+    dead, start = read_loads(assembly, loads), rest_pose(assembly)
+    at_rest = dead.wrenches(assembly, start)
     first = settle(assembly, moves, loads=at_rest, gap=gap, interfaces=interfaces, solver=solver)
     structure = Structure(first.assembly, first.interfaces, dead, None, solver)
     motion = np.where(first.assembly.support[:, None], 0.0, first.mechanism) / first.displacement
-    linkage = _linkage(first, motion)
+    linkage = linkage_at_rest(structure, motion, None, drive=_drive(first))
     size = float(np.ptp(assembly.vertices[~assembly.support[assembly.vertex_block]], axis=0).max())
     end = size if displacement is None else displacement
-
-    def value(pose: Pose, rate: Floats) -> float:
-        return float((structure.dead_load(pose) * rate).sum()) + structure.tie_work(pose, rate)
-
-    def begin(there: Linkage, pose: Pose, parameter: float, still: float) -> tuple[Linkage, Floats] | None:
-        found = settled(structure, there.contacts, there.pinned | there.sliding, pose, parameter)
-        if found.multiplier is None:
-            return None
-        pinned, sliding = statuses(there, pose, parameter, found.motion, drive=1.0, still=still, lift=found.lift)
-        return replace(there, pinned=pinned, sliding=sliding), found.motion
-
-    follower = Follower(structure, value, begin, end, end / steps, tolerance, ends_at_zero=False)
-    linkage, motion = _leaving(begin, linkage, start, motion, size)
-    if linkage.pinned.all():
-        states, events, outcome = [follower.first(linkage, start, motion)], [], PathOutcome.FOLLOWS
-    else:
-        states, events, outcome = _followed(follower, linkage, start, motion, progress)
-    return _path(first, structure, [state for state in states if state is not None], events, outcome)
+    states = StateSolver(structure, structure.dead_power)
+    follower = LinkageFollower(states, _settling_mechanism, end, end / steps, tolerance, ends_at_zero=False)
+    linkage, motion = _mechanism_that_leaves_rest(linkage, start, motion, size)
+    if linkage.sticking.all():
+        whole = states.first(linkage, start, motion)
+        return _path(first, structure, [] if whole is None else [whole], [], PathOutcome.FOLLOWS)
+    return _path(first, structure, *_followed(follower, linkage, start, motion, progress))
 
 
-def _linkage(first: Settlement, motion: Floats) -> Linkage:
-    """The linkage of the first mechanism, on supports that move."""
-    assembly, faces = first.assembly, first.interfaces
-    contacts = first_contacts(assembly, faces)
-    drive = np.zeros((contacts.number, 2, 3))
+def _drive(first: Settlement) -> Floats:
+    """Movement of the sides of each joint by a unit movement of the supports, shape (n_interfaces, 2, 3)."""
+    drive = np.zeros((first.interfaces.n_interfaces, 2, 3))
+    side = first.assembly.support[first.interfaces.pair]
     for part in first.foundations:
-        own = np.isin(contacts.joint, part.joints)
-        side = assembly.support[contacts.pair]
+        own = np.isin(np.arange(len(drive)), part.joints)
         drive[own[:, None] & side] = part.displacement / first.displacement
-    contacts = replace(contacts, drive=drive)
-    everything = np.ones(contacts.number, dtype=bool)
-    endless = np.array([k for k, tie in enumerate(assembly.ties) if np.isinf(tie.greatest)], dtype=np.int64)
-    whole = Linkage(assembly, contacts, everything, ~everything, endless, None)
-    pinned, sliding = statuses(whole, rest(assembly), 0.0, motion, drive=1.0, still=STILL)
-    return replace(whole, pinned=pinned, sliding=sliding)
+    return drive
 
 
-def _leaving(begin: Begin, linkage: Linkage, start: Pose, motion: Floats, size: float) -> tuple[Linkage, Floats]:
-    """The mechanism that leaves rest: next to rest, where it has led itself, it is the mechanism still.
+def _settling_mechanism(
+    linkage: Linkage, pose: Pose, parameter: float, sticking_speed: float
+) -> tuple[Linkage, Floats] | None:
+    """The mechanism that begins at a pose: the motion of least potential energy on supports that move."""
+    here = linkage.configuration(pose, parameter)
+    found = settling_state(here)
+    if found.multiplier is None:
+        return None
+    sticking, sliding = contact_status(here, found.mechanism, 1.0, sticking_speed=sticking_speed, opening=found.opening)
+    return replace(linkage, sticking=sticking, sliding=sliding), found.mechanism
 
-    At rest several may have the least potential energy: a symmetrical thrust line touches more joints than open.
+
+def _mechanism_that_leaves_rest(linkage: Linkage, start: Pose, motion: Floats, size: float) -> tuple[Linkage, Floats]:
+    """The mechanism that is still the one of least energy at the pose near rest to which it has led.
+
+    At rest several mechanisms may have the least potential energy: the thrust line of a symmetrical arch touches more
+    edges than there are hinges in a mechanism.
     """
-    everything = np.ones(linkage.contacts.number, dtype=bool)
-    whole = replace(linkage, pinned=everything, sliding=~everything)
-    found = begin(whole, start, 0.0, STILL)
+    closed = np.ones(linkage.contacts.number, dtype=bool)
+    whole = replace(linkage, sticking=closed, sliding=~closed)
+    found = _settling_mechanism(whole, start, 0.0, STICKING_SPEED_AT_REST)
     linkage, motion = found or (linkage, motion)
-    for _ in range(0 if linkage.sliding.any() else TRIALS):
+    for _ in range(0 if linkage.sliding.any() else MAX_TRIALS):
         speed = float(corner_speed(linkage.assembly, motion).max(initial=0.0))
         if not speed:
             break
-        length = NEAR * size / speed
-        near = linkage.shifted(start, length * linkage.of_bodies(motion), linkage.origins(start))
-        found = begin(whole, near, length, STILL)
-        if found is None or found[0].sliding.any():  # contact points of what slides are not those of rest
+        length = NEAR_REST * size / speed
+        near = linkage.moved(start, length * linkage.body_motions(motion), linkage.origins(start))
+        found = _settling_mechanism(whole, near, length, STICKING_SPEED_AT_REST)
+        if found is None or found[0].sliding.any():  # contact points of joints that slide are not those of rest
             break
-        same = (found[0].pinned == linkage.pinned).all() and (found[0].sliding == linkage.sliding).all()
+        same = (found[0].sticking == linkage.sticking).all() and (found[0].sliding == linkage.sliding).all()
         linkage, motion = found
         if same:
             break
@@ -275,21 +276,25 @@ def _leaving(begin: Begin, linkage: Linkage, start: Pose, motion: Floats, size: 
 
 
 def _followed(
-    follower: Follower, linkage: Linkage, pose: Pose, motion: Floats, progress: Callable[[float, float], None] | None
-) -> tuple[list[State | None], list[PathEvent], PathOutcome]:
-    """All states and events, and how it ends; what is done when it is interrupted stays."""
-    states: list[State | None] = []
+    follower: LinkageFollower,
+    linkage: Linkage,
+    pose: Pose,
+    motion: Floats,
+    progress: Callable[[float, float], None] | None,
+) -> tuple[list[PathState], list[PathEvent], PathOutcome]:
+    """All states and events and how the path ends, or what was found of it when it was interrupted."""
+    states: list[PathState] = []
     events: list[PathEvent] = []
     outcome = PathOutcome.INTERRUPTED
     try:
-        for item in follow(follower, linkage, pose, motion, change=np.inf):
-            if isinstance(item, State):
+        for item in follow_path(follower, linkage, pose, motion, change=np.inf):
+            if isinstance(item, PathState):
                 states.append(item)
                 if progress is not None:
-                    progress(item.motion.parameter, item.motion.value)
+                    progress(item.point.parameter, item.point.value)
             elif isinstance(item, PathEvent):
                 events.append(item)
-            elif not isinstance(item, Left):
+            elif not isinstance(item, FallenBlocks):
                 outcome = PathOutcome[item.name]
     except KeyboardInterrupt:
         if not states:
@@ -297,29 +302,34 @@ def _followed(
     return states, events, outcome
 
 
+def _openings(state: PathState, n_interfaces: int) -> Floats:
+    """Largest opening of each joint, shape (n_interfaces,) [m]."""
+    linkage, point = state.linkage, state.point
+    gap = gaps(linkage.assembly, linkage.contacts, point.pose, point.parameter)
+    width = np.zeros(n_interfaces)
+    np.maximum.at(width, linkage.contacts.joint, np.where(linkage.closed, 0.0, np.maximum(gap, 0.0)))
+    return width
+
+
 def _path(
-    first: Settlement, structure: Structure, states: Sequence[State], events: Sequence[PathEvent], outcome: PathOutcome
+    first: Settlement,
+    structure: Structure,
+    states: Sequence[PathState],
+    events: Sequence[PathEvent],
+    outcome: PathOutcome,
 ) -> SettlementPath:
     if not states:
         raise InputError(f'"{first.assembly.name}": the blocks are jammed between the moving supports')
-    widths = []
-    for state in states:
-        contacts: Contacts = state.linkage.contacts
-        gap = gaps(structure.assembly, contacts, state.motion.pose, state.motion.parameter)
-        gap = np.where(state.linkage.pinned | state.linkage.sliding, 0.0, np.maximum(gap, 0.0))
-        width = np.zeros(first.interfaces.n_interfaces)
-        np.maximum.at(width, contacts.joint, gap)
-        widths.append(width)
-    warnings = [*first.warnings, *of_steps(states, structure.assembly)]
+    warnings = [*first.warnings, *warnings_on_steps(states, structure.assembly)]
     if structure.assembly.joints and any(law.compression is not None for law in structure.assembly.joints):
         warnings.append("crushing at hinges is not followed")
     return SettlementPath(
         outcome=outcome,
         first=first,
-        displacement=np.array([state.motion.parameter for state in states]),
-        reaction=np.array([state.motion.value for state in states]),
-        openings=np.array(widths),
-        poses=tuple(state.motion.pose for state in states),
+        displacement=np.array([state.point.parameter for state in states]),
+        reaction=np.array([state.point.value for state in states]),
+        openings=np.array([_openings(state, first.interfaces.n_interfaces) for state in states]),
+        poses=tuple(state.point.pose for state in states),
         events=tuple(events),
         warnings=tuple(warnings),
     )

@@ -7,7 +7,7 @@ from blockstat.app.background import Channel, Refused
 from blockstat.app.capacity_tab.trace import Event, Finished, told
 from blockstat.app.design import PUSHES
 from blockstat.errors import InputError
-from blockstat.large_displacement.capacity_curve import capacity
+from blockstat.large_displacement.capacity_analysis import capacity
 
 
 def follow_curve(channel: Channel, verdict: Verdict, push: str, control: str | None) -> None:

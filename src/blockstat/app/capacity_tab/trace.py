@@ -10,8 +10,8 @@ import numpy as np
 
 from blockstat.assembly import Assembly
 from blockstat.large_displacement.capacity_curve import CapacityPoint
-from blockstat.large_displacement.path import PathEvent
-from blockstat.large_displacement.steps import Left
+from blockstat.large_displacement.finite_steps.fall import FallenBlocks
+from blockstat.large_displacement.linkage.path import PathEvent
 from blockstat.result import millimetres, plain
 from blockstat.typing import Floats
 from blockstat.view.painter import posed
@@ -197,12 +197,12 @@ class Trace:
         return "".join(f"<div>{escape(row)}</div>" for row in rows)
 
 
-def told(item: CapacityPoint | PathEvent | Left, names: Sequence[str]) -> Seen | Event:
+def told(item: CapacityPoint | PathEvent | FallenBlocks, names: Sequence[str]) -> Seen | Event:
     """Return what the page is told of something on the path.
 
     Parameters
     ----------
-    item : CapacityPoint, PathEvent or Left
+    item : CapacityPoint, PathEvent or FallenBlocks
         As `blockstat.capacity` tells it.
     names : sequence of str
         Of the blocks.

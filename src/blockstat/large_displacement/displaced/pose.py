@@ -1,4 +1,11 @@
-"""Where displaced blocks are: a finite rotation and a displacement of the centroid for each of them."""
+"""The pose of displaced blocks: a finite rotation of each block and a displacement of its centroid.
+
+A point of a block that is at X at rest, with the centroid at C, is displaced to
+
+    x = C + d + R (X - C),
+
+where d is the displacement of the centroid [m] and R the rotation.
+"""
 
 from __future__ import annotations
 
@@ -15,14 +22,30 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """The positions of all blocks against those of the file."""
+    """The positions of all blocks relative to the assembly at rest."""
 
-    rotation: Floats  #: shape (n_blocks, 3, 3)
+    rotation: Floats  #: rotation matrices, shape (n_blocks, 3, 3)
     displacement: Floats  #: of the centroids, shape (n_blocks, 3) [m]
 
+    def centroids(self, assembly: Assembly) -> Floats:
+        """Return the displaced centroids.
 
-def rest(assembly: Assembly) -> Pose:
-    """Return the pose in which nothing has moved.
+        Parameters
+        ----------
+        assembly
+            The blocks at rest.
+
+        Returns
+        -------
+        Floats
+            Shape (n_blocks, 3) [m].
+        """
+        displaced: Floats = assembly.centroid + self.displacement
+        return displaced
+
+
+def rest_pose(assembly: Assembly) -> Pose:
+    """Return the pose in which no block has moved.
 
     Parameters
     ----------
@@ -37,8 +60,8 @@ def rest(assembly: Assembly) -> Pose:
     return Pose(np.tile(np.eye(3), (assembly.n_blocks, 1, 1)), np.zeros((assembly.n_blocks, 3)))
 
 
-def places(assembly: Assembly, pose: Pose, block: Ints, point: Floats) -> Floats:
-    """Return where points of blocks have gone.
+def displaced_points(assembly: Assembly, pose: Pose, block: Ints, point: Floats) -> Floats:
+    """Return the displaced positions of material points.
 
     Parameters
     ----------
@@ -49,7 +72,7 @@ def places(assembly: Assembly, pose: Pose, block: Ints, point: Floats) -> Floats
     block
         The block of each point, shape (n,).
     point
-        Where the points are at rest, shape (n, 3) [m].
+        Positions at rest, shape (n, 3) [m].
 
     Returns
     -------
@@ -60,8 +83,8 @@ def places(assembly: Assembly, pose: Pose, block: Ints, point: Floats) -> Floats
     return assembly.centroid[block] + pose.displacement[block] + np.einsum("nij,nj->ni", pose.rotation[block], arm)
 
 
-def origins(assembly: Assembly, pose: Pose, block: Ints, place: Floats) -> Floats:
-    """Return where points of blocks are at rest, given where they have gone: the inverse of `places`.
+def points_at_rest(assembly: Assembly, pose: Pose, block: Ints, point: Floats) -> Floats:
+    """Return the positions at rest of material points whose displaced positions are given.
 
     Parameters
     ----------
@@ -71,20 +94,20 @@ def origins(assembly: Assembly, pose: Pose, block: Ints, place: Floats) -> Float
         Their pose.
     block
         The block of each point, shape (n,).
-    place
-        Where the points are, shape (n, 3) [m].
+    point
+        Displaced positions, shape (n, 3) [m].
 
     Returns
     -------
     Floats
-        Shape (n, 3) [m].
+        Shape (n, 3) [m]: the inverse of `displaced_points`.
     """
-    arm = place - assembly.centroid[block] - pose.displacement[block]
+    arm = point - assembly.centroid[block] - pose.displacement[block]
     return assembly.centroid[block] + np.einsum("nji,nj->ni", pose.rotation[block], arm)
 
 
-def turned(rotation: Floats) -> Floats:
-    """Return the matrices of rotation vectors (Rodrigues).
+def rotation_matrices(rotation: Floats) -> Floats:
+    """Return the matrices of rotation vectors by Rodrigues' formula.
 
     Parameters
     ----------
@@ -101,8 +124,8 @@ def turned(rotation: Floats) -> Floats:
     return Rotation.from_rotvec(rotation).as_matrix()
 
 
-def displaced(assembly: Assembly, pose: Pose) -> Assembly:
-    """Return the assembly with its blocks and ties where they have gone.
+def displaced_assembly(assembly: Assembly, pose: Pose) -> Assembly:
+    """Return the assembly with its blocks and ties in their displaced positions.
 
     Parameters
     ----------
@@ -119,7 +142,7 @@ def displaced(assembly: Assembly, pose: Pose) -> Assembly:
     ties = []
     for tie in assembly.ties:
         pair = assembly.blocks_named(tie.between, tie.label)
-        ends = places(assembly, pose, pair, np.asarray(tie.points, dtype=float))
+        ends = displaced_points(assembly, pose, pair, np.asarray(tie.points, dtype=float))
         ties.append(replace(tie, points=(ends[0].tolist(), ends[1].tolist())))
-    vertices = places(assembly, pose, assembly.vertex_block, assembly.vertices)
+    vertices = displaced_points(assembly, pose, assembly.vertex_block, assembly.vertices)
     return replace(assembly, vertices=vertices, ties=tuple(ties))

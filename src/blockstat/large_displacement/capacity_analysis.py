@@ -1,0 +1,287 @@
+"""The capacity analysis: from the limit load along the mechanism until the multiplier is zero."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from time import process_time
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from blockstat.analysis.assess import FLOWS
+from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, limit_load
+from blockstat.contact.interfaces import GAP, Interfaces
+from blockstat.contact.point_law import last_law
+from blockstat.errors import InputError, check_choice, known_options
+from blockstat.large_displacement.capacity_curve import CapacityCurve, CapacityOutcome, CapacityPoint
+from blockstat.large_displacement.displaced.contact_status import contact_status
+from blockstat.large_displacement.displaced.control import read_control
+from blockstat.large_displacement.displaced.loads import read_loads
+from blockstat.large_displacement.displaced.pose import Pose, rest_pose
+from blockstat.large_displacement.displaced.structure import Structure
+from blockstat.large_displacement.finite_steps.fall import FallenBlocks
+from blockstat.large_displacement.finite_steps.whole_path import follow_path, warnings_on_steps
+from blockstat.large_displacement.linkage.follower import LinkageFollower
+from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_rest
+from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState
+from blockstat.large_displacement.linkage.state_solver import StateSolver
+from blockstat.large_displacement.statics.limit_state import associated_limit
+from blockstat.solve.dispatch import CHOICES
+from blockstat.typing import Floats
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: Step with which the slope of the curve at rest is measured. Relative to the largest step. Chosen: large enough for
+#: the change of the multiplier to be above rounding.
+SLOPE_STEP = 1e-4
+#: What is told of a curve while it is followed.
+Item = CapacityPoint | PathEvent | FallenBlocks
+
+
+@known_options
+def capacity(
+    assembly: Assembly,
+    load: Any,
+    *,
+    control: str | int | tuple[str | int, Sequence[float]] | None = None,
+    loads: Any = None,
+    friction: float | None = None,
+    flow: str = "coulomb",
+    gap: float | str = GAP,
+    interfaces: Interfaces | None = None,
+    displacement: float | None = None,
+    steps: int = 30,
+    tolerance: float = 1e-4,
+    solver: str = "auto",
+    progress: Callable[[float, float], None] | None = None,
+    each: Callable[[CapacityPoint | PathEvent | FallenBlocks], None] | None = None,
+) -> CapacityCurve:
+    """Follow the mechanism of a limit load to large displacements: multiplier against displacement.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks, their supports, friction, ties and joint laws.
+    load : array_like or sequence
+        The load that the multiplier multiplies: three numbers, the direction of an acceleration as strong as gravity, a
+        wrench on each block, shape (n_blocks, 6) [N, N m], or a sequence of (block, point, force). Forces keep their
+        direction and their point of application on the block; those of an acceleration and of wrenches act at
+        centroids.
+    control : str, int or (block, point), optional
+        The point whose displacement along the load the curve is drawn against. A block means its centroid, a group the
+        centroid of all its mass, a block and a point that point of it [m]. "mean" is the mean of all displacements
+        weighted by the load, which is conjugate to it. By default it is the corner that moves most along the load when
+        motion begins; of several such corners, the one that moves most in all.
+    loads : array_like or sequence, optional
+        Permanent loads besides the weight, given like `load`, but no acceleration.
+    friction, gap, interfaces, solver : optional
+        As in `blockstat.limit_load`.
+    flow : str, optional
+        "coulomb": joints slide without opening (non-associated flow). "associated": they open by friction times slip as
+        they slide.
+    displacement : float, optional
+        Where to stop [m]; by default where the multiplier is zero.
+    steps : int, optional
+        About how many points the curve has. Steps become shorter where it bends.
+    tolerance : float, optional
+        Largest deviation of the curve from straight lines between points, relative to the multiplier where a piece
+        begins. Changes of the mechanism are located to a hundredth of it, relative to a step.
+    progress : callable, optional
+        Called with displacement and multiplier at each point.
+    each : callable, optional
+        Called with each point, each change of the mechanism and all blocks that fall out, in order and as soon as they
+        are known. So they are kept whatever happens to the rest. Of two changes at one place the curve keeps the last.
+
+    Returns
+    -------
+    CapacityCurve
+        If it was interrupted, up to there.
+
+    Raises
+    ------
+    InputError
+        When there is no limit load, for a control that does not move, or for a law that is not followed.
+
+    References
+    ----------
+    Circolare 21 gennaio 2019, n. 7 C.S.LL.PP., C8.7.1.2.1. Livesley: Limit analysis of structures formed from rigid
+    blocks, 1978.
+
+    Notes
+    -----
+    At each point forces at the displaced geometry prove the lower bound, and the mechanism there proves the upper one.
+    Several admissible states may exist at one displacement. The one that is followed leaves rest continuously. At a
+    jump it falls along the joint that newly opens, at constant displacement, until a joint closes. Where the mechanism
+    is no linkage, it is followed by finite steps (`large_displacement.finite_steps`): the pose then depends on their
+    length, and a curve with more `steps` shows by how much.
+
+    Examples
+    --------
+    A block of 0.5 m by 2 m turns about its toe: tan(angle of its diagonal less its turn), zero when that is vertical.
+
+    >>> from blockstat import Assembly, box, capacity
+    >>> blocks = [box((-2, -2, -1), (3, 3, 0), name="ground"), box((0, 0, 0), (0.5, 1, 2), name="block")]
+    >>> curve = capacity(Assembly.from_blocks(blocks, supports=["ground"]), (1, 0, 0), control="block")
+    >>> print(curve.outcome.word, f"{curve.lower[0]:.6f} {curve.displacement[-1]:.6f}")
+    zero 0.250000 0.250000
+    """
+    began = process_time()
+    check_choice("solver", solver, CHOICES)
+    check_choice("flow", flow, FLOWS)
+    _check_numbers(steps=steps, tolerance=tolerance, displacement=displacement)
+    assembly = assembly if friction is None else assembly.with_(friction=friction)
+    start = rest_pose(assembly)
+    dead, live = read_loads(assembly, loads), read_loads(assembly, load, live=True)
+    wrenches = live.wrenches(assembly, start), dead.wrenches(assembly, start)
+    limit = _checked_limit_load(assembly, *wrenches, gap, interfaces, solver)
+    structure = Structure(limit.assembly, limit.interfaces, dead, live, solver)
+    moved = read_control(limit, live, control)
+    linkage = linkage_at_rest(structure, limit.mechanism, moved, associated=flow == "associated")
+    states = StateSolver(structure, structure.multiplier)
+    step = _first_step(states, linkage, start, limit, displacement or np.inf, steps)
+    follower = LinkageFollower(states, _mechanism_of_limit_load, displacement or np.inf, step, tolerance)
+    record = _followed(follower, linkage, start, limit, steps, progress, each)
+    seconds = {"limit": limit.timings["total"], "total": process_time() - began}
+    return CapacityCurve(
+        outcome=record.outcome,
+        points=tuple(record.points),
+        events=tuple(record.events),
+        control=moved.name,
+        limit=limit,
+        warnings=_warnings(record, limit),
+        timings=seconds,
+    )
+
+
+def _check_numbers(*, steps: Any, tolerance: Any, displacement: Any) -> None:
+    if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or steps < 1:
+        raise InputError(f"steps is {steps!r}; it must be a whole number of at least 1")
+    if not (isinstance(tolerance, (int, float)) and 0 < tolerance <= 0.1):
+        raise InputError(f"tolerance is {tolerance!r}; it must be above 0 and at most 0.1")
+    if displacement is not None and not (isinstance(displacement, (int, float)) and 0 < displacement < np.inf):
+        raise InputError(f"displacement is {displacement!r}; it must be above 0")
+
+
+def _checked_limit_load(
+    assembly: Assembly, live: Floats, dead: Floats, gap: float | str, interfaces: Interfaces | None, solver: str
+) -> LimitLoad:
+    """The limit load, if it has a mechanism that can be followed."""
+    limit = limit_load(assembly, live, loads=dead, gap=gap, interfaces=interfaces, solver=solver)
+    if limit.outcome is LoadOutcome.UNBOUNDED:
+        raise InputError(f'"{assembly.name}" carries any multiple of the load: no mechanism to follow')
+    if limit.outcome is not LoadOutcome.LIMIT:
+        raise InputError(f'"{assembly.name}": no limit load to start from. {limit.outcome.value}')
+    if any(law is not None and law.compression is not None for law in last_law(limit.assembly, limit.interfaces)):
+        raise InputError("joints with compressive strength crush at their hinges, which is not followed; leave it out")
+    return limit
+
+
+def _mechanism_of_limit_load(
+    linkage: Linkage, pose: Pose, parameter: float, sticking_speed: float
+) -> tuple[Linkage, Floats] | None:
+    """The mechanism that begins at a pose: that of the limit load with associated flow at the displaced geometry."""
+    here = linkage.configuration(pose, parameter)
+    found = associated_limit(here)
+    if found is None:
+        return None
+    sticking, sliding = contact_status(here, found.mechanism, sticking_speed=sticking_speed)
+    return replace(linkage, sticking=sticking, sliding=sliding), found.mechanism
+
+
+def _first_step(states: StateSolver, linkage: Linkage, pose: Pose, limit: LimitLoad, end: float, steps: int) -> float:
+    """The largest step [m]: a part of the way to where the tangent at rest meets zero, or of the assembly's extent."""
+    extent = float(np.ptp(limit.assembly.vertices[~limit.assembly.support[limit.assembly.vertex_block]], axis=0).max())
+    largest = min(extent, end) / steps
+    state = states.first(linkage, pose, limit.mechanism)
+    if state is None:
+        assert linkage.control is not None
+        raise InputError(f"control: the {linkage.control.name} does not move the mechanism; choose another block")
+    if not state.forces.admissible:  # followed by finite steps, which become shorter where the multiplier changes much
+        return largest
+    probe = SLOPE_STEP * largest
+    ahead = states.point_at(state, probe)
+    slope = np.nan if ahead is None else (ahead.value - state.point.value) / probe
+    return min(largest, state.point.value / -slope / steps) if slope < 0 else largest
+
+
+@dataclass(eq=False)
+class _Record:
+    """What has been found of a curve."""
+
+    states: list[PathState] = field(default_factory=list)
+    points: list[CapacityPoint] = field(default_factory=list)
+    events: list[PathEvent] = field(default_factory=list)
+    fallen: list[FallenBlocks] = field(default_factory=list)
+    outcome: CapacityOutcome = CapacityOutcome.INTERRUPTED
+
+
+def _followed(
+    follower: LinkageFollower,
+    linkage: Linkage,
+    pose: Pose,
+    limit: LimitLoad,
+    steps: int,
+    progress: Callable[[float, float], None] | None,
+    each: Callable[[Item], None] | None,
+) -> _Record:
+    """The whole path, or what was found of it when it was interrupted."""
+    record = _Record()
+    tell = each or (lambda _: None)
+    try:
+        for item in follow_path(follower, linkage, pose, limit.mechanism, change=1.0 / steps):
+            if isinstance(item, FallenBlocks):
+                record.fallen.append(item)
+                tell(item)
+            elif isinstance(item, PathState):
+                point = _capacity_point(item, limit)
+                record.states.append(item)
+                record.points.append(point)
+                tell(point)
+                if progress is not None:
+                    progress(item.point.parameter, item.point.value)
+            elif isinstance(item, PathEvent):
+                last = record.events[-1] if record.events else None
+                if last is not None and item.kind == last.kind == "change" and follower.coincide(item, last):
+                    item = replace(item, before=record.events.pop().before)  # a mixture of two mechanisms was between
+                record.events.append(item)
+                tell(item)
+            else:
+                assert isinstance(item, PathEnd)
+                record.outcome = CapacityOutcome[item.name]
+    except KeyboardInterrupt:
+        if not record.points:
+            raise
+    return record
+
+
+def _capacity_point(state: PathState, limit: LimitLoad) -> CapacityPoint:
+    """A state as a point of the curve, with its bracket."""
+    point, linkage = state.point, state.linkage
+    lower = upper = point.value
+    if not point.parameter and not state.forces.admissible:
+        lower, upper = limit.lower, limit.upper  # this mechanism of non-associated flow balances no forces
+    elif not point.parameter:
+        lower, upper = min(limit.lower, lower), max(limit.upper, upper)
+    elif state.residual_gap is not None:
+        upper = max(upper, state.upper or upper)
+    elif linkage.slides_with_friction:
+        found = associated_limit(linkage.configuration(point.pose, point.parameter))
+        upper = upper if found is None or found.multiplier is None else max(upper, found.multiplier)
+    open_points = np.bincount(linkage.contacts.joint, ~linkage.closed, limit.interfaces.n_interfaces)
+    return CapacityPoint(point.parameter, lower, upper, point.pose, point.tangent, np.flatnonzero(open_points))
+
+
+def _warnings(record: _Record, limit: LimitLoad) -> tuple[str, ...]:
+    warnings, assembly = list(limit.warnings), limit.assembly
+    unproven = sum(not state.forces.proven for state in record.states)
+    if unproven:
+        warnings.append(
+            f"at {unproven} of {len(record.states)} points the forces balance to the solver's tolerance only"
+        )
+    warnings += warnings_on_steps(record.states, assembly)
+    for item in record.fallen:
+        names = ", ".join(f'"{assembly.names[block]}"' for block in item.blocks)
+        warnings.append(f"{names}: fallen out at {item.parameter:.4g} m and left out from there on")
+    return tuple(warnings)

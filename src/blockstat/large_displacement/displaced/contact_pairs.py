@@ -1,0 +1,293 @@
+"""Contact points of the joints at rest as pairs of material points, one on each block.
+
+At rest the two points of a pair coincide. One of the blocks has a corner there, or both have. A corner of block a
+stays above the face of block b, and a corner of b above the face of a:
+
+    gap = n_b . (p_b - p_a)  for a corner of a,      gap = n_a . (p_b - p_a)  for a corner of b.
+
+Here p_a and p_b are the displaced points, and n_a and n_b are the joint's normal, which points from a to b, rotated
+with block a and with block b. Where edges of the two faces cross, neither block has a corner. The normal is then
+perpendicular to both edges, and the contact point is where they cross.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blockstat.contact.interfaces import Interfaces
+from blockstat.contact.point_law import joint_friction
+from blockstat.large_displacement.displaced.pose import Pose, displaced_points, points_at_rest
+from blockstat.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: A contact point within this distance of a corner of a block is that corner. Relative to the block's size. Chosen: far
+#: above the rounding of coordinates and far below any dimension of a block.
+CORNER_TOLERANCE = 1e-6
+#: Two directions are parallel when the sine of their angle is below this. An edge lies in a joint when the sine of its
+#: angle with the joint's plane is below this. Chosen: below it a crossing of two edges is ill-conditioned.
+PARALLEL_SINE = 1e-4
+#: A gap below this is zero. Relative to the largest block. Chosen: a thousand times the residual of a pose.
+ZERO_GAP = 1e-9
+#: A contact whose gap is below this has closed at a pose that was located by root finding. Relative to the largest
+#: block. Chosen: ten times `ZERO_GAP`, so that contacts that close together are found together.
+JUST_CLOSED_GAP = 10 * ZERO_GAP
+
+
+@dataclass(frozen=True, eq=False)
+class ContactPairs:
+    """Pairs of material points, one pair for each contact point of the joints."""
+
+    joint: Ints  #: number of the interface, shape (n,)
+    pair: Ints  #: blocks a and b, shape (n, 2)
+    anchor: Floats  #: positions at rest of the points of a and b, shape (n, 2, 3) [m]
+    corner: np.ndarray  #: whether the point is a corner of a, and of b, shape (n, 2) bool
+    normal: Floats  #: unit normal of the joint at rest, from a to b, shape (n, 3)
+    friction: Floats  #: coefficient of friction, shape (n,)
+    #: displacement of the points of a and b by a unit movement of the supports, beside that of their blocks; zero where
+    #: the block is not a moving support, shape (n, 2, 3)
+    drive: Floats
+    #: unit vectors at rest along the crossing edges of a and b where neither has a corner, zero elsewhere,
+    #: shape (n, 2, 3)
+    edge: Floats
+
+    @property
+    def number(self) -> int:
+        """The number of contact points."""
+        return len(self.joint)
+
+    def select(self, rows: Ints) -> ContactPairs:
+        """Return some of the pairs.
+
+        Parameters
+        ----------
+        rows
+            Numbers of the pairs, shape (k,).
+
+        Returns
+        -------
+        ContactPairs
+            In the order of `rows`.
+        """
+        return ContactPairs(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
+
+
+def concatenate(parts: Sequence[ContactPairs]) -> ContactPairs:
+    """Return several sets of pairs as one.
+
+    Parameters
+    ----------
+    parts
+        The sets.
+
+    Returns
+    -------
+    ContactPairs
+        In the order of `parts`.
+    """
+    names = [field.name for field in fields(ContactPairs)]
+    return ContactPairs(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
+
+
+def pairs_at_rest(assembly: Assembly, interfaces: Interfaces) -> ContactPairs:
+    """Return the contact points of an assembly at rest as pairs.
+
+    Parameters
+    ----------
+    assembly
+        The blocks.
+    interfaces
+        Their joints.
+
+    Returns
+    -------
+    ContactPairs
+        In the order of `interfaces.point`.
+    """
+    joint = interfaces.point_interface
+    pair = interfaces.pair[joint]
+    corner = np.stack([_is_corner(assembly, side, interfaces.point) for side in pair.T], axis=1)
+    normal, edge = interfaces.frame[joint, 0], np.zeros((len(joint), 2, 3))
+    for row in np.flatnonzero(~corner.any(axis=1)):
+        for side in (0, 1):
+            edge[row, side] = _edge_through(assembly, int(pair[row, side]), interfaces.point[row], normal[row])
+    return ContactPairs(
+        joint=joint,
+        pair=pair,
+        anchor=np.repeat(interfaces.point[:, None], 2, axis=1),
+        corner=corner,
+        edge=edge,
+        normal=normal,
+        friction=joint_friction(assembly, interfaces)[joint],
+        drive=np.zeros((len(joint), 2, 3)),
+    )
+
+
+def _is_corner(assembly: Assembly, block: Ints, point: Floats) -> np.ndarray:
+    """Whether points are corners of their blocks; block (n,), point (n, 3) [m]."""
+    found = np.zeros(len(block), dtype=bool)
+    for index in np.unique(block):
+        own = np.flatnonzero(block == index)
+        distance = np.linalg.norm(point[own, None] - assembly.block_vertices(int(index)), axis=2).min(axis=1)
+        found[own] = distance <= CORNER_TOLERANCE * assembly.size[index]
+    return found
+
+
+def _edge_through(assembly: Assembly, block: int, point: Floats, normal: Floats) -> Floats:
+    """Unit vector along the edge of a block through a point, in the plane of the joint; zero where there is none."""
+    corners = assembly.block_vertices(block)
+    tolerance = CORNER_TOLERANCE * float(assembly.size[block])
+    for face in assembly.faces_of(block):
+        tail, line = corners[face], corners[np.roll(face, -1)] - corners[face]
+        length = np.linalg.norm(line, axis=1)
+        unit = line / length[:, None]
+        along = np.einsum("ij,ij->i", point - tail, unit)
+        off = np.linalg.norm(point - tail - along[:, None] * unit, axis=1)
+        in_plane = np.abs(unit @ normal) <= PARALLEL_SINE
+        fits = (off <= tolerance) & (along >= -tolerance) & (along <= length + tolerance) & in_plane
+        if fits.any():
+            found: Floats = unit[np.argmax(fits)]
+            return found
+    return np.zeros(3)
+
+
+def pair_points(assembly: Assembly, contacts: ContactPairs, pose: Pose, parameter: float) -> Floats:
+    """Return the displaced positions of the two points of each pair.
+
+    Parameters
+    ----------
+    assembly
+        The blocks at rest.
+    contacts
+        The pairs.
+    pose
+        The pose.
+    parameter
+        Movement of the supports [m]; it counts where `contacts.drive` is not zero.
+
+    Returns
+    -------
+    Floats
+        Shape (n, 2, 3) [m].
+    """
+    own = [displaced_points(assembly, pose, contacts.pair[:, side], contacts.anchor[:, side]) for side in (0, 1)]
+    points: Floats = np.stack(own, axis=1) + parameter * contacts.drive
+    return points
+
+
+def edge_crossings(contacts: ContactPairs, pose: Pose, points: Floats) -> tuple[Floats, Floats]:
+    """Return the nearest points of crossing edges, and the direction perpendicular to both edges.
+
+    Parameters
+    ----------
+    contacts
+        The pairs.
+    pose
+        The pose.
+    points
+        Displaced points of the pairs, shape (n, 2, 3) [m], as `pair_points` gives them.
+
+    Returns
+    -------
+    nearest : Floats
+        A point on each of the two edges, shape (n, 2, 3) [m]; the given points where no edges cross.
+    across : Floats
+        Unit vector from a to b, shape (n, 3); nan where no edges cross.
+    """
+    one, two = (np.einsum("nij,nj->ni", pose.rotation[contacts.pair[:, k]], contacts.edge[:, k]) for k in (0, 1))
+    across = np.cross(one, two)
+    sine = np.linalg.norm(across, axis=1)
+    crossing = sine > PARALLEL_SINE
+    across[~crossing] = np.nan
+    across /= np.where(crossing, sine, 1.0)[:, None]
+    normal_of_a = np.einsum("nij,nj->ni", pose.rotation[contacts.pair[:, 0]], contacts.normal)
+    across *= np.where(np.einsum("ni,ni->n", across, normal_of_a) < 0, -1.0, 1.0)[:, None]
+    nearest, apart = points.copy(), points[:, 1] - points[:, 0]
+    for k in np.flatnonzero(crossing):
+        step = np.linalg.lstsq(np.stack([one[k], -two[k]], axis=1), apart[k], rcond=None)[0]
+        nearest[k, 0] += step[0] * one[k]
+        nearest[k, 1] += step[1] * two[k]
+    return nearest, across
+
+
+def gap_normals(contacts: ContactPairs, pose: Pose, points: Floats) -> tuple[Floats, np.ndarray]:
+    """Return the normals along which the gaps of each pair are measured.
+
+    Parameters
+    ----------
+    contacts
+        The pairs.
+    pose
+        The pose.
+    points
+        Displaced points of the pairs, shape (n, 2, 3) [m].
+
+    Returns
+    -------
+    normal : Floats
+        Unit normal of b (for corners of a), of a (for corners of b) and across crossing edges, shape (n, 3, 3).
+    valid : array of bool, shape (n, 3)
+        Which of the three define a gap.
+    """
+    of_a, of_b = (np.einsum("nij,nj->ni", pose.rotation[contacts.pair[:, k]], contacts.normal) for k in (0, 1))
+    no_corner = ~contacts.corner.any(axis=1)
+    third = of_a.copy()
+    if no_corner.any():
+        mean = of_a + of_b
+        third = mean / np.linalg.norm(mean, axis=1)[:, None]
+        _, across = edge_crossings(contacts, pose, points)
+        third = np.where(np.isnan(across), third, across)
+    return np.stack([of_b, of_a, third], axis=1), np.column_stack([contacts.corner, no_corner])
+
+
+def gaps(assembly: Assembly, contacts: ContactPairs, pose: Pose, parameter: float) -> Floats:
+    """Return the gap of each pair; the smaller one where both blocks have a corner.
+
+    Parameters
+    ----------
+    assembly, contacts, pose, parameter
+        As in `pair_points`.
+
+    Returns
+    -------
+    Floats
+        Shape (n,) [m]; negative where the blocks overlap.
+    """
+    points = pair_points(assembly, contacts, pose, parameter)
+    normal, valid = gap_normals(contacts, pose, points)
+    gap = np.einsum("nij,nj->ni", normal, points[:, 1] - points[:, 0])
+    least: Floats = np.where(valid, gap, np.inf).min(axis=1)
+    return least
+
+
+def rejoined(assembly: Assembly, contacts: ContactPairs, rows: Ints, pose: Pose, parameter: float) -> ContactPairs:
+    """Return the contacts with new material points in pairs that have closed, so that both points coincide again.
+
+    Parameters
+    ----------
+    assembly, contacts, pose, parameter
+        As in `pair_points`.
+    rows
+        The pairs that have closed, shape (k,).
+
+    Returns
+    -------
+    ContactPairs
+        Where only one block has a corner, its point stays and the other block takes the same place for its point.
+        Where both or neither have one, both take the middle.
+    """
+    points = pair_points(assembly, contacts, pose, parameter)[rows]
+    own = contacts.corner[rows]
+    meeting = np.where(own[:, :1] & ~own[:, 1:], points[:, 0], np.where(own[:, 1:] & ~own[:, :1], points[:, 1], 0.0))
+    alike = own[:, 0] == own[:, 1]
+    meeting[alike] = points[alike].mean(axis=1)
+    anchor = contacts.anchor.copy()
+    for side in (0, 1):
+        place = meeting - parameter * contacts.drive[rows, side]
+        anchor[rows, side] = points_at_rest(assembly, pose, contacts.pair[rows, side], place)
+    return replace(contacts, anchor=anchor)

@@ -1,0 +1,174 @@
+"""The structure whose blocks are displaced, and its configuration: a pose with the active set of contacts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blockstat.analysis.problem import Problem
+from blockstat.analysis.problem import pose as equilibrium_problem
+from blockstat.contact.interfaces import GAP, Interfaces
+from blockstat.large_displacement.displaced.contact_pairs import ContactPairs
+from blockstat.large_displacement.displaced.joints import displaced_interfaces
+from blockstat.large_displacement.displaced.loads import PointLoads
+from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly
+from blockstat.program.equilibrium import weight
+from blockstat.program.ties import tie_wrenches
+from blockstat.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+
+@dataclass(frozen=True, eq=False)
+class Structure:
+    """What does not change while blocks are displaced."""
+
+    assembly: Assembly  #: at rest, with its friction and gravity
+    interfaces: Interfaces  #: at rest
+    dead: PointLoads  #: permanent loads besides the weight
+    live: PointLoads | None  #: the load that the multiplier multiplies; None where supports move instead
+    solver: str  #: as in `blockstat.limit_load`
+
+    def dead_load(self, pose: Pose) -> Floats:
+        """Return the wrenches w of the permanent loads, weights included.
+
+        Parameters
+        ----------
+        pose
+            The pose.
+
+        Returns
+        -------
+        Floats
+            About the displaced centroids, shape (n_blocks, 6) [N, N m]. Forces of ties are not among them.
+        """
+        return weight(self.assembly) + self.dead.wrenches(self.assembly, pose)
+
+    def live_load(self, pose: Pose) -> Floats:
+        """Return the wrenches l that the multiplier multiplies.
+
+        Parameters
+        ----------
+        pose
+            The pose.
+
+        Returns
+        -------
+        Floats
+            About the displaced centroids, shape (n_blocks, 6) [N, N m].
+        """
+        assert self.live is not None
+        return self.live.wrenches(self.assembly, pose)
+
+    def tie_power(self, pose: Pose, motion: Floats) -> float:
+        """Return the power of the ties in a motion.
+
+        Parameters
+        ----------
+        pose
+            The pose.
+        motion
+            Rates of all blocks about their displaced centroids, shape (n_blocks, 6).
+
+        Returns
+        -------
+        float
+            [W]. A tie that lengthens yields at its greatest force, and one that shortens keeps its least. A tie
+            without a greatest force counts with its least: the linkage keeps its length.
+        """
+        if not self.assembly.ties:
+            return 0.0
+        there = displaced_assembly(self.assembly, pose)
+        ties = list(there.ties)
+        unit = [float((tie_wrenches(there, [tie], np.ones(1)) * motion).sum()) for tie in ties]
+        return sum(
+            rate * (tie.least if rate > 0 or np.isinf(tie.greatest) else tie.greatest)
+            for tie, rate in zip(ties, unit, strict=True)
+        )
+
+    def dead_power(self, pose: Pose, motion: Floats) -> float:
+        """Return the power of the permanent loads and the ties in a motion.
+
+        Parameters
+        ----------
+        pose, motion
+            As in `tie_power`.
+
+        Returns
+        -------
+        float
+            w'u and that of the ties [W].
+        """
+        return float((self.dead_load(pose) * motion).sum()) + self.tie_power(pose, motion)
+
+    def multiplier(self, pose: Pose, motion: Floats) -> float:
+        """Return the multiplier of virtual work, under which all loads together do no work in a motion.
+
+        Parameters
+        ----------
+        pose, motion
+            As in `tie_power`.
+
+        Returns
+        -------
+        float
+            alpha = -w'u / l'u, with the power of the ties in w'u; nan where the live load does no work.
+        """
+        work = float((self.live_load(pose) * motion).sum())
+        dead = self.dead_power(pose, motion)
+        return -dead / work if work else np.nan
+
+
+@dataclass(frozen=True, eq=False)
+class Configuration:
+    """A structure at a pose with its active set of contacts: what an equilibrium problem needs."""
+
+    structure: Structure
+    contacts: ContactPairs
+    closed: np.ndarray  #: the active set: which contacts are closed, shape (n_contacts,) bool
+    pose: Pose
+    parameter: float  #: movement of the supports, or displacement of the control [m]
+
+    @cached_property
+    def joints(self) -> tuple[Interfaces, Ints]:
+        """The displaced joints, and the contact that each of their points stands for, shape (n_points,)."""
+        fixed = self.structure
+        return displaced_interfaces(
+            fixed.assembly, fixed.interfaces, self.contacts, self.closed, self.pose, self.parameter
+        )
+
+    def support_rates(self) -> Floats:
+        """Return the velocity of b relative to a at the contact points when the supports move at a unit rate.
+
+        Returns
+        -------
+        Floats
+            In the frames of the displaced joints (normal, two tangents), shape (n_points, 3).
+        """
+        faces, contact = self.joints
+        drive = (self.contacts.drive[:, 1] - self.contacts.drive[:, 0])[contact]
+        return np.einsum("nij,nj->ni", faces.frame[faces.point_interface], drive)
+
+    def problem(self, multiplier: float = 0.0) -> Problem:
+        """Return the equilibrium problem of the displaced structure.
+
+        Parameters
+        ----------
+        multiplier
+            Of the live load.
+
+        Returns
+        -------
+        Problem
+            As `blockstat.analysis.problem.pose` makes it.
+        """
+        fixed = self.structure
+        loads = fixed.dead.wrenches(fixed.assembly, self.pose)
+        if fixed.live is not None and multiplier:
+            loads = loads + multiplier * fixed.live_load(self.pose)
+        there = displaced_assembly(fixed.assembly, self.pose)
+        return equilibrium_problem(there, friction=None, gravity=None, loads=loads, gap=GAP, interfaces=self.joints[0])

@@ -1,0 +1,146 @@
+"""Blocks that fall: where no multiplier is carried, they move while the live load does no work or the supports rest."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from blockstat.large_displacement.finite_steps.step import stepped, trial_state_at
+from blockstat.large_displacement.finite_steps.trial_state import TrialState
+from blockstat.large_displacement.linkage.linkage import Linkage
+from blockstat.large_displacement.linkage.path import PathEvent, PathPoint
+from blockstat.large_displacement.linkage.root_finding import NoRootError
+from blockstat.typing import Floats, Ints
+
+#: The first and shortest step of a fall. Relative to the longest step. Chosen: contacts that stop a fall may be near.
+FALL_STEP = 1.0 / 4.0
+#: The same where macro-blocks fall. Chosen: joints within macro-blocks that have moved unseen fall by so little.
+FALL_STEP_OF_MACRO_BLOCKS = 1.0 / 64.0
+#: Steps of a fall at most. Chosen: a fall without end is broken off.
+MAX_STEPS = 2000
+#: Blocks that have fallen so far without being stopped have left the structure. Relative to their size. Chosen: a block
+#: that has fallen by half its size has lost its bearing.
+FALLEN = 0.5
+#: Blocks fall together that move by more than this. Relative to the block that moves most. Chosen: others are dragged
+#: along.
+FALLING_TOGETHER = 0.5
+#: The curve ends when more than this part of the work of the live load, or of the control, was on blocks that have
+#: left. Chosen: what remains is then another structure.
+MAX_PART_LEFT = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class FallenBlocks:
+    """Blocks that have fallen out of the structure."""
+
+    parameter: float  #: where [m]
+    blocks: Ints  #: their numbers
+
+
+def fall(
+    trial: TrialState, last: PathPoint, longest: float
+) -> Generator[PathEvent | FallenBlocks, None, TrialState | None]:
+    """Let blocks fall until a positive multiplier is carried; on supports that move, until forces balance.
+
+    Parameters
+    ----------
+    trial
+        A state in which blocks fall.
+    last
+        The last point of the path.
+    longest
+        Longest step of the fastest corner [m].
+
+    Yields
+    ------
+    PathEvent or FallenBlocks
+        The blocks that leave, then the jump.
+
+    Returns
+    -------
+    TrialState or None
+        Where the fall ends. None where the path ends: most of what the load moves has fallen, or, on supports that
+        move, a block is not stopped, or only a negative multiplier is carried.
+
+    Raises
+    ------
+    NoRootError
+        When the solver finds no fall, or the blocks jam.
+    """
+    shortest = (FALL_STEP if trial.macro_blocks is None else FALL_STEP_OF_MACRO_BLOCKS) * longest
+    settles = trial.structure.live is None
+    start, step, fallen, gone = trial, shortest, 0.0, 0.0
+    for _ in range(MAX_STEPS):
+        standing = trial
+        if not trial.limit.mechanism.any():
+            raise NoRootError
+        trial, step = _fallen_on(standing, step, shortest)
+        fallen += step
+        step = min(2 * step, longest)
+        moved = np.linalg.norm(trial.pose.displacement - start.pose.displacement, axis=1)
+        most = np.flatnonzero(moved > FALLING_TOGETHER * moved.max())
+        if trial.limit.multiplier is None and fallen > FALLEN * float(trial.linkage.assembly.size[most].max()):
+            if settles:
+                break
+            yield FallenBlocks(trial.parameter, most)
+            gone += _part_of_work(trial, last, most)
+            rest = _without_blocks(standing, most)
+            if rest is None or gone > MAX_PART_LEFT:
+                break
+            none = np.zeros_like(rest.structure.interfaces.area)
+            trial = trial_state_at(rest, standing.pose, standing.parameter, none, macro_blocks=standing.macro_blocks)
+            start, fallen = trial, 0.0
+        multiplier = trial.limit.multiplier
+        if multiplier is not None:
+            carried = settles or multiplier > 0
+            yield _jump(start, trial, last, multiplier if carried else None)
+            return trial if carried else None
+    return None
+
+
+def _fallen_on(standing: TrialState, step: float, shortest: float) -> tuple[TrialState, float]:
+    """The state after a step of a fall, and its length: so short that the closed joints do not change if it can be."""
+    trial = stepped(standing, step)
+    while step > shortest and trial.closed_joints() != standing.closed_joints():  # no block may be fallen through
+        if trial.macro_blocks is not None and trial.limit.multiplier is not None:
+            break
+        step = max(step / 2, shortest)
+        trial = stepped(standing, step)
+    return trial, step
+
+
+def _jump(start: TrialState, end: TrialState, last: PathPoint, after: float | None) -> PathEvent:
+    opened, shut = start.closed_joints() - end.closed_joints(), end.closed_joints() - start.closed_joints()
+    return PathEvent("jump", end.parameter, last.value, after, tuple(sorted(opened)), tuple(sorted(shut)))
+
+
+def _part_of_work(trial: TrialState, last: PathPoint, blocks: Ints) -> float:
+    """The part of the work of the live load that it does on some blocks, in the motion of a point."""
+    power: Floats = (trial.structure.live_load(last.pose) * last.tangent).sum(axis=1)
+    return float(power[blocks].sum() / power.sum())
+
+
+def _without_blocks(trial: TrialState, blocks: Ints) -> Linkage | None:
+    """The linkage without blocks, which become supports without contacts.
+
+    None where most of the control is on them, or nothing else is left that moves.
+    """
+    linkage, control = trial.linkage, trial.linkage.control
+    assert control is not None
+    gone = np.zeros(linkage.assembly.n_blocks, dtype=bool)
+    gone[blocks] = True
+    support = linkage.assembly.support | gone
+    weight = np.linalg.norm(control.along, axis=1)
+    if support.all() or weight[gone[control.block]].sum() > MAX_PART_LEFT * weight.sum():
+        return None
+    structure = replace(linkage.structure, assembly=replace(linkage.assembly, support=support))
+    kept = np.flatnonzero(~gone[linkage.contacts.pair].any(axis=1))
+    return replace(
+        linkage,
+        structure=structure,
+        contacts=linkage.contacts.select(kept),
+        sticking=linkage.sticking[kept],
+        sliding=linkage.sliding[kept],
+    )

@@ -1,0 +1,226 @@
+"""Following a structure by finite steps, where joints slide and open at so many places that it is no linkage.
+
+At each pose the limit analysis on the closed contacts gives the multiplier, the forces that carry it, and the
+mechanism. Joints slide in it without opening (De Saxce's fixed point), as far as the rigid bodies allow that, or with
+associated flow. On supports that move, the motion of least potential energy gives the force on them. A step leads along
+the mechanism until the fastest corner has moved by a given length, and the closed contacts are projected onto zero gap
+(`contact_projection`). Where no multiplier is carried, blocks fall (`fall`).
+
+Most blocks of a large structure move together. Blocks whose joints move by a small part of the motion only are
+condensed to a macro-block, and the limit analysis of a trial step is that of the macro-blocks. At each state of the
+path the limit analysis of all blocks, whose joints slide as those of the macro-blocks, shows whether the macro-blocks
+hold; where they do not, smaller ones are used (`macro_block_check`).
+
+The length of a step is the arc length of the fastest corner, not a displacement of the control. So the control
+displacement may decrease: loose parts and snap-back are followed too. Unlike on a linkage, the pose depends on the
+length of the steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from blockstat.large_displacement.displaced.face_overlap import with_overlap_points
+from blockstat.large_displacement.displaced.structure import Structure
+from blockstat.large_displacement.finite_steps.fall import FallenBlocks, fall
+from blockstat.large_displacement.finite_steps.macro_block_check import with_macro_blocks_that_hold
+from blockstat.large_displacement.finite_steps.step import stepped, trial_state_at
+from blockstat.large_displacement.finite_steps.trial_state import RIGID_JOINT_SPEEDS, TrialState, path_state
+from blockstat.large_displacement.linkage.linkage import Linkage
+from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathPoint, PathState
+from blockstat.large_displacement.linkage.root_finding import NoRootError
+from blockstat.large_displacement.statics.limit_state import LimitState
+from blockstat.large_displacement.statics.macro_blocks import common_refinement, macro_blocks_of
+from blockstat.solve.dispatch import STRUCTURED
+from blockstat.typing import Ints
+
+#: Structures with more blocks than this are condensed to macro-blocks. Chosen: from there on that saves more time than
+#: it costs.
+MACRO_BLOCKS_ABOVE = STRUCTURED // 6
+#: Macro-blocks are made anew where they have become more than this many times as many.
+MOST_MACRO_BLOCKS = 2
+#: Largest deviation of the value from the straight line through the two states before it in a step that is longer than
+#: `StepFollower.step`. Relative to the value at the beginning. Chosen: a thousandth, in a step that is a thirtieth of
+#: the way.
+MAX_DEVIATION = 1e-3
+#: The shortest step, relative to `StepFollower.step`. Chosen: across a change of the mechanism the value changes much
+#: in any step.
+MIN_STEP = 1.0 / 16.0
+#: A step is lengthened by this factor at most. Where macro-blocks are used, it aims at the second, a part of the
+#: largest change of the value. Chosen: trials that have to be repeated with a shorter step are dear there.
+MOST_LENGTHENING, AIMED_CHANGE = 2.0, 0.9
+#: Steps of a path at most. Chosen: a path without end is broken off.
+MAX_STEPS = 2000
+#: Trial steps that locate the end at most. Every `BISECTION`-th of them halves the interval. Chosen: the secant method
+#: alone may converge slowly from one side where the value bends.
+MAX_END_TRIALS, BISECTION = 12, 3
+#: Stands in for a change of zero where it is divided by.
+TINY = 1e-300
+
+
+@dataclass(frozen=True, eq=False)
+class StepFollower:
+    """Follows one structure by finite steps, with step length control."""
+
+    structure: Structure
+    end: float  #: largest displacement of the control, or movement of the supports [m]
+    step: float  #: longest step of the fastest corner where the value is not a straight line [m]
+    longest: float  #: longest step where it is [m]
+    change: float  #: largest change of the multiplier in a step, relative to that at the beginning
+    tolerance: float  #: of a multiplier of zero, relative to that at the beginning, and of `end`, relative to it
+
+    def follow(self, linkage: Linkage, start: PathPoint) -> Iterator[PathState | PathEvent | FallenBlocks | PathEnd]:
+        """Yield the states that follow a given one in order, jumps and blocks that fall out, and at last how it ends.
+
+        Parameters
+        ----------
+        linkage
+            The linkage that is lost.
+        start
+            Where that is, and the value there.
+
+        Yields
+        ------
+        PathState, PathEvent, FallenBlocks or PathEnd
+            In order; the end comes last.
+        """
+        trial = self._first_trial(linkage, start)
+        known: Ints | None = None
+        before: PathPoint | None = None
+        last, scale, step = start, abs(start.value), self.step
+        for _ in range(MAX_STEPS):
+            trial, limit = with_macro_blocks_that_hold(trial)
+            if trial.limit.multiplier is None:
+                try:
+                    fallen = yield from fall(trial, last, self.step)
+                except NoRootError:
+                    break
+                if fallen is None:
+                    yield PathEnd.COLLAPSE
+                    return
+                before = None
+                trial, limit = with_macro_blocks_that_hold(fallen)
+                if trial.limit.multiplier is None:
+                    continue
+            state = path_state(trial, limit)
+            yield state
+            trial = self._with_current_macro_blocks(trial, limit, known)
+            known = trial.macro_blocks
+            assert trial.limit.multiplier is not None
+            after, step = self._next(before, trial, step, scale)
+            last = state.point
+            before = replace(last, value=trial.limit.multiplier)
+            end = self._end_passed(after, scale)
+            if end is not None:
+                yield from self._located_end(trial, after, step, scale, end)
+                return
+            trial, step = after, self._next_length(before, after, step, scale)
+        yield PathEnd.LOST
+
+    @property
+    def _condenses(self) -> bool:
+        """Whether blocks are condensed to macro-blocks."""
+        return self.structure.live is not None and self.structure.assembly.n_blocks > MACRO_BLOCKS_ABOVE
+
+    def _first_trial(self, linkage: Linkage, start: PathPoint) -> TrialState:
+        """The state where the linkage is lost.
+
+        Joints that slid get new contact points. On the linkage each of them was a corner of one block only, and the
+        joints may slide back.
+        """
+        assembly, faces = self.structure.assembly, self.structure.interfaces
+        guess, macro_blocks = None, None
+        if self._condenses:
+            guess = start.tangent
+            here = linkage.configuration(start.pose, start.parameter)
+            macro_blocks = macro_blocks_of(here, guess, RIGID_JOINT_SPEEDS[0])
+        joints = np.unique(linkage.contacts.joint[linkage.sliding])
+        joints = joints[faces.area[joints] > 0]
+        contacts = with_overlap_points(assembly, faces, linkage.contacts, joints, start.pose, start.parameter)
+        none = np.zeros(faces.n_interfaces)
+        linkage = replace(linkage, contacts=contacts)
+        return trial_state_at(linkage, start.pose, start.parameter, none, guess, macro_blocks)
+
+    def _with_current_macro_blocks(self, trial: TrialState, limit: LimitState, known: Ints | None) -> TrialState:
+        """The state with macro-blocks of the mechanism of all blocks, where those it has were given up or are many."""
+        if not self._condenses:
+            return trial
+        own = trial.macro_blocks
+        if own is not None and (known is None or own.max() <= MOST_MACRO_BLOCKS * known.max()):
+            return trial
+        now = macro_blocks_of(trial.configuration, limit.mechanism, RIGID_JOINT_SPEEDS[0])
+        return replace(trial, macro_blocks=now if known is None else common_refinement(known, now))
+
+    def _next(self, before: PathPoint | None, trial: TrialState, step: float, scale: float) -> tuple[TrialState, float]:
+        """The state after a step, and its length.
+
+        The step is halved where the multiplier changes much or none is carried, and where it deviates from the straight
+        line through the two states before it.
+        """
+        now = trial.limit.multiplier
+        assert now is not None
+        slope = np.nan
+        if before is not None and before.parameter != trial.parameter:
+            slope = (now - before.value) / (trial.parameter - before.parameter)
+        while True:
+            after = stepped(trial, step)
+            value = after.limit.multiplier
+            if value is not None and abs(value - now) <= self.change * scale:
+                deviation = abs(value - now - slope * (after.parameter - trial.parameter))
+                if step <= self.step or deviation <= MAX_DEVIATION * scale:
+                    return after, step
+            elif step <= MIN_STEP * self.step:
+                return after, step
+            step /= 2
+
+    def _next_length(self, before: PathPoint, after: TrialState, step: float, scale: float) -> float:
+        """Length of the next step [m]: longer, unless it would change the multiplier of macro-blocks too much."""
+        factor = MOST_LENGTHENING
+        if after.macro_blocks is not None and after.limit.multiplier is not None:
+            # `before` has the multiplier of the state before `after`.
+            change = abs(after.limit.multiplier - before.value)
+            factor = min(factor, AIMED_CHANGE * self.change * scale / max(change, TINY))
+        return min(factor * step, max(self.longest, self.step))
+
+    def _end_passed(self, trial: TrialState, scale: float) -> PathEnd | None:
+        """The end of the path that a state is at or beyond."""
+        if trial.limit.multiplier is None:
+            return None
+        if self.structure.live is not None and trial.limit.multiplier <= self.tolerance * scale:
+            return PathEnd.ZERO
+        return PathEnd.REACHED if trial.parameter >= self.end else None
+
+    def _located_end(
+        self, trial: TrialState, after: TrialState, step: float, scale: float, end: PathEnd
+    ) -> Iterator[PathState | PathEnd]:
+        """The state at the end, located by the secant method with bisections, and the end."""
+
+        def excess(at: TrialState) -> float:
+            assert at.limit.multiplier is not None
+            return -at.limit.multiplier if end is PathEnd.ZERO else at.parameter - self.end
+
+        tolerance = self.tolerance * (scale if end is PathEnd.ZERO else self.end)
+        low, high, below, above, found = 0.0, step, excess(trial), excess(after), after
+        for count in range(MAX_END_TRIALS):
+            if abs(excess(found)) <= tolerance:
+                last, limit = with_macro_blocks_that_hold(found)
+                if limit.multiplier is None:
+                    break
+                yield path_state(last, limit)
+                yield end
+                return
+            part = 0.5 if count % BISECTION == BISECTION - 1 else below / (below - above)
+            middle = low + part * (high - low)
+            there = stepped(trial, middle)
+            if there.limit.multiplier is None:
+                break
+            found = there
+            if excess(found) > 0:
+                high, above = middle, excess(found)
+            else:
+                low, below = middle, excess(found)
+        # The multiplier falls below zero at a change of the mechanism.
+        yield PathEnd.COLLAPSE if end is PathEnd.ZERO else end

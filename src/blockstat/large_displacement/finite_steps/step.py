@@ -1,0 +1,129 @@
+"""One finite step: along the motion of a limit state, then onto zero gap, then the limit state at the new pose."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE, gaps, pair_points, rejoined
+from blockstat.large_displacement.displaced.control import conjugate_control
+from blockstat.large_displacement.displaced.face_overlap import with_overlap_points
+from blockstat.large_displacement.displaced.pose import Pose
+from blockstat.large_displacement.finite_steps.contact_projection import projected_onto_zero_gap
+from blockstat.large_displacement.finite_steps.trial_state import (
+    NOT_SOLVED,
+    RIGID_JOINT_SPEEDS,
+    TrialState,
+    with_limit_state,
+)
+from blockstat.large_displacement.linkage.linkage import Linkage
+from blockstat.large_displacement.statics.settling_state import settling_state
+from blockstat.typing import Floats, Ints
+
+#: Contacts with a gap up to this count as closed where blocks are condensed to macro-blocks: joints within these may
+#: have moved, by `RIGID_JOINT_SPEEDS` times the largest displacement. Relative to the median size of the blocks.
+#: Chosen: what counts as touching at rest.
+MAX_MACRO_BLOCK_GAP = 1e-3
+#: The projection keeps contacts open whose gap is larger than this. Relative to the step. Chosen: a step of that length
+#: cannot close them.
+PROJECTION_REACH = 10
+
+
+def stepped(trial: TrialState, step: float) -> TrialState:
+    """Return the trial state after a step along the motion of a limit state.
+
+    Parameters
+    ----------
+    trial
+        Where the step begins.
+    step
+        Its length: the displacement of the fastest corner, or of the supports [m].
+
+    Returns
+    -------
+    TrialState
+        The live load does no work in the projection.
+    """
+    linkage, structure = trial.moving_linkage(), trial.structure
+    length = step / trial.speed()
+    motion = length * linkage.body_motions(trial.limit.mechanism)
+    pose = linkage.moved(trial.pose, motion, linkage.origins(trial.pose))
+    held = None if structure.live is None else conjugate_control(structure)
+    target = 0.0 if held is None else held.value(linkage.assembly, pose)
+    parameter = trial.parameter + length * trial.support_rate
+    closed = projected_onto_zero_gap(linkage, pose, parameter, PROJECTION_REACH * step, held, target)
+    residual = np.zeros(structure.interfaces.n_interfaces)
+    np.maximum.at(residual, linkage.contacts.joint, closed.residual_gap)
+    guess = None if trial.limit.multiplier is None else trial.limit.mechanism
+    return trial_state_at(linkage, closed.pose, parameter, residual, guess, trial.macro_blocks)
+
+
+def trial_state_at(
+    linkage: Linkage,
+    pose: Pose,
+    parameter: float,
+    residual_gap: Floats,
+    guess: Floats | None = None,
+    macro_blocks: Ints | None = None,
+) -> TrialState:
+    """Return the trial state at a pose: its closed contacts, those that have slid with new points, and its limit state.
+
+    Parameters
+    ----------
+    linkage
+        Has the structure, the contacts and the control; its active set is not used.
+    pose, parameter
+        The pose; the parameter counts where supports move.
+    residual_gap
+        What a projection has left open in each joint, shape (n_interfaces,) [m]: contacts with such gaps are closed.
+    guess
+        A motion near that of the limit state, shape (n_blocks, 6).
+    macro_blocks
+        As in `TrialState`.
+
+    Returns
+    -------
+    TrialState
+        All closed contacts stick.
+    """
+    structure = linkage.structure
+    if linkage.control is not None:
+        parameter = linkage.control.value(linkage.assembly, pose)
+    tolerance = _closed_gap(linkage, pose, residual_gap, macro_blocks)
+    linkage = _with_active_set(linkage, pose, parameter, tolerance)
+    gap = gaps(linkage.assembly, linkage.contacts, pose, parameter)[linkage.sticking]
+    trial = TrialState(linkage, pose, parameter, NOT_SOLVED, float(gap.max(initial=0.0)), macro_blocks)
+    if structure.live is not None:
+        return with_limit_state(trial, guess, macro_blocks)
+    return replace(trial, limit=settling_state(trial.configuration, guess=guess, rough=True), macro_blocks=None)
+
+
+def _with_active_set(linkage: Linkage, pose: Pose, parameter: float, tolerance: Floats) -> Linkage:
+    """The linkage whose sticking contacts are all that are closed at a pose, to a tolerance for each joint [m].
+
+    Joints that have slid get new contact points: faces the corners of their overlap, edges and corners the points that
+    meet.
+    """
+    contacts, assembly, interfaces = linkage.contacts, linkage.assembly, linkage.structure.interfaces
+    closed = gaps(assembly, contacts, pose, parameter) <= tolerance[contacts.joint]
+    points = pair_points(assembly, contacts, pose, parameter)
+    slip = np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
+    joints = np.unique(contacts.joint[closed & (slip > CORNER_TOLERANCE * float(assembly.size.max()))])
+    has_area = interfaces.area[joints] > 0
+    if has_area.any():
+        contacts = with_overlap_points(assembly, interfaces, contacts, joints[has_area], pose, parameter)
+        closed = gaps(assembly, contacts, pose, parameter) <= tolerance[contacts.joint]
+    on_edges = np.flatnonzero(closed & np.isin(contacts.joint, joints[~has_area]))
+    if len(on_edges):
+        contacts = rejoined(assembly, contacts, on_edges, pose, parameter)
+    return replace(linkage, contacts=contacts, sticking=closed, sliding=np.zeros_like(closed))
+
+
+def _closed_gap(linkage: Linkage, pose: Pose, residual_gap: Floats, macro_blocks: Ints | None) -> Floats:
+    """The gap up to which contacts of each joint count as closed, shape (n_interfaces,) [m]."""
+    if macro_blocks is None:
+        return residual_gap + CORNER_TOLERANCE * float(linkage.assembly.size.max())
+    travel = float(np.linalg.norm(pose.displacement, axis=1).max())
+    largest = MAX_MACRO_BLOCK_GAP * float(np.median(linkage.assembly.size))
+    return residual_gap + min(RIGID_JOINT_SPEEDS[0] * travel, largest)

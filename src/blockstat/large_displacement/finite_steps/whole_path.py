@@ -1,0 +1,111 @@
+"""A whole path: on the linkage as far as it is one, by finite steps from there on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blockstat.analysis.verdict import corner_speed
+from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE
+from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly
+from blockstat.large_displacement.finite_steps.fall import FallenBlocks
+from blockstat.large_displacement.finite_steps.follower import StepFollower
+from blockstat.large_displacement.finite_steps.trial_state import per_unit_parameter
+from blockstat.large_displacement.linkage.follower import LinkageFollower
+from blockstat.large_displacement.linkage.linkage import Linkage
+from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathPoint, PathState
+from blockstat.typing import Floats
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: The longest step where the value is not a straight line. Relative to the median size of the blocks. Chosen: the gaps
+#: that a step leaves are of second order in it, hence about 0.03^2, a thousandth of a block.
+LONGEST_STEP = 0.03
+
+
+def follow_path(
+    follower: LinkageFollower, linkage: Linkage, pose: Pose, guess: Floats, *, change: float
+) -> Iterator[PathState | PathEvent | FallenBlocks | PathEnd]:
+    """Yield the path of a linkage and, where the linkage is lost, the path by finite steps from there on.
+
+    Parameters
+    ----------
+    follower
+        Follows the linkage.
+    linkage, pose, guess
+        As in `LinkageFollower.follow`.
+    change
+        As in `StepFollower`.
+
+    Yields
+    ------
+    PathState, PathEvent, FallenBlocks or PathEnd
+        In order; the end comes last.
+    """
+    last: PathState | None = None
+    waiting: list[PathState | PathEvent | PathEnd] | None = []
+    item: PathState | PathEvent | PathEnd | None = None
+    for item in follower.follow(linkage, pose, guess):
+        if item is PathEnd.LOST:
+            break
+        if isinstance(item, PathState):
+            last = item
+        if waiting is None:
+            yield item
+            continue
+        # A linkage that is lost within its first step is not that of the mechanism, so its states do not count.
+        waiting.append(item)
+        if isinstance(item, PathEnd) or (last is not None and last.point.parameter >= follower.step):
+            yield from waiting
+            waiting = None
+    if waiting:
+        last = None
+    if item is PathEnd.LOST:
+        start = _at_rest(follower, linkage, pose, guess) if last is None else last.point
+        steps = _step_follower(follower, linkage, start, change)
+        yield from steps.follow(linkage if last is None else last.linkage, start)
+
+
+def _at_rest(follower: LinkageFollower, linkage: Linkage, pose: Pose, guess: Floats) -> PathPoint:
+    """Where a path begins that is no linkage from rest on."""
+    motion = per_unit_parameter(linkage, pose, guess)
+    return PathPoint(0.0, pose, motion, follower.solver.value(pose, guess))
+
+
+def _step_follower(follower: LinkageFollower, linkage: Linkage, start: PathPoint, change: float) -> StepFollower:
+    """The follower by finite steps whose longest step moves the parameter by a step of the linkage's follower."""
+    there = displaced_assembly(linkage.assembly, start.pose)
+    speed = max(float(corner_speed(there, start.tangent).max()), float(linkage.control is None))
+    longest = speed * follower.step
+    step = min(longest, LONGEST_STEP * float(np.median(linkage.assembly.size)))
+    return StepFollower(follower.solver.structure, follower.end, step, longest, change, follower.tolerance)
+
+
+def warnings_on_steps(states: Sequence[PathState], assembly: Assembly) -> list[str]:
+    """Return what a reader must know of states that were found by finite steps.
+
+    Parameters
+    ----------
+    states
+        Of a path.
+    assembly
+        The blocks at rest.
+
+    Returns
+    -------
+    list of str
+        Empty where there are no such states.
+    """
+    stepped = [(state.point.parameter, state.residual_gap) for state in states if state.residual_gap is not None]
+    if not stepped:
+        return []
+    start, largest = min(stepped)[0], max(gap for _, gap in stepped)
+    text = f"the mechanism is no linkage from {start:.4g} m on and is followed by finite steps"
+    if largest > CORNER_TOLERANCE * float(assembly.size.max()):
+        text += f". Contacts that are open by up to {1e3 * largest:.2g} mm count as closed"
+    if any(state.macro_blocks for state in states):
+        text += ". Blocks that move together are condensed to macro-blocks, and falls depend on the length of the steps"
+    return [f"{text}. More steps show the error"]

@@ -1,0 +1,4 @@
+"""A mechanism as a linkage: its exact pose, the path that it follows, the events on it, and jumps.
+
+This room imports `large_displacement.displaced`, `large_displacement.statics`, `analysis`, `geometry` and the root.
+"""

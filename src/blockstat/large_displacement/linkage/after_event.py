@@ -1,0 +1,167 @@
+"""What follows an event on the path of a linkage: a jump, the mechanism after a closing contact or after sliding."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from blockstat.large_displacement.displaced.contact_pairs import JUST_CLOSED_GAP, rejoined
+from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED
+from blockstat.large_displacement.displaced.pose import Pose
+from blockstat.large_displacement.linkage.event_location import open_gaps
+from blockstat.large_displacement.linkage.jump import JumpEnd, jump
+from blockstat.large_displacement.linkage.linkage import Linkage
+from blockstat.large_displacement.linkage.path import FindMechanism, PathEnd, PathEvent, PathPoint, PathState
+from blockstat.large_displacement.linkage.state_solver import StateSolver
+
+#: Jumps that may follow each other at one displacement. Chosen: where more follow, it is no linkage that moves.
+MAX_JUMPS = 20
+#: Speeds below which contacts are tried as sticking where a mechanism changes. Relative to the fastest corner. Chosen:
+#: what solvers leave, and larger parts of a mixture of two mechanisms.
+STICKING_SPEEDS = (STICKING_SPEED, 1e-3, 1e-2)
+#: How far beyond its limit a mechanism is looked for that follows it. Relative to the accuracy to which the limit is
+#: located; the last reaches the tolerance of the path.
+DISTANCES_BEYOND = (1.0, 10.0, 100.0)
+
+
+@dataclass(frozen=True, eq=False)
+class AfterEvent:
+    """Finds the states that follow events."""
+
+    solver: StateSolver
+    find_mechanism: FindMechanism
+    ends_at_zero: bool  #: whether a negative multiplier ends the path
+
+    def after_loss_of_equilibrium(
+        self, state: PathState, beyond: PathState | None
+    ) -> Iterator[PathState | PathEvent | PathEnd]:
+        """Yield what follows where no forces balance the loads any more.
+
+        Parameters
+        ----------
+        state
+            The last state in equilibrium.
+        beyond
+            A state just beyond it.
+
+        Yields
+        ------
+        PathState, PathEvent or PathEnd
+            The event, then the state that follows or the end.
+        """
+        if state.linkage.slides_with_friction and beyond is not None:
+            changed = self._changed_mechanism(state, beyond)
+            if changed is not None:
+                yield _event("change", state, changed, [], [])
+                yield changed
+                return
+        yield from self._after_jump(state, beyond)
+
+    def _after_jump(self, state: PathState, beyond: PathState | None) -> Iterator[PathState | PathEvent | PathEnd]:
+        mechanism = (beyond or state).forces.mechanism
+        before, opened, shut, end = state, [], [], PathEnd.LOST
+        for _ in range(MAX_JUMPS):
+            point = state.point
+            landing = jump(state.linkage, point.pose, point.parameter, mechanism, point.tangent)
+            opened += landing.opened
+            if landing.linkage is None:
+                end = PathEnd.COLLAPSE if landing.fell else end
+                break
+            shut += landing.shut
+            found = self._landed(landing, landing.linkage, point)
+            if found is None:
+                break
+            linkage, landed = found
+            if self.ends_at_zero and landed.value < 0:
+                end = PathEnd.COLLAPSE
+                break
+            state = self.solver.state(linkage, landed)
+            if state.forces.admissible:
+                yield _event("jump", before, state, opened, shut)
+                yield state
+                return
+            mechanism = state.forces.mechanism
+        yield _event("jump", before, None, opened, shut)
+        yield end
+
+    def _landed(self, landing: JumpEnd, linkage: Linkage, before: PathPoint) -> tuple[Linkage, PathPoint] | None:
+        """The linkage after a jump and its first point: the one that has landed, or the mechanism that begins there."""
+        point = self.solver.point(linkage, landing.pose, before.parameter, before.tangent)
+        if point is not None:
+            return linkage, point
+        return self._first_point(linkage, landing.pose, before.parameter, STICKING_SPEED)
+
+    def _first_point(
+        self, linkage: Linkage, pose: Pose, parameter: float, sticking_speed: float
+    ) -> tuple[Linkage, PathPoint] | None:
+        """The mechanism that begins at a pose, and its first point; None where there is none."""
+        begun = self.find_mechanism(linkage, pose, parameter, sticking_speed)
+        point = begun and self.solver.point(begun[0], pose, parameter, begun[1])
+        return None if begun is None or point is None else (begun[0], point)
+
+    def _changed_mechanism(self, state: PathState, beyond: PathState) -> PathState | None:
+        """The state of another mechanism where a joint ceases to slide; None where there is none.
+
+        Just beyond its limit two mechanisms have the same multiplier to rounding, and a solver finds a mixture of both.
+        So the other mechanism is looked for further on too, up to the tolerance, and without its slower part. Only
+        mechanisms with forces in equilibrium count.
+        """
+        start = state.point.parameter
+        width = beyond.point.parameter - start
+        nearly: PathState | None = None
+        for sticking_speed, factor in product(STICKING_SPEEDS, DISTANCES_BEYOND):
+            point = beyond.point if factor == 1.0 else self.solver.point_at(state, start + factor * width)
+            if point is None:
+                continue
+            linkage = point.linkage or beyond.linkage
+            following = self._first_point(linkage, point.pose, point.parameter, sticking_speed)
+            if following is None:
+                continue
+            found = self.solver.state(*following)
+            if not found.forces.admissible:
+                continue
+            if found.forces.proven:
+                return found
+            nearly = nearly or found
+        return nearly
+
+    def after_closing(self, state: PathState) -> Iterator[PathState | PathEvent | PathEnd]:
+        """Yield what follows where a contact has closed.
+
+        Parameters
+        ----------
+        state
+            The state in which it closes.
+
+        Yields
+        ------
+        PathState, PathEvent or PathEnd
+            The event, then the state that follows or the end.
+        """
+        linkage, point, assembly = state.linkage, state.point, self.solver.structure.assembly
+        tolerance = JUST_CLOSED_GAP * float(assembly.size.max())
+        closed = np.flatnonzero(open_gaps(self.solver, linkage, point) <= tolerance)
+        contacts = rejoined(assembly, linkage.contacts, closed, point.pose, point.parameter)
+        sticking = linkage.sticking.copy()
+        sticking[closed] = True
+        held = replace(linkage, contacts=contacts, sticking=sticking)
+        following = self._first_point(held, point.pose, point.parameter, STICKING_SPEED)
+        joints = sorted(set(contacts.joint[closed].tolist()))
+        if following is None:
+            yield _event("closing", state, None, [], joints)
+            yield PathEnd.COLLAPSE
+            return
+        found = self.solver.state(*following)
+        yield _event("closing", state, found, [], joints)
+        yield found
+
+
+def _event(
+    kind: str, before: PathState, after: PathState | None, opened: Iterable[int], shut: Iterable[int]
+) -> PathEvent:
+    value = None if after is None else after.point.value
+    joints = [tuple(dict.fromkeys(int(k) for k in given)) for given in (opened, shut)]
+    return PathEvent(kind, before.point.parameter, before.point.value, value, joints[0], joints[1])

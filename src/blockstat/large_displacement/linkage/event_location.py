@@ -1,0 +1,173 @@
+"""Location of events on the path of a linkage: a closing contact, a multiplier of zero, a loss of equilibrium."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from blockstat.large_displacement.displaced.contact_pairs import ZERO_GAP, gaps
+from blockstat.large_displacement.linkage.linkage import Linkage
+from blockstat.large_displacement.linkage.path import PathEnd, PathPoint, PathState
+from blockstat.large_displacement.linkage.root_finding import NoRootError, root_of
+from blockstat.large_displacement.linkage.state_solver import StateSolver
+from blockstat.large_displacement.statics.equilibrium import ADHESION_TOLERANCE
+from blockstat.typing import Floats
+
+#: Accuracy of the parameter at which a contact closes or the multiplier is zero. Relative to the parameter, or absolute
+#: below 1 m: near rounding [m].
+ROOT_ACCURACY = 1e-14
+#: A contact that is closed after this part of a step closes at the beginning of the step. Chosen: too small a part for
+#: the gap to have opened and closed in it.
+AT_ONCE = 1e-6
+#: How well a loss of equilibrium is located. Relative to the path's tolerance times the step. Chosen: the forces just
+#: before it and just after it show what changes.
+LIMIT_ACCURACY = 1e-2
+#: Adhesion that stands for an infinite one in root finding [mean block weights]. Chosen: far above any finite one.
+MAX_ADHESION = 1e3
+
+
+def open_gaps(solver: StateSolver, linkage: Linkage, point: PathPoint) -> Floats:
+    """Return the gaps of the open contacts at a point.
+
+    Parameters
+    ----------
+    solver
+        Has the structure.
+    linkage, point
+        A point of the linkage.
+
+    Returns
+    -------
+    Floats
+        Shape (n_contacts,) [m]; infinite for closed contacts.
+    """
+    gap = gaps(solver.structure.assembly, linkage.contacts, point.pose, point.parameter)
+    found: Floats = np.where(linkage.closed, np.inf, gap)
+    return found
+
+
+def first_kinematic_event(
+    solver: StateSolver, state: PathState, point: PathPoint, *, ends_at_zero: bool
+) -> tuple[str | PathEnd | None, PathPoint]:
+    """Return the first event in a step that needs no forces: a contact that closes, or a multiplier of zero.
+
+    Parameters
+    ----------
+    solver
+        Finds points of the linkage.
+    state
+        Where the step begins.
+    point
+        Where it leads.
+    ends_at_zero
+        Whether the path ends where the multiplier is zero.
+
+    Returns
+    -------
+    event : str, PathEnd or None
+        "closing", `PathEnd.ZERO`, or None for no event.
+    point : PathPoint
+        At the event; the given one where there is none.
+    """
+    event: str | PathEnd | None = None
+    start, found = state.point.parameter, point
+    tolerance = ZERO_GAP * float(solver.structure.assembly.size.max())
+    for contact in np.flatnonzero(open_gaps(solver, state.linkage, point) < -tolerance):
+        gap = _gap_of(solver, state, int(contact), tolerance)
+        if gap(found.parameter) >= -tolerance:
+            continue
+        low = start + AT_ONCE * (found.parameter - start)
+        if gap(low) <= 0:
+            return "closing", state.point
+        at = solver.point_at(state, root_of(gap, low, found.parameter, _accuracy(found)))
+        if at is not None:
+            event, found = "closing", at
+    if ends_at_zero and found.value < 0:
+        if state.point.value <= 0:
+            return PathEnd.ZERO, state.point
+        at = solver.point_at(state, root_of(_value_of(solver, state), start, found.parameter, _accuracy(found)))
+        if at is not None:
+            event, found = PathEnd.ZERO, replace(at, value=0.0)
+    return event, found
+
+
+def _accuracy(point: PathPoint) -> float:
+    return ROOT_ACCURACY * max(1.0, abs(point.parameter))
+
+
+def _gap_of(solver: StateSolver, state: PathState, contact: int, tolerance: float) -> Callable[[float], float]:
+    """The gap of a contact as a function of the parameter; just overlapping where there is no pose."""
+
+    def gap(parameter: float) -> float:
+        at = solver.point_at(state, parameter)
+        return -tolerance if at is None else float(open_gaps(solver, state.linkage, at)[contact])
+
+    return gap
+
+
+def _value_of(solver: StateSolver, state: PathState) -> Callable[[float], float]:
+    """The multiplier as a function of the parameter; negative where there is no pose."""
+
+    def value(parameter: float) -> float:
+        at = solver.point_at(state, parameter)
+        return -1.0 if at is None else at.value
+
+    return value
+
+
+def loss_of_equilibrium(
+    solver: StateSolver, state: PathState, beyond: PathState, tolerance: float
+) -> tuple[PathState, PathState]:
+    """Locate where forces in equilibrium cease to exist.
+
+    Parameters
+    ----------
+    solver
+        Finds states of the linkage.
+    state
+        Where a step begins.
+    beyond
+        Where it leads; forces in equilibrium do not exist there.
+    tolerance
+        Of the path.
+
+    Returns
+    -------
+    last, beyond : PathState
+        The last state in equilibrium, and one just beyond it.
+
+    Raises
+    ------
+    NoRootError
+        When the linkage has no pose in between.
+    """
+    start, end = state.point.parameter, beyond.point.parameter
+    width = tolerance * LIMIT_ACCURACY * (end - start)
+    if not state.forces.admissible:
+        near = solver.state_at(state, start + width)
+        return state, beyond if near is None else near
+    seen = {end: beyond, start: state}
+    level = 0.0 if state.forces.adhesion < -ADHESION_TOLERANCE else ADHESION_TOLERANCE
+
+    def excess(parameter: float) -> float:
+        if parameter not in seen:
+            at = solver.state_at(state, parameter)
+            if at is None:
+                raise NoRootError
+            seen[parameter] = at
+        return min(seen[parameter].forces.adhesion, MAX_ADHESION) - level
+
+    root = root_of(excess, start, end, width)
+    for parameter in (root - width, root + width):
+        if start < parameter < end:
+            excess(parameter)
+    low, high = state, beyond
+    for parameter in sorted(seen):
+        if excess(parameter) <= 0:
+            low = seen[parameter]
+        else:
+            high = seen[parameter]
+            break
+    return low, high

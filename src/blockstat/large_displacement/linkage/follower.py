@@ -1,0 +1,167 @@
+"""Following the path of a linkage: step length, events, and the pieces between events.
+
+On a piece of the path the same contacts stick and slide, and the pose is that of one linkage. A piece ends where an
+open contact closes, where no forces balance the loads any more (the thrust has reached an edge, or a joint slides),
+where the multiplier is zero, or at the displacement asked for. Each of these events is located by root finding.
+
+Where no forces balance the loads any more, a joint opens at constant displacement in a motion that no forces resist.
+That motion is followed until a contact closes (`jump`). What follows an event is found by `after_event`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from blockstat.large_displacement.displaced.pose import Pose
+from blockstat.large_displacement.linkage.after_event import AfterEvent
+from blockstat.large_displacement.linkage.event_location import first_kinematic_event, loss_of_equilibrium
+from blockstat.large_displacement.linkage.linkage import Linkage
+from blockstat.large_displacement.linkage.path import FindMechanism, PathEnd, PathEvent, PathPoint, PathState
+from blockstat.large_displacement.linkage.root_finding import NoRootError
+from blockstat.large_displacement.linkage.state_solver import StateSolver
+from blockstat.typing import Floats
+
+#: The shortest step, relative to the largest. Chosen: a path that needs shorter steps is lost.
+MIN_STEP = 1e-9
+#: Pieces in a row that may be short, and the length below which a piece is short, relative to the largest step. One
+#: short piece may be that of a mixture of two mechanisms. Where more follow each other, joints slide to and fro, and it
+#: is no linkage that moves. Chosen.
+MAX_SHORT_PIECES, SHORT_PIECE = 3, 1e-2
+#: A new step aims at this part of the allowed deviation. Chosen, so that it rarely has to be shortened again.
+AIMED_DEVIATION = 0.9
+#: A step is shortened to this part of itself at least, and lengthened by this factor at most. Chosen: where the
+#: deviation does not grow with the square of the step, as at a change of mechanism, its square root misleads.
+LEAST_SHORTENING, MOST_LENGTHENING = 0.1, 10.0
+#: Steps of one piece at most. Chosen: a path without end is broken off.
+MAX_STEPS = 100_000
+#: Stands in for a value or deviation of zero where it is divided by.
+TINY = 1e-300
+
+
+@dataclass(frozen=True, eq=False)
+class LinkageFollower:
+    """Follows one structure along one path."""
+
+    solver: StateSolver
+    find_mechanism: FindMechanism
+    end: float  #: largest parameter [m]
+    step: float  #: largest step [m]
+    #: largest deviation of the value from straight lines between points, relative to the value; and the accuracy of
+    #: events, relative to a step
+    tolerance: float
+    ends_at_zero: bool = True  #: whether the path ends where the value is zero
+
+    def follow(self, linkage: Linkage, pose: Pose, guess: Floats) -> Iterator[PathState | PathEvent | PathEnd]:
+        """Yield the states on the path in order, the events between them, and at last how it ends.
+
+        Parameters
+        ----------
+        linkage
+            The mechanism that begins.
+        pose
+            Where it begins.
+        guess
+            Its motion, of any magnitude, shape (n_blocks, 6).
+
+        Yields
+        ------
+        PathState, PathEvent or PathEnd
+            In order; the end comes last.
+        """
+        state = self.solver.first(linkage, pose, guess)
+        # Several bodies that begin to move together may be no linkage: its motion then balances no forces.
+        if state is None or not state.forces.admissible:
+            yield PathEnd.LOST
+            return
+        yield state
+        try:
+            yield from self._pieces(state)
+        except NoRootError:
+            yield PathEnd.LOST
+
+    def coincide(self, event: PathEvent, other: PathEvent) -> bool:
+        """Return whether two events are at one place, to the tolerance to which a changed mechanism is looked for.
+
+        Parameters
+        ----------
+        event, other
+            The events.
+
+        Returns
+        -------
+        bool
+            Whether they are.
+        """
+        return abs(event.parameter - other.parameter) <= self.tolerance * self.step
+
+    def _pieces(self, state: PathState) -> Iterator[PathState | PathEvent | PathEnd]:
+        after, short = AfterEvent(self.solver, self.find_mechanism, self.ends_at_zero), 0
+        while True:
+            start = state.point.parameter
+            event, state, beyond = yield from self._piece(state)
+            if isinstance(event, PathEnd):
+                yield event
+                return
+            short = short + 1 if state.point.parameter - start <= SHORT_PIECE * self.step else 0
+            if short > MAX_SHORT_PIECES:
+                yield PathEnd.LOST
+                return
+            lost = event == "jump"
+            for item in after.after_loss_of_equilibrium(state, beyond) if lost else after.after_closing(state):
+                yield item
+                if isinstance(item, PathEnd):
+                    return
+                if isinstance(item, PathState):
+                    state = item
+
+    def _piece(self, state: PathState) -> Generator[PathState, None, tuple[str | PathEnd, PathState, PathState | None]]:
+        """Yield the states of a piece; return the event at its end, the state there, and one just beyond it."""
+        allowed = self.tolerance * max(abs(state.point.value), TINY)
+        step = self.step
+        for _ in range(MAX_STEPS):
+            start = state.point
+            target = min(start.parameter + step, self.end)
+            point = self.solver.point_at(state, target)
+            deviation = np.inf if point is None else self._deviation(state, point)
+            if point is None or deviation > allowed:
+                step *= 0.5 if np.isinf(deviation) else max(self._step_factor(allowed, deviation), LEAST_SHORTENING)
+                if step < self.step * MIN_STEP:
+                    return PathEnd.LOST, state, None
+                continue
+            event, point = first_kinematic_event(self.solver, state, point, ends_at_zero=self.ends_at_zero)
+            reached = self.solver.state(state.linkage, point)
+            beyond = None
+            if not reached.forces.admissible:
+                event = "jump"
+                reached, beyond = loss_of_equilibrium(self.solver, state, reached, self.tolerance)
+            if reached.point.parameter > start.parameter:
+                state = reached
+                yield state
+            if event is not None:
+                return event, state, beyond
+            if target >= self.end:
+                return PathEnd.REACHED, state, None
+            factor = self._step_factor(allowed, max(deviation, TINY))
+            step = min(step * min(factor, MOST_LENGTHENING), self.step)
+        return PathEnd.LOST, state, None
+
+    @staticmethod
+    def _step_factor(allowed: float, deviation: float) -> float:
+        """Step length control: the deviation grows with the square of the step."""
+        return float(np.sqrt(AIMED_DEVIATION * allowed / deviation))
+
+    def _deviation(self, state: PathState, point: PathPoint) -> float:
+        """How far the value midway between two points is from the straight line between them.
+
+        Infinite where the linkage has no pose there. Zero where joints slide against friction: steps are not shortened
+        there.
+        """
+        middle = self.solver.point_at(state, 0.5 * (state.point.parameter + point.parameter))
+        if middle is None:
+            return np.inf
+        if point.linkage is not None:
+            return 0.0
+        return abs(middle.value - 0.5 * (state.point.value + point.value))

@@ -1,0 +1,149 @@
+"""A jump: where no forces balance the loads, the structure moves at constant displacement until a contact closes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blockstat.analysis.verdict import corner_speed
+from blockstat.large_displacement.displaced.contact_pairs import JUST_CLOSED_GAP, ZERO_GAP, gaps, rejoined
+from blockstat.large_displacement.displaced.contact_status import contact_status
+from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly
+from blockstat.large_displacement.linkage.kinematics import motion_at_fixed_parameter, pose_at
+from blockstat.large_displacement.linkage.linkage import Linkage
+from blockstat.large_displacement.linkage.root_finding import root_of
+from blockstat.typing import Floats
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: Longest step of the fastest corner in a jump. Relative to the extent of the assembly. Chosen: contacts that close are
+#: located by root finding, so a step must only be too short to pass through a block.
+MAX_STEP = 0.01
+#: The first step, relative to `MAX_STEP`, and the shortest, relative to the extent of the assembly. Chosen: the first
+#: is short because the contacts that stop a fall may be near.
+FIRST_STEP, MIN_STEP = 1e-3, 1e-9
+#: Blocks that have moved so far without a contact that closes have fallen. Relative to the extent of the assembly.
+#: Chosen: what is still in the way after that was no part of the structure's equilibrium.
+FALLEN = 0.5
+#: Accuracy of the length at which a contact closes. Relative to the step. Chosen: near rounding.
+CLOSING_ACCURACY = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class JumpEnd:
+    """Where a jump ends."""
+
+    linkage: Linkage | None  #: with the contacts that have closed sticking; None where nothing stops the fall
+    pose: Pose
+    opened: list[int]  #: joints that open, numbers of interfaces
+    shut: list[int]  #: joints that close
+    #: without a linkage: whether the blocks have fallen (`FALLEN`); if not, the fall could not be followed
+    fell: bool = False
+
+
+def jump(linkage: Linkage, pose: Pose, parameter: float, mechanism: Floats, tangent: Floats) -> JumpEnd:
+    """Follow the motion that no forces resist, at constant displacement, until a contact closes.
+
+    Parameters
+    ----------
+    linkage
+        The mechanism that has come to its limit.
+    pose, parameter
+        Where it is.
+    mechanism
+        The motion that the contacts do not resist there, shape (n_blocks, 6), as `equilibrium_forces` gives it.
+    tangent
+        The motion of the linkage itself for a unit rate of the parameter, shape (n_blocks, 6).
+
+    Returns
+    -------
+    JumpEnd
+        Where it ends.
+
+    Notes
+    -----
+    The linkage's own motion does no work under its own multiplier. So that part of the mechanism that moves the control
+    is subtracted, and the loads still do positive work in what remains.
+    """
+    assembly, contacts = linkage.assembly, linkage.contacts
+    if linkage.control is not None:
+        mechanism = mechanism - linkage.control.rate(assembly, pose, mechanism) * tangent
+    sticking, sliding = contact_status(linkage.configuration(pose, parameter), mechanism)
+    opened = contacts.joint[linkage.closed & ~sticking & ~sliding].tolist()
+    falling = replace(linkage, sticking=sticking, sliding=sliding)
+    extent = float(np.ptp(assembly.vertices, axis=0).max())
+    tolerance, travelled = ZERO_GAP * float(assembly.size.max()), 0.0
+    open_ = ~falling.closed
+    lost = JumpEnd(None, pose, opened, [])
+    direction = _unit(assembly, pose, motion_at_fixed_parameter(falling, pose, parameter, mechanism))
+    step = FIRST_STEP * MAX_STEP * extent
+    while travelled < FALLEN * extent and direction is not None:
+        gap = np.where(open_, gaps(assembly, contacts, pose, parameter), np.inf)
+
+        def at(length: float, pose: Pose = pose, direction: Floats = direction) -> Pose | None:
+            distance = length * float((direction[:, :3] ** 2).sum())
+            return pose_at(falling, pose, parameter, length * direction, along=(direction, distance))
+
+        there = at(step)
+        if there is None:
+            step /= 2
+            if step < MIN_STEP * extent:
+                return lost
+            continue
+        now = np.where(open_, gaps(assembly, contacts, there, parameter), np.inf)
+        if (now < -tolerance).any():
+            gap_at = _gaps_at(falling, parameter)
+            found = _first_closing(at, gap_at, now < -tolerance, gap > tolerance, step)
+            return lost if found is None else _landed(falling, found, parameter, opened)
+        travelled, pose = travelled + step, there
+        direction = _unit(assembly, pose, motion_at_fixed_parameter(falling, pose, parameter, direction))
+        step = min(2 * step, MAX_STEP * extent)
+    return replace(lost, fell=travelled >= FALLEN * extent)
+
+
+def _gaps_at(linkage: Linkage, parameter: float) -> Callable[[Pose], Floats]:
+    return lambda pose: gaps(linkage.assembly, linkage.contacts, pose, parameter)
+
+
+def _unit(assembly: Assembly, pose: Pose, motion: Floats) -> Floats | None:
+    """The motion scaled so that its fastest corner moves at a unit rate; None where nothing moves."""
+    speed = float(corner_speed(displaced_assembly(assembly, pose), motion).max(initial=0.0))
+    return motion / speed if speed > 0 else None
+
+
+def _first_closing(
+    at: Callable[[float], Pose | None],
+    gap: Callable[[Pose], Floats],
+    overlaps: np.ndarray,
+    was_open: np.ndarray,
+    step: float,
+) -> Pose | None:
+    """The pose in which the first of the overlapping contacts closes; None where one was not open before the step."""
+    if not (was_open | ~overlaps).all():
+        return None
+    last = step
+    for contact in np.flatnonzero(overlaps):
+
+        def gap_of(length: float, contact: int = int(contact)) -> float:
+            pose = at(length)
+            return -1.0 if pose is None else float(gap(pose)[contact])
+
+        if gap_of(last) < 0:
+            last = root_of(gap_of, 0.0, last, CLOSING_ACCURACY * step)
+    return at(last)
+
+
+def _landed(linkage: Linkage, pose: Pose, parameter: float, opened: list[int]) -> JumpEnd:
+    """The end of a jump, with the contacts sticking that have closed."""
+    assembly, contacts = linkage.assembly, linkage.contacts
+    gap = gaps(assembly, contacts, pose, parameter)
+    closed = np.flatnonzero(~linkage.closed & (gap <= JUST_CLOSED_GAP * float(assembly.size.max())))
+    held = rejoined(assembly, contacts, closed, pose, parameter)
+    sticking = linkage.sticking.copy()
+    sticking[closed] = True
+    landed = replace(linkage, contacts=held, sticking=sticking)
+    return JumpEnd(landed, pose, opened, contacts.joint[closed].tolist())

@@ -1,0 +1,252 @@
+"""A mechanism as a linkage: rigid bodies that contacts and ties hold together.
+
+Blocks that stick to each other at three points or more, not all on one line, are one rigid body. The supports that do
+not move are at rest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blockstat.geometry.components import connected_components
+from blockstat.large_displacement.displaced.contact_pairs import ContactPairs, pairs_at_rest
+from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED_AT_REST, contact_status
+from blockstat.large_displacement.displaced.control import Control
+from blockstat.large_displacement.displaced.pose import Pose, rest_pose, rotation_matrices
+from blockstat.large_displacement.displaced.structure import Configuration, Structure
+from blockstat.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+#: Points lie on one line when their second singular value is below this. Relative to the first. Chosen: far above the
+#: rounding of coordinates, far below any proportion of a joint.
+COLLINEAR = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Linkage:
+    """Rigid bodies, and the contacts and ties that hold them together."""
+
+    structure: Structure
+    contacts: ContactPairs
+    sticking: np.ndarray  #: contacts whose two points coincide, shape (n_contacts,) bool
+    sliding: np.ndarray  #: contacts that are closed and slide, shape (n_contacts,) bool
+    ties: Ints  #: numbers of the ties whose length does not change, shape (k,)
+    control: Control | None  #: the displacement that is the parameter; None where the parameter moves supports
+    associated: bool = False  #: whether flow is associated: joints open by friction times slip as they slide
+
+    @property
+    def assembly(self) -> Assembly:
+        """The blocks at rest."""
+        return self.structure.assembly
+
+    @property
+    def closed(self) -> np.ndarray:
+        """The active set of contacts: those that stick and those that slide, shape (n_contacts,) bool."""
+        closed: np.ndarray = self.sticking | self.sliding
+        return closed
+
+    def configuration(self, pose: Pose, parameter: float) -> Configuration:
+        """Return the structure at a pose with the active set of the linkage.
+
+        Parameters
+        ----------
+        pose
+            The pose.
+        parameter
+            Its parameter [m].
+
+        Returns
+        -------
+        Configuration
+            What equilibrium is asked of.
+        """
+        return Configuration(self.structure, self.contacts, self.closed, pose, parameter)
+
+    @cached_property
+    def body(self) -> Ints:
+        """Rigid body of each block, -1 for a block that does not move, shape (n_blocks,)."""
+        contacts, n = self.contacts, self.assembly.n_blocks
+        fixed = self.sticking & ~contacts.drive.any(axis=(1, 2))
+        rigid = [contacts.pair[rows[0]] for rows in self._by_pair(fixed) if _not_collinear(contacts.anchor[rows, 0])]
+        support = np.flatnonzero(self.assembly.support)
+        edges = np.concatenate([np.array(rigid).reshape(-1, 2), np.column_stack([support, np.roll(support, 1)])])
+        _, label = connected_components(n, edges.astype(np.int64))
+        label = np.where(label == label[support[0]], -1, label)
+        _, number = np.unique(label, return_inverse=True)
+        body: Ints = number - 1 if (label < 0).any() else number
+        return body
+
+    def _by_pair(self, mask: np.ndarray) -> list[Ints]:
+        """The contacts of a mask, grouped by their pair of blocks."""
+        rows = np.flatnonzero(mask)
+        if not len(rows):
+            return []
+        _, group = np.unique(self.contacts.pair[rows], axis=0, return_inverse=True)
+        order = np.argsort(group, kind="stable")
+        return np.split(rows[order], np.flatnonzero(np.diff(group[order])) + 1)
+
+    @property
+    def n_bodies(self) -> int:
+        """The number of rigid bodies that move."""
+        return int(self.body.max(initial=-1)) + 1
+
+    @property
+    def length(self) -> float:
+        """The length that rotations are multiplied by as unknowns [m]: the mean size of the blocks."""
+        return float(self.assembly.size.mean())
+
+    @property
+    def slides_with_friction(self) -> bool:
+        """Whether a contact slides whose friction is not zero."""
+        return bool((self.contacts.friction[self.sliding] > 0).any())
+
+    @cached_property
+    def between_bodies(self) -> tuple[Ints, Ints]:
+        """Contacts between two different bodies: those that stick, and those that slide."""
+        a, b = self.body[self.contacts.pair].T
+        return np.flatnonzero(self.sticking & (a != b)), np.flatnonzero(self.sliding & (a != b))
+
+    def origins(self, pose: Pose) -> Floats:
+        """Return the mean of the displaced centroids of the blocks of each body.
+
+        Parameters
+        ----------
+        pose
+            The pose.
+
+        Returns
+        -------
+        Floats
+            Shape (n_bodies, 3) [m].
+        """
+        now = pose.centroids(self.assembly)
+        own = self.body >= 0
+        count = np.bincount(self.body[own], minlength=self.n_bodies)
+        sums = [np.bincount(self.body[own], now[own, k], self.n_bodies) for k in range(3)]
+        return np.stack(sums, axis=1) / count[:, None]
+
+    def body_motions(self, motion: Floats) -> Floats:
+        """Return the motions of the bodies nearest to motions of the blocks: the mean velocity and mean rotation rate.
+
+        Parameters
+        ----------
+        motion
+            Rates of the blocks about their displaced centroids, shape (n_blocks, 6).
+
+        Returns
+        -------
+        Floats
+            About the origins of the bodies, rotation rates times `length`, shape (6 n_bodies,) [m].
+        """
+        own = np.flatnonzero(self.body >= 0)
+        body, n = self.body[own], self.n_bodies
+        count = np.bincount(body, minlength=n)[:, None]
+        spin = np.stack([np.bincount(body, motion[own, 3 + k], n) for k in range(3)], axis=1) / count
+        # The origin is the mean of the centroids, so velocities by rotation about it cancel in the mean.
+        speed = np.stack([np.bincount(body, motion[own, k], n) for k in range(3)], axis=1) / count
+        return np.hstack([speed, self.length * spin]).reshape(-1)
+
+    def block_motions(self, pose: Pose, motion: Floats, origin: Floats) -> Floats:
+        """Return the motions of the blocks in motions of the bodies.
+
+        Parameters
+        ----------
+        pose
+            The pose.
+        motion
+            Of the bodies, as `body_motions` gives it, shape (6 n_bodies,) [m].
+        origin
+            Of the bodies, as `origins` gives them.
+
+        Returns
+        -------
+        Floats
+            About the displaced centroids, shape (n_blocks, 6).
+        """
+        own = np.flatnonzero(self.body >= 0)
+        v = motion.reshape(-1, 6)[self.body[own]]
+        arm = pose.centroids(self.assembly)[own] - origin[self.body[own]]
+        twist = np.zeros((self.assembly.n_blocks, 6))
+        spin = v[:, 3:] / self.length
+        twist[own] = np.hstack([v[:, :3] + np.cross(spin, arm), spin])
+        return twist
+
+    def moved(self, pose: Pose, motion: Floats, origin: Floats) -> Pose:
+        """Return the pose after finite displacements and rotations of the bodies.
+
+        Parameters
+        ----------
+        pose
+            Where they start.
+        motion, origin
+            As in `block_motions`; the rotations are finite.
+
+        Returns
+        -------
+        Pose
+            Of all blocks.
+        """
+        own = np.flatnonzero(self.body >= 0)
+        step = motion.reshape(-1, 6)
+        turn = rotation_matrices(step[:, 3:] / self.length)
+        at = self.body[own]
+        arm = pose.centroids(self.assembly)[own] - origin[at]
+        rotation, displacement = pose.rotation.copy(), pose.displacement.copy()
+        rotation[own] = turn[at] @ rotation[own]
+        displacement[own] += step[at, :3] + np.einsum("nij,nj->ni", turn[at], arm) - arm
+        return Pose(rotation, displacement)
+
+
+def linkage_at_rest(
+    structure: Structure,
+    mechanism: Floats,
+    control: Control | None,
+    *,
+    associated: bool = False,
+    drive: Floats | None = None,
+) -> Linkage:
+    """Return the linkage of a mechanism that leaves rest.
+
+    Parameters
+    ----------
+    structure
+        The structure.
+    mechanism
+        Of any magnitude, shape (n_blocks, 6); where supports move, for a unit rate of their movement.
+    control
+        None where supports move.
+    associated
+        As in `Linkage`.
+    drive
+        Movement of the two sides of each joint by a unit movement of the supports, shape (n_interfaces, 2, 3); None
+        where no support moves.
+
+    Returns
+    -------
+    Linkage
+        Ties without a greatest force keep their length.
+    """
+    assembly = structure.assembly
+    contacts = pairs_at_rest(assembly, structure.interfaces)
+    if drive is not None:
+        contacts = replace(contacts, drive=drive[contacts.joint])
+    closed = np.ones(contacts.number, dtype=bool)
+    rest = Configuration(structure, contacts, closed, rest_pose(assembly), 0.0)
+    rate = 0.0 if drive is None else 1.0
+    sticking, sliding = contact_status(rest, mechanism, rate, sticking_speed=STICKING_SPEED_AT_REST)
+    rigid_ties = np.array([k for k, tie in enumerate(assembly.ties) if np.isinf(tie.greatest)], dtype=np.int64)
+    return Linkage(structure, contacts, sticking, sliding, rigid_ties, control, associated)
+
+
+def _not_collinear(points: Floats) -> bool:
+    """Whether points do not all lie on one line."""
+    if len(points) < 3:
+        return False
+    values = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return bool(values[1] > COLLINEAR * values[0])

@@ -1,0 +1,100 @@
+"""Contact points of a linkage whose joints slide: at each pose the corners of the overlap of the two faces."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from blockstat.analysis.verdict import corner_speed
+from blockstat.large_displacement.displaced.contact_pairs import (
+    CORNER_TOLERANCE,
+    ZERO_GAP,
+    concatenate,
+    gaps,
+    pair_points,
+)
+from blockstat.large_displacement.displaced.contact_status import contact_status
+from blockstat.large_displacement.displaced.face_overlap import overlap_points
+from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly
+from blockstat.large_displacement.linkage.linkage import Linkage
+from blockstat.typing import Floats
+
+#: New contact points whose gap is below this are closed. Relative to the largest block. Chosen: a thousand times
+#: `ZERO_GAP`, as the corners of an overlap are not the points that the linkage holds together.
+OVERLAP_GAP = 1e3 * ZERO_GAP
+#: How far a linkage moves on where two corners coincide, to see which of them stays above a face. Relative to the
+#: largest block. Chosen: a hundred times the distance within which a point is a corner.
+LOOK_AHEAD = 100 * CORNER_TOLERANCE
+
+
+def with_new_sliding_contacts(linkage: Linkage, pose: Pose, parameter: float, motion: Floats) -> Linkage:
+    """Return a linkage with new contact points in the joints that slide.
+
+    Parameters
+    ----------
+    linkage
+        The linkage.
+    pose, parameter
+        Where it is.
+    motion
+        How it moves, shape (n_blocks, 6).
+
+    Returns
+    -------
+    Linkage
+        The given one where nothing slides, or only edges and corners slide.
+    """
+    contacts, interfaces = linkage.contacts, linkage.structure.interfaces
+    joints = np.unique(contacts.joint[linkage.sliding])
+    joints = joints[interfaces.area[joints] > 0]
+    if not len(joints):
+        return linkage
+    kept = ~np.isin(contacts.joint, joints)
+    parts = [contacts.select(np.flatnonzero(kept))]
+    parts += [overlap_points(linkage.assembly, interfaces, contacts, int(k), pose, parameter) for k in joints]
+    merged = concatenate(parts)
+    new = np.arange(merged.number) >= kept.sum()
+    gap = np.where(new, gaps(linkage.assembly, merged, pose, parameter), np.inf)
+    # With associated flow a joint that has slid is open; its contacts are where it is least open.
+    least = max(float(gap.min(initial=np.inf)), 0.0) if linkage.associated else 0.0
+    near = gap <= OVERLAP_GAP * float(linkage.assembly.size.max()) + least
+    was_sticking, was_sliding = (
+        np.concatenate([mask[kept], np.zeros(new.sum(), bool)]) for mask in (linkage.sticking, linkage.sliding)
+    )
+    touching = replace(linkage, contacts=merged, sticking=was_sticking | near, sliding=was_sliding)
+    support_rate = 1.0 if linkage.control is None else 0.0
+    here = touching.configuration(pose, parameter)
+    sticking, sliding = contact_status(here, motion, support_rate, associated=linkage.associated)
+    found = replace(touching, sticking=was_sticking | (sticking & new), sliding=was_sliding | (sliding & new))
+    two_corners = found.sliding & merged.corner.all(axis=1) & new
+    return _one_sided(found, pose, parameter, motion, two_corners) if two_corners.any() else found
+
+
+def _one_sided(linkage: Linkage, pose: Pose, parameter: float, motion: Floats, rows: np.ndarray) -> Linkage:
+    """The linkage with contacts of two corners that slide apart as contacts of the corner that stays above a face.
+
+    The overlap of the faces at a pose a little further on shows which corner that is.
+    """
+    assembly, contacts, interfaces = linkage.assembly, linkage.contacts, linkage.structure.interfaces
+    speed = float(corner_speed(displaced_assembly(assembly, pose), motion).max(initial=0.0))
+    if linkage.control is None:
+        speed = max(speed, float(np.linalg.norm(contacts.drive, axis=2).max()))
+    if not speed:
+        return linkage
+    length = LOOK_AHEAD * float(assembly.size.max()) / speed
+    there = linkage.moved(pose, length * linkage.body_motions(motion), linkage.origins(pose))
+    after = parameter + length * (linkage.control is None)
+    corner = contacts.corner.copy()
+    now = pair_points(assembly, contacts, pose, parameter).mean(axis=1)
+    for joint in np.unique(contacts.joint[rows]):
+        ahead = overlap_points(assembly, interfaces, contacts, int(joint), there, after)
+        if not ahead.number:
+            continue
+        place = pair_points(assembly, ahead, there, after).mean(axis=1)
+        own = np.flatnonzero(rows & (contacts.joint == joint))
+        distance = np.linalg.norm(now[own, None] - place, axis=2)
+        next_ = distance.argmin(axis=1)
+        near = (distance.min(axis=1) <= 2 * length * speed) & ahead.corner[next_].any(axis=1)
+        corner[own[near]] = ahead.corner[next_[near]]
+    return replace(linkage, contacts=replace(contacts, corner=corner))

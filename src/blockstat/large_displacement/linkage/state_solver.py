@@ -1,0 +1,132 @@
+"""States of a linkage at given parameters: pose, multiplier and forces.
+
+The multiplier is that of virtual work in the linkage's own motion u, which is an upper bound. Forces that balance it at
+the same pose make it a lower bound too:
+
+    alpha = -w'u / l'u,        A f + w + alpha l = 0,  f in K.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from blockstat.large_displacement.displaced.pose import Pose
+from blockstat.large_displacement.displaced.structure import Structure
+from blockstat.large_displacement.linkage.kinematics import pose_at, tangent
+from blockstat.large_displacement.linkage.linkage import Linkage
+from blockstat.large_displacement.linkage.path import PathPoint, PathState
+from blockstat.large_displacement.linkage.sliding_contacts import with_new_sliding_contacts
+from blockstat.large_displacement.statics.equilibrium import equilibrium_forces
+from blockstat.large_displacement.statics.sliding_friction import sliding_multiplier
+from blockstat.typing import Floats
+
+
+@dataclass(frozen=True, eq=False)
+class StateSolver:
+    """Finds points and states of the linkages of one structure."""
+
+    structure: Structure
+    #: multiplier, or force on the moving supports [N], of a pose and its motion, where nothing slides against friction
+    value: Callable[[Pose, Floats], float]
+
+    def point(self, linkage: Linkage, pose: Pose, parameter: float, guess: Floats) -> PathPoint | None:
+        """Return the motion and the multiplier of a linkage at a pose.
+
+        Parameters
+        ----------
+        linkage, pose, parameter
+            The pose is one of the linkage.
+        guess
+            A motion near that of the linkage, of any magnitude, shape (n_blocks, 6).
+
+        Returns
+        -------
+        PathPoint or None
+            None where the parameter does not move the linkage.
+        """
+        motion = tangent(linkage, pose, parameter, guess)
+        if motion is None:
+            return None
+        if not linkage.slides_with_friction:
+            return PathPoint(parameter, pose, motion, self.value(pose, motion))
+        linkage = with_new_sliding_contacts(linkage, pose, parameter, motion)
+        forces, value = sliding_multiplier(linkage.configuration(pose, parameter), motion)
+        return PathPoint(parameter, pose, motion, value, linkage, forces)
+
+    def point_at(self, state: PathState, parameter: float) -> PathPoint | None:
+        """Return the point of a state's linkage at another parameter.
+
+        Parameters
+        ----------
+        state
+            Where Newton's method starts.
+        parameter
+            Of the point [m].
+
+        Returns
+        -------
+        PathPoint or None
+            None where the linkage has no pose near.
+        """
+        linkage, start = state.linkage, state.point
+        pose = pose_at(linkage, start.pose, parameter, (parameter - start.parameter) * start.tangent)
+        return None if pose is None else self.point(linkage, pose, parameter, start.tangent)
+
+    def state(self, linkage: Linkage, point: PathPoint) -> PathState:
+        """Return the state of a linkage at a point: with forces.
+
+        Parameters
+        ----------
+        linkage
+            The linkage.
+        point
+            One of its points.
+
+        Returns
+        -------
+        PathState
+            Its forces may need adhesion: `EquilibriumForces.admissible` says whether they do.
+        """
+        if point.linkage is not None and point.forces is not None:
+            return PathState(point, point.linkage, point.forces)
+        linkage = with_new_sliding_contacts(linkage, point.pose, point.parameter, point.tangent)
+        multiplier = point.value if self.structure.live is not None else 0.0
+        forces = equilibrium_forces(linkage.configuration(point.pose, point.parameter), multiplier)
+        return PathState(point, linkage, forces)
+
+    def state_at(self, state: PathState, parameter: float) -> PathState | None:
+        """Return the state of a state's linkage at another parameter.
+
+        Parameters
+        ----------
+        state, parameter
+            As in `point_at`.
+
+        Returns
+        -------
+        PathState or None
+            None where the linkage has no pose near.
+        """
+        point = self.point_at(state, parameter)
+        return None if point is None else self.state(state.linkage, point)
+
+    def first(self, linkage: Linkage, pose: Pose, guess: Floats) -> PathState | None:
+        """Return the state in which a path begins.
+
+        Parameters
+        ----------
+        linkage
+            The mechanism that begins.
+        pose
+            Where it begins.
+        guess
+            Its motion, of any magnitude, shape (n_blocks, 6).
+
+        Returns
+        -------
+        PathState or None
+            None where the parameter does not move the linkage.
+        """
+        point = self.point(linkage, pose, 0.0, guess)
+        return None if point is None else self.state(linkage, point)

@@ -1,0 +1,4 @@
+"""Limit analysis of a displaced structure: forces in equilibrium, limit multipliers, and mechanisms.
+
+This room imports `large_displacement.displaced`, `analysis`, `certificate`, `program`, `solve` and the root.
+"""

@@ -1,0 +1,152 @@
+"""Statically admissible forces of a displaced structure, with the independent check that all verdicts have."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from blockstat.analysis.problem import Problem
+from blockstat.certificate import check as certificate
+from blockstat.large_displacement.displaced.structure import Configuration
+from blockstat.program.penalty import PenaltyProgram
+from blockstat.solve.penalty import solve_margin
+from blockstat.typing import Floats
+
+#: Forces count as admissible when an adhesion up to this at each contact point makes them so [mean block weights].
+#: Chosen: ten times the accuracy to which programs are solved.
+ADHESION_TOLERANCE = 1e-7
+
+
+@dataclass(frozen=True, eq=False)
+class EquilibriumForces:
+    """Forces that balance the loads on a displaced structure, or what resists equilibrium."""
+
+    #: least adhesion at each contact point with which forces in equilibrium exist [mean block weights]; negative where
+    #: they exist with slack, infinite where they do not exist
+    adhesion: float
+    proven: bool  #: whether the independent check finds the forces admissible and in equilibrium
+    total: float  #: sum of their magnitudes [N]
+    mechanism: Floats  #: the dual motion, which the contacts resist least, shape (n_blocks, 6)
+    floating: tuple[int, ...]  #: blocks without any contact
+    problem: Problem
+    forces: Floats  #: at the points of `problem.interfaces`, in their frames, shape (n_points, 3) [N]
+
+    @property
+    def admissible(self) -> bool:
+        """Whether forces in equilibrium exist without adhesion, to `ADHESION_TOLERANCE`."""
+        return self.adhesion <= ADHESION_TOLERANCE
+
+
+def forces_of(problem: Problem, force: Floats, twist: Floats, adhesion: float, proven: bool) -> EquilibriumForces:
+    """Return the forces of a solved program in newtons.
+
+    Parameters
+    ----------
+    problem
+        The equilibrium problem; it has a program.
+    force
+        Forces at the points of the program, in its unit, shape (n_points, 3).
+    twist
+        Motion of the blocks of the program, in its units, shape (6 n,).
+    adhesion, proven
+        As in `EquilibriumForces`.
+
+    Returns
+    -------
+    EquilibriumForces
+        With forces and motion of all points and blocks of the assembly.
+    """
+    assert problem.program is not None
+    total = float(np.linalg.norm(force, axis=1).sum()) * problem.program.force_unit
+    points = problem.to_points(force)
+    return EquilibriumForces(adhesion, proven, total, problem.to_blocks(twist), (), problem, points)
+
+
+def floating_blocks(problem: Problem) -> EquilibriumForces:
+    """Return that no forces exist, because some blocks have no contact.
+
+    Parameters
+    ----------
+    problem
+        The equilibrium problem.
+
+    Returns
+    -------
+    EquilibriumForces
+        Without forces or motion.
+    """
+    none = np.zeros((problem.assembly.n_blocks, 6))
+    return EquilibriumForces(np.inf, False, 0.0, none, tuple(problem.floating.tolist()), problem, np.empty((0, 3)))
+
+
+def equilibrium_forces(configuration: Configuration, multiplier: float) -> EquilibriumForces:
+    """Find forces in equilibrium with the dead load and a multiple of the live load.
+
+    Parameters
+    ----------
+    configuration
+        The displaced structure.
+    multiplier
+        Of the live load.
+
+    Returns
+    -------
+    EquilibriumForces
+        The forces whose smallest slack is largest: max s subject to A f + w + alpha l = 0, f - s n in K.
+    """
+    problem = configuration.problem(multiplier)
+    program = problem.program
+    if program is None or len(problem.floating):
+        return floating_blocks(problem)
+    answer = solve_margin(program, solver=configuration.structure.solver)
+    adhesion = np.inf if answer.status.is_infeasible else least_adhesion(program, answer.force)
+    force, proven = checked(program, answer.force, settles=adhesion <= ADHESION_TOLERANCE)
+    return forces_of(problem, force, answer.twist, adhesion, proven)
+
+
+def least_adhesion(program: PenaltyProgram, force: Floats) -> float:
+    """Return the adhesion that forces need at the contact point that needs most.
+
+    Parameters
+    ----------
+    program
+        The contact points.
+    force
+        In the unit of the program, shape (n_points, 3).
+
+    Returns
+    -------
+    float
+        Negative where every point has slack.
+    """
+    slack = certificate.point_slack(program, force)[: program.n_points]
+    return -float(slack.min(initial=np.inf))
+
+
+def checked(program: PenaltyProgram, force: Floats, *, settles: bool = True) -> tuple[Floats, bool]:
+    """Return forces moved into equilibrium, and whether the independent check proves them.
+
+    Parameters
+    ----------
+    program
+        With all loads.
+    force
+        Forces of a solver, in the unit of the program, shape (n_points, 3).
+    settles
+        Whether to look for admissible forces nearby where the first check fails.
+
+    Returns
+    -------
+    force : Floats
+        Shape (n_points, 3).
+    proven : bool
+        Whether they are admissible and in equilibrium.
+    """
+    balanced = certificate.balance(program, force)
+    proven = certificate.check(program, balanced, np.zeros_like(program.load)).proves_stable
+    if not proven and settles:
+        settled = certificate.settle(program, balanced)
+        if certificate.check(program, settled, np.zeros_like(program.load)).proves_stable:
+            return settled, True
+    return balanced, proven

@@ -1,0 +1,213 @@
+"""The limit state of a displaced structure: limit multiplier, mechanism and forces; or how its blocks fall.
+
+Where no multiplier is carried, blocks fall along the motion of steepest descent in which the live load does no work:
+
+    min -w'u + |u|^2 / 2    subject to    l'u = 0,  A'u in K*.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from blockstat.analysis.problem import Problem
+from blockstat.analysis.verdict import relative_motion
+from blockstat.large_displacement.displaced.pose import Pose
+from blockstat.large_displacement.displaced.structure import Configuration, Structure
+from blockstat.large_displacement.statics.de_saxce import (
+    FROM_GUESS,
+    ROUGH,
+    FixedPointLimits,
+    largest_of_contact,
+    uplift,
+    without_opening,
+)
+from blockstat.large_displacement.statics.equilibrium import (
+    ADHESION_TOLERANCE,
+    EquilibriumForces,
+    checked,
+    forces_of,
+    least_adhesion,
+)
+from blockstat.large_displacement.statics.macro_blocks import condensed
+from blockstat.program.condensed import Bodies
+from blockstat.program.conic import ConicProgram, conic_program
+from blockstat.program.penalty import PenaltyProgram
+from blockstat.solve import clarabel
+from blockstat.solve.answer import Answer, EarlyEnd, Status
+from blockstat.solve.dispatch import solve
+from blockstat.typing import Floats, Ints
+
+
+@dataclass(frozen=True, eq=False)
+class LimitState:
+    """The state in which a displaced structure moves on."""
+
+    #: of the live load; without one, the force on the moving supports [N]. None where blocks fall under any multiplier.
+    #: Infinite where macro-blocks lock each other.
+    multiplier: float | None
+    #: the mechanism, or how the blocks fall, of any magnitude, shape (n_blocks, 6); zero where the solver found neither
+    mechanism: Floats
+    forces: EquilibriumForces | None  #: None where blocks fall, or where the program was condensed to macro-blocks
+    #: rates at which contacts open that slide, shape (n_contacts,); None where that is friction times slip
+    opening: Floats | None = None
+
+
+def limit_state(
+    configuration: Configuration,
+    *,
+    associated: bool = True,
+    guess: Floats | None = None,
+    limits: FixedPointLimits | None = None,
+    macro_blocks: Ints | None = None,
+    accuracy: float = 0.0,
+) -> LimitState:
+    """Find the limit multiplier of a displaced structure, its mechanism and its forces.
+
+    Parameters
+    ----------
+    configuration
+        The displaced structure, which has a live load.
+    associated
+        Whether flow is associated: joints open by friction times slip as they slide. If not, they open by little, as
+        `LimitState.opening` says.
+    guess
+        A mechanism near the wanted one, of any magnitude, shape (n_blocks, 6). De Saxce's fixed point begins with its
+        slip. Associated flow does not use it.
+    limits
+        Of the fixed point; by default `FROM_GUESS` with a guess and `ROUGH` without.
+    macro_blocks
+        Macro-block of each block, -1 for blocks that do not move, shape (n_blocks,). The multiplier is then one of a
+        mechanism, hence an upper bound, and there are no forces. By default each block is one.
+    accuracy
+        As in `EarlyEnd`.
+
+    Returns
+    -------
+    LimitState
+        Where no multiplier is carried, how the blocks fall. Blocks without any contact fall along their weight.
+    """
+    problem, structure = configuration.problem(), configuration.structure
+    if problem.program is None or len(problem.floating):
+        return free_fall(structure, problem, configuration.pose)
+    part = condensed(problem, macro_blocks)
+    program = problem.program if part is None else part.program
+    # The contact points of the program as points of the displaced joints.
+    columns = problem.eq.points if part is None else problem.eq.points[part.columns[: program.n_points]]
+    live = structure.live_load(configuration.pose)
+    load = problem.scaled(live)
+    unit = float(np.abs(load).sum()) / program.total_load  # scales the live load to the size of the weight
+    load = load if part is None else part.loads(load)
+    points, first = slice(program.n_points), np.zeros(program.n_points)
+    # In the program the live load has a unit power, so the slip of the guess is divided by its power.
+    if guess is not None and (power := float((live * guess).sum())) > 0:
+        rate = relative_motion(problem.assembly, problem.interfaces, guess)[columns]
+        first = uplift(program, rate) * (program.force_unit * unit / power)
+
+    def solve_with(lifted: Floats) -> Answer:
+        offset = np.zeros((len(program.friction), 3))
+        offset[points, 0] = lifted
+        conic = conic_program(program, -program.load, pinned=load / unit, offset=offset.reshape(-1))
+        return solve(conic, solver=structure.solver, early=EarlyEnd(accuracy=accuracy))
+
+    def rates_of(answer: Answer) -> Floats:
+        return (program.matrix.T @ answer.twist).reshape(-1, 3)[points]
+
+    limits = limits or (ROUGH if guess is None else FROM_GUESS)
+    found = None if associated else without_opening(program, solve_with, rates_of, first, limits, accept_last=True)
+    answer, opening = found or (solve_with(np.zeros(program.n_points)), None)
+    if part is not None and answer.status is Status.PRIMAL_INFEASIBLE:
+        return LimitState(np.inf, np.zeros_like(live), None)
+    if answer.status.is_infeasible or answer.status.is_stalled:
+        return steepest_descent(problem, _without_live_power(program, load / unit), part)
+    if opening is not None:
+        opening = largest_of_contact(opening, configuration.joints[1][columns], configuration.contacts.number)
+    multiplier = answer.multiplier / unit
+    if part is not None:
+        return LimitState(multiplier, problem.to_blocks(part.twists(answer.twist)), None, opening)
+    forces = _forces(problem, replace(program, load=program.load + multiplier * load), answer)
+    return LimitState(multiplier, forces.mechanism, forces, opening)
+
+
+def _forces(problem: Problem, loaded: PenaltyProgram, answer: Answer) -> EquilibriumForces:
+    """The forces of a limit load, checked under all loads."""
+    force, proven = checked(loaded, answer.force)
+    return forces_of(problem, force, answer.twist, least_adhesion(loaded, force), proven)
+
+
+def _without_live_power(program: PenaltyProgram, load: Floats) -> ConicProgram:
+    """The program of motions in which the live load does no work, l'u = 0."""
+    conic = conic_program(program, -program.load, pinned=load)
+    bound = conic.bound.copy()
+    bound[-1] = 0.0
+    return replace(conic, bound=bound)
+
+
+def associated_limit(configuration: Configuration, macro_blocks: Ints | None = None) -> LimitState | None:
+    """Return the limit state with associated flow.
+
+    Parameters
+    ----------
+    configuration
+        The displaced structure, which has a live load.
+    macro_blocks
+        As in `limit_state`: the multiplier is then an upper bound.
+
+    Returns
+    -------
+    LimitState or None
+        None where no multiplier is carried.
+    """
+    found = limit_state(configuration, macro_blocks=macro_blocks)
+    return None if found.multiplier is None else found
+
+
+def steepest_descent(problem: Problem, conic: ConicProgram, part: Bodies | None = None) -> LimitState:
+    """Return how blocks fall that no forces hold.
+
+    Parameters
+    ----------
+    problem
+        The equilibrium problem; it has a program.
+    conic
+        Its program, condensed if `part` is given.
+    part
+        The macro-blocks.
+
+    Returns
+    -------
+    LimitState
+        Without multiplier. The motion is zero where it is below the accuracy of a solve.
+
+    Notes
+    -----
+    The weight of |u|^2 / 2 is one, so the motion equals the forces that are left unbalanced.
+    """
+    answer = clarabel.solve(replace(conic, ridge=1.0))
+    falls = float(np.abs(answer.twist).max(initial=0.0)) > ADHESION_TOLERANCE
+    twist = answer.twist if part is None else part.twists(answer.twist)
+    return LimitState(None, falls * problem.to_blocks(twist), None)
+
+
+def free_fall(structure: Structure, problem: Problem, pose: Pose) -> LimitState:
+    """Return how blocks without any contact fall: along their load.
+
+    Parameters
+    ----------
+    structure
+        The structure.
+    problem
+        Its equilibrium problem at the pose.
+    pose
+        The pose.
+
+    Returns
+    -------
+    LimitState
+        Without multiplier.
+    """
+    force = structure.dead_load(pose)[:, :3]
+    fall = np.zeros((structure.assembly.n_blocks, 6))
+    fall[problem.floating, :3] = force[problem.floating]
+    return LimitState(None, fall, None)

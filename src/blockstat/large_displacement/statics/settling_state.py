@@ -1,0 +1,94 @@
+"""The state of a displaced structure on supports that move: the motion of least potential energy, and its forces."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from blockstat.analysis.problem import Problem
+from blockstat.analysis.verdict import relative_motion
+from blockstat.certificate import check as certificate
+from blockstat.large_displacement.displaced.structure import Configuration
+from blockstat.large_displacement.statics.de_saxce import (
+    CONVERGED,
+    ROUGH,
+    largest_of_contact,
+    uplift,
+    without_opening,
+)
+from blockstat.large_displacement.statics.equilibrium import forces_of, least_adhesion
+from blockstat.large_displacement.statics.limit_state import LimitState, free_fall, steepest_descent
+from blockstat.program.conic import conic_program
+from blockstat.solve import clarabel
+from blockstat.solve.answer import Answer, Status
+from blockstat.typing import Floats
+
+
+def settling_state(configuration: Configuration, *, guess: Floats | None = None, rough: bool = False) -> LimitState:
+    """Find the motion of least potential energy for a unit rate of the supports' movement, and its forces.
+
+    Parameters
+    ----------
+    configuration
+        The displaced structure.
+    guess
+        A motion near the wanted one for a unit rate, shape (n_blocks, 6). De Saxce's fixed point begins with its slip.
+    rough
+        Whether joints that slide may open or overlap a little, as `LimitState.opening` says: the projection of a
+        finite step closes them.
+
+    Returns
+    -------
+    LimitState
+        The multiplier is the force of the structure on the moving supports along their movement [N]. Where blocks fall,
+        the motion is that of steepest descent on supports at rest. Where they jam, it is zero.
+
+    Notes
+    -----
+    The program is min -w'u subject to A'u + r in K*, with r the rates by the supports' movement. Joints slide without
+    opening by De Saxce's fixed point; where that is not found, flow is associated.
+    """
+    problem = configuration.problem()
+    program = problem.program
+    if program is None or len(problem.floating):
+        return free_fall(configuration.structure, problem, configuration.pose)
+    rate, points = np.zeros((len(program.friction), 3)), slice(program.n_points)
+    driven = configuration.support_rates()[problem.eq.points]
+    rate[points] = driven
+
+    def solve_with(lifted: Floats) -> Answer:
+        offset = rate.copy()
+        offset[points, 0] += lifted
+        return clarabel.solve(conic_program(program, -program.load, offset=offset.reshape(-1)))
+
+    def rates_of(answer: Answer) -> Floats:
+        return rate[points] + (program.matrix.T @ answer.twist).reshape(-1, 3)[points]
+
+    first = np.zeros(program.n_points)
+    if guess is not None:
+        guessed = relative_motion(problem.assembly, problem.interfaces, guess)[problem.eq.points]
+        first = uplift(program, guessed + driven)
+    limits = ROUGH if rough else CONVERGED
+    found = without_opening(program, solve_with, rates_of, first, limits, accept_last=rough)
+    if found is not None:
+        contact = configuration.joints[1][problem.eq.points]
+        opening = largest_of_contact(found[1], contact, configuration.contacts.number)
+        return replace(_with_reaction(problem, found[0], driven), opening=opening)
+    answer = solve_with(np.zeros(program.n_points))
+    if answer.status is Status.PRIMAL_INFEASIBLE:
+        return LimitState(None, np.zeros((configuration.structure.assembly.n_blocks, 6)), None)
+    if answer.status.is_infeasible or answer.status.is_stalled:
+        return steepest_descent(problem, conic_program(program, -program.load))
+    return _with_reaction(problem, answer, driven)
+
+
+def _with_reaction(problem: Problem, answer: Answer, driven: Floats) -> LimitState:
+    """The answer's motion and forces, with the power of the forces at a unit rate of the supports [N]."""
+    program = problem.program
+    assert program is not None
+    force = certificate.balance(program, answer.force)
+    proven = certificate.check(program, force, np.zeros_like(program.load)).proves_stable
+    forces = forces_of(problem, force, answer.twist, least_adhesion(program, force), proven)
+    reaction = float((force[: program.n_points] * driven).sum()) * program.force_unit
+    return LimitState(reaction, forces.mechanism, forces)

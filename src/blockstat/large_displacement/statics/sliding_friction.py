@@ -1,0 +1,130 @@
+"""The multiplier of a configuration in which joints slide against friction, and the forces of that state.
+
+The force of a contact that slides along a unit vector t is a multiple of n - mu t, as friction acts against the slip.
+So it is a contact without friction whose normal is n - mu t.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from blockstat.analysis.problem import Problem
+from blockstat.analysis.verdict import relative_motion
+from blockstat.certificate import check as certificate
+from blockstat.large_displacement.displaced.structure import Configuration
+from blockstat.large_displacement.statics.equilibrium import (
+    ADHESION_TOLERANCE,
+    EquilibriumForces,
+    floating_blocks,
+    forces_of,
+)
+from blockstat.program.conic import ConicProgram, conic_program
+from blockstat.program.penalty import PenaltyProgram
+from blockstat.solve import clarabel
+from blockstat.typing import Floats, Ints
+
+#: Weight of the square of the motion in the program. Directions that no contact resists, such as that across a slip, do
+#: work by rounding only, 1e-16 of the loads, so their motion stays below 1e-16 / 1e-10 = 1e-6. The program leaves
+#: unbalanced this weight times the motion; where that is more than rounding, no equilibrium exists.
+MOTION_WEIGHT = 1e-10
+#: Contacts that slip more slowly than this stick. Relative to the largest rate of the motion. Chosen: above what
+#: solvers leave.
+STICKING_SPEED = 1e-4
+
+
+def sliding_multiplier(configuration: Configuration, motion: Floats) -> tuple[EquilibriumForces, float]:
+    """Find the multiplier and the forces of a state in which joints slide against friction in a given motion.
+
+    Parameters
+    ----------
+    configuration
+        The displaced structure.
+    motion
+        Rates of the blocks about their displaced centroids, shape (n_blocks, 6). Friction acts against the slip.
+
+    Returns
+    -------
+    forces : EquilibriumForces
+        Those with the largest smallest slack; at contacts that slide they lie on the friction cone.
+    multiplier : float
+        Of the live load. Without a live load, the force of the structure on the moving supports along their movement
+        [N].
+
+    Notes
+    -----
+    The multiplier alpha is unknown:
+
+        max s   subject to   A f + w + alpha l = 0,   f - s n in K.
+    """
+    structure = configuration.structure
+    problem = configuration.problem()
+    program = problem.program
+    if program is None or len(problem.floating):
+        return floating_blocks(problem), np.nan
+    driven = configuration.support_rates()[problem.eq.points]
+    rate = relative_motion(problem.assembly, problem.interfaces, motion)[problem.eq.points]
+    if structure.live is None:
+        rate = rate + driven
+    slip = np.hypot(rate[:, 1], rate[:, 2])
+    slides = slip > STICKING_SPEED * np.abs(motion).max(initial=0.0)
+    point = np.flatnonzero(slides & (program.friction[: program.n_points] > 0))
+    sliding = _Sliding(point, rate[point, 1:] / slip[point, None], program.friction[point, None])
+    tilted = _with_tilted_normals(program, sliding)
+    total = np.asarray(tilted.normal_columns.sum(axis=1)).reshape(-1)
+    load = np.zeros_like(total) if structure.live is None else problem.scaled(structure.live_load(configuration.pose))
+    answer = clarabel.solve(_margin_program(tilted, total, None if structure.live is None else load))
+    multiplier = answer.multiplier
+    loaded = replace(tilted, load=tilted.load + multiplier * load)
+    # The solver's forces are f + adhesion n.
+    residual = tilted.matrix @ answer.force.reshape(-1) + loaded.load
+    adhesion = float(total @ residual) / float(total @ total)
+    force = answer.force.copy()
+    force[: program.n_points, 0] -= adhesion
+    unbalanced = MOTION_WEIGHT * float(np.abs(answer.twist).max(initial=0.0))
+    missing = np.inf if answer.status.is_infeasible or unbalanced > ADHESION_TOLERANCE else adhesion
+    force = certificate.balance(loaded, force)
+    proven = certificate.check(loaded, force, np.zeros_like(program.load)).proves_stable
+    if structure.live is None:
+        multiplier = _reaction(problem, force, driven, sliding)
+    return forces_of(problem, force, answer.twist, missing, proven), multiplier
+
+
+class _Sliding(NamedTuple):
+    """The contact points that slide against friction."""
+
+    point: Ints  #: their numbers, shape (k,)
+    along: Floats  #: unit vectors of the slip in the frames of the joints, shape (k, 2)
+    friction: Floats  #: shape (k, 1)
+
+
+def _with_tilted_normals(program: PenaltyProgram, sliding: _Sliding) -> PenaltyProgram:
+    """The program whose sliding points are without friction and have n - mu t for their normals."""
+    local, friction = program.local.reshape(-1, 3, 12).copy(), program.friction.copy()
+    point, along = sliding.point, sliding.along
+    local[point, 0] -= sliding.friction * (along[:, :1] * local[point, 1] + along[:, 1:] * local[point, 2])
+    friction[point] = 0.0
+    return replace(program, local=local.reshape(-1, 12), friction=friction, plane=None)
+
+
+def _margin_program(program: PenaltyProgram, total: Floats, live: Floats | None) -> ConicProgram:
+    """The program of the largest smallest slack; with a live load its multiplier is free, so l'u = 0."""
+    if live is None:
+        conic = conic_program(program, -program.load - total, at_most_one=total)
+    else:
+        conic = conic_program(program, -program.load - total, at_most_one=total, pinned=live)
+        bound = conic.bound.copy()
+        bound[-1] = 0.0
+        conic = replace(conic, bound=bound)
+    return replace(conic, ridge=MOTION_WEIGHT)
+
+
+def _reaction(problem: Problem, force: Floats, driven: Floats, sliding: _Sliding) -> float:
+    """The power of the contact forces when the supports move at a unit rate [N]; sliding forces contain friction."""
+    program = problem.program
+    assert program is not None
+    tilted, point = driven.copy(), sliding.point
+    tilted[point, 0] -= sliding.friction[:, 0] * (sliding.along * driven[point, 1:]).sum(axis=1)
+    return float((force[: program.n_points] * tilted).sum()) * program.force_unit
