@@ -136,7 +136,8 @@ def test_the_number_of_a_block_is_its_name_unless_that_is_taken():
 @pytest.mark.parametrize(("vertices", "message"), [
     ("abc", "vertices must be a list of"), ([[0, 0, 0], [1]], "vertices must be a list of"),
     (np.zeros((3, 3)), r"vertices have shape \(3, 3\)"), (np.zeros((8, 2)), r"vertices have shape \(8, 2\)"),
-    (np.zeros(12), r"vertices have shape \(12,\)"), (np.zeros((2, 4, 3)), r"vertices have shape \(2, 4, 3\); at least 4"),
+    (np.zeros(12), r"vertices have shape \(12,\)"),
+    (np.zeros((2, 4, 3)), r"vertices have shape \(2, 4, 3\); at least 4"),
 ])  # fmt: skip
 def test_bad_vertices_are_named(vertices, message):
     blocks = [box((0, 0, 0), (1, 1, 1)), Block(vertices, [[0, 1, 2]] * 4, "odd")]
@@ -203,15 +204,15 @@ def test_blocks_are_given_by_name_or_number_or_a_number_as_text():
             block_indices(names, given, "x")
     asm = Assembly.from_blocks([box((i, 0, 0), (i + 1, 1, 1), name=n) for i, n in enumerate(names)])
     assert asm.blocks_named(["c", "a"]).tolist() == [2, 0]
-    with pytest.raises(InputError, match="^blocks: no blocks are given"):
+    with pytest.raises(InputError, match=r"^blocks: no blocks are given"):
         asm.blocks_named([])
-    with pytest.raises(InputError, match='^these: no block "d"'):
+    with pytest.raises(InputError, match=r'^these: no block "d"'):
         asm.blocks_named("d", "these")
 
 
 def test_a_few_blocks_are_all_named_in_an_error_and_many_are_not():
     eight = [f"n{k}" for k in range(8)]
-    with pytest.raises(InputError, match="blocks are: n0, n1, n2, n3, n4, n5, n6, n7$"):
+    with pytest.raises(InputError, match=r"blocks are: n0, n1, n2, n3, n4, n5, n6, n7$"):
         block_indices(eight, "zzz", "x")
     with pytest.raises(InputError, match=r"blocks are: n0, n1, n2, n3, n4, n5, n6, n7, \.\.\. \(9 in all\)"):
         block_indices([*eight, "last"], "zzz", "x")

@@ -258,5 +258,5 @@ def test_loads_that_no_case_uses_need_not_fit_the_blocks():
     asm = two_blocks()
     loads = {"used": {"kind": "body", "force": (1, 0, 0)}, "spare": {"kind": "body", "force": (1, 0, 0), "group": "no"}}
     assert load_cases(asm, loads, {"c": {"live": {"used": 1}}})["c"].live[:, 0].sum() == pytest.approx(1.0)
-    with pytest.raises(InputError, match='loads.spare: no group "no"'):
+    with pytest.raises(InputError, match=r'loads.spare: no group "no"'):
         load_cases(asm, loads, {"c": {"factors": {"spare": np.float64(1)}}})

@@ -155,7 +155,7 @@ def test_a_face_that_hardly_slopes_carries_all_of_the_fill_high_above_it():
 
 def test_fill_above_nothing_or_above_two_faces_is_refused():
     asm = assembly([box((0, 0, 0), (2, 1, 1), name="low"), box((0.5, 0, 3), (1.5, 1, 4), name="shelf")], supports=[])
-    with pytest.raises(InputError, match="no free face of these blocks lies below the level 0.9"):
+    with pytest.raises(InputError, match=r"no free face of these blocks lies below the level 0.9"):
         fill_load(asm, 0.9, 1.0)
     with pytest.raises(InputError, match='free faces of "low" and "shelf" lie above each other'):
         fill_load(asm, 5.0, 1.0)
@@ -233,7 +233,7 @@ def test_a_spread_load_beside_or_below_all_faces_is_refused():
     assert dispersed_load(asm, (5, 1, 0.9), 1.0, **options)[2, 2] == pytest.approx(-1.0)
     assert dispersed_load(asm, (2.9, 1, 2.0), 1.0, group="deck.a", **options)[:, 2] == pytest.approx([0, -1, 0])
     for footprint in ((0.0, 0.0), (0.1, 0.0), (0.1, 0.1, 0.1), (0.1, -0.2)):
-        with pytest.raises(InputError, match=r"the load at \[1\.0, 1\.0, 1\.0\] has an area of .* both must be above 0"):
+        with pytest.raises(InputError, match=r"the load at .* has an area of .* both must be above 0"):
             dispersed_load(asm, (1, 1, 1.0), 1.0, spread=0.5, footprint=footprint)
     shelf = assembly([box((0, 0, 0), (2, 1, 1), name="low"), box((0, 0, 3), (2, 1, 4), name="shelf")], supports=[])
     with pytest.raises(InputError, match='free faces of "low" and "shelf" lie above each other'):
