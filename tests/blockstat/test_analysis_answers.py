@@ -491,7 +491,8 @@ def test_bounds_of_a_multiplier_are_those_of_the_fields_and_mechanisms_given():
 
 def test_light_blocks_beside_heavy_ones_are_judged_in_their_own_units():
     blocks = [
-        GROUND, box((0, 0, 0), (1, 1, 1), name="heavy", density=1.0), box((3, 0, 0), (4, 1, 1), name="light", density=1e-9)
+        GROUND, box((0, 0, 0), (1, 1, 1), name="heavy", density=1.0),
+        box((3, 0, 0), (4, 1, 1), name="light", density=1e-9),
     ]  # fmt: skip
     asm = assembly(blocks, gravity=(0.2, 0, -1), friction=0.5)
     problem = program_of(asm)
