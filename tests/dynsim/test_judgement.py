@@ -387,8 +387,8 @@ def test_blocks_that_are_taken_out_do_not_count():
     assert not found.falls_alone
     lost = verify(stack(3, 1.0, 1.0), loads=[Removal(["stone0", "stone1"])])
     assert (lost.outcome, lost.first_block, lost.falls_alone) == (DynamicOutcome.FALLS, "stone2", False)
-    pair = [box((0, 0, 0), (0.5, 1, 1), name="thin"), box((4, 0, 0), (6, 1, 1), name="stout")]
-    leaning = assembly([GROUND, *pair], gravity=(0.6, 0, -1), friction=0.9)
+    pair = [box((0, 0, 0), (0.5, 1, 4), name="thin"), box((4, 0, 0), (6, 1, 1), name="stout")]
+    leaning = assembly([GROUND, *pair], gravity=(0.3, 0, -1), friction=0.9)
     alone = verify(leaning, loads=[Removal("stout", time=0.1)])
     assert alone.first_block == "thin"
     assert alone.outcome is DynamicOutcome.FALLS
