@@ -57,7 +57,8 @@ def test_an_element_stands_where_the_model_its_groups_and_itself_put_it():
         "loose": element("loose"),
     }  # fmt: skip
     children = [
-        {"element": "wall", "children": [{"element": "north", "children": [{"element": "stone"}]}]}, {"element": "loose"}
+        {"element": "wall", "children": [{"element": "north", "children": [{"element": "stone"}]}]},
+        {"element": "loose"},
     ]  # fmt: skip
     parts = compas_parts(model(elements, children, transformation=transformation(base)), "m")
     assert [(b.name, b.group) for b in parts.blocks] == [("stone", "wall.north"), ("loose", "")]
@@ -79,7 +80,8 @@ def test_a_frame_turns_by_its_axes_although_they_are_neither_unit_nor_square():
 
 
 @pytest.mark.parametrize("given", [
-    {"matrix": np.full((4, 4), np.nan).tolist()}, {"matrix": np.eye(3).tolist()}, {"matrix": "abc"}, {"point": [0, 0, 0]},
+    {"matrix": np.full((4, 4), np.nan).tolist()}, {"matrix": np.eye(3).tolist()}, {"matrix": "abc"},
+    {"point": [0, 0, 0]},
     {"point": [0, 0], "xaxis": [1, 0, 0], "yaxis": [0, 1, 0]},
 ])  # fmt: skip
 def test_what_is_neither_a_matrix_nor_a_frame_is_named(given):
