@@ -550,6 +550,9 @@ def test_a_limit_says_what_it_rests_on():
     far = replace(found, static=(np.inf, np.inf))
     assert far.ratio is None
     assert "Statics carry the load without bound." in far.explain()
+    open_ = replace(found, static=(0.4, np.inf))
+    assert open_.ratio is None
+    assert "Static bracket: 0.4 to inf." in open_.explain()
     below = replace(found, static=(-np.inf, -np.inf), upper=np.inf)
     assert below.ratio is None
     assert "Static bracket: -inf to -inf." in below.explain()
@@ -677,6 +680,18 @@ def test_a_joint_beside_is_closed_where_it_alone_is_open_by_a_tenth_of_the_thres
         scene = closed_scene(asm, find_interfaces(asm))
         assert (scene.closed == 1) is closes
         assert (scene.assembly is asm) is not closes
+
+
+def test_runs_that_settle_by_more_than_the_threshold_or_begin_in_each_other_say_so():
+    sunk = open_stack(3, -2e-4)
+    rough = verify(sunk, settings=Settings(brick_threshold=1e-7, roof_threshold=1e-7, fine_step=1e-3, end=0.5))
+    told = [text for text in rough.warnings if "while settling, more than the threshold" in text]
+    assert len(told) == 1
+    assert told[0].startswith(f"blocks moved {1e3 * rough.settling:.2g} mm")
+    overlap = [text for text in rough.warnings if "before the first step" in text]
+    assert bool(overlap) is (rough.run.initial_overlap > 1e-8)
+    fine = verify(open_stack(3, 0.0), settings=Settings(end=0.5))
+    assert fine.warnings == ()
 
 
 def test_a_scene_that_was_changed_says_by_how_much():
