@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blockstat import InputError, JointLaw, Plan, Step, find_interfaces
+from blockstat import Block, InputError, JointLaw, Plan, Step, find_interfaces
 from dynsim import Constant, DynamicOutcome, Removal, Settings, limit, sequence, simulate, verify
 from dynsim.judge.closing import closed_scene
 from dynsim.judge.cracks import find_cracks
@@ -19,6 +19,7 @@ from dynsim.judge.rest import RestDetection, last_change, stays, threshold_under
 from dynsim.judge.run import Contacts, height_of
 from dynsim.judge.stages import chain, stages
 from dynsim.judge.static_reserve import StaticReserve
+from evidence.scenes.edges import two_ridges
 from evidence.scenes.small import assembly, box, stack
 
 GROUND = box((-9, -9, -1), (9, 9, 0), name="ground")
@@ -680,6 +681,37 @@ def test_a_joint_beside_is_closed_where_it_alone_is_open_by_a_tenth_of_the_thres
         scene = closed_scene(asm, find_interfaces(asm))
         assert (scene.closed == 1) is closes
         assert (scene.assembly is asm) is not closes
+
+
+def above_its_ridges(*others, gap=6e-3):
+    """A box of 1 x .8 x 1.2 m above the two ridges it is to lie on, beside other blocks that are supports."""
+    ridges = two_ridges(0.0, 0.8, (1, 0)).scene
+    moved = ridges.vertices.copy()
+    moved[ridges.vertex_start[2] :] += (0, 0, gap)
+    own = [
+        Block(
+            moved[ridges.vertex_start[k] : ridges.vertex_start[k + 1]], [f.tolist() for f in ridges.faces_of(k)], name
+        )
+        for k, name in enumerate(("ridge0", "ridge1", "box"))
+    ]
+    names = [block.name for block in others]
+    return assembly([*own, *others], supports=["ridge0", "ridge1", *names], gravity=(0, 0, -9.81))
+
+
+def test_what_a_neighbour_pins_by_its_side_alone_is_simulated_as_drawn():
+    beside = box((0.5, -0.4, 0.1), (1.5, 0.4, 1.1), name="beside")
+    pinned = above_its_ridges(beside)
+    scene = closed_scene(pinned, find_interfaces(pinned))
+    assert scene.assembly is pinned
+    assert (scene.closed, scene.left, scene.moved) == (0, 2, 0.0)
+    assert scene.misfit == pytest.approx(6e-3)
+    loose = above_its_ridges(box((1.5, -0.4, 0.1), (2.5, 0.4, 1.1), name="beside"))
+    with pytest.raises(InputError) as caught:
+        closed_scene(loose, find_interfaces(loose))
+    told = str(caught.value)
+    assert told.startswith('blocks "ridge0" and "box" do not meet') or told.startswith('blocks "ridge1" and "box"')
+    assert "faces are off by 6 mm" in told
+    assert "blocks would fall by 6 mm until they touch" in told
 
 
 def test_runs_that_settle_by_more_than_the_threshold_or_begin_in_each_other_say_so():
