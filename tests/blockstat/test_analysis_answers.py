@@ -483,6 +483,20 @@ def tipping():
     return problem, load, decide(problem.program, solve_penalty(problem.program, stands=True)).force
 
 
+@pytest.mark.parametrize("scale", [0.05, 1.0, 20.0])
+def test_a_mechanism_that_closes_a_joint_is_corrected_whatever_its_size(scale):
+    problem, load, dead = tipping()
+    unit = problem.program.length_unit
+    for rise in (0.5, 0.499, 0.48):  # it must rise by half of what it moves aside
+        twist = scale * np.array([1.0, 0, rise, 0, unit, 0])
+        found = upper_bound(problem.program, load, twist, dead, motions=problem.motions)
+        assert found.value == pytest.approx(0.5, rel=1e-6)
+        assert load @ found.evidence == pytest.approx(1.0)
+        rate = (problem.program.matrix.T @ found.evidence).reshape(-1, 3)
+        assert (rate[:, 0] - 9.0 * np.hypot(rate[:, 1], rate[:, 2]) >= -1e-8 * np.abs(rate).max()).all()
+    assert upper_bound(problem.program, load, 0 * twist, dead) is None
+
+
 def test_verdicts_on_single_multipliers_narrow_a_bracket():
     problem, load, dead = tipping()
     ends = Bound(0.0, dead), Bound(np.inf, np.zeros(6))

@@ -596,22 +596,43 @@ def test_plans_are_carried_out_with_dry_joints():
 
 def test_a_block_is_put_in_where_its_neighbours_have_moved_on_average():
     blocks = [
-        GROUND, box((0, 0, 0), (1, 1, 1), name="one"), box((3, 0, 0), (4, 1, 1), name="other"),
-        box((0, 0, 1), (1, 1, 2), name="top"), box((6, 0, 0), (7, 1, 1), name="far"),
+        box((6, 0, 0), (7, 1, 1), name="far"), GROUND, box((-1, 0, 0), (0, 1, 1), name="side"),
+        box((0, 0, 0), (1, 1, 1), name="one"), box((0, 0, 1), (1, 1, 2), name="top"),
+        box((0, 0, 2), (1, 1, 3), name="above"),
     ]  # fmt: skip
-    asm = assembly(blocks, gravity=(1.0, 0, -9.81), friction=0.0)
-    plan = Plan((Step(("one",)), Step(("top", "other"), ("top", "other")), Step(("far",), ("far", "top", "other"))))
-    found = sequence(asm, plan, settings=Settings(settle=0.06, end=1.0, resolution=6e-3))
-    assert found.steps[0].outcome is not DynamicOutcome.STANDS
+    asm = assembly(blocks, supports=["ground"], gravity=(9.81 * 0.02, 0, -9.81), friction=0.0)
+    names = ("far", "side", "top", "above")
+    plan = Plan((Step(("one",)), Step(names, ("one", *names))))
+    settings = Settings(settle=0.06, end=0.4, resolution=1e-2, brick_threshold=0.1)
+    found = sequence(asm, plan, settings=settings)
+    assert [step.outcome.word for step in found.steps] == ["creeps", "stands"]
+    moved = {name: found.run.displacement[-1, k] for k, name in enumerate(asm.names)}
+    slid = moved["one"][0]
+    assert 0.005 < slid < 0.1
+    assert slid == pytest.approx(found.steps[0].max_displacement, rel=0.1)
+    np.testing.assert_allclose(moved["top"], moved["one"], atol=1e-9)
+    np.testing.assert_allclose(moved["above"], moved["one"], atol=1e-9)
+    np.testing.assert_allclose(moved["side"], moved["one"] / 2, atol=1e-9)  # beside it and on the ground
+    np.testing.assert_allclose(moved["far"], 0.0, atol=1e-9)
+    placed = dict(zip(asm.names, found.run.placed, strict=True))
+    assert placed["ground"] == placed["one"] == 0.0
+    assert {placed[name] for name in names} == {found.steps[0].end}
+    assert found.steps[0].end < found.steps[1].end or found.steps[0].end == found.steps[1].end
+    assert found.run.times[-1] == found.steps[1].end
+
+
+def test_blocks_of_a_step_that_falls_are_put_back_and_held():
+    blocks = [GROUND, box((0, 0, 0), (1, 1, 1), name="one"), box((4, 0, 0), (5, 1, 1), name="two")]
+    asm = assembly(blocks, supports=["ground"], gravity=(9.81 * 0.3, 0, -9.81), friction=0.0)
+    plan = Plan((Step(("one",)), Step(("two",), ("one", "two"))))
+    settings = Settings(settle=0.06, end=1.0, brick_threshold=0.1)
+    found = sequence(asm, plan, settings=settings)
+    assert [step.outcome.word for step in found.steps] == ["falls", "stands"]
+    assert found.outcome is DynamicOutcome.FALLS
     assert found.first_fall == 0
-    assert found.outcome is found.steps[0].outcome
-    frame = {name: found.run.displacement[:, asm.names.index(name)] for name in asm.names}
-    assert np.isfinite(found.run.placed).all()
-    placed = found.run.placed
-    assert placed[1] == 0.0
-    assert placed[2] == placed[3] == pytest.approx(found.steps[0].end)
-    assert placed[4] == pytest.approx(found.steps[1].end)
-    assert not frame["ground"].any()
+    np.testing.assert_allclose(found.run.displacement[-1, 1:], 0.0, atol=1e-9)
+    assert found.run.displacement[:, 1, 0].max() >= 0.1
+    assert found.steps[0].end == pytest.approx(settings.settle + np.sqrt(2 * 0.1 / (9.81 * 0.3)), abs=0.1)
 
 
 @pytest.mark.parametrize(("tilt", "outcome"), [(0.0, "stands"), (0.02, "creeps"), (0.2, "falls")])
