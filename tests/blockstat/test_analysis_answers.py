@@ -523,14 +523,17 @@ def test_no_multiplier_beyond_the_most_is_tried():
     assert (low.value, high.value) == (0.5, np.inf)
 
 
-def test_light_blocks_beside_heavy_ones_are_judged_in_their_own_units():
+def light_and_heavy():
+    """A cube of a billionth of another's density beside it, on a slope of .2."""
     blocks = [
         GROUND, box((0, 0, 0), (1, 1, 1), name="heavy", density=1.0),
         box((3, 0, 0), (4, 1, 1), name="light", density=1e-9),
     ]  # fmt: skip
-    asm = assembly(blocks, gravity=(0.2, 0, -1), friction=0.5)
-    problem = program_of(asm)
-    program = problem.program
+    return assembly(blocks, gravity=(0.2, 0, -1), friction=0.5)
+
+
+def test_light_blocks_beside_heavy_ones_are_balanced_in_their_own_units():
+    program = program_of(light_and_heavy()).program
     answer = solve_margin_locally(program)
     force = answer.force.reshape(-1, 3)
     for index in range(2):
@@ -538,12 +541,21 @@ def test_light_blocks_beside_heavy_ones_are_judged_in_their_own_units():
         out = (program.matrix @ force.reshape(-1) + program.load)[rows]
         assert np.abs(out).max() <= 1e-6 * np.abs(program.load[rows]).max()
     assert (np.hypot(force[:, 1], force[:, 2]) <= 0.5 * force[:, 0] + 1e-6 * np.abs(force).max(axis=1)).all()
+
+
+def test_light_blocks_beside_heavy_ones_are_judged():
+    asm = light_and_heavy()
     assert assess(asm).outcome is Outcome.STABLE
     assert assess(asm, friction=0.19).outcome is Outcome.UNSTABLE
-    low, high = proven_bounds(
-        program, problem.scaled(acceleration(asm, (1, 0, 0))), limit_answer(problem), decide(program, answer).force
-    )
-    assert low is None or high is None or low.value <= high.value * (1 + 1e-6)
+
+
+def test_bounds_of_an_answer_hold_each_other():
+    problem = program_of(block().with_(friction=9.0))
+    load = problem.scaled(acceleration(problem.assembly, (1, 0, 0)))
+    dead = decide(problem.program, solve_penalty(problem.program, stands=True)).force
+    low, high = proven_bounds(problem.program, load, limit_answer(problem), dead, motions=problem.motions)
+    assert low.value <= high.value * (1 + 1e-9)
+    assert (low.value, high.value) == pytest.approx((0.5, 0.5), rel=1e-6)
 
 
 def limit_answer(problem):

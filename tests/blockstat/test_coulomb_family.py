@@ -9,12 +9,14 @@ from blockstat.analysis.coulomb import (
     _bisection,
     _Member,
     _search,
+    _unclosed,
     coulomb_state,
     multiplier_brackets,
     settling_share,
 )
 from blockstat.analysis.problem import pose
 from blockstat.loads import acceleration
+from blockstat.solve.coulomb import Iterate
 from evidence.scenes.small import assembly, box, flat_arch, stack
 
 
@@ -143,3 +145,25 @@ def test_a_bracket_of_a_sliding_block_is_as_narrow_as_said_from_the_top():
     assert len(found) == 3
     assert found[0] == steps[-1]
     assert [step for step in told if step[0] == 0] == [(0, 0.0, 0.5)] * 3
+
+
+@pytest.mark.parametrize("scale", [1e-12, 1.0, 1e9])
+def test_a_loaded_point_closes_or_does_not_whatever_the_scale_of_the_displacements(scale):
+    """A cube that sinks presses on all four corners; one that leans lifts two of them, and one that rises all."""
+    problem = posed(stack(1))
+    program = problem.program
+    forces = np.zeros((4, 3))
+    forces[:, 0] = 0.25
+
+    def unclosed(*twist):
+        return _unclosed(program, Iterate(forces, scale * np.array(twist), np.zeros(4), 0.0, None)).tolist()
+
+    assert unclosed(0, 0, -1, 0, 0, 0) == [False] * 4
+    assert unclosed(0, 0, 1, 0, 0, 0) == [True] * 4
+    tilts = unclosed(0, 0, 0, 0, problem.program.length_unit, 0)  # about y: the corners at large x go down
+    right = problem.interfaces.point[:, 0] > problem.assembly.centroid[1][0]
+    assert tilts == (~right).tolist()
+    assert unclosed(0, 0, -1e-3, 1e3, 0, 0) != [False] * 4
+    assert unclosed(1, 0, 0, 0, 0, 0) == [True] * 4  # it slides, and closes nothing
+    forces[:2] = 0.0
+    assert unclosed(0, 0, 1, 0, 0, 0) == [False, False, True, True]  # what carries nothing need not close

@@ -691,6 +691,36 @@ def test_gaps_are_closed_where_blocks_would_fall_by_a_tenth_of_the_threshold(n, 
             assert (scene.moved, scene.left, scene.trimmed) == (0.0, 0, 0)
 
 
+def test_what_is_further_apart_than_a_joint_stays_where_it_is():
+    """A pile with gaps of 1 mm, which are closed, beside two blocks that are 15 mm apart, which are no joint."""
+    size, gap, apart = 0.3, 1e-3, 15e-3
+    pile = [box((0, 0, k * (size + gap) + gap), (size, size, (k + 1) * (size + gap))) for k in range(3)]
+    far = [
+        box((2, 0, 0), (2 + size, size, size), name="near"),
+        box((2 + size + apart, 0, 0), (2 + 2 * size + apart, size, size), name="far"),
+    ]  # fmt: skip
+    asm = assembly([GROUND, *pile, *far], gravity=(0, 0, -9.81))
+    scene = closed_scene(asm, find_interfaces(asm))
+    assert scene.closed == 3
+    for name in ("near", "far"):
+        block = asm.names.index(name)
+        np.testing.assert_allclose(scene.assembly.block_vertices(block), asm.block_vertices(block), atol=1e-5)
+    assert scene.moved == pytest.approx(gap, rel=0.6)
+
+
+def test_a_wider_gap_that_was_asked_for_is_closed_and_no_wider_one():
+    size = 0.3
+    for asked, found in ((0.02, 5e-3), (0.04, 9e-3)):
+        asm = open_stack(2, found)
+        joints = find_interfaces(asm, gap=asked)
+        assert joints.n_interfaces == 2
+        scene = closed_scene(asm, joints)
+        assert scene.closed == 2
+        assert scene.assembly.mass == pytest.approx(asm.mass)
+        assert scene.moved == pytest.approx(found, rel=0.6)
+        assert scene.moved < 0.1 * size
+
+
 def test_a_joint_beside_is_closed_where_it_alone_is_open_by_a_tenth_of_the_threshold():
     def beside(gap):
         blocks = [box((0, 0, 0), (0.3, 0.3, 0.3), name="a"), box((0.3 + gap, 0, 0), (0.6 + gap, 0.3, 0.3), name="b")]
