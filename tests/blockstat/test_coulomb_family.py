@@ -15,6 +15,7 @@ from blockstat.analysis.coulomb import (
     settling_share,
 )
 from blockstat.analysis.problem import pose
+from blockstat.certificate.coulomb_state import RATE_ACCURACY
 from blockstat.loads import acceleration
 from blockstat.solve.coulomb import Iterate
 from evidence.scenes.small import assembly, box, flat_arch, stack
@@ -165,5 +166,7 @@ def test_a_loaded_point_closes_or_does_not_whatever_the_scale_of_the_displacemen
     assert tilts == (~right).tolist()
     assert unclosed(0, 0, -1e-3, 1e3, 0, 0) != [False] * 4
     assert unclosed(1, 0, 0, 0, 0, 0) == [True] * 4  # it slides, and closes nothing
+    for sinks, open_ in ((0.5 * RATE_ACCURACY, True), (2 * RATE_ACCURACY, False)):
+        assert unclosed(1, 0, -sinks, 0, 0, 0) == [open_] * 4
     forces[:2] = 0.0
     assert unclosed(0, 0, 1, 0, 0, 0) == [False, False, True, True]  # what carries nothing need not close
