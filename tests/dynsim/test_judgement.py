@@ -708,6 +708,22 @@ def test_what_is_further_apart_than_a_joint_stays_where_it_is():
     assert scene.moved == pytest.approx(gap, rel=0.6)
 
 
+def test_a_sliver_that_vanishes_as_corners_move_is_no_joint_that_is_left():
+    """Two bricks that overlap by 2.6 mm, and one across that lies over the second by 1 mm until they are parted."""
+    blocks = [
+        box((0, 0, 0), (0.3, 0.3, 0.3), name="one"), box((0.2974, 0, 0), (0.5974, 0.3, 0.3), name="two"),
+        box((0, 0, 0.3010), (0.2984, 0.3, 0.6), name="across"),
+    ]  # fmt: skip
+    asm = assembly([GROUND, *blocks], gravity=(0, 0, -9.81))
+    joints = find_interfaces(asm)
+    assert [2, 3] in joints.pair.tolist()
+    scene = closed_scene(asm, joints)
+    assert scene.left == 0
+    assert scene.closed >= 3
+    assert [2, 3] not in find_interfaces(scene.assembly).pair.tolist()
+    assert scene.misfit == 0.0
+
+
 def test_a_wider_gap_that_was_asked_for_is_closed_and_no_wider_one():
     size = 0.3
     for asked, found in ((0.02, 5e-3), (0.04, 9e-3)):
