@@ -12,6 +12,7 @@ from blockstat import (
     JointLaw,
     LoadOutcome,
     Outcome,
+    Verdict,
     acceleration,
     assess,
     find_interfaces,
@@ -175,6 +176,23 @@ def test_a_limit_tells_its_bracket_and_those_without_dilatancy():
     assert [bare[key] for key in ("coulomb_lower", "coulomb_upper", "coulomb_least", "branch", "imperfections")] == [
         None
     ] * 5
+
+
+def test_what_an_answer_has_not_been_told_is_nothing():
+    bare = LimitLoad(LoadOutcome.LIMIT, 1.0, 1.5, np.zeros((0, 3)), np.zeros((2, 6)), None, None, (), {})
+    assert (bare.iterations, bare.coulomb_kinds, bare.bonds, bare.ties, bare.worst) == (0, (), None, None, "")
+    found = assess(block())
+    made = Verdict(
+        Outcome.STABLE, 0.0, found.forces, found.adhesion, found.mechanism, found.certificate, found.interfaces,
+        found.assembly, "by hand",
+    )  # fmt: skip
+    assert (made.warnings, made.flow, made.coulomb, made.displacement, made.worst) == ((), "associated", None, None, "")
+    assert (len(made.floating), len(made.neutral), len(made.held), len(made.falling), made.timings) == (0, 0, 0, 0, {})
+    assert (made.bonds, made.ties) == (None, None)
+    assert bare != replace(bare)  # arrays are not compared
+    for frozen, name in ((bare, "lower"), (made, "score"), (Bound(0.0, np.zeros(1)), "value")):
+        with pytest.raises(AttributeError):
+            setattr(frozen, name, 1.0)
 
 
 @pytest.mark.parametrize(("lower", "upper", "gap"), [

@@ -60,9 +60,11 @@ def resting(width):
     return assembly([*blocks, box((0, 0, 0), (1, 1, 1), name="cube")], supports=["left", "right"])
 
 
-def test_a_joint_is_a_sliver_below_a_thousandth_of_the_smaller_block():
+@pytest.mark.parametrize("scale", [0.2, 1.0, 5.0])
+def test_a_joint_is_a_sliver_below_a_thousandth_of_the_smaller_block(scale):
     for factor, found in ((0.9, 1), (1.5, 0)):
         asm = resting(factor * SLIVER)
+        asm = asm.with_(vertices=scale * asm.vertices, density=asm.density / scale**3)
         joints = find_interfaces(asm)
         problem = posed(asm, interfaces=joints)
         rows = [k for k, pair in enumerate(joints.pair.tolist()) if pair == [1, 2]]
