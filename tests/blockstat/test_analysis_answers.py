@@ -591,3 +591,10 @@ def test_the_missing_adhesion_is_the_same_by_every_solver(solver):
     assert found.outcome is Outcome.UNSTABLE
     assert found.score > 0
     assert found.score == pytest.approx(assess(asm).score, rel=1e-4)
+
+
+def test_what_follows_the_reference_is_solved_by_another_solver():
+    # The reference solves the penalty program alone; a Coulomb state is not asked of it.
+    found = assess(block(), solver="cvxpy", flow="coulomb")
+    assert found.outcome is Outcome.STABLE
+    assert found.coulomb.settles is True

@@ -442,6 +442,16 @@ def test_energies_of_a_falling_block_add_up():
     assert spin.kinetic[-1] == pytest.approx(expected, rel=0.02)
 
 
+@pytest.mark.parametrize(("n", "pace"), [(5, 1.0), (9, (2.7 / 2) ** -0.5), (15, 1.5**-1)])
+def test_times_grow_with_the_root_of_the_height_above_two_metres(n, pace):
+    pile = assembly(
+        [GROUND, *(box((0, 0, 0.3 * k), (0.3, 0.3, 0.3 * (k + 1))) for k in range(n))], gravity=(0, 0, -9.81)
+    )
+    run = simulate(pile, settings=Settings(end=0.06, settle=0.02))
+    assert run.pace == pytest.approx(pace, rel=0.03)
+    assert run.times[-1] >= 0.06 / pace * 0.9
+
+
 def test_a_removal_is_noted_at_its_time():
     run = simulate(stack(2, 1.0, 1.0), settings=Settings(end=0.5), loads=[Removal("stone1", time=0.2)])
     assert np.isinf(run.removed[:2]).all()
