@@ -238,3 +238,18 @@ def test_glue_is_added_to_the_laws_that_there_are():
     assert found == (
         JointLaw(("*", "*"), bond=5.0, bond_moment=2.0), JointLaw(("g", "*"), friction=0.3, bond=5.0, bond_moment=2.0),
     )  # fmt: skip
+
+
+def test_who_reads_blocks_with_doubled_faces_is_told_in_his_own_line():
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
+    doubled = Block(corners, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3], [3, 1, 2]])
+
+    def reader():
+        return Assembly.from_blocks([doubled])
+
+    def user():
+        return reader()
+
+    with pytest.warns(InputWarning) as caught:
+        user()
+    assert (caught[0].filename, caught[0].lineno) == (__file__, user.__code__.co_firstlineno + 1)

@@ -301,6 +301,8 @@ def test_a_verdict_names_what_moved_when_and_how_far():
     assert found.rate == pytest.approx(0.12, rel=0.03)
     assert found.max_drop == pytest.approx(0.0, abs=1e-3)
     assert (found.passes_eq1, found.passes_eq2) == (True, True)
+    assert found.settling == np.linalg.norm(found.run.displacement[0], axis=1).max()
+    assert found.settling < 1e-3 < np.linalg.norm(found.run.displacement[1], axis=1).max()
     assert found.summary()["moved"] == ["b0"]
     assert f"First to move: b0, at {found.first_time:.2g} s. Moved: b0." in found.explain()
 
