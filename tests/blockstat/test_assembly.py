@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blockstat import Assembly, Block, InputError, JointLaw
+from blockstat import Assembly, Block, InputError, InputWarning, JointLaw, Tie, glued
+from blockstat.assembly import block_indices
 from evidence.scenes.small import box
 
 
@@ -81,3 +82,174 @@ def test_laws_given_with_groups_are_about_those_groups():
     assert changed.joints == (law,)
     with pytest.raises(InputError, match='no group "old"; groups are: left, right'):
         asm.with_(groups=("left", "right"), joints=[JointLaw(("old", "*"), friction=0.5)])
+
+
+def test_laws_and_ties_of_a_copy_are_checked():
+    asm = Assembly.from_blocks([box((i, 0, 0), (i + 1, 1, 1), name=n) for i, n in enumerate("ab")], supports=[0])
+    with pytest.raises(InputError, match='no field "frction"; fields are: '):
+        asm.with_(frction=0.5)
+    for changes, message in (
+        ({"friction": -1.0}, "friction is"), ({"gravity": (0, 0)}, "gravity"),
+        ({"ties": [Tie(("a", "c"), ((0, 0, 0), (1, 0, 0)), name="rod")]}, 'rod.*: no block "c"'),
+        ({"joints": [JointLaw(("x", "*"), friction=0.5)]}, 'no group "x"'),
+    ):  # fmt: skip
+        with pytest.raises(InputError, match=message):
+            asm.with_(**changes)
+    changed = asm.with_(friction=0.25, gravity=(1, 2, 3), joints=[JointLaw(("*", "*"), bond=2.0)], name="new")
+    assert (changed.friction, changed.gravity.tolist(), changed.name) == (0.25, [1, 2, 3], "new")
+    assert changed.joints == (JointLaw(("*", "*"), bond=2.0),)
+    assert (asm.friction, asm.gravity.tolist(), asm.joints, asm.name) == (0.7, [0, 0, -9.81], (), "assembly")
+    tied = asm.with_(ties=[Tie((0, "b"), ((0, 0, 0), (1, 0, 0)))])
+    assert isinstance(tied.ties, tuple)
+
+
+def test_densities_names_and_groups_are_those_of_the_blocks():
+    blocks = [box((0, 0, 0), (1, 1, 2)), box((1, 0, 0), (3, 1, 1), density=7.0, group="g"), box((4, 0, 0), (5, 1, 1))]
+    asm = Assembly.from_blocks(blocks, supports=[1], density=3.0, gravity=(0, 3, -4), metadata={"k": 1})
+    assert asm.names == ("block0", "block1", "block2")
+    assert asm.groups == ("", "g", "")
+    assert asm.mass == pytest.approx([6.0, 14.0, 3.0])
+    assert asm.free.tolist() == [0, 2]
+    assert asm.free_weight == pytest.approx(5.0 * 9.0)
+    assert asm.metadata == {"k": 1}
+    assert asm.vertex_start.tolist() == [0, 8, 16, 24]
+    assert asm.face_block.tolist() == [0] * 6 + [1] * 6 + [2] * 6
+    for block in range(3):
+        assert {len(face) for face in asm.faces_of(block)} == {4}
+        assert (asm.block_vertices(block) == blocks[block].vertices).all()
+    assert Assembly.from_blocks(blocks).density.tolist() == [2691.0, 7.0, 2691.0]
+    assert Assembly.from_blocks(blocks).friction == 0.7
+
+
+def test_the_number_of_a_block_is_its_name_unless_that_is_taken():
+    cube = box((0, 0, 0), (1, 1, 1)).vertices
+    faces = box((0, 0, 0), (1, 1, 1)).faces
+    names = ["block1", "", "", "block2", "block2_"]
+    asm = Assembly.from_blocks([Block(cube + [2 * k, 0, 0], faces, name) for k, name in enumerate(names)])
+    assert asm.names == ("block1", "block1_", "block2__", "block2", "block2_")
+    with pytest.raises(InputError, match='two blocks are named "b"; names must be unique'):
+        Assembly.from_blocks([Block(cube + [2 * k, 0, 0], faces, "b") for k in range(2)])
+    with pytest.raises(InputError, match="the assembly has no blocks"):
+        Assembly.from_blocks([])
+
+
+@pytest.mark.parametrize(("vertices", "message"), [
+    ("abc", "vertices must be a list of"), ([[0, 0, 0], [1]], "vertices must be a list of"),
+    (np.zeros((3, 3)), r"vertices have shape \(3, 3\)"), (np.zeros((8, 2)), r"vertices have shape \(8, 2\)"),
+    (np.zeros(12), r"vertices have shape \(12,\)"),
+    (np.zeros((2, 4, 3)), r"vertices have shape \(2, 4, 3\); at least 4"),
+])  # fmt: skip
+def test_bad_vertices_are_named(vertices, message):
+    blocks = [box((0, 0, 0), (1, 1, 1)), Block(vertices, [[0, 1, 2]] * 4, "odd")]
+    with pytest.raises(InputError, match=f'block "odd": {message}'):
+        Assembly.from_blocks(blocks)
+
+
+def test_coordinates_are_finite_and_below_the_largest():
+    tetrahedron = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
+    for value in (1e30, -1e30, np.nan, -np.inf):
+        bad = corners.copy()
+        bad[2, 1] = value
+        blocks = [Block(corners, tetrahedron, "good"), Block(bad, tetrahedron, "bad"), Block(-bad, tetrahedron, "two")]
+        with pytest.raises(InputError) as caught:
+            Assembly.from_blocks(blocks)
+        assert [text.split(" is ")[0] for text in caught.value.args] == [
+            'block "bad": vertex 2', 'block "two": vertex 2',
+        ]  # fmt: skip
+        assert "coordinates must be finite and below 1e+30" in str(caught.value)
+
+
+def test_faces_have_three_corners_that_exist():
+    good = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
+    for face, message in (
+        ([0, 1], r"face 1 is \[0, 1\]; it needs three or more different corners"),
+        ([0, 1, 1], r"face 1 is \[0, 1, 1\]; it needs three or more different corners"),
+        ([0, 1, 4], r"face 1 is \[0, 1, 4\]; corners must lie between 0 and 3"),
+        ([-1, 1, 3], r"face 1 is \[-1, 1, 3\]; corners must lie between 0 and 3"),
+    ):
+        with pytest.raises(InputError, match=f'block "t": {message}'):
+            Assembly.from_blocks([Block(corners, [good[0], face, *good[2:]], "t")])
+    assert Assembly.from_blocks([Block(corners, good)]).volume[0] == pytest.approx(1 / 6)
+    with pytest.raises(InputError, match='block "t": 3 faces cannot close a volume; at least 4 are needed'):
+        Assembly.from_blocks([Block(corners, good[:3], "t")])
+    with pytest.raises(InputError, match="3 faces cannot close a volume"):
+        Assembly.from_blocks([Block(corners, [*good[:3], [2, 1, 0]], "t")])
+
+
+def test_a_face_listed_twice_counts_once_wherever_it_begins():
+    good = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
+    blocks = [Block(corners, good, "a"), Block(corners + 5, [*good, [3, 0, 1]], "b"), Block(corners + 9, good, "c")]
+    with pytest.warns(InputWarning, match=r'1 blocks list faces twice \(the first is "b"\); each counts once'):
+        asm = Assembly.from_blocks(blocks)
+    assert asm.face_block.tolist() == [0] * 4 + [1] * 4 + [2] * 4
+    assert asm.volume == pytest.approx([1 / 6] * 3)
+
+
+def test_blocks_are_given_by_name_or_number_or_a_number_as_text():
+    names = ["a", "1", "c"]
+    assert block_indices(names, ["c", 0, "2", np.int64(1)], "x").tolist() == [2, 0, 2, 1]
+    assert block_indices(names, "1", "x").tolist() == [1]  # the name comes first
+    assert block_indices(names, "0", "x").tolist() == [0]
+    assert block_indices(names, 2, "x").tolist() == [2]
+    for given, message in (
+        ("3", 'x: no block "3"; blocks are: a, 1, c'), (3, "x: no block 3; blocks are numbered 0 to 2"),
+        (-1, "x: no block -1; blocks are numbered 0 to 2"), ([True], "x: True is neither a block's index nor its name"),
+        ([1.0], r"x: 1\.0 is neither a block's index nor its name"), ([None], "x: None is neither"),
+        (["²"], 'x: no block "²"'), (["٢"], 'x: no block "٢"'),
+    ):  # fmt: skip
+        with pytest.raises(InputError, match=message):
+            block_indices(names, given, "x")
+    asm = Assembly.from_blocks([box((i, 0, 0), (i + 1, 1, 1), name=n) for i, n in enumerate(names)])
+    assert asm.blocks_named(["c", "a"]).tolist() == [2, 0]
+    with pytest.raises(InputError, match=r"^blocks: no blocks are given"):
+        asm.blocks_named([])
+    with pytest.raises(InputError, match=r'^these: no block "d"'):
+        asm.blocks_named("d", "these")
+
+
+def test_a_few_blocks_are_all_named_in_an_error_and_many_are_not():
+    eight = [f"n{k}" for k in range(8)]
+    with pytest.raises(InputError, match=r"blocks are: n0, n1, n2, n3, n4, n5, n6, n7$"):
+        block_indices(eight, "zzz", "x")
+    with pytest.raises(InputError, match=r"blocks are: n0, n1, n2, n3, n4, n5, n6, n7, \.\.\. \(9 in all\)"):
+        block_indices([*eight, "last"], "zzz", "x")
+    with pytest.raises(InputError, match=r"blocks are: last, n0, n1, n2, n3, n4, n5, n6, \.\.\. \(9 in all\)"):
+        block_indices([*eight, "last"], "lasd", "x")
+
+
+def test_a_group_takes_its_subgroups_and_not_those_that_begin_alike():
+    groups = ("wall", "wall.a", "wall2", "", "a.wall")
+    asm = Assembly.from_blocks([box((i, 0, 0), (i + 1, 1, 1), group=g) for i, g in enumerate(groups)])
+    assert asm.in_group("wall").tolist() == [0, 1]
+    assert asm.in_group("a").tolist() == [4]
+    assert asm.in_group("wall").dtype == np.int64
+    with pytest.raises(InputError, match=r'no group "b"; groups are: a\.wall, wall, wall\.a, wall2$'):
+        asm.in_group("b")
+
+
+def test_glue_is_added_to_the_laws_that_there_are():
+    asm = Assembly.from_blocks([box((i, 0, 0), (i + 1, 1, 1), group="g") for i in range(2)], supports=[0])
+    law = JointLaw(("g", "*"), friction=0.3)
+    assert glued(asm, 5.0).joints == (JointLaw(("*", "*"), bond=5.0),)
+    found = glued(asm.with_(joints=[law]), 5.0, moment=2.0).joints
+    assert found == (
+        JointLaw(("*", "*"), bond=5.0, bond_moment=2.0), JointLaw(("g", "*"), friction=0.3, bond=5.0, bond_moment=2.0),
+    )  # fmt: skip
+
+
+def test_who_reads_blocks_with_doubled_faces_is_told_in_his_own_line():
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
+    doubled = Block(corners, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3], [3, 1, 2]])
+
+    def reader():
+        return Assembly.from_blocks([doubled])
+
+    def user():
+        return reader()
+
+    with pytest.warns(InputWarning) as caught:
+        user()
+    assert (caught[0].filename, caught[0].lineno) == (__file__, user.__code__.co_firstlineno + 1)

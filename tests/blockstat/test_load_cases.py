@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+import blockstat
 from blockstat import (
     InputError,
     Tie,
@@ -20,6 +21,7 @@ from blockstat import (
     write,
 )
 from blockstat.cli.commands import app
+from evidence.scenes.small import assembly, box
 
 SCENE = """\
 name = "bay"
@@ -150,3 +152,111 @@ def test_cases_of_a_building_in_the_short_form_are_read():
     assert load_case(build(scene_from(hut | {"cases": {"a": {"live": {"snow": 2}}}})), "a").live[
         :, 2
     ].sum() == pytest.approx(-2)
+
+
+def two_blocks(**options):
+    blocks = [
+        box((-1, -1, -1), (9, 9, 0), name="ground"), box((0, 0, 0), (1, 2, 3), name="post", density=3.0),
+        box((4, 0, 0), (6, 1, 1), name="slab", density=5.0),
+    ]  # fmt: skip
+    return assembly(blocks, gravity=(0.5, 0, -2), **options)
+
+
+def test_a_case_is_a_sum_with_factors_of_what_stays_and_what_grows():
+    asm, random = two_blocks(), np.random.default_rng(3)
+    own = {name: random.normal(size=(3, 6)) for name in ("a", "b", "unused")}
+    table = {"factors": {"a": 1.5, "b": -0.5}, "live": {"b": 2.0, "a": 0.25}, "weight": 0.9, "description": "storm"}
+    case = load_case(asm, "one", own, {"one": table, "broken": {"weight": 1}})
+    weight = np.zeros((3, 6))
+    weight[:, :3] = np.outer(asm.mass, asm.gravity)
+    np.testing.assert_allclose(case.permanent, 1.5 * own["a"] - 0.5 * own["b"] - 0.1 * weight, rtol=1e-12)
+    np.testing.assert_allclose(case.live, 2.0 * own["b"] + 0.25 * own["a"], rtol=1e-12)
+    np.testing.assert_allclose(case.loads, case.permanent + case.live, rtol=1e-12)
+    assert case.name == "one"
+    assert case.words == "storm (0.9 weight + 1.5 a + -0.5 b + 2 b (live) + 0.25 a (live))"
+    bare = load_cases(asm, own, {"bare": {}})["bare"]
+    assert bare.words == bare.combination == "1 weight"
+    assert bare.description == ""
+    assert bare.loads.shape == (3, 6)
+    assert not bare.loads.any()
+
+
+def test_each_kind_of_table_is_the_load_of_its_function():
+    asm = two_blocks()
+    up, out = (0, 0, 1), (-1, 0, 0)
+    patch = [(0, 0, 3), (1, 0, 3), (1, 1, 3), (0, 1, 3)]
+    tables = {
+        "point": ({"block": "post", "point": (0, 1, 2), "force": (1, 2, 3)}, blockstat.point_load),
+        "line": ({"start": (0, 0, 3), "end": (1, 2, 3), "force": (0, 1, 0)}, blockstat.line_load),
+        "patch": ({"corners": patch, "pressure": (0, 1, -2), "blocks": "post"}, blockstat.patch_load),
+        "surface": ({"pressure": (1, 2, 3), "towards": up, "blocks": ["slab"]}, blockstat.surface_load),
+        "body": ({"force": (1, 2, 3), "blocks": 1}, blockstat.body_load),
+        "acceleration": ({"direction": (0, 1, 0), "profile": [(0, 1), (3, 2)]}, blockstat.acceleration),
+        "pressure": ({"level": 2.0, "unit_weight": 3.0, "towards": out, "surcharge": 1.0}, blockstat.fluid_pressure),
+        "fill": ({"level": 4.0, "unit_weight": 3.0}, blockstat.fill_load),
+        "dispersed": ({"point": (0.4, 1, 4), "force": 3.0, "spread": 0.2}, blockstat.dispersed_load),
+    }
+    loads = {kind: {"kind": kind, **options} for kind, (options, _) in tables.items()}
+    cases = load_cases(asm, loads, {kind: {"live": {kind: 1.0}} for kind in tables})
+    for kind, (options, make) in tables.items():
+        np.testing.assert_array_equal(cases[kind].live, make(asm, **options), err_msg=kind)
+        assert cases[kind].live.any()
+
+
+def test_loads_and_cases_come_from_the_scene_where_none_are_given():
+    loads, cases = {"push": {"kind": "body", "force": [3.0, 0, 0]}}, {"own": {"live": {"push": 2.0}}}
+    asm = two_blocks(metadata={"loads": loads, "cases": cases})
+    assert load_cases(asm)["own"].live[:, 0].sum() == pytest.approx(6.0)
+    assert load_case(asm, "own").live[:, 0].sum() == pytest.approx(6.0)
+    assert load_case(asm, "twice", cases={"twice": {"live": {"push": 4.0}}}).live[:, 0].sum() == pytest.approx(12.0)
+    other = load_case(asm, "own", {"push": np.ones((3, 6))})
+    assert other.live[:, 0].sum() == pytest.approx(6.0)
+    assert other.live[0, 3] == 2.0
+    with pytest.raises(InputError, match='no case "on"; cases are: own'):
+        load_case(asm, "on")
+    assert load_cases(two_blocks()) == {}
+
+
+@pytest.mark.parametrize(("loads", "cases", "message"), [
+    ({"a": 3}, {}, "loads.a: it must be a table with a kind, or a wrench on each block"),
+    ({"a": {}}, {}, "loads.a.kind: the kind is missing; kinds are: point, line"),
+    ({"a": {"kind": "wnd"}}, {}, "loads.a.kind: no kind 'wnd'"),
+    ({"a": {"kind": ["body"]}}, {}, "loads.a.kind: no kind"),
+    ({"a": {"kind": "body"}}, {}, "loads.a: a body load needs force; keys are: force, blocks, group"),
+    ({"a": {"kind": "body", "force": (1, 0, 0), "interfaces": 1}}, {}, "loads.a.interfaces: unknown key"),
+    ({"a": {"kind": "surface", "pressure": 1, "towards": 1, "assembly": 1}}, {}, "loads.a.assembly: unknown key"),
+    ({}, {"c": 3}, "cases.c: it must be a table with factors or live"),
+    ({}, {"c": {"factor": {}}}, "cases.c.factor: unknown key; keys here are: factors, live, weight, description"),
+    ({}, {"c": {"live": 3}}, "cases.c.live: it must give a number to each load"),
+    ({}, {"c": {"live": {"a": 1}}}, 'cases.c.live.a: no load "a"; loads are: none'),
+    ({}, {"c": {"weight": True}}, "cases.c.weight: True is not a finite number"),
+    ({}, {"c": {"weight": np.inf}}, "cases.c.weight: inf is not a finite number"),
+    ({"a": np.ones((2, 6))}, {"c": {"factors": {"a": 1}}}, "loads.a: the array has shape (2, 6); finite values of"),
+    ({"a": np.full((3, 6), np.nan)}, {"c": {"live": {"a": 1}}}, "loads.a: the array has shape (3, 6); finite values"),
+    ({"a": {"kind": "body", "force": (1, 2)}}, {"c": {"live": {"a": 1}}}, "loads.a: force is (1, 2)"),
+    ({"a": {"kind": "dispersed", "point": (-1, 1, 9), "force": 1.0, "spread": 1.0, "footprint": "ab"}},
+     {"c": {"live": {"a": 1}}}, "loads.a: a dispersed load cannot be made of"),
+    ({"a": np.ones((3, 6))}, {"c": {"factors": {"a": "x"}}}, "cases.c.factors.a: 'x' is not a finite number"),
+])  # fmt: skip
+def test_what_is_wrong_with_a_load_or_a_case_is_named(loads, cases, message):
+    with pytest.raises(InputError) as caught:
+        load_cases(two_blocks(), loads, cases)
+    assert message in str(caught.value)
+
+
+def test_all_that_is_wrong_with_a_case_is_told_at_once():
+    loads = {"a": {"kind": "body", "force": (1, 0, 0)}}
+    case = {"live": {"a": None, "b": 1}, "factors": 3, "weight": "x", "more": 1}
+    with pytest.raises(InputError) as caught:
+        load_cases(two_blocks(), loads, {"c": case})
+    assert [text.split(":")[0] for text in caught.value.args] == [
+        "cases.c.more", "cases.c.factors", "cases.c.live.a", "cases.c.live.b", "cases.c.weight",
+    ]  # fmt: skip
+
+
+def test_loads_that_no_case_uses_need_not_fit_the_blocks():
+    asm = two_blocks()
+    loads = {"used": {"kind": "body", "force": (1, 0, 0)}, "spare": {"kind": "body", "force": (1, 0, 0), "group": "no"}}
+    assert load_cases(asm, loads, {"c": {"live": {"used": 1}}})["c"].live[:, 0].sum() == pytest.approx(1.0)
+    with pytest.raises(InputError, match=r'loads.spare: no group "no"'):
+        load_cases(asm, loads, {"c": {"factors": {"spare": np.float64(1)}}})

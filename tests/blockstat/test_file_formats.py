@@ -1,0 +1,558 @@
+"""What each file format says, on files written by hand: OBJ, native JSON, folders, meshes, scenes and surfaces."""
+
+import json
+import struct
+
+import numpy as np
+import pytest
+
+from blockstat import Assembly, Block, InputError, JointLaw, Tie, read, write
+from blockstat.errors import InputWarning, NoSupportError
+from blockstat.io.compas import is_compas
+from blockstat.io.files import read_parts
+from blockstat.io.folder import folder_parts
+from blockstat.io.mesh import mesh_parts, read_whole
+from blockstat.io.names import distinct_names
+from blockstat.io.native import native_parts
+from blockstat.io.obj import NOTE, closed_runs, read_obj, split_solids
+from blockstat.io.parts import Parts, chosen_supports, doubts, in_frame, metres_in
+from blockstat.io.scene_text import _table
+from blockstat.io.surface import read_surface
+from evidence.scenes.small import assembly, box, prism
+
+TETRAHEDRON = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+CORNERS = [(0.0, 0.0, 0.0), (2.0, 0.0, 0.0), (0.0, 3.0, 0.0), (0.0, 0.0, 4.0)]
+#: A tetrahedron as lines of an OBJ, with corners counted from the first and from the last.
+SOLID = [f"v {x} {y} {z}" for x, y, z in CORNERS] + ["f 1 3 2", "f 1/7 2//3 4/1/1", "f -4 -1 -2", "f 2 3 -1"]
+
+
+def obj(tmp_path, *lines):
+    path = tmp_path / "made.obj"
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def test_corners_of_an_obj_are_counted_from_the_first_or_from_the_last(tmp_path):
+    solids, shared = read_obj(obj(tmp_path, *SOLID))
+    assert shared == {}
+    assert [(s.name, s.vertices, s.faces) for s in solids] == [("", CORNERS, TETRAHEDRON)]
+    assert solids[0].extras == {"name": "", "group": ""}
+
+
+def test_objects_or_groups_of_an_obj_are_its_solids(tmp_path):
+    moved = [f"v {x + 9} {y} {z} 1.0" for x, y, z in CORNERS]
+    second = ["f 5 7 6", "f 5 6 8", "f 5 8 7", "f -3 -2 -1  # the last"]
+    lines = ["g all.of it", "o one", *SOLID, "", "o two  words", "g", *moved, *second]
+    solids, _ = read_obj(obj(tmp_path, *lines))
+    assert [(s.name, s.extras["group"]) for s in solids] == [("one", "all.of it"), ("two words", "")]
+    assert solids[1].vertices == [(x + 9, y, z) for x, y, z in CORNERS]
+    assert solids[1].faces == TETRAHEDRON
+    solids, _ = read_obj(obj(tmp_path, "g first", *SOLID, "g second", *moved, *second))
+    assert [(s.name, s.extras["group"], s.faces) for s in solids] == [
+        ("first", "", TETRAHEDRON), ("second", "", TETRAHEDRON),
+    ]  # fmt: skip
+    for none in ("default", "off", ""):
+        assert read_obj(obj(tmp_path, "o one", f"g {none}", *SOLID))[0][0].extras["group"] == ""
+    assert read_obj(obj(tmp_path, "o one", "g one", *SOLID))[0][0].extras["group"] == ""
+    assert read_obj(obj(tmp_path, "o one", "g other", *SOLID))[0][0].extras["group"] == "other"
+
+
+def test_notes_of_an_obj_are_of_their_object_and_the_first_of_all(tmp_path):
+    lines = [NOTE + '"friction": 0.3}', "o one", NOTE + '"support": true, "density": 5.0, "name": "o ne"}', *SOLID]
+    solids, shared = read_obj(obj(tmp_path, *lines))
+    assert shared == {"friction": 0.3}
+    assert solids[0].name == "o ne"
+    assert solids[0].extras == {"name": "o ne", "group": "", "support": True, "density": 5.0}
+    grouped, shared = read_obj(obj(tmp_path, NOTE + '"friction": 0.3}', "g one", *SOLID))
+    assert shared == {"friction": 0.3}
+    assert grouped[0].extras == {"name": "one", "group": ""}
+    parts = mesh_parts(obj(tmp_path, *lines))
+    assert (parts.supports, parts.options, parts.up) == ([0], {"name": "made", "friction": 0.3}, "z")
+    assert (parts.blocks[0].name, parts.blocks[0].density) == ("o ne", 5.0)
+
+
+def test_each_bad_line_of_an_obj_is_named(tmp_path):
+    lines = ["v 0 0", "v 0 0 x", *SOLID, "f 1 2 7", "f 0 1 2", "f a b c", "vn 1 2", NOTE + '"a": }', "f 1 2 -7"]
+    with pytest.raises(InputError) as caught:
+        read_obj(obj(tmp_path, *lines))
+    named = [(text.split(":")[0], text.split('"')[1]) for text in caught.value.args]
+    assert named == [
+        ("line 1", "v"), ("line 2", "v"), ("line 11", "f"), ("line 12", "f"), ("line 13", "f"),
+        ("line 15", "# blockstat"), ("line 16", "f"),
+    ]  # fmt: skip
+    assert "of an OBJ file" in str(caught.value)
+    ok = [*SOLID, "f 1 2 3 4"]  # the last corner exists
+    assert len(read_obj(obj(tmp_path, *ok))[0][0].faces) == 5
+
+
+def test_one_object_without_a_note_is_cut_into_its_closed_parts(tmp_path):
+    moved = [f"v {x + 9} {y} {z}" for x, y, z in CORNERS]
+    apart = [*SOLID, *moved, "f 5 7 6", "f 5 6 8", "f 5 8 7", "f 6 7 8"]
+    found = mesh_parts(obj(tmp_path, *apart), supports=[0])
+    assert [np.min(b.vertices, axis=0).tolist() for b in found.blocks] == [[0, 0, 0], [9, 0, 0]]
+    assert [b.name for b in found.blocks] == ["", ""]
+    shared = [*SOLID, "v -1 0 0", "f 1 5 3", "f 1 4 5", "f 3 5 4", "f 1 3 4"]  # two that share a face
+    found = mesh_parts(obj(tmp_path, *shared), supports=[1])
+    assert [np.min(b.vertices, axis=0).tolist() for b in found.blocks] == [[0, 0, 0], [-1, 0, 0]]
+    noted = mesh_parts(obj(tmp_path, "o a", NOTE + '"support": true}', *apart))
+    assert len(noted.blocks) == 1
+    one = read_obj(obj(tmp_path, "o only", *SOLID))[0][0]
+    assert split_solids(one) == [one]
+
+
+def test_a_run_of_faces_ends_where_its_surface_closes():
+    assert closed_runs([]) == []
+    assert closed_runs(TETRAHEDRON) == [range(0, 4)]
+    assert closed_runs(TETRAHEDRON[:3]) == [range(0, 3)]
+    assert closed_runs([*TETRAHEDRON, *TETRAHEDRON[:2]]) == [range(0, 4), range(4, 6)]
+    turned = [face[::-1] for face in TETRAHEDRON]
+    assert closed_runs([*TETRAHEDRON[:3], turned[3]]) == [range(0, 4)]
+
+
+def test_what_is_written_as_obj_counts_corners_through_the_file(tmp_path):
+    asm = assembly(
+        [box((0, 0, 0), (1, 2, 3), name="a"), box((1, 0, 0), (2, 2, 3), name="b c", group="g")], name="two  words"
+    )
+    path = write(asm, tmp_path / "w.obj", units="cm", up="x")
+    lines = path.read_text().splitlines()
+    assert lines[0] == "# two words: 2 blocks, in cm, x up"
+    assert path.read_text().endswith("\n")
+    faces = [[int(k) for k in line.split()[1:]] for line in lines if line.startswith("f ")]
+    assert {k for face in faces[:6] for k in face} == set(range(1, 9))
+    assert {k for face in faces[6:] for k in face} == set(range(9, 17))
+    assert [line for line in lines if line[:2] in ("o ", "g ", "g")] == ["o a", "g ", "o b c", "g g"]
+    notes = [json.loads(line[len(NOTE) - 1 :]) for line in lines if line.startswith(NOTE)]
+    assert notes[1] == {"group": "", "density": 1.0, "support": True}
+    np.testing.assert_allclose(read(path, units="cm", up="x").vertices, asm.vertices, atol=1e-12)
+    alone = write(assembly([box((0, 0, 0), (1, 2, 3), name="a")]), tmp_path / "a.obj").read_text()
+    assert "\ng" not in alone
+
+
+def native(**changes):
+    block = {"name": "a", "vertices": [list(c) for c in CORNERS], "faces": TETRAHEDRON}
+    return {"blocks": [block, block | {"name": "b", "density": 3.0, "group": "g.h"}], "supports": ["b"]} | changes
+
+
+def test_the_native_format_says_what_the_assembly_has(tmp_path):
+    joint = {"between": ["g", "*"], "friction": 0.2, "tension": 1.0, "bond": 2.0, "cohesion": 3.0, "compression": 5e6}
+    tie = {"between": ["a", 1], "points": [[0, 0, 0], [1, 2, 3]], "least": 1.0, "greatest": 2.0, "name": "rod"}
+    data = native(name="n", density=7.0, friction=0.1, gravity=[1, 2, -3], joints=[joint], ties=[tie], extra={"k": [1]})
+    parts = native_parts(data, "stem")
+    assert [(b.name, b.group, b.density) for b in parts.blocks] == [("a", "", None), ("b", "g.h", 3.0)]
+    assert parts.supports == ["b"]
+    law = JointLaw(("g", "*"), friction=0.2, tension=1.0, bond=2.0, cohesion=3.0, compression=5e6)
+    rod = Tie(("a", 1), ((0, 0, 0), (1, 2, 3)), 1.0, 2.0, name="rod")
+    assert parts.options == {
+        "name": "n", "density": 7.0, "friction": 0.1, "gravity": (1, 2, -3), "metadata": {"extra": {"k": [1]}},
+        "joints": [law], "ties": [rod],
+    }  # fmt: skip
+    bare = native_parts(native(), "stem", supports=("a",))
+    assert bare.supports == ["a"]
+    assert bare.options == {
+        "name": "stem", "density": 2691.0, "friction": 0.7, "gravity": (0, 0, -9.81), "metadata": {}, "joints": [],
+        "ties": [],
+    }  # fmt: skip
+    for wrong, kind in (([], "list"), ("x", "str"), (None, "NoneType")):
+        with pytest.raises(InputError, match=f'the file holds a {kind}; an object with "blocks" is needed'):
+            native_parts(wrong, "stem")
+
+
+@pytest.mark.parametrize(("block", "label"), [
+    ({"name": "odd", "faces": []}, 'block "odd": '), ({"faces": []}, 'block "block2": '), (3, 'block "block2": entry'),
+    ({"name": "odd", "vertices": [["x", 0, 0]], "faces": []}, r'block "odd": vertices\[0\]\[0\]: '),
+])  # fmt: skip
+def test_a_bad_entry_of_a_native_file_is_named_by_its_block(block, label):
+    data = native()
+    data["blocks"].append(block)
+    with pytest.raises(InputError, match=f"^{label}"):
+        native_parts(data, "stem")
+
+
+def test_units_of_a_native_file_are_those_that_it_names(tmp_path):
+    path = tmp_path / "n.json"
+    for named, asked, metres in (
+        (None, None, 1.0), ("m", None, 1.0), ("m", "m", 1.0), (None, "mm", 1e-3), ("ft", "ft", 0.3048),
+    ):  # fmt: skip
+        path.write_text(json.dumps(native(**({"units": named} if named else {}))))
+        np.testing.assert_allclose(read(path, units=asked).vertices[:4], np.array(CORNERS) * metres, rtol=1e-15)
+    for named, asked in (("ft", None), ("ft", "in"), ("m", "ft"), ("mm", "m")):
+        path.write_text(json.dumps(native(units=named)))
+        with pytest.raises(InputError, match=f'units are "{named}"'):
+            read(path, units=asked)
+
+
+def test_native_files_hold_what_is_there_and_no_more(tmp_path):
+    law, rod = JointLaw(("*", "*"), bond=2.0), Tie(("a", "b"), ((0.5, 0.5, 0.0), (0.5, 0.5, 2.0)), 1.0, 3.0)
+    asm = assembly([box((0, 0, 0), (1, 1, 1), name="a", group="g"), box((0, 0, 1), (1, 1, 2), name="b", density=4.0)])
+    plain = json.loads(write(asm, tmp_path / "a.json").read_text())
+    assert "joints" not in plain
+    assert "ties" not in plain
+    assert (plain["units"], plain["density"], plain["supports"]) == ("m", 1.0, [0])
+    assert [(b["name"], b.get("group"), b["density"]) for b in plain["blocks"]] == [("a", "g", 1.0), ("b", None, 4.0)]
+    held = json.loads(write(asm.with_(joints=[law], ties=[rod]), tmp_path / "b.json", units="dm").read_text())
+    assert held["units"] == "dm"
+    assert held["ties"][0]["points"] == [[5.0, 5.0, 0.0], [5.0, 5.0, 20.0]]
+    assert (held["ties"][0]["least"], held["ties"][0]["greatest"]) == (1.0, 3.0)
+    with pytest.raises(InputError, match="the metadata cannot be written as JSON"):
+        write(asm.with_(metadata={"a": {1, 2}}), tmp_path / "c.json")
+    assert not (tmp_path / "c.json").exists()
+
+
+def test_names_that_occur_more_than_once_are_numbered_past_those_that_are_taken():
+    with pytest.warns(InputWarning, match='several blocks share a name \\("a"\\); they are numbered from .0'):
+        assert distinct_names(["b", "a", "a.1", "", "a", "b", ""], []) == ["b.0", "a.0", "a.1", "", "a.2", "b.1", ""]
+    assert distinct_names(["a", "", ""], ["a"]) == ["a", "", ""]
+    with pytest.raises(InputError, match='supports: 2 blocks are named "a"; give their indices'):
+        distinct_names(["a", "a", "c", "c"], ["d", 0, "a"])
+
+
+def test_supports_are_those_given_or_else_those_that_a_file_marks():
+    names = ["a", "", *"cdefghij"]
+    assert chosen_supports([3, 1], None, names, "it") == [3, 1]
+    assert chosen_supports([3, 1], ["a"], names, "it") == ["a"]
+    assert chosen_supports([3], "a", names, "it") == ["a"]
+    assert chosen_supports([3], 0, names, "it") == [0]
+    assert chosen_supports([3], [], names, "it") == []
+    with pytest.raises(NoSupportError) as caught:
+        chosen_supports([], None, names, "it")
+    assert str(caught.value) == (
+        "it does not say which blocks are supports; give their names or numbers "
+        "(blocks: a, block1, c, d, e, f, g, h and 2 more)"
+    )
+    with pytest.raises(NoSupportError, match=r"\(blocks: a, block1, c, d, e, f, g, h\)$"):
+        chosen_supports([], None, names[:8], "it")
+
+
+def test_parts_scale_and_turn_with_their_ties_and_their_gravity():
+    block, rod = Block(CORNERS, TETRAHEDRON, "a"), Tie(("a", "b"), ((1, 2, 3), (4, 5, 6)), 1.0, 2.0, name="rod")
+    parts = Parts([block], ["a"], {"name": "n", "gravity": (1.0, 2.0, 3.0), "ties": [rod]})
+    assert parts.scaled(1.0) is parts
+    scaled = parts.scaled(0.5)
+    np.testing.assert_array_equal(scaled.blocks[0].vertices, np.array(CORNERS) / 2)
+    assert scaled.options["ties"][0].points == ((0.5, 1.0, 1.5), (2.0, 2.5, 3.0))
+    assert (scaled.options["ties"][0].least, scaled.options["ties"][0].greatest) == (1.0, 2.0)
+    assert scaled.options["gravity"] == (1.0, 2.0, 3.0)
+    assert parts.turned(None) is parts
+    assert parts.turned("z") is parts
+    # Rotations that take each axis to z; of the two axes left the first stays first, x or y.
+    for up, matrix in {
+        "x": [[0, 1, 0], [0, 0, 1], [1, 0, 0]], "-x": [[0, 1, 0], [0, 0, -1], [-1, 0, 0]],
+        "y": [[1, 0, 0], [0, 0, -1], [0, 1, 0]], "-y": [[1, 0, 0], [0, 0, 1], [0, -1, 0]],
+        "-z": [[1, 0, 0], [0, -1, 0], [0, 0, -1]],
+    }.items():  # fmt: skip
+        turned = parts.turned(up)
+        assert np.linalg.det(matrix) == pytest.approx(1.0)
+        np.testing.assert_allclose(turned.blocks[0].vertices, np.array(CORNERS) @ np.transpose(matrix))
+        np.testing.assert_allclose(turned.options["gravity"], np.array(matrix) @ [1, 2, 3])
+        np.testing.assert_allclose(
+            turned.options["ties"][0].points, np.array([[1, 2, 3], [4, 5, 6]]) @ np.transpose(matrix)
+        )
+    with pytest.raises(InputError, match="up is 'w'; the axis that points up must be one of: x, y, z, -x, -y, -z"):
+        parts.turned("w")
+    bare = Parts([Block("abc", TETRAHEDRON, "a")], ["a"])
+    assert bare.turned("x").blocks[0].vertices == "abc"
+    with pytest.raises(InputError, match='block "a": vertices must be a list of'):
+        bare.scaled(2.0).assembled()
+
+
+def test_an_assembly_in_the_frame_of_a_file_is_what_its_reader_undoes():
+    rod = Tie((0, 1), ((0.5, 0.5, 0.0), (0.5, 0.5, 2.0)), 1.0, 2.0)
+    asm = assembly([box((0, 0, 0), (1, 2, 1)), box((0, 0, 1), (1, 2, 2))], ties=[rod], gravity=(1, 2, 3))
+    assert in_frame(asm, None, None, "z") is asm
+    assert in_frame(asm, "m", "z", "z") is asm
+    assert in_frame(asm, None, "y", "y") is asm
+    found = in_frame(asm, "cm", "y", "z")
+    np.testing.assert_allclose(found.vertices, 100 * asm.vertices[:, [0, 2, 1]] * [1, 1, -1])
+    np.testing.assert_allclose(found.gravity, (1, 3, -2))
+    np.testing.assert_allclose(found.ties[0].points, [(50, 0, -50), (50, 200, -50)])
+    for wrong in ({"units": "yd"}, {"up": "w"}):
+        with pytest.raises(InputError, match=r"units are 'yd'|up is 'w'"):
+            in_frame(asm, wrong.get("units"), wrong.get("up"), "z")
+    assert metres_in(None) == 1.0
+    assert [metres_in(unit) for unit in ("m", "dm", "cm", "mm", "in", "ft")] == [1, 0.1, 0.01, 0.001, 0.0254, 0.3048]
+
+
+def test_doubts_begin_at_their_thresholds():
+    def doubt(size, density=1000.0, gravity=-9.81, ground=1000.0, **options):
+        blocks = [
+            box((-1, -1, -1), (2, 2, 0), name="ground", density=ground),
+            box((0, 0, 0), (size, size / 2, size / 4), name="stone", density=density),
+        ]  # fmt: skip
+        return doubts(Assembly.from_blocks(blocks, supports=["ground"], gravity=(0, 0, gravity)), **options)
+
+    assert doubt(25.0) == []
+    assert doubt(25.1)[0].startswith('block "stone" is 25.1 m long, longer than any stone laid')
+    assert doubt(1.001e-3) == []
+    assert doubt(0.999e-3)[0].startswith("no block is longer than 0.001 m; if the file is in larger units")
+    assert doubt(1.0, density=200.0) == doubt(1.0, density=20e3) == doubt(1.0, density=1.0) == []
+    assert doubt(1.0, density=199.0) == ["densities go from 199 to 199 kg/m3; those of a file are in kg/m3"]
+    assert doubt(1.0, density=20001.0)[0].startswith("densities go from 20001 to 20001 kg/m3")
+    assert doubt(1.0, ground=1.0) == []  # supports have no weight
+    for factor, told in ((0.99, 0), (1.01, 1)):
+        weight = 6e10 * factor
+        heavy = doubt(1.0, density=1e4, gravity=-weight / (1e4 / 8))
+        assert len(heavy) == told
+        assert not told or heavy[0].startswith(f"the blocks weigh {weight / 1e3:.2g} kN, more than the largest pyramid")
+    pair = assembly(
+        [box((-1, -1, -1), (2, 2, 0)), box((0, 0, 0), (1, 1, 1), density=1.0), box((0, 0, 1), (1, 1, 2), density=300.0)]
+    )
+    assert doubts(pair) == ["densities go from 1 to 300 kg/m3; those of a file are in kg/m3"]
+    assert doubts(assembly([box((0, 0, 0), (99, 1, 1))])) == []  # nothing is free
+
+
+@pytest.mark.parametrize(("axis", "sign"), [(0, 1), (0, -1), (1, 1), (1, -1)])
+def test_blocks_beside_their_supports_are_doubted_along_their_axis(axis, sign):
+    def row(shift=0.0, rise=0.0, **options):
+        """A support and three blocks in a row along an axis, moved along it and upwards."""
+        blocks = []
+        for k in range(4):
+            low = np.array([0.0, 0.0, rise * (k > 0)])
+            low[axis] += sign * (k + shift * (k > 0))
+            blocks.append(box(low, low + 1, density=300.0))
+        return doubts(assembly(blocks, gravity=(0, 0, -9.81), **options))
+
+    name = ("-" if sign < 0 else "") + "xy"[axis]
+    told = f"the blocks are beside their supports, along {name}, and not above them; if {name} is up, give --up {name}"
+    assert row() == [told]
+    assert row(supports=[0, 1]) == [told]
+    assert row(supports=[0, 3]) == []  # supports at both ends
+    assert row(supports=[1]) == []  # and between blocks
+    assert row(supports=[]) == []
+    assert row(rise=2.0) == []  # they lie above as well
+    leaning = np.zeros(3)
+    leaning[axis], leaning[2] = 9.0, -9.0
+    blocks = [box((0, 0, 0), (1, 1, 1), density=300.0)]
+    place = np.zeros(3)
+    place[axis] = sign * 3
+    assert doubts(assembly([*blocks, box(place, place + 1, density=300.0)], gravity=leaning)) == []
+
+
+def test_a_json_file_is_of_compas_where_it_names_a_type_and_no_blocks():
+    assert is_compas({"dtype": "a/B", "data": {}})
+    assert not is_compas({"dtype": "a/B", "blocks": []})
+    assert not is_compas({"data": {}})
+    assert not is_compas(["dtype"])
+
+
+def test_files_that_are_not_there_or_of_no_format_are_told_apart(tmp_path):
+    with pytest.raises(
+        InputError, match=r'cannot read "\.doc"; formats are: \.json, \.toml, \.obj, \.glb, \.stl, \.ply'
+    ):
+        read_parts(tmp_path / "a.doc")
+    with pytest.raises(InputError, match=r"gone\.json: no such file"):
+        read_parts(tmp_path / "gone.json")
+    path = tmp_path / "UPPER.JSON"
+    path.write_text(json.dumps(native()))
+    assert read_parts(path).options["name"] == "UPPER"
+    path.write_text("[")
+    with pytest.raises(InputError) as caught:
+        read_parts(path)
+    assert str(caught.value).count(str(path)) == 1
+    path.write_text("1" * 5000)
+    with pytest.raises(InputError, match="holds a number of thousands of digits"):
+        read_parts(path)
+
+
+def test_what_cannot_be_written_is_told_before_anything_is(tmp_path):
+    asm = assembly([box((0, 0, 0), (1, 1, 1), name="a")])
+    for target, options, message in (
+        ("a.toml", {}, r'cannot write "\.toml"; formats are: \.json, \.obj, \.glb, \.stl, \.ply'),
+        ("a.json", {"format": "ply"}, 'cannot be written as "ply"; it can be: native, compas-assembly, compas-model'),
+        ("a.obj", {"format": "native"}, r'cannot be written as "native"; it can be: \.obj'),
+        ("a.json", {"values": {"v": [1.0]}}, r"values are written to \.glb and \.obj only"),
+        ("a.stl", {"values": {"v": [1.0]}}, r"values are written to \.glb and \.obj only"),
+        ("b/a.json", {}, "no such directory: "),
+        ("a.obj", {"units": "yd"}, "units are 'yd'"),
+        ("a.obj", {"values": {"density": [1.0]}}, 'values: "density" must be a name that is free'),
+        ("a.obj", {"values": {"v": [1.0, 2.0]}}, 'values: "v" must be'),
+    ):  # fmt: skip
+        with pytest.raises(InputError, match=message):
+            write(asm, tmp_path / target, **options)
+    assert list(tmp_path.iterdir()) == []
+    written = write(asm, tmp_path / "a.obj", values={"v": [[1.0, 2.0]]})
+    assert '"v": [1.0, 2.0]' in written.read_text()
+    assert write(asm, tmp_path / "a.json", values={}).is_file()
+
+
+def test_a_folder_is_read_in_the_order_of_its_numbers(tmp_path):
+    asm = assembly(
+        [box((2 * k, 0, 0), (2 * k + 1, 1, 1), name=f"s{k}", group="g.h" if k > 9 else "") for k in range(12)]
+    )
+    folder = write(asm, tmp_path / "stones")
+    parts = folder_parts(folder, supports=["s0"])
+    assert [b.name for b in parts.blocks] == ["s10", "s11", *(f"s{k}" for k in range(10))]
+    assert [b.group for b in parts.blocks] == ["g.h", "g.h", *[""] * 10]
+    assert parts.options == {"name": "stones"}
+    assert sorted(p.name for p in (folder / "g" / "h").iterdir()) == ["s10.ply", "s11.ply"]
+    with pytest.raises(NoSupportError, match="a mesh does not say which blocks are supports"):
+        folder_parts(folder)
+    (folder / "notes.txt").write_text("no stone")
+    (folder / "dir.ply").mkdir()
+    assert len(folder_parts(folder, supports=["s0"]).blocks) == 12
+    (folder / "g" / "bad.STL").write_text("no stone")
+    with pytest.raises(InputError, match=r"^g/bad\.STL: "):
+        folder_parts(folder, supports=["s0"])
+    with pytest.raises(InputError, match=r"already holds \.ply or \.stl files"):
+        write(asm, folder)
+
+
+@pytest.mark.parametrize(("name", "file"), [
+    ("50%", "50%25"), ("a/b", "a%2Fb"), (".x", "%2Ex"), ("x.", "x%2E"), ("x ", "x%20"), ("con", "%63on"),
+    ("Lpt1.x", "%4Cpt1.x"), ("console", "console"), ("a:b*c?", "a%3Ab%2Ac%3F"), ("a.b", "a.b"), ("nul", "%6Eul"),
+    ("com", "com"), ("com12", "com12"), ('q"<>|', "q%22%3C%3E%7C"), ("x.y.", "x.y%2E"),
+])  # fmt: skip
+def test_names_that_a_file_system_refuses_are_quoted(tmp_path, name, file):
+    asm = assembly([box((0, 0, 0), (1, 1, 1), name=name, group="a..b")])
+    folder = write(asm, tmp_path / "f", format="stl")
+    assert [p.relative_to(folder).as_posix() for p in folder.rglob("*.stl")] == [f"a/%/b/{file}.stl"]
+    back = folder_parts(folder, supports=[0])
+    assert (back.blocks[0].name, back.blocks[0].group) == (name, "a..b")
+
+
+def test_coplanar_triangles_are_one_face_unless_it_has_a_hole(tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    notched = prism([(0, 0), (4, 0), (4, 3), (2.5, 3), (2.5, 1), (1, 1), (1, 3), (0, 3)], 2.0)
+    asm = assembly([notched])
+    path = write(asm, tmp_path / "n.stl")
+    vertices, faces = read_whole(path)
+    assert sorted(len(face) for face in faces) == [4] * 8 + [8, 8]
+    assert Assembly.from_blocks([Block(vertices, faces)]).volume[0] == pytest.approx(18.0, rel=1e-6)
+    ring = trimesh.creation.annulus(r_min=1.0, r_max=2.0, height=1.0, sections=8)
+    ring.export(tmp_path / "ring.stl")
+    vertices, faces = read_whole(tmp_path / "ring.stl")
+    back = Assembly.from_blocks([Block(vertices, faces)])
+    assert back.volume[0] == pytest.approx(ring.volume, rel=1e-6)
+    assert {len(face) for face in faces} == {3, 4}  # top and bottom stay triangles, the sides are joined
+    assert sum(len(face) == 4 for face in faces) == 16
+
+
+def test_solids_of_one_mesh_file_are_told_apart_where_they_touch(tmp_path):
+    asm = assembly([box((0, 0, k), (1 + k, 1, k + 1), name=f"b{k}") for k in range(3)])
+    for suffix in (".stl", ".ply"):
+        parts = mesh_parts(write(asm, tmp_path / f"pile{suffix}"), supports=[0])
+        assert [np.ptp(b.vertices[:, 0]) for b in parts.blocks] == pytest.approx([1, 2, 3])
+        assert [b.name for b in parts.blocks] == ["pile.0", "pile.1", "pile.2"]
+        assert parts.up == "z"
+    single = mesh_parts(write(assembly([box((0, 0, 0), (1, 1, 1))]), tmp_path / "one.stl"), supports=[0])
+    assert [b.name for b in single.blocks] == ["one"]
+    glb = mesh_parts(write(asm, tmp_path / "pile.glb"))
+    assert (glb.up, glb.supports, [b.name for b in glb.blocks]) == ("y", [0], ["b0", "b1", "b2"])
+    assert glb.options == {"name": "pile", "friction": asm.friction, "gravity": [0.0, 0.0, -1.0]}
+
+
+def test_a_mesh_without_faces_or_with_bad_corners_is_refused(tmp_path):
+    path = obj(tmp_path, "v 0 0 0")
+    with pytest.raises(InputError, match="the file holds no solid"):
+        mesh_parts(path, supports=[0])
+    head = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+    faces = "element face 4\nproperty list uchar int vertex_indices\nend_header\n"
+    good = ["0 0 0", "2 0 0", "0 3 0", "0 0 4"]
+    rows = ["3 0 2 1", "3 0 1 3", "3 0 3 2", "3 1 2 3"]
+    ply = tmp_path / "p.ply"
+    ply.write_text(head + faces + "\n".join([*good, *rows]) + "\n")
+    assert Assembly.from_blocks([Block(*read_whole(ply))]).volume[0] == pytest.approx(4.0)
+    ply.write_text(head + faces + "\n".join(["0 0 0", "inf 0 0", *good[2:], *rows]) + "\n")
+    with pytest.raises(InputError, match=r"^coordinates must be finite and below 1e\+30 \(vertex 1\)"):
+        read_whole(ply)
+    with pytest.raises(InputError, match=r'^object "p": coordinates must be finite and below 1e\+30 \(vertex 1\)'):
+        mesh_parts(ply, supports=[0])
+    for corner in (4, -1):
+        ply.write_text(head + faces + "\n".join([*good, *rows[:2], f"3 0 3 {corner}", rows[3]]) + "\n")
+        with pytest.raises(InputError, match=r"a face has a corner that does not exist \(face 2\)"):
+            read_whole(ply)
+    ply.write_text(head + "end_header\n" + "\n".join(good) + "\n")
+    with pytest.raises(InputError, match="is no surface of faces"):
+        read_whole(ply)
+
+
+def glb(content, data=b""):
+    text = json.dumps(content).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text
+    chunks += struct.pack("<I4s", len(data), b"BIN\0") + data if data else b""
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+
+
+def test_a_compressed_glb_says_what_it_needs(tmp_path):
+    path = tmp_path / "c.glb"
+    content = {"asset": {"version": "2.0"}, "extensionsRequired": ["KHR_draco_mesh_compression", "KHR_other"]}
+    path.write_bytes(glb(content))
+    with pytest.raises(InputError, match="it needs KHR_draco_mesh_compression; export it without compression"):
+        mesh_parts(path, supports=[0])
+    content["extensionsRequired"] = ["EXT_meshopt_compression"]
+    path.write_bytes(glb(content))
+    with pytest.raises(InputError, match="it needs EXT_meshopt_compression; export"):
+        mesh_parts(path, supports=[0])
+    content["extensionsRequired"] = ["KHR_other"]
+    path.write_bytes(glb(content))
+    with pytest.raises(InputError, match=r"cannot be read as a mesh|holds no solid"):
+        mesh_parts(path, supports=[0])
+
+
+def test_a_name_like_the_root_of_a_scene_comes_back(tmp_path):
+    asm = assembly([box((0, 0, 0), (1, 1, 1), name="world"), box((0, 0, 1), (1, 1, 2), name="other")])
+    assert read(write(asm, tmp_path / "w.glb")).names == ("world", "other")
+
+
+def test_tables_of_a_scene_are_written_with_their_headings():
+    data = {
+        "name": 'a "b"', "none": None, "flag": True, "off": False, "number": 3, "real": 0.1, "list": [1, (2.5, "x")],
+        "range": {"value": 1, "min": 0, "max": None}, "empty": {}, "in ner": {"a": 1, "deep": {"b": [True]}},
+        "last": {"c": "d"},
+    }  # fmt: skip
+    assert _table(data, "").splitlines() == [
+        'name = "a \\"b\\""', "flag = true", "off = false", "number = 3", "real = 0.1", 'list = [1, [2.5, "x"]]',
+        "range = { value = 1, min = 0 }", "empty = {  }", "", '["in ner"]', "a = 1", "", '["in ner".deep]',
+        "b = [true]", "", "[last]", 'c = "d"',
+    ]  # fmt: skip
+
+
+def test_a_surface_is_read_from_every_format_in_its_unit_and_its_axes(tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    corners = np.array([(0, 0, 0), (2, 0, 1), (2, 3, 1), (0, 3, 0.5)])
+    path = obj(tmp_path, *(f"v {x} {y} {z}" for x, y, z in corners), "f 1 2 3 4")
+    found, faces = read_surface(path, units="cm")
+    assert len(faces) == 1
+    np.testing.assert_allclose(found[faces[0]], corners / 100, rtol=1e-12)
+    mesh = trimesh.Trimesh(corners, [[0, 1, 2], [0, 2, 3]], process=False)
+    for suffix in (".ply", ".stl"):
+        mesh.export(tmp_path / f"s{suffix}")
+        found, faces = read_surface(tmp_path / f"s{suffix}")
+        assert len(found) == 4
+        assert sorted(found[faces].round(6).tolist()) == sorted(corners[[[0, 1, 2], [0, 2, 3]]].tolist())
+    mesh.export(tmp_path / "s.glb")  # whose y is up: what it has along y is the height
+    found, faces = read_surface(tmp_path / "s.glb")
+    np.testing.assert_allclose(sorted(found[:, 2]), sorted(corners[:, 1]), atol=1e-6)
+    np.testing.assert_allclose(sorted(found[:, 1]), sorted(-corners[:, 2]), atol=1e-6)
+
+
+def test_objects_of_a_surface_are_joined_where_their_corners_coincide(tmp_path):
+    lines = ["o a", "v 0 0 0", "v 1 0 0", "v 1 1 0", "v 0 1 0", "f 1 2 3 4"]
+    more = ["o b", "v 1 0 0", "v 2 0 0", "v 2 1 0", "v 1.0000005 1 0", "f 5 6 7 8", "f 5 5 6"]
+    found, faces = read_surface(obj(tmp_path, *lines, *more))
+    assert (len(found), len(faces)) == (6, 2)
+    assert len(set(faces[0]) & set(faces[1])) == 2
+    apart, _ = read_surface(obj(tmp_path, *lines, *(line.replace("1.0000005", "1.00001") for line in more)))
+    assert len(apart) == 7
+
+
+def test_what_is_no_surface_is_refused_with_its_file(tmp_path):
+    for target, message in (
+        ("a.json", r'cannot read a surface from "\.json"; formats are: \.obj'),
+        ("a.obj", "no such file"),
+    ):
+        with pytest.raises(InputError, match=f"{target}: {message}"):
+            read_surface(tmp_path / target)
+    path = obj(tmp_path, "v 0 0 0", "v 1 0 0", "v 0 1 0")
+    with pytest.raises(InputError, match=r"made\.obj: the file holds no faces"):
+        read_surface(path)
+    with pytest.raises(InputError, match=r"made\.obj: line 1: "):
+        read_surface(obj(tmp_path, "v 0 0"))
+    with pytest.raises(InputError, match=r"made\.obj: its corners must be finite"):
+        read_surface(obj(tmp_path, "v 0 0 nan", "v 1 0 0", "v 0 1 0", "f 1 2 3"))
+    junk = tmp_path / "junk.ply"
+    junk.write_bytes(b"no mesh")
+    with pytest.raises(InputError, match=r"junk\.ply: cannot be read as a mesh"):
+        read_surface(junk)
+    with pytest.raises(InputError, match="units are 'yd'"):
+        read_surface(obj(tmp_path, "v 0 0 0", "v 1 0 0", "v 0 1 0", "f 1 2 3"), units="yd")

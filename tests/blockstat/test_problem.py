@@ -1,0 +1,320 @@
+"""The posed problem: units on the way in and out, what floats, what is crushed, and what is warned of."""
+
+import numpy as np
+import pytest
+
+from blockstat import Assembly, Block, InputError, JointLaw, Outcome, Tie, assess, find_interfaces, glued
+from blockstat.analysis.problem import checked_loads, crushes, free_fall, gap_warnings, pose, timed
+from evidence.scenes.small import assembly, box, prism
+
+GROUND = box((-9, -9, -1), (9, 9, 0), name="ground")
+
+
+def posed(asm, **options):
+    given = {"friction": None, "gravity": None, "loads": None, "gap": 0.01, "interfaces": None}
+    return pose(asm, **(given | options))
+
+
+def tower(**options):
+    blocks = [GROUND, box((0, 0, 0), (1, 2, 3), name="low"), box((0.2, 0, 3), (1.5, 2, 4), name="high")]
+    return Assembly.from_blocks(blocks, supports=["ground"], density=700.0, gravity=(0.5, 0.2, -8.0), **options)
+
+
+def test_forces_and_twists_of_the_program_are_newtons_and_metres_outside():
+    asm = tower()
+    problem = posed(asm)
+    program, random = problem.program, np.random.default_rng(1)
+    twist = random.normal(size=12)
+    mechanism = problem.to_blocks(twist)
+    assert not mechanism[0].any()
+    np.testing.assert_allclose(mechanism[1:, :3], twist.reshape(-1, 6)[:, :3])
+    np.testing.assert_allclose(mechanism[1:, 3:] * program.length_unit, twist.reshape(-1, 6)[:, 3:])
+    load = random.normal(size=(3, 6))
+    # The work of a load on a motion is the same in both units.
+    assert problem.scaled(load) @ twist * program.force_unit == pytest.approx((load[1:] * mechanism[1:]).sum())
+    assert program.load * program.force_unit == pytest.approx(problem.scaled(problem.load) * program.force_unit)
+    force = random.normal(size=(program.n_points, 3))
+    np.testing.assert_allclose(problem.to_points(force), force * program.force_unit)
+    np.testing.assert_allclose(problem.adhesion_at_points(force[:, 0]), force[:, 0] * program.force_unit)
+    assert problem.to_bonds(force) is None
+    assert problem.to_ties(force) is None
+
+
+def test_the_work_of_contact_forces_is_that_of_their_points():
+    problem = posed(tower())
+    random = np.random.default_rng(2)
+    force, twist = random.normal(size=(problem.program.n_points, 3)), random.normal(size=12)
+    mechanism, joints = problem.to_blocks(twist), problem.interfaces
+    power = 0.0
+    for p, (k, own) in enumerate(zip(joints.point_interface, problem.to_points(force), strict=True)):
+        push = own @ joints.frame[k]
+        for block, sign in zip(joints.pair[k], (-1, 1), strict=True):
+            arm = joints.point[p] - problem.assembly.centroid[block]
+            power += sign * push @ (mechanism[block, :3] + np.cross(mechanism[block, 3:], arm))
+    scaled = (problem.program.matrix @ force.reshape(-1)) @ twist * problem.program.force_unit
+    assert scaled == pytest.approx(power, rel=1e-9)
+
+
+def test_points_of_a_cohesive_joint_carry_their_forces_less_the_shift():
+    problem = posed(tower(joints=[JointLaw(("*", "*"), tension=100.0)]))
+    force = np.ones((problem.program.n_points, 3))
+    joints = problem.interfaces
+    found = problem.to_points(force)
+    share = 100.0 * joints.area[joints.point_interface] / 4
+    np.testing.assert_allclose(found[:, 0], problem.program.force_unit - share)
+    np.testing.assert_allclose(found[:, 1:], problem.program.force_unit)
+
+
+def test_friction_and_gravity_replace_those_of_the_assembly():
+    asm = tower()
+    problem = posed(asm, friction=0.25, gravity=(0, 0, -2.0), loads=np.ones((3, 6)))
+    assert (problem.program.friction == 0.25).all()
+    np.testing.assert_allclose(problem.load[1], [1, 1, 1 - 2 * asm.mass[1], 1, 1, 1])
+    assert posed(asm).assembly is asm
+    bare = asm.with_(support=np.zeros(3, dtype=bool), name="bare")
+    with pytest.raises(InputError, match='"bare" has no supports; list the blocks that cannot move under "supports"'):
+        posed(bare)
+
+
+def test_constant_ties_are_loads_and_others_are_unknowns():
+    ends = ((-4, 0, 0), (0, 1, 2.0))
+    for least, greatest, unknown in ((3.0, 3.0, 0), (1.0, 3.0, 1)):
+        problem = posed(tower(ties=[Tie(("ground", "low"), ends, least, greatest)]))
+        assert len(problem.ties) == unknown
+        plain = posed(tower()).load
+        line = np.array([-4.0, -1, -2]) / 21**0.5
+        pull = 3.0 * (1 - unknown) * line
+        np.testing.assert_allclose(problem.load[1] - plain[1], [*pull, *np.cross((-0.5, 0, 0.5), pull)], atol=1e-9)
+        none = problem.to_ties(np.empty((0, 3)))
+        assert none == pytest.approx([least])
+    force = np.zeros((problem.eq.n_columns, 3))
+    force[-1, 0] = 2.0 / problem.program.force_unit
+    assert problem.to_ties(force) == pytest.approx([2.0])
+
+
+def test_ties_of_floating_blocks_are_left_out():
+    apart = box((5, 5, 5), (6, 6, 6), name="apart"), box((7, 7, 7), (8, 8, 8), name="far")
+    tie = Tie(("apart", "far"), ((6, 6, 6), (7, 7, 7)), 1.0, 2.0)
+    asm = assembly([GROUND, box((0, 0, 0), (1, 1, 1), name="low"), *apart], supports=["ground"], ties=[tie])
+    problem = posed(asm)
+    assert problem.floating.tolist() == [2, 3]
+    assert problem.ties.tolist() == []
+    held = asm.with_(ties=[Tie(("low", "far"), ((1, 1, 1), (7, 7, 7)), 1.0, 2.0)])
+    assert posed(held).floating.tolist() == [2]
+    assert posed(held).ties.tolist() == [0]
+
+
+def test_bonds_at_the_centres_follow_the_points():
+    problem = posed(glued(tower(), 50.0, moment=7.0))
+    m = problem.program.n_points
+    assert len(problem.bonds) == problem.interfaces.n_interfaces == 2
+    force = np.zeros((problem.eq.n_columns, 3))
+    assert problem.to_bonds(force) is not None
+    assert problem.eq.n_columns > m
+    assert posed(glued(tower(), 50.0)).to_bonds(force) is None
+
+
+@pytest.mark.parametrize(("friction", "slips"), [(0.5, True), (0.0, False), (np.inf, False)])
+def test_coulombs_law_needs_a_friction_that_is_neither_nothing_nor_infinite(friction, slips):
+    assert posed(tower(friction=friction)).slips is slips
+    alone = Assembly.from_blocks([GROUND], supports=["ground"])
+    assert posed(alone).slips is False
+    assert posed(alone).warnings == ("all blocks are supports; there was nothing to check",)
+
+
+def floating_group():
+    """Two cubes that touch each other in the air, of densities 1 and 3, and a plate by itself."""
+    blocks = [
+        GROUND, box((0, 0, 4), (1, 1, 5), name="a", density=1.0), box((1, 0, 4), (2, 1, 5), name="b", density=3.0),
+        box((5, 5, 3), (7, 6, 3.5), name="plate", density=1.0),
+    ]  # fmt: skip
+    return Assembly.from_blocks(blocks, supports=["ground"], gravity=(0.3, 0.4, -1.2))
+
+
+def test_what_nothing_holds_falls_along_its_load():
+    asm = floating_group()
+    problem = posed(asm)
+    assert problem.floating.tolist() == [1, 2, 3]
+    down = np.array([0.3, 0.4, -1.2]) / 1.3
+    found = free_fall(problem)
+    np.testing.assert_allclose(found[1:, :3], [down] * 3, atol=1e-12)
+    assert not found[:, 3:].any()
+    assert not found[0].any()
+    loads = np.zeros((4, 6))
+    loads[1, :3] = 3.0, 0.0, 0.0
+    together = 4 * np.array([0.3, 0.4, -1.2]) + [3, 0, 0]
+    pushed = free_fall(posed(asm, loads=loads))
+    np.testing.assert_allclose(pushed[1:3, :3], [together / np.linalg.norm(together)] * 2)
+    np.testing.assert_allclose(pushed[3, :3], down)
+
+
+def test_a_group_whose_forces_cancel_turns_about_its_middle():
+    asm = floating_group()
+    weight = asm.mass[:, None] * asm.gravity
+    loads = np.zeros((4, 6))
+    loads[1:, :3] = -weight[1:]
+    still = free_fall(posed(asm, loads=loads))
+    assert not still.any()
+    couple = loads.copy()
+    couple[1, :3] += (0, 0, 2.0)
+    couple[2, :3] -= (0, 0, 2.0)
+    couple[1, 3:] = (0, 1.0, 0)
+    found = free_fall(posed(asm, loads=couple))
+    # Moment about the middle of the centroids: arms -+.5 along x, so 2 about y, and 1 more: it turns about +y.
+    np.testing.assert_allclose(found[1:3, 3:], [[0, 1, 0]] * 2, atol=1e-12)
+    np.testing.assert_allclose(found[1:3, :3], [[0, 0, 0.5], [0, 0, -0.5]], atol=1e-12)
+    assert not found[3].any()
+    verdict = assess(asm, loads=couple)
+    assert verdict.outcome is Outcome.UNSTABLE
+    assert verdict.score == np.inf
+    assert verdict.certificate.work > 0
+    assert verdict.certificate.required_force == np.inf
+    assert assess(asm, loads=loads).outcome is Outcome.UNDECIDED
+
+
+def test_a_tie_joins_blocks_that_float_to_one_group():
+    asm = floating_group()
+    tie = Tie(("b", "plate"), ((2, 1, 4.5), (5, 5, 3.25)), 0.0, 1.0)
+    loads = np.zeros((4, 6))
+    loads[3, :3] = (40.0, 0.0, 0.0)
+    found = free_fall(posed(asm.with_(ties=[tie]), loads=loads))
+    total = (asm.mass[1:, None] * asm.gravity).sum(axis=0) + [40, 0, 0]
+    np.testing.assert_allclose(found[1:, :3], [total / np.linalg.norm(total)] * 3)
+
+
+@pytest.mark.parametrize("loads", [np.zeros((2, 6)), np.zeros((3, 5)), np.zeros(18), np.full((3, 6), np.nan), [[1.0]]])
+def test_loads_are_a_finite_wrench_on_each_block(loads):
+    with pytest.raises(InputError, match=r"loads have shape .*; finite values of shape \(3, 6\) are needed"):
+        checked_loads(tower(), loads)
+
+
+def test_loads_may_be_left_out_and_must_be_numbers():
+    assert checked_loads(tower(), None).tolist() == np.zeros((3, 6)).tolist()
+    assert checked_loads(tower(), [[1] * 6] * 3).dtype == float
+    with pytest.raises(InputError, match=r"loads must be numbers of shape \(3, 6\)"):
+        checked_loads(tower(), "abc")
+    with pytest.raises(InputError, match=r"loads have shape \(2, 6\)"):
+        assess(tower(), loads=np.zeros((2, 6)))
+
+
+def cubes(places):
+    return [box(p, np.add(p, 1), name=f"c{k}") for k, p in enumerate(places)]
+
+
+def test_blocks_that_touch_nothing_are_named_up_to_five():
+    low = box((0, 0, 0), (1, 1, 1), name="low")
+    far = [(3 * k, 0, 4 + k) for k in range(7)]
+    five = posed(assembly([GROUND, low, *cubes(far[:5])], supports=["ground"])).warnings
+    assert list(five) == [f'block "c{k}" touches nothing' for k in range(5)]
+    seven = posed(assembly([GROUND, low, *cubes(far)], supports=["ground"])).warnings
+    assert seven[5:] == ("2 more blocks touch nothing",)
+    one = posed(assembly([GROUND, *cubes(far[:1])], supports=["ground"])).warnings
+    assert one == ('block "c0" touches nothing',)
+
+
+def test_where_no_two_blocks_touch_their_distances_are_told():
+    asm = assembly([GROUND, *cubes([(0, 0, 3), (0, 0, 4.25), (3, 0, 2)])], supports=["ground"])
+    (told,) = posed(asm).warnings
+    assert told == (
+        'no two blocks touch: the smallest gap between two of them is 0.25 m ("c0" and "c1"), '
+        'and 2 m to a support ("c2" and "ground")'
+    )
+
+
+def edged(compression=5e6, n=1):
+    """Wedges on their edges: contacts without area, under a law with compressive strength."""
+    ridge = [(-0.5, 0, 1), (0.5, 0, 1), (0.5, 2, 1), (-0.5, 2, 1), (0, 0, 0), (0, 2, 0)]
+    faces = [[0, 1, 2, 3], [0, 4, 1], [2, 5, 3], [0, 3, 5, 4], [1, 4, 5, 2]]
+    wedges = [Block(np.array(ridge) + [2 * k, 0, 0], faces, f"w{k}", "w") for k in range(n)]
+    law = JointLaw(("w", "*"), compression=compression)
+    return assembly([GROUND, *wedges], supports=["ground"], joints=[law])
+
+
+def test_edges_under_a_law_with_strength_carry_nothing_and_are_named():
+    problem = posed(edged(n=4))
+    assert problem.crushed.n_interfaces == 4
+    assert problem.interfaces.n_interfaces == 0
+    told = [text for text in problem.warnings if "compressive strength" in text]
+    pairs = [f'"ground" and "w{k}"' for k in range(4)]
+    assert told == [
+        f"contacts without area carry nothing under a joint law with compressive strength: {'; '.join(pairs[:3])}; "
+        "and 1 more"
+    ]
+    three = [text for text in posed(edged(n=3)).warnings if "compressive strength" in text]
+    assert three[0].endswith('"ground" and "w2"')
+    free = posed(edged(None, n=2))
+    assert free.crushed is None
+    assert free.interfaces.n_interfaces == 2
+
+
+def test_a_motion_into_a_crushed_edge_proves_no_fall():
+    problem = posed(edged())
+    motion = np.zeros((2, 6))
+    for drive, closes in ((-1.0, True), (-2e-9, True), (-0.5e-9, False), (0.0, False), (1.0, False)):
+        motion[1, 2] = drive
+        assert crushes(problem, motion) is closes
+    motion[1] = 0.0
+    motion[0, 2] = 1.0
+    assert crushes(problem, motion)
+    assert not crushes(posed(edged(None)), -motion)
+    assert assess(edged()).outcome is Outcome.UNDECIDED
+
+
+def test_joints_that_are_almost_taken_are_told_where_the_verdict_is_not_stable():
+    for gap, near in ((0.011, True), (0.5, False)):
+        asm = assembly([GROUND, box((0, 0, gap), (1, 1, 1 + gap), name="up")], supports=["ground"])
+        told = [text for text in assess(asm).warnings if "near joints" in text]
+        assert bool(told) is near, told
+    problem = posed(assembly([GROUND, *cubes([(0, 0, 0.011), (3, 0, 0.012)])], supports=["ground"]))
+    assert gap_warnings(problem, Outcome.STABLE) == []
+    (text,) = gap_warnings(problem, Outcome.UNSTABLE)
+    assert text.startswith("2 near joints were not taken (gap tolerance 0.01")
+    assert 'the closest "ground" to "c0" with 0.011 m: a larger tolerance may change the verdict' in text
+    assert len(gap_warnings(problem, Outcome.UNDECIDED)) == 1
+
+
+def test_joints_that_do_not_quite_close_are_counted():
+    asm = assembly([GROUND, *cubes([(0, 0, 0.0), (3, 0, 0.004), (6, 0, -0.006)])], supports=["ground"])
+    (told,) = [text for text in assess(asm).warnings if "quite close" in text]
+    assert told == "2 of 3 joints do not quite close (up to 6 mm) and count as touching"
+
+
+def test_times_are_kept_by_step():
+    timings = {"a": 1.0}
+    with timed(timings, "b"):
+        sum(range(100_000))
+    assert timings["a"] == 1.0
+    assert 0.0 <= timings["b"] < 10.0
+    found = assess(tower())
+    assert {"interfaces", "equilibrium", "solve", "certificate", "total"} <= set(found.timings)
+    parts = sum(value for name, value in found.timings.items() if name != "total")
+    assert found.timings["total"] == pytest.approx(parts)
+
+
+def test_given_joints_are_taken_as_they_are():
+    asm = tower()
+    joints = find_interfaces(asm)
+    assert posed(asm, interfaces=joints).interfaces is joints
+    lone = joints.subset(joints.pair[:, 0] == 0)
+    assert posed(asm, interfaces=lone).floating.tolist() == [2]
+
+
+def test_cells_divide_a_joint_where_a_law_asks_for_them():
+    law = JointLaw(("*", "*"), compression=5e6, cells=5)
+    problem = posed(tower(joints=[law]))
+    plain = posed(tower(joints=[JointLaw(("*", "*"), tension=1.0)]))
+    assert problem.interfaces.n_points > plain.interfaces.n_points
+    assert problem.interfaces.share is not None
+    assert plain.interfaces.share is None
+    again = posed(tower(joints=[law]), interfaces=problem.interfaces)
+    assert again.interfaces is problem.interfaces
+
+
+def test_a_prism_in_the_plane_is_solved_in_the_plane_and_in_space_alike():
+    blocks = [GROUND, prism([(0, 0), (2, 0), (1.5, 1), (0.2, 1.2)], 1.0, name="p")]
+    asm = assembly(blocks, supports=["ground"])
+    assert posed(asm).program.plane is not None
+    law = asm.with_(joints=[JointLaw(("*", "*"), friction=0.5)])
+    assert posed(law).program.plane is not None
+    strong = asm.with_(joints=[JointLaw(("*", "*"), compression=1e6)])
+    assert posed(strong).program.plane is None

@@ -1,0 +1,198 @@
+"""What a stable verdict has in reserve: neutral motions, slivers, and contacts that are in no program."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from blockstat import Block, Outcome, Tie, assess, find_interfaces
+from blockstat.analysis.problem import pose
+from blockstat.analysis.reserve import SLIVER, loaded_slivers, neutral_warning, sliver_warning, without
+from blockstat.analysis.rims import falling_freely, overlap_warnings, rim_warnings, with_rims
+from evidence.scenes.small import assembly, box
+
+GROUND = box((-9, -9, -1), (9, 9, 0), name="ground")
+
+
+def posed(asm, **options):
+    given = {"friction": None, "gravity": None, "loads": None, "gap": 0.01, "interfaces": None}
+    return pose(asm, **(given | options))
+
+
+def seesaw(shift=0.0, n=1):
+    """Plates each on a ridge below its middle, or so far beside it, on wedges that are supports."""
+    blocks, supports = [], []
+    for k in range(n):
+        x = 10.0 * k
+        ridge = [(x - 1, 0, 0), (x + 1, 0, 0), (x + 1, 2, 0), (x - 1, 2, 0), (x, 0, 1), (x, 2, 1)]
+        faces = [[3, 2, 1, 0], [0, 1, 4], [3, 5, 2], [1, 2, 5, 4], [0, 4, 5, 3]]
+        blocks += [Block(np.array(ridge, dtype=float), faces, f"ridge{k}")]
+        supports.append(f"ridge{k}")
+        blocks += [box((x - 2 + shift, 0, 1), (x + 2 + shift, 2, 1.2), name=f"plate{k}")]
+    return assembly(blocks, supports=supports)
+
+
+def test_a_plate_on_a_ridge_is_balanced_without_reserve():
+    verdict = assess(seesaw())
+    assert verdict.outcome is Outcome.STABLE
+    assert [verdict.assembly.names[k] for k in verdict.neutral] == ["plate0"]
+    assert verdict.summary()["neutral"] == ["plate0"]
+    assert verdict.warnings[-1] == (
+        'balanced: in equilibrium without reserve; nothing resists a small push that moves "plate0"'
+    )
+    assert assess(seesaw(0.01)).outcome is Outcome.UNSTABLE
+    resting = assess(assembly([GROUND, box((0, 0, 0), (1, 1, 1), name="b")]))
+    assert resting.neutral.tolist() == []
+    assert not any("balanced" in text for text in resting.warnings)
+
+
+def test_neutral_blocks_are_named_up_to_three():
+    problem = posed(seesaw(n=5))
+    for count, words in ((1, '"plate0"'), (3, '"plate0", "plate1", "plate2"'), (5, None)):
+        (text,) = neutral_warning(problem, np.arange(1, 2 * count, 2))
+        assert text.endswith(words or '"plate0", "plate1", "plate2" and 2 more')
+    assert neutral_warning(problem, np.empty(0, dtype=int)) == []
+
+
+def resting(width):
+    """A cube that rests on a plate, and on a strip of so much of the next one."""
+    blocks = [box((0, 0, -1), (1 - width, 1, 0), name="left"), box((1 - width, 0, -1), (3, 1, 0), name="right")]
+    return assembly([*blocks, box((0, 0, 0), (1, 1, 1), name="cube")], supports=["left", "right"])
+
+
+@pytest.mark.parametrize("scale", [0.2, 1.0, 5.0])
+def test_a_joint_is_a_sliver_below_a_thousandth_of_the_smaller_block(scale):
+    for factor, found in ((0.9, 1), (1.5, 0)):
+        asm = resting(factor * SLIVER)
+        asm = asm.with_(vertices=scale * asm.vertices, density=asm.density / scale**3)
+        joints = find_interfaces(asm)
+        problem = posed(asm, interfaces=joints)
+        rows = [k for k, pair in enumerate(joints.pair.tolist()) if pair == [1, 2]]
+        assert len(rows) == 1
+        forces = np.zeros((joints.n_points, 3))
+        assert len(loaded_slivers(problem, forces)) == 0
+        forces[:, 0] = 0.1
+        assert len(loaded_slivers(problem, forces)) == found
+        if found:
+            assert loaded_slivers(problem, forces).tolist() == rows
+            own = slice(joints.start[rows[0]], joints.start[rows[0] + 1])
+            for load, loaded in ((0.9e-9, False), (1.1e-9, True)):
+                forces[own] = 0.0
+                forces[joints.start[rows[0]], 1] = load  # of the weight of 1
+                assert (len(loaded_slivers(problem, forces)) == 1) is loaded
+
+
+def test_slivers_are_named_up_to_three():
+    blocks = [GROUND, *(box((2 * k, 0, 0), (2 * k + 1, 1, 1), name=f"b{k}") for k in range(5))]
+    problem = posed(assembly(blocks, supports=["ground"]))
+    (text,) = sliver_warning(problem, np.arange(2))
+    assert text.startswith('stable only with joints narrower than 0.001 of their smaller block: "ground" to "b0", ')
+    assert '"ground" to "b1"; without them it is not proven stable' in text
+    assert '"b2"; without' in sliver_warning(problem, np.arange(3))[0]
+    assert '"b2" and 2 more; without' in sliver_warning(problem, np.arange(5))[0]
+
+
+def test_interfaces_without_some_keep_all_that_belongs_to_the_others():
+    blocks = [GROUND, *(box((2 * k, 0, 0), (2 * k + 1 + k, 1, 1), name=f"b{k}") for k in range(3))]
+    joints = find_interfaces(assembly(blocks, supports=["ground"]))
+    marked = replace(
+        joints, share=np.arange(joints.n_points, dtype=float), gap=np.arange(joints.n_interfaces, dtype=float),
+        outlines=tuple(f"o{k}" for k in range(joints.n_interfaces)), kind=np.arange(joints.n_interfaces) % 2,
+    )  # fmt: skip
+    kept = [k for k in range(joints.n_interfaces) if k != 1]
+    found = without(marked, np.array([1]))
+    assert found.pair.tolist() == joints.pair[kept].tolist()
+    assert found.gap.tolist() == kept
+    assert found.kind.tolist() == [k % 2 for k in kept]
+    assert found.outlines == tuple(f"o{k}" for k in kept)
+    np.testing.assert_array_equal(found.area, joints.area[kept])
+    np.testing.assert_array_equal(found.frame, joints.frame[kept])
+    points = [p for k in kept for p in range(joints.start[k], joints.start[k + 1])]
+    np.testing.assert_array_equal(found.point, joints.point[points])
+    assert found.share.tolist() == points
+    assert np.diff(found.start).tolist() == np.diff(joints.start)[kept].tolist()
+    assert found.start[0] == 0
+    bare = without(joints, np.arange(joints.n_interfaces))
+    assert (bare.n_interfaces, bare.n_points) == (0, 0)
+    assert without(joints, np.empty(0, dtype=int)).pair.tolist() == joints.pair.tolist()
+
+
+def sunk():
+    """One block deep in another, and a third by itself."""
+    blocks = [
+        GROUND, box((0, 0, 0), (2, 2, 2), name="low"), box((0.5, 0.5, 1), (1.5, 1.5, 3), name="in"),
+        box((5, 0, 0), (6, 1, 1), name="other"),
+    ]  # fmt: skip
+    return assembly(blocks, supports=["ground"])
+
+
+def test_a_mechanism_of_blocks_that_overlap_proves_nothing():
+    asm = sunk()
+    problem = posed(asm, interfaces=find_interfaces(asm))
+    motion = np.zeros((4, 6))
+    assert overlap_warnings(problem, motion) == []
+    motion[3, 2] = 1.0
+    assert overlap_warnings(problem, motion) == []
+    for block in (1, 2):
+        moved = motion.copy()
+        moved[block, 5] = 1e-12
+        (text,) = overlap_warnings(problem, moved)
+        assert text.startswith('"low" and "in" overlap too far to have a joint (1 such pairs move)')
+    known = replace(problem, overlapping=np.array([[0, 3]]))
+    assert overlap_warnings(known, motion)[0].startswith('"ground" and "other" overlap')
+    assert overlap_warnings(replace(problem, overlapping=np.empty((0, 2), dtype=int)), moved) == []
+
+
+def corner_to_corner(gap=0.0):
+    """Two cubes that share an edge along y; the upper one lies on a plate that is a support."""
+    blocks = [
+        GROUND, box((0, 0, 0), (1, 1, 1), name="low"), box((1 + gap, 0, 1), (2 + gap, 1, 2), name="high"),
+        box((1.4, -2, 0.5), (3, 3, 1), name="shelf"),
+    ]  # fmt: skip
+    return assembly(blocks, supports=["ground", "shelf"])
+
+
+def test_edges_along_each_other_resist_what_drives_them_together_alone():
+    problem = posed(corner_to_corner())
+    pair = sorted(problem.interfaces.rims.tolist())
+    assert [1, 2] in pair
+    motion = np.zeros((4, 6))
+    for velocity, told in (
+        ((0, 0, 0), False), ((1, 0, 1), False), ((1, 0, -0.5), False), ((-0.5, 0, 1), False), ((-1, 0, -1), True),
+        ((-1e-7, 0, -1e-7), False), ((-1, 0, 0), True), ((0, 0, -1), True), ((0, 1, 0), False),
+    ):  # fmt: skip
+        motion[2, :3] = velocity
+        found = rim_warnings(problem, motion)
+        assert bool(found) is told, velocity
+    (text,) = found or rim_warnings(problem, np.array([[0] * 6, [1, 0, 1, 0, 0, 0], [0] * 6, [0] * 6], dtype=float))
+    assert text.startswith('"low" and "high" touch only edge along edge')
+    assert "(1 such pairs would be driven into each other)" in text
+    alone = posed(assembly([GROUND, box((0, 0, 0), (1, 1, 1))]))
+    assert rim_warnings(alone, np.ones((2, 6))) == []
+    more = with_rims(problem)
+    assert more.n_interfaces > problem.interfaces.n_interfaces
+
+
+def test_a_block_between_two_walls_falls_freely_unless_something_is_in_its_way():
+    walls = [box((-1, 0, 0), (0, 1, 4), name="left"), box((1, 0, 0), (2, 1, 4), name="right")]
+    block = box((0, 0, 2), (1, 1, 3), name="block")
+    asm = assembly([*walls, block], supports=["left", "right"], friction=0.5)
+    problem = posed(asm)
+    assert falling_freely(problem).tolist() == [2]
+    verdict = assess(asm, flow="coulomb")
+    assert verdict.outcome is Outcome.STABLE_ONLY_BY_SELF_STRESS
+    assert verdict.falling.tolist() == [2]
+    assert verdict.coulomb.share == pytest.approx(1.0)
+    assert verdict.coulomb.opposed
+    assert verdict.coulomb.solves == 0
+    assert len(verdict.held) == 2
+    tied = asm.with_(ties=[Tie(("left", "block"), ((-1, 0, 4), (0.5, 0, 3)), 0.0, 9.0)])
+    assert falling_freely(posed(tied)).tolist() == []
+    floor = assembly([*walls, block, box((0, 0, 1), (1, 1, 2), name="floor")], supports=["left", "right", "floor"])
+    assert falling_freely(posed(floor)).tolist() == []
+    near = assembly(
+        [*walls, block, box((0, 0, 0.985), (1, 1, 1.985), name="floor")], supports=["left", "right", "floor"]
+    )
+    assert falling_freely(posed(near)).tolist() == []
+    deep = assembly([*walls, block, box((0.2, 0.2, 1), (0.8, 0.8, 2.5), name="in")], supports=["left", "right", "in"])
+    assert falling_freely(posed(deep, interfaces=find_interfaces(deep))).tolist() == []
