@@ -5,9 +5,10 @@ import ast
 import pytest
 
 from evidence.mutation import mutations
+from evidence.mutation import reach as reaching
 from evidence.mutation.judge import KILLED, SURVIVED, UNREACHED, Judgement
 from evidence.mutation.mutations import ROOMS, SOURCE, Mutation, changed_lines, files
-from evidence.mutation.reach import Reach
+from evidence.mutation.reach import Reach, deciding_line
 from evidence.mutation.run import equivalents, page
 
 CODE = """
@@ -60,18 +61,55 @@ def test_mutations_change_one_place_and_no_annotation(tmp_path, monkeypatch):
     assert mutations.sample(5, 2) != one
 
 
-def test_the_fastest_test_that_reaches_a_line_comes_first():
-    lines = {"a.py": {3: {"slow", "fast"}, 4: {"fast"}, 1: {""}, 5: {"", "slow"}}}
+SOURCE_OF_LINES = """LIMIT = 3
+
+
+def first(
+    a,
+    *,
+    b=2,
+):
+    try:
+        c = (a
+             + b)
+    except ValueError:
+        c = 0
+    return c
+
+
+class Held:
+    size: int = 4
+
+    @property
+    def twice(self):
+        return 2 * self.size
+"""
+
+
+@pytest.mark.parametrize(
+    ("line", "first"),
+    [(1, None), (4, None), (6, None), (7, None), (9, 9), (10, 10), (11, 10), (13, 13), (14, 14), (18, None), (20, None),
+     (21, None), (22, 22)],
+)  # fmt: skip
+def test_a_line_counts_as_its_statement_and_outside_of_functions_as_the_module(line, first):
+    assert deciding_line(SOURCE_OF_LINES, line) == first
+
+
+def test_the_fastest_test_that_reaches_a_line_comes_first(tmp_path, monkeypatch):
+    monkeypatch.setattr(reaching, "SOURCE", tmp_path)
+    (tmp_path / "a.py").write_text(SOURCE_OF_LINES)
+    lines = {"a.py": {1: {"slow"}, 10: {"slow", "fast"}, 13: {"fast"}, 14: {"", "slow"}, 22: set()}}
     reach = Reach({"slow": 2.0, "fast": 0.1}, lines)
 
     def tests(line):
         return reach.tests(Mutation("a.py", "core/AddNot", 0, line))
 
-    assert tests(3) == ["fast", "slow"]
-    assert tests(4) == ["fast"]
-    assert tests(1) == ["fast", "slow"]  # run at import: any test of the file may see it
-    assert tests(5) == ["slow"]
-    assert tests(9) == []
+    assert tests(11) == ["fast", "slow"]
+    assert tests(13) == ["fast"]
+    assert tests(1) == ["fast", "slow"]  # run once, by the test that imported it: any test of the file may see it
+    assert tests(7) == ["fast", "slow"]
+    assert tests(14) == ["slow"]
+    assert tests(22) == []
 
 
 def test_the_page_counts_by_room_and_shows_survivors():

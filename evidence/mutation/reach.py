@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import json
 import os
@@ -33,12 +34,42 @@ class Reach:
     lines: dict[str, dict[int, set[str]]]  #: tests by line by file
 
     def tests(self, mutation: Mutation) -> list[str]:
-        """The tests that reach a mutation, the fastest first; those of the file where imports alone run the line."""
+        """The tests that reach a mutation, the fastest first.
+
+        A line at the level of the module runs once, when the first test imports it, and any test of the file may see
+        it. A statement over several lines counts as its first line.
+        """
         own = self.lines.get(mutation.path, {})
-        found = own.get(mutation.line, set())
-        if found == {""}:
-            found = set().union(*own.values())
+        first = deciding_line((SOURCE / mutation.path).read_text(), mutation.line)
+        found = set().union(*own.values()) if first is None else own.get(first, set())
         return sorted(found - {""}, key=lambda test: (self.seconds[test], test))
+
+
+def deciding_line(text: str, line: int) -> int | None:
+    """The first line of the innermost statement at a line, if it is in a function; None at the level of the module.
+
+    A signature with its defaults and decorators is at the level of what it stands in.
+    """
+    found: ast.stmt | None = None
+    inside = False
+    statements = list(ast.parse(text).body)
+    while at := next((s for s in statements if _first_line(s) <= line <= (s.end_lineno or s.lineno)), None):
+        found = at
+        inside = inside or (isinstance(at, ast.FunctionDef) and line >= _first_line(at.body[0]))
+        statements = _statements_in(at)
+    return found.lineno if found is not None and inside else None
+
+
+def _first_line(statement: ast.stmt) -> int:
+    return min([statement.lineno, *(node.lineno for node in getattr(statement, "decorator_list", []))])
+
+
+def _statements_in(statement: ast.stmt) -> list[ast.stmt]:
+    """The statements of the blocks of a statement."""
+    found = [s for name in ("body", "orelse", "finalbody") for s in getattr(statement, name, [])]
+    for part in [*getattr(statement, "handlers", []), *getattr(statement, "cases", [])]:
+        found += part.body
+    return found
 
 
 def test_files() -> list[Path]:
