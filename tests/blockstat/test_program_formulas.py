@@ -1,6 +1,6 @@
 """The programs against the equations that define them, column by column, on data without any symmetry."""
 
-from dataclasses import FrozenInstanceError, replace
+from dataclasses import FrozenInstanceError, fields, replace
 from math import inf
 
 import numpy as np
@@ -25,13 +25,15 @@ PAIRS = np.array([[-1, 0], [1, 0], [0, 1], [2, -1], [2, 1], [1, 2], [0, 2], [-1,
 N, M, POINTS = 3, len(PAIRS), 7
 
 
-def program(*, friction=FRICTION, bounds=True, seed=0):
+def program(*, friction=FRICTION, bounds="both", seed=0):
     """Three blocks, seven points and two bonds, all numbers random."""
     rng = np.random.default_rng(seed)
     local = rng.normal(size=(M, 3, 2, 6)) * (PAIRS >= 0)[:, None, :, None]
     lower, upper = np.zeros(M), np.full(M, inf)
-    if bounds:
-        lower[[0, 3, 8]], upper[[3, 4, 7]] = [0.3, 0.2, 0.5], [2.0, 1.5, 3.0]
+    if bounds in ("both", "lower"):
+        lower[[0, 3, 8]] = [0.3, 0.2, 0.5]
+    if bounds in ("both", "upper"):
+        upper[[3, 4, 7]] = [2.0, 1.5, 3.0]
     return PenaltyProgram(
         local=local.reshape(-1, 12), load=rng.normal(size=6 * N), friction=friction, force_unit=2.0, length_unit=3.0,
         total_load=5.0, shift=rng.uniform(0, 1, M), lower=lower, upper=upper, point_blocks=PAIRS, n_points=POINTS,
@@ -249,7 +251,7 @@ def options_of(names, seed=6):
 
 
 @pytest.mark.parametrize("names", OPTIONS)
-@pytest.mark.parametrize("bounds", [False, True])
+@pytest.mark.parametrize("bounds", ["none", "lower", "upper", "both"])
 def test_every_row_of_the_conic_program_is_that_of_its_point(names, bounds):
     own, cost = program(bounds=bounds), np.random.default_rng(9).normal(size=6 * N)
     options = options_of(names)
@@ -281,7 +283,13 @@ def test_every_row_of_the_conic_program_is_that_of_its_point(names, bounds):
         rest = rest[POINTS:]
     else:
         assert conic.penalty_local.shape == (0, 12)
-    assert rest.tolist() == [PAIRS[k].tolist() for k in (0, 3, 4, 7, 8) for _ in range(4) if bounds]
+    bounded = {"none": (), "lower": (0, 3, 8), "upper": (3, 4, 7), "both": (0, 3, 4, 7, 8)}[bounds]
+    assert rest.tolist() == [PAIRS[k].tolist() for k in bounded for _ in range(4)]
+    if bounds != "none":
+        assert conic.bounds.size == {"lower": 3, "upper": 3, "both": 6}[bounds]
+        assert conic.bounds.y.tolist() == [
+            list(own.upper_bounded).index(k) if own.upper[k] < inf else -1 for k in bounded
+        ]
 
 
 def test_the_unknowns_of_bounded_points_are_named():
@@ -297,7 +305,7 @@ def test_the_unknowns_of_bounded_points_are_named():
     assert own.size == 6
     assert own.is_triple
     assert conic.has_structure
-    bare = conic_program(program(bounds=False), np.zeros(6 * N))
+    bare = conic_program(program(bounds="none"), np.zeros(6 * N))
     assert bare.bounds is None
     assert bare.has_structure
     smooth = replace(program(), upper=np.where(np.arange(M) == 1, 1.0, inf), lower=np.zeros(M))
@@ -325,7 +333,7 @@ def test_the_feasibility_of_a_program_has_its_rows_and_its_cost_alone():
     assert bare.transposed is conic.transposed
     assert conic_program(own, cost, least_norm=True).ridge == 1.0
     assert conic_program(own, cost, least_norm=True).is_quadratic
-    assert conic_program(program(bounds=False), cost).feasibility().bounds is None
+    assert conic_program(program(bounds="none"), cost).feasibility().bounds is None
 
 
 def test_twists_forces_rates_and_yielding_are_read_off_the_answer():
@@ -575,6 +583,19 @@ def test_points_of_one_place_in_two_joints_are_paired_within_their_joint():
     k = find_interfaces(asm).point_interface
     assert (k[own.plane.first] == k[own.plane.second]).all()
     assert isinstance(own.plane, Plane)
+
+
+def test_data_is_frozen_and_compared_by_identity(pile, flat):
+    own, eq = program(), eq_of(pile)
+    conic, columns = conic_program(own, own.load), bond_columns(pile[1], np.array([1]))
+    bodies = Bodies(own, np.array([0, 1, 1]), np.zeros((3, 3)))
+    bonds = bond_forces(pile[1], np.array([1]), np.ones((4, 3)))
+    for data in (own, eq, conic, conic.bounds, columns, flat.plane, bodies, bonds):
+        name = fields(data)[0].name
+        with pytest.raises(FrozenInstanceError):
+            setattr(data, name, None)
+        assert replace(data) != data
+        assert len({data, replace(data)}) == 2
 
 
 # Bodies, bonds and ties.

@@ -1,0 +1,359 @@
+"""Edges and corners of solids against their definition, each feature of one with each of the other in plain loops."""
+
+from dataclasses import replace
+from itertools import pairwise, product
+
+import numpy as np
+import pytest
+import shapely
+from scipy.spatial.transform import Rotation
+
+from blockstat import Block, find_interfaces
+from blockstat.contact.edges import Tolerances, features_of, search_of
+from blockstat.contact.features import ContactKind
+from blockstat.contact.tolerance import allowed_gap
+from blockstat.contact.unresolved import Unresolved, unresolved_contacts
+from evidence.scenes.small import assembly, box, prism
+from tests.point_bodies import hull
+
+LEAN = 1e-4
+STEEP = 0.3
+
+
+class Solid:
+    """A convex block by its faces: what its features are and in which directions it goes on from them."""
+
+    def __init__(self, asm, block):
+        faces = [
+            asm.face_vertices[asm.face_start[f] : asm.face_start[f + 1]]
+            for f in np.flatnonzero(asm.face_block == block)
+        ]
+        self.faces = [asm.vertices[face] for face in faces]
+        self.normals = [np.cross(f[1] - f[0], f[2] - f[0]) for f in self.faces]
+        self.normals = [n / np.linalg.norm(n) for n in self.normals]
+        self.edges, self.spokes = {}, {}
+        for face, points in zip(faces, self.faces, strict=True):
+            ring = [*face.tolist(), int(face[0])]
+            for tail, head in pairwise(ring):
+                p, q = asm.vertices[tail], asm.vertices[head]
+                along = (q - p) / np.linalg.norm(q - p)
+                inward = points.mean(axis=0) - p
+                inward = inward - (inward @ along) * along
+                self.edges.setdefault((min(tail, head), max(tail, head)), []).append(inward / np.linalg.norm(inward))
+                self.spokes.setdefault(tail, []).append(along)
+        self.points = {vertex: asm.vertices[vertex] for vertex in self.spokes}
+        self.lines = {ends: (asm.vertices[ends[0]], asm.vertices[ends[1]]) for ends in self.edges}
+
+
+def plane(normal):
+    one = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
+    one = one / np.linalg.norm(one)
+    return np.array([one, np.cross(normal, one)])
+
+
+def corners_on(faces_of, other, reach, sign):
+    for face, normal in zip(faces_of.faces, faces_of.normals, strict=True):
+        across = plane(normal)
+        polygon = shapely.Polygon((face - face[0]) @ across.T)
+        for vertex, point in other.points.items():
+            height = float((point - face[0]) @ normal)
+            foot = shapely.Point(across @ (point - face[0]))
+            if abs(height) > reach or not polygon.contains(foot):
+                continue
+            if min(spoke @ normal for spoke in other.spokes[vertex]) < -LEAN:
+                continue
+            if abs(height) <= polygon.exterior.distance(foot):
+                place = point - height / 2 * normal
+                yield np.array([*(sign * normal), *place, *place, abs(height)])
+
+
+def edges_on(faces_of, other, reach, sign):
+    for face, normal in zip(faces_of.faces, faces_of.normals, strict=True):
+        across = plane(normal)
+        polygon = shapely.Polygon((face - face[0]) @ across.T)
+        for ends, (p, q) in other.lines.items():
+            heights = float((p - face[0]) @ normal), float((q - face[0]) @ normal)
+            if abs(heights[1] - heights[0]) > STEEP * np.linalg.norm(q - p):
+                continue
+            if min(inward @ normal for inward in other.edges[ends]) < -LEAN:
+                continue
+            flat = [across @ (x - face[0]) for x in (p, q)]
+            common = polygon.intersection(shapely.LineString(flat))
+            if common.is_empty or common.length < 1e-9:
+                continue
+            line = flat[1] - flat[0]
+            shares = sorted((np.array(c) - flat[0]) @ line / (line @ line) for c in common.coords)
+            found = [(1 - s) * heights[0] + s * heights[1] for s in shares]
+            gap = max(map(abs, found))
+            middle = shapely.Point(flat[0] + sum(shares) / 2 * line)
+            if gap <= reach and gap <= polygon.exterior.distance(middle):
+                points = [p + s * (q - p) - h / 2 * normal for s, h in zip(shares, found, strict=True)]
+                yield np.array([*(sign * normal), *points[0], *points[1], gap])
+
+
+def crossed(one, two, reach):
+    for first, second in product(one.lines, two.lines):
+        (p, p2), (q, q2) = one.lines[first], two.lines[second]
+        a, b = p2 - p, q2 - q
+        normal = np.cross(a, b)
+        if np.linalg.norm(normal) <= 2e-9 * max(np.linalg.norm(a), np.linalg.norm(b)):
+            continue
+        normal = normal / np.linalg.norm(normal)
+        s, t, height = np.linalg.solve(np.column_stack([a, -b, normal]), q - p)
+        if abs(height) > reach:
+            continue
+        if any(not abs(height) < x * np.linalg.norm(e) < np.linalg.norm(e) - abs(height) for x, e in ((s, a), (t, b))):
+            continue
+        ours, theirs = ([d @ normal for d in solid.edges[ends]] for solid, ends in ((one, first), (two, second)))
+        up = max(ours) <= LEAN and min(theirs) >= -LEAN
+        down = min(ours) >= -LEAN and max(theirs) <= LEAN
+        if up or down:
+            place = p + s * a + height / 2 * normal
+            yield np.array([*(normal if up else -normal), *place, *place, abs(height)])
+
+
+def scene(seed):
+    """Three solids that nearly touch: two hulls of random points, or a roof over a pentagon, and a box."""
+    rng = np.random.default_rng(seed)
+    if seed % 2:
+        blocks = [hull(rng.normal(size=(rng.integers(5, 9), 3))) for _ in range(3)]
+    else:
+        pentagon = [(0, 0), (2, -0.3), (2.6, 1.0), (1.2, 1.9), (-0.2, 1.3)]
+        base = prism(pentagon, 1.0)
+        stood = np.asarray(base.vertices, float)[:, [0, 2, 1]] * [1, 1, -1]
+        turn = Rotation.from_euler(
+            "zyx", [rng.uniform(0, 6), rng.uniform(-0.15, 0.15), np.pi / 4 + rng.uniform(-0.3, 0.3)]
+        )
+        roof = np.asarray(box((-1, -0.5, -0.5), (1, 0.5, 0.5)).vertices) * rng.uniform(0.4, 1.6, 3)
+        faces = box((0, 0, 0), (1, 1, 1)).faces
+        blocks = [
+            Block(stood, _outward(stood, base.faces)),
+            Block(turn.apply(roof), faces),
+            box((-0.4, -0.5, -0.6), (0.7, 0.4, 0.5)),
+        ]
+    placed, heads = [], [(0.0, 0, 1), tuple(rng.normal(size=3))]
+    placed.append(blocks[0])
+    for block, direction in zip(blocks[1:], heads, strict=True):
+        d = np.array(direction) / np.linalg.norm(direction)
+        if seed % 2:
+            d = rng.normal(size=3) / 2 + d
+            d /= np.linalg.norm(d)
+        below, own = np.asarray(placed[-1].vertices, float), np.asarray(block.vertices, float)
+        own = own - own.mean(axis=0) + below.mean(axis=0) + rng.normal(size=3) * 0.2
+        own = own + d * ((below @ d).max() - (own @ d).min() + rng.uniform(-0.08, 0.08))
+        placed.append(Block(own, block.faces))
+    return assembly(placed)
+
+
+def _outward(vertices, faces):
+    middle, found = vertices.mean(axis=0), []
+    for face in faces:
+        p = vertices[list(face)]
+        normal = np.cross(p[1] - p[0], p[2] - p[0])
+        found.append(list(face) if normal @ (p[0] - middle) > 0 else list(face)[::-1])
+    return found
+
+
+PAIRS = np.array([[0, 1], [1, 2], [0, 2]])
+
+
+def rows(features, k):
+    own = features.take(features.row == k)
+    return np.column_stack([own.normal, own.ends.reshape(-1, 6), own.gap])
+
+
+def same(found, expected):
+    assert len(found) == len(expected)
+    for row in expected:
+        swapped = row[[0, 1, 2, 6, 7, 8, 3, 4, 5, 9]]
+        assert min(np.abs(found - r).max(axis=1).min() for r in (row, swapped)) < 1e-9
+
+
+COUNTS = np.zeros(3, dtype=int)
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_features_are_those_that_touch_by_definition(seed):
+    asm = scene(seed)
+    allowed = np.array([0.3, 0.25, 0.2])
+    search = search_of(asm, PAIRS, Tolerances(allowed, 1e-9, STEEP), rims=False)
+    assert search.reach.tolist() == [0.25, 0.2, 0.2]
+    solids = [Solid(asm, k) for k in range(3)]
+    found = features_of(search, STEEP)
+    for k, (a, b) in enumerate(PAIRS):
+        one, two, reach = solids[a], solids[b], search.reach[k]
+        expected = (
+            [*edges_on(one, two, reach, 1.0), *edges_on(two, one, reach, -1.0)],
+            [*corners_on(one, two, reach, 1.0), *corners_on(two, one, reach, -1.0)],
+            [*crossed(one, two, reach)],
+        )
+        for features, own in zip(found, expected, strict=True):
+            same(rows(features, k), own)
+            assert not features.rim.any()
+        COUNTS[:] += [len(own) for own in expected]
+
+
+def test_the_scenes_above_have_contacts_of_every_kind():
+    for seed in range(24):
+        test_features_are_those_that_touch_by_definition(seed)
+        if COUNTS.min() > 5:
+            return
+    pytest.fail(f"edges, corners, crossings: {COUNTS.tolist()}")
+
+
+# Without a unique normal.
+
+
+def bare(blocks, **options):
+    asm = assembly(blocks, **options)
+    return unresolved_contacts(asm, find_interfaces(asm))
+
+
+def normals_of(found, k):
+    return sorted(set(map(tuple, (found.normal[found.contact == k].round(6) + 0.0).tolist())))
+
+
+CUBE = ((0, 0, 0), (1, 1, 1))
+
+
+@pytest.mark.parametrize("flip", [False, True])
+def test_an_edge_along_an_edge_touches_at_the_ends_of_what_they_share(flip):
+    blocks = [box(*CUBE), box((1, 1, 0.3), (2, 3, 1.7))]
+    found = bare(blocks[::-1] if flip else blocks)
+    sign = -1.0 if flip else 1.0
+    assert found.reason == ("edge along edge",) * 2
+    assert found.pair.tolist() == [[0, 1]] * 2
+    assert sorted(map(tuple, found.point.round(9).tolist())) == [(1, 1, 0.3), (1, 1, 1)]
+    for k in range(2):
+        assert normals_of(found, k) == sorted([(sign, 0, 0), (0, sign, 0)])
+    assert (np.diff(found.contact) >= 0).all()
+
+
+@pytest.mark.parametrize("flip", [False, True])
+def test_a_corner_on_a_corner_has_a_cone_of_normals(flip):
+    blocks = [box(*CUBE), box((1, 1, 1), (1.5, 1.7, 3))]
+    found = bare(blocks[::-1] if flip else blocks)
+    sign = -1.0 if flip else 1.0
+    assert found.reason == ("corner on corner",)
+    assert found.point.tolist() == [[1, 1, 1]]
+    assert normals_of(found, 0) == sorted([(sign, 0, 0), (0, sign, 0), (0, 0, sign)])
+
+
+@pytest.mark.parametrize("flip", [False, True])
+def test_a_corner_on_an_edge_has_the_normals_that_both_allow(flip):
+    # A spike whose tip is on the upper edge y = 1: four edges lead away from it, up and outwards.
+    spread = [(0.2, 0.3, 1), (-0.3, 0.3, 1), (-0.3, 0.9, 1), (0.2, 0.9, 1)]
+    tip = np.array([0.4, 1.0, 1.0])
+    points = [tip, *(tip + s for s in spread)]
+    blocks = [box(*CUBE), hull(points)]
+    found = bare(blocks[::-1] if flip else blocks)
+    sign = -1.0 if flip else 1.0
+    assert found.reason == ("corner on edge",)
+    assert found.point == pytest.approx(tip[None])
+    # From the cube: +y, +z, along its edge not at all. All directions of the spike lie on their far side.
+    expected = [(0.0, sign, 0.0), (0.0, 0.0, sign)]
+    assert normals_of(found, 0) == sorted(expected)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_extreme_normals_keep_both_blocks_on_their_sides_and_touch_two_directions(seed):
+    rng = np.random.default_rng(seed)
+    # Two pyramids tip to tip, the upper one leaning.
+    rings = []
+    for sign in (-1.0, 1.0):
+        n = int(rng.integers(3, 6))
+        angle = np.sort(rng.uniform(0, 2 * np.pi, n)) if n > 3 else np.array([0.3, 2.2, 4.4]) + rng.uniform(0, 0.4, 3)
+        rings.append(
+            np.column_stack([0.5 * np.cos(angle), 0.5 * np.sin(angle), np.full(n, sign)])
+            + rng.uniform(-0.1, 0.1, 3) * [1, 1, 0]
+        )
+    blocks = [hull([(0.0, 0, 0), *ring]) for ring in rings]
+    asm = assembly(blocks)
+    found = bare(blocks)
+    at_tip = np.flatnonzero(np.abs(found.point).max(axis=1) < 1e-9)
+    assert len(at_tip) == 1
+    normals = found.normal[found.contact == at_tip[0]]
+    below, above = (s for s in (Solid(asm, 0), Solid(asm, 1)))
+
+    def away(solid):
+        (tip,) = [v for v, p in solid.points.items() if np.abs(p).max() < 1e-12]
+        return np.array(solid.spokes[tip])
+
+    sides = np.concatenate([away(below), -away(above)])
+    expected = set()
+    for i, j in product(range(len(sides)), repeat=2):
+        normal = np.cross(sides[i], sides[j])
+        if np.linalg.norm(normal) > LEAN:
+            normal = normal / np.linalg.norm(normal)
+            if (sides @ normal).max() <= LEAN:
+                expected.add(tuple(normal.round(6) + 0.0))
+    assert {tuple(n.round(6) + 0.0) for n in normals} == expected
+    assert len(expected) >= 3
+
+
+def test_contacts_of_some_pairs_keep_their_normals():
+    blocks = [box(*CUBE), box((1, 1, 0.3), (2, 3, 1.7)), box((-1, -1, -1), (0, 0, 0)), box((0, 0, 1), (0.5, 0.5, 1.4))]
+    asm = assembly(blocks)
+    whole = unresolved_contacts(asm, find_interfaces(asm))
+    assert sorted({tuple(p) for p in whole.pair.tolist()}) == [(0, 1), (0, 2)]
+    for pairs in ([[0, 1]], [[0, 2]], [[0, 1], [0, 2]], [[1, 2]], []):
+        own = whole.among(np.array(pairs, dtype=int).reshape(-1, 2), 4)
+        kept = [k for k, pair in enumerate(whole.pair.tolist()) if pair in pairs]
+        assert own.pair.tolist() == whole.pair[kept].tolist()
+        assert own.point.tolist() == whole.point[kept].tolist()
+        assert own.reason == tuple(whole.reason[k] for k in kept)
+        for k, old in enumerate(kept):
+            assert normals_of(own, k) == normals_of(whole, old)
+        assert len(own.normal) == len(own.contact) == sum((whole.contact == k).sum() for k in kept)
+    alone = unresolved_contacts(asm, find_interfaces(asm), pairs=np.array([[0, 2]]))
+    assert alone.pair.tolist() == [[0, 2]]
+    none = unresolved_contacts(asm, find_interfaces(asm), pairs=np.empty((0, 2), dtype=int))
+    assert (len(none.pair), len(none.point), none.reason, len(none.normal), len(none.contact)) == (0, 0, (), 0, 0)
+
+
+def test_contacts_without_a_normal_follow_interfaces_as_corners():
+    blocks = [box(*CUBE), box((1, 1, 0.3), (2, 3, 1.7)), box((0.2, 0.1, 1), (0.5, 0.5, 1.4))]
+    asm = assembly(blocks)
+    faces = find_interfaces(asm)
+    more = unresolved_contacts(asm, faces)
+    corners = more.as_corners()
+    n = len(more.normal)
+    assert corners.pair.tolist() == [[0, 1]] * n
+    assert corners.frame[:, 0].tolist() == more.normal.tolist()
+    assert corners.point.tolist() == [more.point[k].tolist() for k in more.contact]
+    assert corners.start.tolist() == list(range(n + 1))
+    assert corners.kinds.tolist() == [ContactKind.CORNER] * n
+    assert not corners.area.any()
+    assert not corners.gap.any()
+    both = more.beside(faces)
+    assert both.pair.tolist() == [*faces.pair.tolist(), *corners.pair.tolist()]
+    assert both.n_points == faces.n_points + n
+    assert both.start.tolist() == [*faces.start.tolist(), *(faces.n_points + np.arange(1, n + 1)).tolist()]
+    assert (both.point[-n:] == corners.point).all()
+    assert (both.frame[-n:] == corners.frame).all()
+    assert both.kinds.tolist() == [0] * faces.n_interfaces + [ContactKind.CORNER] * n
+    assert (both.outlines, both.share, both.friction, both.rims) == (None, None, None, None)
+    assert both.dropped == faces.dropped
+    outlines = tuple(faces.outline(k) for k in range(faces.n_interfaces))
+    dressed = replace(
+        faces, outlines=outlines, share=np.full(faces.n_points, 0.25),
+        friction=np.linspace(0.3, 0.7, faces.n_interfaces),
+    )  # fmt: skip
+    both = more.beside(dressed)
+    assert [o.tolist() for o in both.outlines[-n:]] == [[p] for p in corners.point.tolist()]
+    assert both.outlines[:-n] == outlines
+    assert both.share.tolist() == [0.25] * faces.n_points + [1.0] * n
+    most = 0.7 if faces.n_interfaces > 1 else 0.3
+    assert both.friction.tolist() == pytest.approx([*np.linspace(0.3, 0.7, faces.n_interfaces), *[most] * n])
+
+
+def test_a_gap_in_millimetres_blurs_the_rims():
+    # Edges 1 mm apart across both axes: nothing at the gap of a share, an edge along an edge at 3 mm.
+    blocks = [box(*CUBE), box((1.001, 1.001, 0.3), (2, 3, 1.7))]
+    asm = assembly(blocks)
+    for gap, touch in (("3 mm", True), ("0.5 mm", False)):
+        found = unresolved_contacts(asm, find_interfaces(asm, gap=gap), gap=gap)
+        assert isinstance(found, Unresolved)
+        assert ("edge along edge" in found.reason) == touch
+        assert (len(found.pair) > 0) == touch
+    assert allowed_gap(asm, "3 mm").min() > 0.001
