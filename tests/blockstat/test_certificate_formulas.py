@@ -586,3 +586,10 @@ def test_the_check_sees_a_hand_made_state_of_one_block():
         assert found.closing == pytest.approx(1.0)
         assert (found.friction_violation < 1e-12) == right
         assert found.unsupported == 0.0
+
+
+def test_options_of_balancing_are_named():
+    own, force = program(), forces()
+    for call in (balance, settle):
+        with pytest.raises(TypeError):
+            call(own, force, 2)

@@ -34,7 +34,7 @@ from blockstat.contact.tolerance import (
     read_gap,
     stated_length,
 )
-from blockstat.contact.unresolved import Unresolved
+from blockstat.contact.unresolved import Unresolved, unresolved_contacts
 from evidence.scenes.small import assembly, box, prism
 from tests.point_bodies import hull
 
@@ -770,3 +770,17 @@ def test_contact_data_is_frozen_and_compared_by_identity():
     for data in (Tolerances(np.ones(3), 1e-6, 0.2), listed(THREE)):
         with pytest.raises(FrozenInstanceError):
             setattr(data, fields(data)[0].name, None)
+
+
+def test_options_of_the_search_are_named():
+    asm = sunk(0.0)
+    pairs = np.array([[0, 1]])
+    search = Tolerances(np.ones(2), 1e-6, 0.2)
+    faces = find_interfaces(asm)
+    for call in (
+        lambda: find_interfaces(asm, 0.01), lambda: near_blocks(asm, 0.01), lambda: overlaps(asm, 0.01),
+        lambda: check_overlaps(asm, 0.01), lambda: convex_blocks(asm, 1e-6),
+        lambda: search_of(asm, pairs, search, False), lambda: unresolved_contacts(asm, faces, 0.01),
+    ):  # fmt: skip
+        with pytest.raises(TypeError):
+            call()

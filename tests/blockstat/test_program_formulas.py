@@ -336,6 +336,25 @@ def test_the_feasibility_of_a_program_has_its_rows_and_its_cost_alone():
     assert conic_program(program(bounds="none"), cost).feasibility().bounds is None
 
 
+def test_options_of_programs_are_named(pile):
+    own = program()
+    for call in (
+        lambda: conic_program(own, own.load, True), lambda: penalty_program(eq_of(pile), np.ones(8), np.zeros(8)),
+    ):  # fmt: skip
+        with pytest.raises(TypeError):
+            call()
+
+
+def test_the_penalty_on_a_single_point_is_quadratic_and_gone_in_feasibility():
+    whole = program(bounds="none")
+    own = replace(whole, local=whole.local[:3], point_blocks=PAIRS[:1], n_points=1, friction=FRICTION[:1],
+                  **{name: getattr(whole, name)[:1] for name in ("lower", "upper", "shift")})  # fmt: skip
+    conic = conic_program(own, own.load, penalty=True)
+    assert conic.is_quadratic
+    assert conic.feasibility().ridge == 0.0
+    assert replace(conic.feasibility(), ridge=0.5).is_quadratic
+
+
 def test_twists_forces_rates_and_yielding_are_read_off_the_answer():
     own, rng = program(), np.random.default_rng(11)
     conic = conic_program(own, rng.normal(size=6 * N), pinned=rng.normal(size=6 * N))
