@@ -9,8 +9,10 @@ import shapely
 from scipy.spatial.transform import Rotation
 
 from blockstat import Block, find_interfaces
-from blockstat.contact.edges import Tolerances, features_of, search_of
-from blockstat.contact.features import ContactKind
+from blockstat.contact.coplanar import Patches
+from blockstat.contact.edges import Contacts, Tolerances, covered, features_of, search_of
+from blockstat.contact.faces import frames
+from blockstat.contact.features import ContactKind, Features
 from blockstat.contact.tolerance import allowed_gap
 from blockstat.contact.unresolved import Unresolved, unresolved_contacts
 from evidence.scenes.small import assembly, box, prism
@@ -357,3 +359,126 @@ def test_a_gap_in_millimetres_blurs_the_rims():
         assert ("edge along edge" in found.reason) == touch
         assert (len(found.pair) > 0) == touch
     assert allowed_gap(asm, "3 mm").min() > 0.001
+
+
+# What contacts cover, and what they absorb.
+
+
+@pytest.mark.parametrize("least", [-np.inf, 0.9, 0.999])
+@pytest.mark.parametrize("seed", range(6))
+def test_a_feature_is_covered_by_a_contact_in_its_plane_that_it_lies_in(seed, least):
+    rng = np.random.default_rng(seed)
+    asm = assembly([box((k, 0, 0), (k + 1, 1, 1)) for k in range(3)])
+    pairs, reach = np.array([[0, 1], [1, 2], [0, 2]]), np.array([0.05, 0.02, 0.03])
+    search = replace(search_of(asm, pairs, Tolerances(np.ones(3), 1e-3, 0.2), rims=False), reach=reach)
+    shapes = [
+        [(0, 0), (1, 0.1), (0.9, 0.7), (0.2, 0.5)],
+        [(0.1, 0.2), (0.9, 0.4)],
+        [(0.5, 0.1)],
+        [(0, 0), (0.6, -0.2), (0.4, 0.8)],
+    ]
+    row, origin = np.array([0, 0, 2, 2]), rng.normal(size=(4, 3))
+    normal = rng.normal(size=(4, 3))
+    frame = frames(normal / np.linalg.norm(normal, axis=1)[:, None])
+    patches = Patches(
+        pairs[row],
+        frame,
+        origin,
+        np.zeros(4),
+        np.zeros(4),
+        np.concatenate(shapes).astype(float),
+        np.array([len(s) for s in shapes]),
+    )
+    order = rng.permutation(4)
+    known = Contacts(row[order], np.zeros(4, int), patches.take(order))
+    # Points in and beside the contacts, up to their reach and a little more over their planes.
+    of, n = rng.integers(0, 4, 200), 200
+    lean = rng.normal(size=(n, 3)) * rng.choice([0.0, 0.02, 0.3], n)[:, None]
+    direction = frame[of, 0] + lean
+    direction /= np.linalg.norm(direction, axis=1)[:, None]
+    ends = np.empty((n, 2, 3))
+    for i, k in enumerate(of):
+        corners = np.array(shapes[k], float)
+        for end in range(2):
+            share = rng.dirichlet(np.full(len(corners), 0.3)) * rng.choice([1.0, 1.0, 1.02])
+            flat_ = share @ corners + rng.choice([0, 0, 1e-3, 4e-3]) * rng.normal(size=2)
+            ends[i, end] = origin[k] + flat_ @ frame[k, 1:] + rng.uniform(-1.2, 1.2) * reach[row[k]] * frame[k, 0]
+    none = np.zeros(n, int)
+    features = Features(np.where(rng.random(n) < 0.1, 1, row[of]), direction, ends, np.zeros(n), none > 0, none, none)
+
+    def is_covered(i):
+        for k in range(4):
+            alike = float(frame[k, 0] @ direction[i])
+            if row[k] != features.row[i] or alike < least:
+                continue
+            local = (ends[i] - origin[k]) @ frame[k].T
+            if np.abs(local[:, 0]).max() > reach[row[k]]:
+                continue
+            shape = shapely.MultiPoint(shapes[k]).convex_hull
+            aside = 2e-3 + reach[row[k]] * np.sqrt(max(1 - alike**2, 0.0))
+            if all(shape.distance(shapely.Point(p[1:])) <= aside for p in local):
+                return True
+        return False
+
+    found = covered(search, features, known, least)
+    assert found.tolist() == [is_covered(i) for i in range(n)]
+    assert 5 < found.sum() < n - 5
+    nothing = Contacts(row[:0], row[:0], patches.take(np.empty(0, dtype=int)))
+    assert not covered(search, features, nothing, least).any()
+
+
+RIDGE_FACES = [(-0.2, -0.3), (0.2, -0.3), (0.0, 0.0)]
+
+
+def notched(step=0.0, low=0.0, high=1.0):
+    """A block whose underside has a notch from y = .3 to .6 over a ridge along y, its further foot higher by a step."""
+    ridge = prism(RIDGE_FACES, 1.0)
+    ridge = Block(np.asarray(ridge.vertices, float) * [1, high - low, 1] + [0, low, 0], ridge.faces)
+    outline = [(0, 0), (0.3, 0), (0.3, 0.1), (0.6, 0.1), (0.6, step), (1, step), (1, 1), (0, 1)]
+    body = prism(outline, 1.0)
+    turned = np.asarray(body.vertices, float)[:, [1, 0, 2]] * [1, 1, 1] - [0.4, 0, 0]
+    return assembly([ridge, Block(turned, _oriented(turned, body.faces))])
+
+
+def _oriented(vertices, faces):
+    """Faces of a mirrored block, walked the other way round."""
+    volume = 0.0
+    for face in faces:
+        p = vertices[list(face)]
+        volume += sum(np.linalg.det([p[0], p[i], p[i + 1]]) for i in range(1, len(p) - 1))
+    return [list(f) if volume > 0 else list(f)[::-1] for f in faces]
+
+
+@pytest.mark.parametrize(("step", "low", "high"), [(0.0, -0.2, 0.8), (1e-3, 0.1, 1.4), (0.0, 0.05, 0.95)])
+def test_edges_in_one_line_are_one_contact_from_end_to_end(step, low, high):
+    found = find_interfaces(notched(step, low, high))
+    assert found.kinds.tolist() == [ContactKind.EDGE]
+    ends = sorted(found.point.tolist(), key=lambda p: p[1])
+    assert [p[1] for p in ends] == pytest.approx([max(low, 0.0), min(high, 1.0)])
+    assert [p[0] for p in ends] == pytest.approx([0.0, 0.0], abs=1e-12)
+    assert found.gap == pytest.approx([step], abs=1e-12)
+    assert found.frame[0, 0] == pytest.approx([0, 0, 1], abs=1e-12)
+
+
+def test_edges_in_parallel_lines_are_contacts_of_their_own():
+    # Two ridges of one base, 0.5 apart and of different height by less than the gap, under a flat block.
+    base = prism([(-0.2, -0.5), (0.8, -0.5), (0.8, -0.1), (0.5, -0.002), (0.25, -0.3), (0.0, 0.0), (-0.2, -0.1)], 1.0)
+    found = find_interfaces(assembly([base, box((-1, 0.25, 0), (2, 2, 1))]))
+    assert found.kinds.tolist() == [ContactKind.EDGE] * 2
+    order = np.argsort(found.point[found.start[:-1], 0])
+    assert found.gap[order] == pytest.approx([0.0, 0.002], abs=1e-12)
+    for k, x, z in ((order[0], 0.0, 0.0), (order[1], 0.5, -0.001)):
+        own = found.point[found.start[k] : found.start[k + 1]]
+        assert sorted(map(tuple, own.round(9).tolist())) == [(x, 0.25, z), (x, 1.0, z)]
+
+
+@pytest.mark.parametrize(("sine", "kinds"), [(0.25, [ContactKind.EDGE]), (0.27, [])])
+def test_an_edge_lies_on_a_face_up_to_fifteen_degrees(sine, kinds):
+    # sin 15 deg = .2588. A blade that leans along itself about the middle of its edge, on a narrow wall across it.
+    blade = prism([(-0.5, 0.8), (0.5, 0.8), (0.0, 0.0)], 1.0)
+    vertices = Rotation.from_rotvec([np.arcsin(sine), 0, 0]).apply(np.asarray(blade.vertices, float) - [0, 0.5, 0])
+    asm = assembly([box((-1, -0.01, -1), (1, 0.01, 0)), Block(vertices, _oriented(vertices, blade.faces))])
+    found = find_interfaces(asm, gap=0.1)
+    assert [k for k in found.kinds.tolist() if k == ContactKind.EDGE] == kinds
+    if kinds:
+        assert found.gap[found.kinds == ContactKind.EDGE] == pytest.approx([0.01 * sine / np.sqrt(1 - sine**2)])
