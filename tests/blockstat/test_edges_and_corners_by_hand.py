@@ -482,3 +482,24 @@ def test_an_edge_lies_on_a_face_up_to_fifteen_degrees(sine, kinds):
     assert [k for k in found.kinds.tolist() if k == ContactKind.EDGE] == kinds
     if kinds:
         assert found.gap[found.kinds == ContactKind.EDGE] == pytest.approx([0.01 * sine / np.sqrt(1 - sine**2)])
+
+
+def test_a_search_among_no_pairs_has_no_parts_and_one_among_many_has_them_in_order(monkeypatch):
+    asm = scene(1)
+    tolerances = Tolerances(np.full(3, 0.2), 1e-9, STEEP)
+    assert search_of(asm, PAIRS[:0], tolerances, rims=False).chunks() == []
+    search = search_of(asm, PAIRS, tolerances, rims=False)
+    (whole,) = search.chunks()
+    assert whole.pairs.tolist() == PAIRS.tolist()
+    expected = features_of(search, STEEP)
+    monkeypatch.setattr("blockstat.contact.features.CHUNK", 1)
+    parts = search.chunks()
+    assert [part.pairs.tolist() for part in parts] == [[pair] for pair in PAIRS.tolist()]
+    for k, part in enumerate(parts):
+        assert (part.reach, part.rounding, part.beyond) == tuple(
+            pytest.approx(x[k : k + 1]) for x in (search.reach, search.rounding, search.beyond)
+        )
+    for one, two in zip(features_of(search, STEEP), expected, strict=True):
+        assert sorted(one.row.tolist()) == sorted(two.row.tolist())
+        for k in range(3):
+            same(rows(one, k), rows(two, k))
