@@ -123,9 +123,8 @@ def scene(seed):
         pentagon = [(0, 0), (2, -0.3), (2.6, 1.0), (1.2, 1.9), (-0.2, 1.3)]
         base = prism(pentagon, 1.0)
         stood = np.asarray(base.vertices, float)[:, [0, 2, 1]] * [1, 1, -1]
-        turn = Rotation.from_euler(
-            "zyx", [rng.uniform(0, 6), rng.uniform(-0.15, 0.15), np.pi / 4 + rng.uniform(-0.3, 0.3)]
-        )
+        lean = [rng.uniform(-0.15, 0.15), rng.uniform(-0.3, 0.3)] if seed % 4 else [0.0, 0.0]
+        turn = Rotation.from_euler("zyx", [rng.uniform(0, 6), lean[0], np.pi / 4 + lean[1]])
         roof = np.asarray(box((-1, -0.5, -0.5), (1, 0.5, 0.5)).vertices) * rng.uniform(0.4, 1.6, 3)
         faces = box((0, 0, 0), (1, 1, 1)).faces
         blocks = [
@@ -174,16 +173,14 @@ def same(found, expected):
 COUNTS = np.zeros(3, dtype=int)
 
 
-@pytest.mark.parametrize("seed", range(24))
-def test_features_are_those_that_touch_by_definition(seed):
-    asm = scene(seed)
-    allowed = np.array([0.3, 0.25, 0.2])
-    search = search_of(asm, PAIRS, Tolerances(allowed, 1e-9, STEEP), rims=False)
-    assert search.reach.tolist() == [0.25, 0.2, 0.2]
-    solids = [Solid(asm, k) for k in range(3)]
-    found = features_of(search, STEEP)
-    for k, (a, b) in enumerate(PAIRS):
-        one, two, reach = solids[a], solids[b], search.reach[k]
+def agrees(asm, pairs, allowed):
+    """How many edges, corners and crossings there are, if they are those of the definition."""
+    search = search_of(asm, pairs, Tolerances(np.asarray(allowed), 1e-9, STEEP), rims=False)
+    solids = [Solid(asm, k) for k in range(asm.n_blocks)]
+    found, counts = features_of(search, STEEP), np.zeros(3, dtype=int)
+    for k, (a, b) in enumerate(pairs):
+        one, two, reach = solids[a], solids[b], min(allowed[a], allowed[b])
+        assert search.reach[k] == reach
         expected = (
             [*edges_on(one, two, reach, 1.0), *edges_on(two, one, reach, -1.0)],
             [*corners_on(one, two, reach, 1.0), *corners_on(two, one, reach, -1.0)],
@@ -192,7 +189,13 @@ def test_features_are_those_that_touch_by_definition(seed):
         for features, own in zip(found, expected, strict=True):
             same(rows(features, k), own)
             assert not features.rim.any()
-        COUNTS[:] += [len(own) for own in expected]
+        counts += [len(own) for own in expected]
+    return counts.tolist()
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_features_are_those_that_touch_by_definition(seed):
+    COUNTS[:] += agrees(scene(seed), PAIRS, [0.3, 0.25, 0.2])
 
 
 def test_the_scenes_above_have_contacts_of_every_kind():
@@ -503,3 +506,50 @@ def test_a_search_among_no_pairs_has_no_parts_and_one_among_many_has_them_in_ord
         assert sorted(one.row.tolist()) == sorted(two.row.tolist())
         for k in range(3):
             same(rows(one, k), rows(two, k))
+
+
+def ordered(blocks, axis, flip):
+    """Blocks with their axes permuted so that z becomes another axis, upside down and in reverse order or not."""
+    found = []
+    for block in blocks:
+        vertices = np.roll(np.asarray(block.vertices, float) * ([1, 1, -1] if flip else [1, 1, 1]), axis + 1, axis=1)
+        found.append(Block(vertices, _oriented(vertices, block.faces)))
+    return assembly(found[::-1] if flip else found)
+
+
+@pytest.mark.parametrize("flip", [False, True])
+@pytest.mark.parametrize("axis", range(3))
+def test_what_is_exactly_within_reach_touches_and_what_is_a_little_further_does_not(axis, flip):
+    # Numbers without rounding: a quarter.
+    floor, pair = box((-4, -4, -1), (4, 4, 0)), np.array([[0, 1]])
+    for more, counts in ((0.0, [1, 2, 0]), (2.0**-40, [0, 0, 0])):
+        blade = prism([(-0.5, 1.25 + more), (0.5, 1.25 + more), (0.0, 0.25 + more)], 1.0)
+        blade = Block(blade.vertices, _oriented(np.asarray(blade.vertices, float), blade.faces))
+        assert agrees(ordered([floor, blade], axis, flip), pair, [0.25, 0.5]) == counts
+        under = np.asarray(blade.vertices, float)[:, [1, 0, 2]] * [1, 1, -1] - [0.5, 0, -0.25 - more]
+        crossing = [
+            Block(under, _oriented(under, blade.faces)),
+            Block(np.asarray(blade.vertices) - [0, 0.5, 0], blade.faces),
+        ]
+        assert agrees(ordered(crossing, axis, flip), pair, [0.5, 0.25]) == [0, 0, counts[0]]
+
+
+@pytest.mark.parametrize(("slope", "count"), [(0.0, 1), (0.5e-4, 1), (-0.5e-4, 1), (-0.5, 1), (2e-4, 0)])
+@pytest.mark.parametrize("flip", [False, True])
+def test_what_leans_into_the_other_block_does_not_touch_it_there(slope, count, flip):
+    # The underside dips below the plane of the floor by a slope, from an edge that is just over the floor.
+    floor, pair = box((-2, -1, -1), (0, 2, 0)), np.array([[0, 1]])
+    outline = [(-0.25, 0), (1, -1.25 * slope), (1, 3), (-1.0, 3)]
+    ledge = prism(outline, 1.0)
+    _, corners, _ = agrees(ordered([floor, ledge], 2, flip), pair, [0.25, 0.25])
+    assert corners == 2 * count
+    # An edge across a ridge whose further side rises by the slope from the edge.
+    ridge = prism([(0.0, 0.0), (-1.0, slope), (-1.0, -1.0), (0.0, -1.0)], 1.0)
+    ridge = Block(ridge.vertices, _oriented(np.asarray(ridge.vertices, float), ridge.faces))
+    blade = np.asarray(prism([(-0.5, 1.0), (0.5, 1.0), (0.0, 0.0)], 1.0).vertices, float)[:, [1, 0, 2]] + [
+        -0.25,
+        0.5,
+        0,
+    ]
+    across = Block(blade, _oriented(blade, prism([(-0.5, 1.0), (0.5, 1.0), (0.0, 0.0)], 1.0).faces))
+    assert agrees(ordered([ridge, across], 2, flip), pair, [0.25, 0.25])[2] == count

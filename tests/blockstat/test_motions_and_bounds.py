@@ -384,3 +384,10 @@ def test_two_blocks_that_turn_as_one_are_both_loose_and_what_they_stand_on_is_no
     faces = replace(faces, area=np.array([1.0, 0.0, 1.0]))
     support = np.array([True, False, False, False])
     assert loose_blocks(support, faces, np.array([1, 2, 3]), np.empty(0, dtype=int)).tolist() == [2, 3]
+
+
+def test_forces_that_carry_less_than_nothing_make_no_attempt(pushed):
+    own = bracket(pushed, 2.0)
+    own.narrow(slide(0.4 + 1e-9), carrying(pushed, *[-0.001 / 4] * 4), 0.0)
+    own.narrow(slide(0.4 + 1e-9), carrying(pushed, *[0.03 / 4] * 4), 0.0)
+    assert own.lower == pytest.approx(0.03, rel=1e-9)
