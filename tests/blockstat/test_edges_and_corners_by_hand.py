@@ -553,3 +553,103 @@ def test_what_leans_into_the_other_block_does_not_touch_it_there(slope, count, f
     ]
     across = Block(blade, _oriented(blade, prism([(-0.5, 1.0), (0.5, 1.0), (0.0, 0.0)], 1.0).faces))
     assert agrees(ordered([ridge, across], 2, flip), pair, [0.25, 0.25])[2] == count
+
+
+# On rims, where there is no unique normal.
+
+
+def state_of(point, polygon, rounding, beyond):
+    """0 outside, 1 on the rim, 2 inside of a convex face all of whose sides are edges."""
+    distance = polygon.exterior.distance(shapely.Point(point))
+    if distance <= rounding or (not polygon.contains(shapely.Point(point)) and distance <= beyond):
+        return 1
+    return 2 if polygon.contains(shapely.Point(point)) else 0
+
+
+def corners_with_rims(faces_of, other, limits, sign):
+    reach, rounding, beyond = limits
+    for face, normal in zip(faces_of.faces, faces_of.normals, strict=True):
+        across = plane(normal)
+        polygon = shapely.Polygon((face - face[0]) @ across.T)
+        for vertex, point in other.points.items():
+            height, foot = float((point - face[0]) @ normal), across @ (point - face[0])
+            state = state_of(foot, polygon, rounding, beyond)
+            lean = min(spoke @ normal for spoke in other.spokes[vertex])
+            inset = polygon.exterior.distance(shapely.Point(foot))
+            closes = abs(height) <= (beyond if state == 1 else min(reach, inset))
+            if abs(height) <= reach and closes and (state == 1 or (state == 2 and lean >= -LEAN)):
+                place = point - height / 2 * normal
+                yield np.array([*(sign * normal), *place, *place, abs(height), state == 1])
+
+
+def pieces_of(start, line, corners, rounding, beyond):
+    """Parts of a segment with one state each, as shares of its length; what is shorter than rounding joins another."""
+    polygon, cuts, pieces = shapely.Polygon(corners), {0.0, 1.0}, []
+    for tail, head in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        cuts.add(float(np.clip((tail - start) @ line / (line @ line), 0, 1)))
+        turn = np.linalg.det([line, head - tail])
+        if turn:
+            cuts.add(float(np.clip(np.linalg.det([tail - start, head - tail]) / turn, 0, 1)))
+    for a, b in pairwise(sorted(cuts)):
+        short = (b - a) * np.linalg.norm(line) <= rounding
+        state = None if short else state_of(start + (a + b) / 2 * line, polygon, rounding, beyond)
+        if pieces and (short or pieces[-1][2] == state):
+            pieces[-1][1] = b
+        elif not short:
+            pieces.append([a if pieces else 0.0, b, state])
+    return pieces
+
+
+def edges_with_rims(faces_of, other, limits, sign):
+    reach, rounding, beyond = limits
+    for face, normal in zip(faces_of.faces, faces_of.normals, strict=True):
+        across = plane(normal)
+        corners = (face - face[0]) @ across.T
+        polygon = shapely.Polygon(corners)
+        for ends, (p, q) in other.lines.items():
+            heights = float((p - face[0]) @ normal), float((q - face[0]) @ normal)
+            if min(heights) > reach or max(heights) < -reach:
+                continue
+            if abs(heights[1] - heights[0]) > STEEP * np.linalg.norm(q - p):
+                continue
+            start = across @ (p - face[0])
+            line = across @ (q - p)
+            pieces = pieces_of(start, line, corners, rounding, beyond)
+            lean = min(inward @ normal for inward in other.edges[ends])
+            for a, b, state in pieces:
+                found = [(1 - s) * heights[0] + s * heights[1] for s in (a, b)]
+                gap = max(map(abs, found))
+                inset = polygon.exterior.distance(shapely.Point(start + (a + b) / 2 * line))
+                closes = gap <= (beyond if state == 1 else min(reach, inset))
+                if closes and (state == 1 or (state == 2 and lean >= -LEAN)):
+                    points = [p + s * (q - p) - h / 2 * normal for s, h in zip((a, b), found, strict=True)]
+                    yield np.array([*(sign * normal), *points[0], *points[1], gap, state == 1])
+
+
+def same_with_rims(features, k, expected):
+    own = features.take(features.row == k)
+    found = np.column_stack([own.normal, own.ends.reshape(-1, 6), own.gap, own.rim])
+    assert len(found) == len(expected)
+    for row in expected:
+        swapped = row[[0, 1, 2, 6, 7, 8, 3, 4, 5, 9, 10]]
+        assert min(np.abs(found - r).max(axis=1).min() for r in (row, swapped)) < 1e-9
+
+
+@pytest.mark.parametrize("seed", [2, 4, 5, 6, 7, 8, 9, 11, 12, 13])
+def test_where_rims_are_wanted_contacts_on_them_are_found_as_far_as_the_gap_blurs_them(seed):
+    asm, allowed = scene(seed), np.array([0.3, 0.25, 0.2])
+    solids = [Solid(asm, k) for k in range(3)]
+    rims = 0
+    for blurred in (True, False):
+        search = search_of(asm, PAIRS, Tolerances(allowed, 0.01, STEEP, blurred), rims=True)
+        lines, dots = features_of(search, STEEP)
+        for k, (a, b) in enumerate(PAIRS):
+            reach, rounding = search.limits(k)
+            assert rounding == pytest.approx(0.01 * min(asm.size[a], asm.size[b]))
+            limits = reach, rounding, reach if blurred else rounding
+            one, two = solids[a], solids[b]
+            both = [(one, two, limits, 1.0), (two, one, limits, -1.0)]
+            same_with_rims(lines, k, [row for side in both for row in edges_with_rims(*side)])
+            same_with_rims(dots, k, [row for side in both for row in corners_with_rims(*side)])
+        rims += lines.rim.sum() + dots.rim.sum()
+    assert rims > 0
