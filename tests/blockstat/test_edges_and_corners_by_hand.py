@@ -114,6 +114,16 @@ def crossed(one, two, reach):
             yield np.array([*(normal if up else -normal), *place, *place, abs(height)])
 
 
+def third_block(rng, seed):
+    """A wedge, a prism over a hexagon or the hull of some points: faces of three to six corners."""
+    if seed % 6 == 2:
+        return hull(rng.normal(size=(7, 3)))
+    outline = [(0.0, 0.0), (0.9, 0.1), (1.3, 0.7), (0.8, 1.2), (-0.1, 1.0), (-0.4, 0.4)] if seed % 6 else None
+    solid = prism(outline or [(0, 0), (1.1, 0.2), (0.3, 0.9)], 0.8)
+    vertices = Rotation.from_rotvec(rng.normal(size=3)).apply(np.asarray(solid.vertices, float))
+    return Block(vertices, _outward(vertices, solid.faces))
+
+
 def scene(seed):
     """Three solids that nearly touch: two hulls of random points, or a roof over a pentagon, and a box."""
     rng = np.random.default_rng(seed)
@@ -127,11 +137,8 @@ def scene(seed):
         turn = Rotation.from_euler("zyx", [rng.uniform(0, 6), lean[0], np.pi / 4 + lean[1]])
         roof = np.asarray(box((-1, -0.5, -0.5), (1, 0.5, 0.5)).vertices) * rng.uniform(0.4, 1.6, 3)
         faces = box((0, 0, 0), (1, 1, 1)).faces
-        blocks = [
-            Block(stood, _outward(stood, base.faces)),
-            Block(turn.apply(roof), faces),
-            box((-0.4, -0.5, -0.6), (0.7, 0.4, 0.5)),
-        ]
+        third = third_block(rng, seed)
+        blocks = [Block(stood, _outward(stood, base.faces)), Block(turn.apply(roof), faces), third]
     placed, heads = [], [(0.0, 0, 1), tuple(rng.normal(size=3))]
     placed.append(blocks[0])
     for block, direction in zip(blocks[1:], heads, strict=True):
@@ -635,7 +642,7 @@ def same_with_rims(features, k, expected):
         assert min(np.abs(found - r).max(axis=1).min() for r in (row, swapped)) < 1e-9
 
 
-@pytest.mark.parametrize("seed", [2, 4, 5, 6, 7, 8, 9, 11, 12, 13])
+@pytest.mark.parametrize("seed", [2, 5, 6, 7, 9, 11, 12, 13, 14, 20])
 def test_where_rims_are_wanted_contacts_on_them_are_found_as_far_as_the_gap_blurs_them(seed):
     asm, allowed = scene(seed), np.array([0.3, 0.25, 0.2])
     solids = [Solid(asm, k) for k in range(3)]
