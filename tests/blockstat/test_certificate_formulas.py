@@ -593,3 +593,38 @@ def test_options_of_balancing_are_named():
     for call in (balance, settle):
         with pytest.raises(TypeError):
             call(own, force, 2)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_the_size_of_a_twist_and_of_forces_does_not_matter(size):
+    own, twist = program(laws=True), np.random.default_rng(2).normal(size=6 * N)
+    twist *= np.sign(work_and_closing(own, twist)[0]) / np.abs(twist).max()
+    one, other = (check(own, forces(), factor * twist) for factor in (1.0, size))
+    assert (other.work, other.mechanism_violation, other.required_force) == pytest.approx(
+        (one.work, one.mechanism_violation, one.required_force), rel=1e-12
+    )
+    own, force, displacement = state(3)
+    scaled = replace(own, load=size * own.load, lower=size * own.lower, upper=size * own.upper)
+    found = check_coulomb_state(scaled, size * force, displacement)
+    expected, _ = coulomb_by_hand(own, force, displacement, None)
+    for name, value in expected.items():
+        assert getattr(found, name) == pytest.approx(value, rel=1e-9, abs=1e-15), name
+
+
+@pytest.mark.parametrize("size", [0.1, 30.0])
+def test_points_without_slack_are_weighed_by_a_billionth_of_one_or_of_the_greatest_slack(size):
+    own = replace(program(), friction=np.full(M, 0.8))
+    force = size * np.column_stack([np.linspace(0.5, 0.9, M), np.full(M, 0.05), np.full(M, -0.1)])
+    force[2] = [0.0, 0.05 * size, 0.02 * size]
+    assert (point_slack(own, force) > 0).sum() == M - 1
+    found, expected = balance(own, force, passes=2), step(own, force)
+    change, exact = np.abs(found - force)[2].max(), np.abs(expected - force)[2].max()
+    assert 0 < change == pytest.approx(exact, rel=1e-3)
+
+
+def test_planar_forces_are_balanced_with_half_the_unknowns(flat, monkeypatch):
+    own, force = flat
+    monkeypatch.setattr(certificate, "_solver", lambda *_: pytest.fail("all of it is planar"))
+    for size in (1e-3, 1.0, 1e3):
+        scaled = replace(own, load=size * own.load)
+        assert np.abs(scaled.matrix @ balance(scaled, size * force).reshape(-1) + scaled.load).max() < 1e-11 * size

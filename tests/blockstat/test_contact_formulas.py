@@ -784,3 +784,42 @@ def test_options_of_the_search_are_named():
     ):  # fmt: skip
         with pytest.raises(TypeError):
             call()
+
+
+def test_copies_are_found_among_blocks_that_differ_by_the_order_of_their_axes():
+    places = [(a, b, 3 - a - b) for a in range(3) for b in range(3) if a != b]
+    blocks = [box(np.multiply(p, 5), np.multiply(p, 5) + 1, name=f"b{k}") for k, p in enumerate(places * 2)]
+    with pytest.raises(InputError, match=r'blocks "b0" and "b6" are copies at one place \(6 blocks are copies'):
+        check_copies(assembly(blocks))
+    check_copies(assembly(blocks[:6]))
+
+
+@pytest.mark.parametrize(("width", "reported"), [(0.0045, True), (0.0035, False)])
+def test_what_is_more_than_five_times_as_open_as_wide_is_no_near_miss(width, reported):
+    # Two centimetres open, two gaps.
+    blocks = [box((0, 0, 0), (1, 1, 1)), box((1.02, 0.1, 1 - width), (2.02, 1.1, 2 - width))]
+    dropped = find_interfaces(assembly(blocks)).dropped
+    assert [(d.a, d.b, d.reason) for d in dropped] == [(0, 1, "gap")] * reported
+    for d in dropped:
+        assert d.value == pytest.approx(0.02)
+        assert d.limit == pytest.approx(width, rel=1e-4)
+
+
+def test_faces_of_three_to_nine_corners_have_each_the_area_and_the_corners_that_they_share():
+    floor, blocks, expected = [(0, 0), (11, 0), (11, 40), (0, 40)], [], []
+    for k, n in enumerate((3, 4, 5, 6, 7, 8, 9)):
+        angle = 2 * pi * np.arange(n) / n + 0.3
+        ring = np.column_stack([np.cos(angle) + 1.5 * k, np.sin(angle) * 0.8 + 5 * k + 4])
+        foot = np.column_stack([ring, np.zeros(n)])
+        faces = [
+            list(range(n))[::-1],
+            list(range(n, 2 * n)),
+            *[[i, (i + 1) % n, n + (i + 1) % n, n + i] for i in range(n)],
+        ]
+        blocks.append(Block(np.concatenate([foot, foot + [0, 0, 1]]), faces))
+        common = shapely.Polygon(ring).intersection(shapely.Polygon(floor))
+        expected.append((common.area, len(common.exterior.coords) - 1))
+    found = find_interfaces(assembly([box((0, 0, -1), (11, 40, 0)), *blocks]))
+    assert found.pair.tolist() == [[0, k] for k in range(1, 8)]
+    assert found.area == pytest.approx([area for area, _ in expected])
+    assert np.diff(found.start).tolist() == [corners for _, corners in expected]

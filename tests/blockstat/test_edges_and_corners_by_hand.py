@@ -660,3 +660,74 @@ def test_where_rims_are_wanted_contacts_on_them_are_found_as_far_as_the_gap_blur
             same_with_rims(dots, k, [row for side in both for row in corners_with_rims(*side)])
         rims += lines.rim.sum() + dots.rim.sum()
     assert rims > 0
+
+
+# Pairs that may touch where there is no unique normal.
+
+CUBE_AT = {
+    "on it": ((0.2, 0.3, 1.0), False),
+    "a little above it": ((0.2, 0.3, 1.003), False),
+    "a little into it": ((0.2, 0.3, 0.997), False),
+    "along an edge": ((1.0, 0.3, 1.0), True),
+    "at a corner": ((1.0, 1.0, 1.0), True),
+    "across a gap along an edge": ((1.009, 0.3, 1.009), True),
+    "too far along one axis": ((1.011, 0.3, 1.0), False),
+    "too far along two axes": ((1.02, 0.3, 1.02), False),
+    "beside it": ((1.0, 0.2, 0.3), False),
+}
+
+
+@pytest.mark.parametrize("flip", [False, True])
+@pytest.mark.parametrize("where", CUBE_AT)
+def test_convex_blocks_on_two_sides_of_a_plane_touch_on_no_rim_outside_it(where, flip):
+    corner, rim = CUBE_AT[where]
+    blocks = [box(*CUBE), box(corner, np.add(corner, 1.0))]
+    found = find_interfaces(assembly(blocks[::-1] if flip else blocks))
+    assert found.rims.tolist() == ([[0, 1]] if rim else [])
+
+
+@pytest.mark.parametrize(
+    ("outline", "until"),
+    [
+        # One foot whole on the cube; a second one half a gap higher; an arm that hangs down beside the cube.
+        ([(0.2, 1), (0.6, 1), (0.6, 1.5), (1.5, 1.5), (1.5, 2), (0.2, 2)], 0.6),
+        ([(0.2, 1), (0.6, 1), (0.6, 1.003), (0.9, 1.003), (0.9, 2), (0.2, 2)], 0.9),
+        ([(0.2, 1), (0.6, 1), (0.6, 1.5), (1.2, 1.5), (1.2, 0.5), (1.5, 0.5), (1.5, 2), (0.2, 2)], 0.6),
+        # A foot and an edge in its plane: one joint from the foot to the edge.
+        ([(0.2, 1), (0.4, 1), (0.4, 1.3), (0.6, 1.3), (0.8, 1.0), (0.9, 1.3), (0.9, 2), (0.2, 2)], 0.8),
+    ],
+)
+@pytest.mark.parametrize("flip", [False, True])
+def test_a_block_with_notches_is_one_joint_with_all_that_touches_in_the_plane_of_its_foot(outline, until, flip):
+    body = prism(outline, 0.5)
+    body = Block(np.asarray(body.vertices, float) + [0, 0.2, 0], body.faces)
+    blocks = [box(*CUBE), body]
+    found = find_interfaces(assembly(blocks[::-1] if flip else blocks))
+    assert found.rims.tolist() == [[0, 1]]
+    assert found.kinds.tolist() == [ContactKind.FACE]
+    assert (found.point[:, 0].min(), found.point[:, 0].max()) == (pytest.approx(0.2), pytest.approx(until))
+
+
+@pytest.mark.parametrize("flip", [False, True])
+def test_an_edge_on_another_face_than_that_of_the_foot_is_a_contact_of_its_own(flip):
+    # A hook: its foot on the cube, and an edge of its arm against the cube's side.
+    outline = [
+        (0.2, 1),
+        (0.7, 1),
+        (0.7, 1.2),
+        (1.2, 1.2),
+        (1.2, 0.8),
+        (1.0, 0.5),
+        (1.2, 0.2),
+        (1.5, 0.2),
+        (1.5, 2),
+        (0.2, 2),
+    ]
+    body = prism(outline, 0.5)
+    body = Block(np.asarray(body.vertices, float) + [0, 0.2, 0], body.faces)
+    blocks = [box(*CUBE), body]
+    found = find_interfaces(assembly(blocks[::-1] if flip else blocks))
+    assert found.kinds.tolist() == [ContactKind.FACE, ContactKind.EDGE]
+    own = found.point[found.start[1] :]
+    assert sorted(map(tuple, own.round(9).tolist())) == [(1.0, 0.2, 0.5), (1.0, 0.7, 0.5)]
+    assert found.frame[1, 0] == pytest.approx([-1.0 if flip else 1.0, 0, 0], abs=1e-12)

@@ -391,3 +391,11 @@ def test_forces_that_carry_less_than_nothing_make_no_attempt(pushed):
     own.narrow(slide(0.4 + 1e-9), carrying(pushed, *[-0.001 / 4] * 4), 0.0)
     own.narrow(slide(0.4 + 1e-9), carrying(pushed, *[0.03 / 4] * 4), 0.0)
     assert own.lower == pytest.approx(0.03, rel=1e-9)
+
+
+def test_a_motion_on_which_the_load_does_no_work_bounds_nothing(pushed):
+    own = bracket(pushed)
+    own.narrow(slide(1.0, 0.0), INSIDE, 0.0)
+    assert own.upper == inf
+    own.narrow(slide(0.5), INSIDE, 0.0)
+    assert own.upper == pytest.approx(0.5)
