@@ -13,8 +13,8 @@ from blockstat.contact.cells import centres, patches_of, refine
 from blockstat.contact.coplanar import Patch, Patches, in_one_plane, joined, merge_coplanar
 from blockstat.contact.edges import Contacts, Tolerances, search_of
 from blockstat.contact.faces import concave_patches, convex_faces, frames, outline_hull, planar
-from blockstat.contact.features import INSIDE, OUTSIDE, RIM, crossings, position, together
-from blockstat.contact.interfaces import Dropped, near_blocks
+from blockstat.contact.features import INSIDE, OUTSIDE, RIM, Features, crossings, position, together
+from blockstat.contact.interfaces import Dropped, as_searched, near_blocks
 from blockstat.contact.penetration import (
     check_copies,
     check_overlaps,
@@ -772,18 +772,27 @@ def test_contact_data_is_frozen_and_compared_by_identity():
             setattr(data, fields(data)[0].name, None)
 
 
-def test_options_of_the_search_are_named():
-    asm = sunk(0.0)
-    pairs = np.array([[0, 1]])
-    search = Tolerances(np.ones(2), 1e-6, 0.2)
-    faces = find_interfaces(asm)
-    for call in (
-        lambda: find_interfaces(asm, 0.01), lambda: near_blocks(asm, 0.01), lambda: overlaps(asm, 0.01),
-        lambda: check_overlaps(asm, 0.01), lambda: convex_blocks(asm, 1e-6),
-        lambda: search_of(asm, pairs, search, False), lambda: unresolved_contacts(asm, faces, 0.01),
-    ):  # fmt: skip
+def test_options_of_overlaps_are_named():
+    assert face_separation(None, None, None, None, []).shape == (0,)
+    for call in (overlaps, check_overlaps, convex_blocks):
         with pytest.raises(TypeError):
-            call()
+            call(None, 0.01)
+
+
+def test_options_of_the_search_are_named():
+    assert as_searched(None, 0.01) is None
+    for call in (find_interfaces, near_blocks):
+        with pytest.raises(TypeError):
+            call(None, 0.01)
+    _, faces = joints([])
+    assert unresolved_contacts(None, faces).reason == ()
+    with pytest.raises(TypeError):
+        unresolved_contacts(None, faces, 0.01)
+    none = np.empty(0, dtype=int)
+    contacts = Contacts(none, none, None)
+    assert contacts.with_more(1, Features(none, *[np.empty((0, 3))] * 2, *[none] * 4), none) is contacts
+    with pytest.raises(TypeError):
+        search_of(None, none, None, False)
 
 
 def test_copies_are_found_among_blocks_that_differ_by_the_order_of_their_axes():
