@@ -399,3 +399,18 @@ def test_a_motion_on_which_the_load_does_no_work_bounds_nothing(pushed):
     assert own.upper == inf
     own.narrow(slide(0.5), INSIDE, 0.0)
     assert own.upper == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_ring_of_three_hinges_with_different_axes_holds_and_one_with_parallel_axes_moves(seed):
+    # The ground and two blocks, each on two points of the next: three points between no two of them.
+    rng = np.random.default_rng(seed)
+    points = list(rng.normal(size=(3, 2, 3)))
+    support, held, none = np.array([True, False, False]), np.array([1, 2]), np.empty(0, dtype=int)
+    faces = contacts([(0, 1), (1, 2), (0, 2)], rng.normal(size=(3, 3)), points)
+    assert loose_blocks(support, faces, held, none).tolist() == []
+    straight = [np.array([p[0], p[0] + [0, 0, 1.5]]) for p in points]
+    straight[2] = np.array([points[0][0] + [0, 0, 4.0], points[0][0] + [0, 0, 5.0]])
+    straight[1] = np.array([points[0][0] + [0, 0, 2.0], points[0][0] + [0, 0, 3.0]])
+    one_axis = contacts([(0, 1), (1, 2), (0, 2)], rng.normal(size=(3, 3)), straight)
+    assert loose_blocks(support, one_axis, held, none).tolist() == [1, 2]
