@@ -759,3 +759,13 @@ def test_a_posed_push_is_the_mean_weight_in_the_program():
     problem = pose(stack(2), friction=None, gravity=None, loads=None, gap=GAP, interfaces=None)
     load = problem.scaled(acceleration(problem.assembly, (1, 0, 0)))
     assert load.reshape(2, 6)[:, 0] == pytest.approx([1.0, 1.0])
+
+
+def test_a_block_on_two_ridges_is_prismatic_along_them_and_not_across():
+    # Its points lie at two ends across the ridges, too, but each end is a contact of its own.
+    ridges = [prism([(x - 0.1, -0.2), (x + 0.1, -0.2), (x, 0.0)], 0.8) for x in (-0.3, 0.3)]
+    asm = assembly([*ridges, box((-0.5, 0, 0), (0.5, 0.8, 1.2))], supports=[0, 1])
+    own = program_of(asm)
+    assert own.matrix.shape == (6, 12)
+    assert own.plane is not None
+    assert own.plane.unfold.toarray().nonzero()[0].tolist() == [0, 2, 4]
