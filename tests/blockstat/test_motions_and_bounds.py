@@ -414,3 +414,15 @@ def test_a_ring_of_three_hinges_with_different_axes_holds_and_one_with_parallel_
     straight[1] = np.array([points[0][0] + [0, 0, 2.0], points[0][0] + [0, 0, 3.0]])
     one_axis = contacts([(0, 1), (1, 2), (0, 2)], rng.normal(size=(3, 3)), straight)
     assert loose_blocks(support, one_axis, held, none).tolist() == [1, 2]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_three_blocks_that_hold_each_other_turn_as_one_about_the_hinge_of_the_first(seed):
+    rng = np.random.default_rng(seed)
+    pairs, support = [(0, 1), (1, 2), (2, 3), (1, 3)], np.array([True, False, False, False])
+    faces = contacts(pairs, rng.normal(size=(4, 3)), list(rng.normal(size=(4, 2, 3))))
+    held, none = np.array([1, 2, 3]), np.empty(0, dtype=int)
+    assert loose_blocks(support, faces, held, none).tolist() == [1, 2, 3] == loose_by_hand(support, faces, held, none)
+    # With a third point on the ground, beside the hinge, none moves.
+    third = contacts([*pairs, (0, 2)], rng.normal(size=(5, 3)), [*np.split(faces.point, 4), rng.normal(size=(1, 3))])
+    assert loose_blocks(support, third, held, none).tolist() == [] == loose_by_hand(support, third, held, none)
