@@ -751,3 +751,12 @@ def test_where_two_corners_with_notches_meet_every_normal_may_act():
     assert sorted(map(tuple, (normal[owner == 2].round(9) + 0.0).tolist())) == sorted(
         map(tuple, (np.diag([1.0, -1.0, -1.0]) + 0.0).tolist())
     )
+
+
+def test_the_plane_of_a_narrow_patch_is_not_taken_for_one_that_divides_its_blocks():
+    # A strip of 15 micrometres that leans by ten degrees: its plane, halfway between the faces, runs into the floor.
+    rise = 1.5e-5 * np.tan(np.radians(10))
+    upper = prism([(0, 0), (1.5e-5, rise), (5, 4), (5, 6), (0, 6)], 5.0)
+    found = find_interfaces(assembly([prism([(-5, -5), (5, -5), (5, 0), (-5, 0)], 5.0), upper]))
+    assert found.area[found.kinds == ContactKind.FACE] == pytest.approx([1.5e-5 * 5], rel=2e-2)
+    assert found.rims.tolist() == [[0, 1]]
