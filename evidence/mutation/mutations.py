@@ -24,6 +24,8 @@ ROOMS = (
 LEFT_OUT = ("core/RemoveDecorator", "core/NoOp")
 #: Operators are replaced by others of their kind: floats have no bits, and what cannot run flatters the tests.
 KINDS = ({"Add", "Sub", "Mul", "Div", "FloorDiv", "Mod", "Pow"}, {"BitOr", "BitAnd", "BitXor", "LShift", "RShift"})
+#: Identity replaced by equality.
+EQUALITY = ("_Is_Eq", "_IsNot_NotEq")
 
 Span = tuple[tuple[int, int], tuple[int, int]]
 
@@ -77,13 +79,18 @@ def files(rooms: Sequence[str] = ROOMS) -> list[Path]:
 
 
 def sites(path: Path) -> dict[Span, list[Mutation]]:
-    """The mutations of a file by the place that they change; annotations are left out, since nothing reads them."""
+    """The mutations of a file by the place that they change, without those that change nothing in any program.
+
+    Annotations are read by nothing. A negative length of `reshape` is the open one, whichever it is. A member of an
+    enumeration is equal to itself alone.
+    """
     from cosmic_ray.ast import ast_nodes, get_ast
     from cosmic_ray.plugins import get_operator, operator_names
 
     text = path.read_text()
     nodes = list(ast_nodes(get_ast(text)))
-    unread = list(_annotations(ast.parse(text)))
+    tree = ast.parse(text)
+    unread, members = [*_annotations(tree), *_open_lengths(tree)], list(_comparisons_with_members(tree))
     found: defaultdict[Span, list[Mutation]] = defaultdict(list)
     for name in operator_names():
         if not _is_fair(name) or get_operator(name).arguments():
@@ -91,7 +98,8 @@ def sites(path: Path) -> dict[Span, list[Mutation]]:
         operator = get_operator(name)()
         places = (place for node in nodes for place in operator.mutation_positions(node))
         for occurrence, (start, stop) in enumerate(places):
-            if not any(first <= start and stop <= last for first, last in unread):
+            nothing = [*unread, *members] if name.endswith(EQUALITY) else unread
+            if not any(first <= start and stop <= last for first, last in nothing):
                 mutation = Mutation(str(path.relative_to(SOURCE)), name, occurrence, start[0])
                 found[start, stop].append(mutation)
     return found
@@ -126,5 +134,27 @@ def _annotations(tree: ast.Module) -> Iterator[Span]:
     for node in ast.walk(tree):
         for child in (getattr(node, "annotation", None), getattr(node, "returns", None)):
             if isinstance(child, ast.expr):
-                end = child.end_lineno or child.lineno, child.end_col_offset or child.col_offset
-                yield (child.lineno, child.col_offset), end
+                yield _span(child)
+
+
+def _open_lengths(tree: ast.Module) -> Iterator[Span]:
+    """The lengths -1 of `reshape`."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "reshape":
+            for part in ast.walk(node):
+                if isinstance(part, ast.UnaryOp) and ast.unparse(part) == "-1":
+                    yield _span(part)
+
+
+def _comparisons_with_members(tree: ast.Module) -> Iterator[Span]:
+    """What stands between the sides of a comparison with `Class.MEMBER`."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Compare):
+            sides = [node.left, *node.comparators]
+            for left, right in zip(sides, sides[1:], strict=False):
+                if isinstance(right, ast.Attribute) and right.attr.isupper():
+                    yield _span(left)[1], _span(right)[0]
+
+
+def _span(node: ast.expr) -> Span:
+    return (node.lineno, node.col_offset), (node.end_lineno or node.lineno, node.end_col_offset or node.col_offset)
