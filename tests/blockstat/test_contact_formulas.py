@@ -207,6 +207,13 @@ def test_cohesion_needs_a_cone_with_an_apex(friction, ok):
     assert point_law(asm.with_(joints=elsewhere), faces).friction[4] == 0.0
 
 
+def test_a_later_law_takes_the_cohesion_with_the_friction():
+    # The law of the part counts on its joint: it slides freely, and the cohesion of the law before it is gone there.
+    asm, faces = joints([JointLaw(("a", "b"), cohesion=1.0), JointLaw(("a", "b"), friction=0.0)])
+    assert point_law(asm, faces).friction[0] == 0.0
+    assert point_law(asm, faces).shift[0] == 0.0
+
+
 # Cells.
 
 

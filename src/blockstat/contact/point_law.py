@@ -80,9 +80,12 @@ def point_law(assembly: Assembly, interfaces: Interfaces) -> PointLaw:
         tension[rows] = law.tension * interfaces.area[rows] + spread
         cohesion[rows] = np.nan if law.cohesion is None else law.cohesion * interfaces.area[rows]
         compression[rows] = np.inf if law.compression is None else law.compression * interfaces.area[rows]
-        if law.cohesion and (friction[rows] < LEAST_FRICTION).any():
-            label = " and ".join(law.between)
-            raise InputError(f"joint law between {label}: cohesion needs a friction of at least {LEAST_FRICTION:g}")
+    smooth = (friction < LEAST_FRICTION) & (cohesion > 0)
+    if smooth.any():
+        law = last_law(assembly, interfaces)[int(np.argmax(smooth))]
+        assert law is not None
+        label = " and ".join(law.between)
+        raise InputError(f"joint law between {label}: cohesion needs a friction of at least {LEAST_FRICTION:g}")
     with np.errstate(divide="ignore", invalid="ignore"):
         apex = np.where(np.isnan(cohesion) | (friction == 0) | np.isinf(friction), tension, cohesion / friction)
     share = interfaces.point_share
