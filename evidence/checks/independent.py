@@ -274,7 +274,8 @@ def check_thrust(found, supports, direction, *, loads=None):
     """Raise AssertionError unless both force fields are admissible and push the supports as hard as is said."""
     asm, faces = found.assembly, found.interfaces
     wrench, centroid = dead_load(asm, loads)
-    index = [asm.names.index(s) if isinstance(s, str) else s for s in supports]
+    named = [supports] if isinstance(supports, (str, int)) else supports
+    index = [asm.names.index(s) if isinstance(s, str) else s for s in named]
     along = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
     k = faces.point_interface
     sign = np.isin(faces.pair[k, 1], index).astype(float) - np.isin(faces.pair[k, 0], index)

@@ -81,7 +81,7 @@ def balance(program: PenaltyProgram, force: Floats, *, passes: int = 4) -> Float
     force
         Shape (m, 3), in its units.
     passes
-        The most corrections; they are repeated until the residual is rounding.
+        How often the residual is computed at most; corrections, one fewer, are repeated until it is rounding.
 
     Returns
     -------
