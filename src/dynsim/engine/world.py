@@ -39,6 +39,7 @@ BLOCK_SIZE = 0.3  #: [m] median block size in the simulation
 BLOCK_MASS = 100.0  #: [kg] median block mass in the simulation
 CARRIER_MASS = 1e10  #: [kg] of a support that is moved: nothing in the scene can push it
 GRAVITY = 9.81  #: [m/s2] in the simulation
+ALIKE = 1e-9  #: corners this close, as a share of the block size, are the same: rounding of coordinates
 MOVABLE = (1, -1)  #: Bullet's collision group of what moves, and the mask of all that it touches
 ANCHOR = 1  #: a contact point that does not slide is held where it was
 
@@ -150,6 +151,7 @@ class World:
         self._client = -1
         self._loads = StepLoads(assembly) if self._stepwise else None
         self._bodies: list[int] = []
+        self._made: dict[tuple[bytes, ...], int] = {}
         self._driven: dict[Action, Floats] = {}
         self._gravity = np.asarray(assembly.gravity, dtype=float)
         self._carried: set[int] = set()
@@ -195,7 +197,14 @@ class World:
             self._bodies.append(self._add(block, shape, as_boxes))
 
     def _shape(self, shape: Shape, as_box: bool) -> int:
-        """Make the collision shape of a block; negative where Bullet refuses it."""
+        """The collision shape of a block, one for all blocks that are alike; negative where Bullet refuses it."""
+        steps = [np.rint(piece * (self.length / (ALIKE * BLOCK_SIZE))).astype(np.int64) for piece in shape.pieces]
+        alike = tuple(piece.tobytes() for piece in steps)
+        if alike not in self._made:
+            self._made[alike] = self._new_shape(shape, as_box)
+        return self._made[alike]
+
+    def _new_shape(self, shape: Shape, as_box: bool) -> int:
         b = self._bullet
         if as_box:
             assert shape.half_extents is not None
