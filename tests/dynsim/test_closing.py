@@ -1,6 +1,7 @@
 """Statics and Bullet see the same closed joints: gaps within the joint tolerance do not decide a verdict."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from dynsim import Settings, compare, simulate, verify
 from dynsim.cli.commands import app
 from dynsim.judge.closing import closed_scene
 from evidence.scenes.edges import two_ridges
+from evidence.scenes.sized import vault
 from evidence.scenes.small import assembly, box
 
 GROUND = box((-5, -5, -1), (5, 5, 0), name="ground")
@@ -189,3 +191,32 @@ def test_a_ring_with_corners_moved_by_thirty_millimetres_gets_a_verdict_that_say
     assert any("cut back by up to" in text for text in dynamic.warnings)
     assert dynamic.settling < dynamic.brick_threshold
     assert 0.01 < dynamic.corners_moved < 0.06
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("shift", [0.01, 0.03])
+def test_a_vault_with_corners_moved_at_random_becomes_blocks_that_meet_or_is_refused_with_what_to_do(shift, seed):
+    drawn = vault(60)
+    move = np.random.default_rng(seed).uniform(-shift, shift, drawn.vertices.shape)
+    move[drawn.support[drawn.vertex_block]] = 0.0
+    moved = drawn.with_(vertices=drawn.vertices + move)
+    try:
+        scene = closed_scene(moved, find_interfaces(moved))
+    except InputError as error:
+        named = [name for name in drawn.names if f'"{name}"' in str(error)]
+        assert len(named) >= 2
+        assert re.search(r"draw them|repair", str(error))
+        return
+    assert scene.warnings
+    assert 0 < scene.moved <= 2 * np.sqrt(3) * shift  # of two corners, apart by no more than both moved
+    assert not len(overlaps(scene.assembly, gap=0.01)[0])
+
+
+@pytest.mark.slow
+def test_a_vault_with_corners_moved_by_thirty_millimetres_gets_a_verdict():
+    drawn = vault(60)
+    move = np.random.default_rng(0).uniform(-0.03, 0.03, drawn.vertices.shape)
+    move[drawn.support[drawn.vertex_block]] = 0.0
+    found = verify(drawn.with_(vertices=drawn.vertices + move))
+    assert any("cut back by up to" in text for text in found.warnings)
+    assert found.settling < found.brick_threshold
