@@ -52,6 +52,25 @@ def shapes(assembly: Assembly, *, exact: bool = False) -> list[Shape]:
     return [_shape(assembly, block, exact) for block in range(assembly.n_blocks)]
 
 
+def likeness(shape: Shape, step: float) -> bytes:
+    """Return a key that blocks of the same shape have in common.
+
+    Parameters
+    ----------
+    shape : Shape
+        Shape of a block.
+    step : float
+        Corners are rounded to multiples of this length [m].
+
+    Returns
+    -------
+    bytes
+        The number of corners of each piece, and the corners.
+    """
+    counts = np.array([len(shape.pieces), *map(len, shape.pieces)], dtype=np.int64)
+    return counts.tobytes() + np.rint(np.concatenate(shape.pieces) / step).astype(np.int64).tobytes()
+
+
 def _shape(assembly: Assembly, block: int, exact: bool) -> Shape:
     local = assembly.block_vertices(block) - assembly.centroid[block]
     faces = assembly.faces_of(block)

@@ -21,7 +21,7 @@ from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces, find_interfaces
 from blockstat.errors import InputError
 from blockstat.typing import Floats, Ints
-from dynsim.engine.bodies import Shape, hull_obj, shapes
+from dynsim.engine.bodies import Shape, hull_obj, likeness, shapes
 from dynsim.engine.bullet import ENGINE, import_bullet, matrices, quaternion
 from dynsim.engine.friction import block_friction, common_friction, has_own_friction
 from dynsim.engine.guards import (
@@ -151,7 +151,7 @@ class World:
         self._client = -1
         self._loads = StepLoads(assembly) if self._stepwise else None
         self._bodies: list[int] = []
-        self._made: dict[tuple[bytes, ...], int] = {}
+        self._made: dict[bytes, int] = {}
         self._driven: dict[Action, Floats] = {}
         self._gravity = np.asarray(assembly.gravity, dtype=float)
         self._carried: set[int] = set()
@@ -197,14 +197,7 @@ class World:
             self._bodies.append(self._add(block, shape, as_boxes))
 
     def _shape(self, shape: Shape, as_box: bool) -> int:
-        """The collision shape of a block, one for all blocks that are alike; negative where Bullet refuses it."""
-        steps = [np.rint(piece * (self.length / (ALIKE * BLOCK_SIZE))).astype(np.int64) for piece in shape.pieces]
-        alike = tuple(piece.tobytes() for piece in steps)
-        if alike not in self._made:
-            self._made[alike] = self._new_shape(shape, as_box)
-        return self._made[alike]
-
-    def _new_shape(self, shape: Shape, as_box: bool) -> int:
+        """Make the collision shape of a block; negative where Bullet refuses it."""
         b = self._bullet
         if as_box:
             assert shape.half_extents is not None
@@ -220,7 +213,10 @@ class World:
     def _add(self, block: int, shape: Shape, as_box: bool) -> int:
         b, assembly = self._bullet, self.assembly
         mass = 0.0 if assembly.support[block] else float(assembly.mass[block] * self._mass)
-        collision = self._shape(shape, as_box)
+        alike = likeness(shape, ALIKE * BLOCK_SIZE / self.length)
+        if alike not in self._made:
+            self._made[alike] = self._shape(shape, as_box)
+        collision = self._made[alike]
         body = -1 if collision < 0 else b.createMultiBody(
             baseMass=mass, baseCollisionShapeIndex=collision, useMaximalCoordinates=1, physicsClientId=self._client,
             basePosition=(assembly.centroid[block] * self.length).tolist(),

@@ -25,7 +25,7 @@ LEAST = 8
 #: Times that differ by less are equal [s].
 ROUNDING = 1e-9
 #: Share of the window from which on a run without a trend may end. An imbalance at the resolution has moved a block of
-#: 0.3 m by 0.3 mm then, a quarter of `SHOWN`: ten times the depth to which blocks of a sound chapel sink into each other.
+#: 0.3 m by 0.3 mm then, a quarter of `SHOWN`: ten times as far as blocks of a sound chapel sink into each other.
 SOONEST = 0.5
 
 
