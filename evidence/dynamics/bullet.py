@@ -87,7 +87,8 @@ def resolutions() -> list[dict]:
 
 def resolution_section(rows: list[dict]) -> list[str]:
     lines = ["", "## Resolution", "", "The smallest imbalance that a run has to see decides how long a stand takes: "
-             "blocks are watched for the window of the second column, at the scale of blocks of 0.3 m. Seconds are the "
+             "blocks are watched for half the window of the second column at least, at the scale of blocks of 0.3 m, "
+             "and longer where noise could hide the imbalance. Seconds are the "
              f"process time of a verdict on the chapel of {rows[0]['blocks']} blocks that stands. The error is that of "
              "the slope at which a pillar tips, between the two last columns. Bullet's own error of other limits is in "
              "the first table, and a finer resolution does not reduce it.", "",

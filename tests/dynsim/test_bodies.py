@@ -6,8 +6,9 @@ from scipy.spatial.transform import Rotation
 
 from blockstat import Block, build
 from blockstat.design_search.search import space_of
-from dynsim import simulate
-from dynsim.engine.bodies import shapes
+from dynsim import simulate, verify
+from dynsim.engine import world as engine
+from dynsim.engine.bodies import hull_obj, shapes
 from evidence.benchmarks.search import NAMES, scene
 from evidence.scenes.small import assembly, box, prism
 from tests.point_bodies import hull
@@ -55,3 +56,15 @@ def test_bricks_beside_voussoirs_fall_as_fast_as_in_another_engine():
     run = simulate(build(chapel), stop=lambda elapsed, moved: elapsed >= 0.199)
     moved = np.linalg.norm(run.since_release[10], axis=1).max()
     assert moved == pytest.approx(11.2e-3, rel=0.25)
+
+
+def test_blocks_that_are_alike_share_a_shape_and_stand_on_it(monkeypatch):
+    made = []
+    monkeypatch.setattr(engine, "hull_obj", lambda pieces: made.append(len(pieces)) or hull_obj(pieces))
+    wedge = prism([(0, 0), (0.5, 0), (0.4, 0.3)], 0.2)  # no box, so all are hulls
+    bricks = [box((0.7 / 3 + x, 0, z), (0.7 / 3 + x + 0.5, 0.2, z + 0.3)) for x in (1, 2) for z in (0.0, 0.3, 0.6)]
+    row = assembly([box((-1, -1, -0.2), (4, 1, 0)), wedge, *bricks])
+    found = verify(row)
+    assert len(made) == 3  # ground, wedge, brick
+    assert found.outcome.word == "stands"
+    assert np.linalg.norm(found.run.displacement[-1], axis=1).max() < 1e-4  # each in its own place

@@ -12,6 +12,7 @@ from dynsim import Settings, compare, simulate, verify
 from dynsim.cli.commands import app
 from dynsim.judge.closing import closed_scene
 from evidence.scenes.edges import two_ridges
+from evidence.scenes.sized import vault
 from evidence.scenes.small import assembly, box
 
 GROUND = box((-5, -5, -1), (5, 5, 0), name="ground")
@@ -189,3 +190,34 @@ def test_a_ring_with_corners_moved_by_thirty_millimetres_gets_a_verdict_that_say
     assert any("cut back by up to" in text for text in dynamic.warnings)
     assert dynamic.settling < dynamic.brick_threshold
     assert 0.01 < dynamic.corners_moved < 0.06
+
+
+def shaken_vault(shift, seed):
+    """A vault of 60 voussoirs whose corners are moved at random by up to so much in each direction [m]."""
+    drawn = vault(60)
+    move = np.random.default_rng(seed).uniform(-shift, shift, drawn.vertices.shape)
+    move[drawn.support[drawn.vertex_block]] = 0.0
+    return drawn.with_(vertices=drawn.vertices + move)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_vault_with_corners_moved_by_thirty_millimetres_becomes_blocks_that_do_not_overlap(seed):
+    moved = shaken_vault(0.03, seed)
+    scene = closed_scene(moved, find_interfaces(moved))
+    assert any("cut back by up to" in text for text in scene.warnings)
+    assert 0 < scene.moved <= 2 * np.sqrt(3) * 0.03  # two corners are apart by no more than both moved
+    assert not len(overlaps(scene.assembly, gap=0.01)[0])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_vault_with_corners_moved_by_ten_millimetres_is_refused_with_two_blocks_and_what_to_do(seed):
+    moved = shaken_vault(0.01, seed)
+    with pytest.raises(InputError, match=r'"vault\.\S+" and "vault\.\S+" do not meet .* draw them so that they touch'):
+        closed_scene(moved, find_interfaces(moved))
+
+
+@pytest.mark.slow
+def test_a_vault_with_corners_moved_by_thirty_millimetres_gets_a_verdict():
+    found = verify(shaken_vault(0.03, 0))
+    assert any("cut back by up to" in text for text in found.warnings)
+    assert found.settling < found.brick_threshold

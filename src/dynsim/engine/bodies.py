@@ -16,7 +16,9 @@ CONVEX = 1e-6
 #: Right angles and equal edges to this fraction of the block's size make a box.
 SQUARE = 1e-7
 
-
+#: Where diagonals across bent faces change the volume of a block by more than this fraction, they make another block of
+#: it, and these faces are split about their middle, as statics split them.
+BENT = 1e-2
 #: Steps in which Bullet's convex hulls measure a block (btConvexHullComputer).
 GRID = 10216
 
@@ -50,6 +52,25 @@ def shapes(assembly: Assembly, *, exact: bool = False) -> list[Shape]:
     return [_shape(assembly, block, exact) for block in range(assembly.n_blocks)]
 
 
+def likeness(shape: Shape, step: float) -> bytes:
+    """Return a key that blocks of the same shape have in common.
+
+    Parameters
+    ----------
+    shape : Shape
+        Shape of a block.
+    step : float
+        Corners are rounded to multiples of this length [m].
+
+    Returns
+    -------
+    bytes
+        The number of corners of each piece, and the corners.
+    """
+    counts = np.array([len(shape.pieces), *map(len, shape.pieces)], dtype=np.int64)
+    return counts.tobytes() + np.rint(np.concatenate(shape.pieces) / step).astype(np.int64).tobytes()
+
+
 def _shape(assembly: Assembly, block: int, exact: bool) -> Shape:
     local = assembly.block_vertices(block) - assembly.centroid[block]
     faces = assembly.faces_of(block)
@@ -64,7 +85,8 @@ def _shape(assembly: Assembly, block: int, exact: bool) -> Shape:
     excess = hull.volume / assembly.volume[block] - 1.0
     if excess <= CONVEX:
         return Shape(rotation, None, (local[hull.vertices],), moments)
-    return Shape(rotation, None, _pieces(local, faces, assembly.size[block], exact), moments)
+    volume = float(assembly.volume[block])
+    return Shape(rotation, None, _pieces(local, faces, assembly.size[block], volume, exact=exact), moments)
 
 
 def _axes(inertia: Floats, fixed: bool) -> tuple[Floats, Floats]:
@@ -108,21 +130,31 @@ def _hull(points: Floats):
     return ConvexHull(points)
 
 
-def _pieces(local: Floats, faces: Sequence[np.ndarray], size: float, exact: bool) -> tuple[Floats, ...]:
+def _pieces(
+    local: Floats, faces: Sequence[np.ndarray], size: float, volume: float, *, exact: bool
+) -> tuple[Floats, ...]:
     """Convex pieces of a concave block: exact cuts, or CoACD (Wei et al. 2022) where those fail."""
     from blockstat.geometry.triangulation import triangulate
 
     if exact and (found := convex_pieces(_split_alike(local, faces, size), size, exact=True)) is not None:
         return tuple(found)
     triangles = triangulate(local, faces)
-    cut = convex_pieces(local[triangles], size)
-    if cut is not None:
-        return tuple(cut)
+    surfaces = [local[triangles], _split_alike(local, faces, size)]
+    if abs(_volume(surfaces[0]) / volume - 1.0) > BENT:
+        surfaces.reverse()
+    for surface in surfaces:
+        if (cut := convex_pieces(surface, size)) is not None:
+            return tuple(cut)
     import coacd
 
     coacd.set_log_level("error")
     parts = coacd.run_coacd(coacd.Mesh(local, triangles.astype(np.int32)), threshold=0.02, seed=0)
     return tuple(np.asarray(vertices)[_hull(np.asarray(vertices)).vertices] for vertices, _ in parts)
+
+
+def _volume(surface: Floats) -> float:
+    """Volume within the triangles of a closed surface [m3]."""
+    return float(np.einsum("ij,ij->i", surface[:, 0], np.cross(surface[:, 1], surface[:, 2])).sum()) / 6
 
 
 def _split_alike(local: Floats, faces: Sequence[np.ndarray], size: float) -> Floats:

@@ -21,7 +21,7 @@ from blockstat.assembly import Assembly
 from blockstat.contact.interfaces import Interfaces, find_interfaces
 from blockstat.errors import InputError
 from blockstat.typing import Floats, Ints
-from dynsim.engine.bodies import Shape, hull_obj, shapes
+from dynsim.engine.bodies import Shape, hull_obj, likeness, shapes
 from dynsim.engine.bullet import ENGINE, import_bullet, matrices, quaternion
 from dynsim.engine.friction import block_friction, common_friction, has_own_friction
 from dynsim.engine.guards import (
@@ -39,6 +39,7 @@ BLOCK_SIZE = 0.3  #: [m] median block size in the simulation
 BLOCK_MASS = 100.0  #: [kg] median block mass in the simulation
 CARRIER_MASS = 1e10  #: [kg] of a support that is moved: nothing in the scene can push it
 GRAVITY = 9.81  #: [m/s2] in the simulation
+ALIKE = 1e-9  #: corners this close, as a share of the block size, are the same: rounding of coordinates
 MOVABLE = (1, -1)  #: Bullet's collision group of what moves, and the mask of all that it touches
 ANCHOR = 1  #: a contact point that does not slide is held where it was
 
@@ -150,6 +151,7 @@ class World:
         self._client = -1
         self._loads = StepLoads(assembly) if self._stepwise else None
         self._bodies: list[int] = []
+        self._made: dict[bytes, int] = {}
         self._driven: dict[Action, Floats] = {}
         self._gravity = np.asarray(assembly.gravity, dtype=float)
         self._carried: set[int] = set()
@@ -211,7 +213,10 @@ class World:
     def _add(self, block: int, shape: Shape, as_box: bool) -> int:
         b, assembly = self._bullet, self.assembly
         mass = 0.0 if assembly.support[block] else float(assembly.mass[block] * self._mass)
-        collision = self._shape(shape, as_box)
+        alike = likeness(shape, ALIKE * BLOCK_SIZE / self.length)
+        if alike not in self._made:
+            self._made[alike] = self._shape(shape, as_box)
+        collision = self._made[alike]
         body = -1 if collision < 0 else b.createMultiBody(
             baseMass=mass, baseCollisionShapeIndex=collision, useMaximalCoordinates=1, physicsClientId=self._client,
             basePosition=(assembly.centroid[block] * self.length).tolist(),

@@ -34,6 +34,8 @@ from dynsim.judge.stages import chain
 SHARE = 0.1
 #: Gaps and cosines below this, relative to the size of the block, are rounding.
 ROUNDING = 1e-9
+#: A block that is cut becomes convex, and may then overlap another one: cut again, at most this many times in all.
+PASSES = 4
 
 
 @dataclass(frozen=True)
@@ -97,12 +99,16 @@ def closed_scene(assembly: Assembly, interfaces: Interfaces) -> ClosedScene:
     Gaps matter when a block falls by `SHARE` of the default threshold until joints hold it, or when one joint is open
     by that much. Then all are closed of which a chain, from a support to the furthest block, would move it so far.
     """
-    pairs, _ = overlaps(assembly, gap=interfaces.searched)
-    if not len(pairs):
+    trimmed, cut = assembly, np.zeros(assembly.n_blocks)
+    for _ in range(PASSES):
+        pairs, _ = overlaps(trimmed, gap=interfaces.searched)
+        if not len(pairs):
+            break
+        trimmed, further = trim_overlaps(trimmed, pairs)
+        cut = np.maximum(cut, further)
+    if not cut.any():
         return _joined(assembly, interfaces)
-    trimmed, cut = trim_overlaps(assembly, pairs)
-    found = find_interfaces(trimmed, gap=interfaces.searched)
-    scene = _joined(trimmed, found)
+    scene = _joined(trimmed, find_interfaces(trimmed, gap=interfaces.searched))
     return replace(scene, trimmed=int((cut > 0).sum()), cut=float(cut.max()), moved=max(scene.moved, float(cut.max())))
 
 

@@ -20,8 +20,13 @@ AFTERWARDS = 3.0
 SAFE = 4.0
 #: Standard errors that are added to a trend.
 ERRORS = 2.0
-#: Looks that a parabola and its error need.
-LEAST = 4
+#: Looks that a parabola needs for an error of five degrees of freedom.
+LEAST = 8
+#: Times that differ by less are equal [s].
+ROUNDING = 1e-9
+#: Share of the window from which on a run without a trend may end. An imbalance at the resolution has moved a block of
+#: 0.3 m by 0.3 mm then, a quarter of `SHOWN`: ten times as far as blocks of a sound chapel sink into each other.
+SOONEST = 0.5
 
 
 def last_change(loads: Sequence[Load]) -> float:
@@ -84,13 +89,16 @@ class RestDetection:
 
     Notes
     -----
-    An imbalance of a share e of the weight gives some block an acceleration of at least e g, so that after the time
-    T = `Settings.window` its velocity is at least e g T = 2 D / T, where D is the displacement that T was chosen for
-    (`SHOWN` thresholds). Contact noise makes blocks tremble about a place, and creep a little. So the velocity is that
-    of the trend: over the last T, a parabola is fitted by least squares to each coordinate of each block. Its velocity
-    is e g T / 2 or more in the middle and e g T or more at the end. Blocks are at rest when both velocities, with
-    `ERRORS` standard errors added, are below 2 D / T / `SAFE` for all blocks. What trembles has no trend, what creeps
-    has one that stays small, what falls has one that grows.
+    An imbalance of a share e of the weight gives some block an acceleration of at least e g, so that after a time t its
+    velocity is at least e g t. Contact noise makes blocks tremble about a place, and creep a little. So the velocity is
+    that of the trend: over the last t, a parabola is fitted by least squares to each coordinate of each block. Its
+    velocity is e g t / 2 or more in the middle and e g t or more at the end. Blocks are at rest when both velocities,
+    with `ERRORS` standard errors added, are below e g t / `SAFE` for all blocks. What trembles has no trend, what
+    creeps has one that stays small, what falls has one that grows.
+
+    The time t is that since release, from `SOONEST` times T = `Settings.window` on, and never more than T. The velocity
+    of an imbalance grows as t and the error of a trend shrinks as t^(3/2): where blocks lie still the run ends early,
+    and where noise could hide an imbalance it goes on.
     """
 
     def __init__(self, threshold: float, window: float) -> None:
@@ -136,9 +144,11 @@ class RestDetection:
         if time >= 0:
             self._times.append(time)
             self._moved.append(moved)
-            first = bisect_right(self._times, time - self._window + 1e-9) - 1  # the last look before the window
-            fastest = 2 * SHOWN * self._threshold / self._window / SAFE
-            self.reached = 0 <= first <= len(self._times) - LEAST and self._speed(first) < fastest
+            length = min(time - self._times[0], self._window)
+            first = bisect_right(self._times, time - length + ROUNDING) - 1  # the last look before that time
+            fastest = 2 * SHOWN * self._threshold / self._window**2 * length / SAFE
+            enough = length > SOONEST * self._window - ROUNDING and 0 <= first <= len(self._times) - LEAST
+            self.reached = enough and self._speed(first) < fastest
         return self.reached
 
     def _speed(self, first: int) -> float:

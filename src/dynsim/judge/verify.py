@@ -241,7 +241,7 @@ class _Evaluator:
             if self._reserve is not None and (finer := self._reserve.resolution(resolution)) < resolution:
                 resolution = finer
                 rest.lengthen(replace(settings, resolution=finer).window)
-                return rest.look(elapsed, here)
+                return False
             return True
 
         run = simulate(
