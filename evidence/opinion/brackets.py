@@ -27,10 +27,11 @@ def turned(vector, axis, degrees):
     return vector * np.cos(angle) + across * np.sin(angle) + unit * (unit @ vector) * (1 - np.cos(angle))
 
 
-def check_ends(stands, falls, word, *, most):
+def check_ends(stands, falls, word, *, most, width=0.0):
     """Raise AssertionError unless a verdict is "stable" at one end only, and the ends are close to each other.
 
-    word : the verdict at a value; most : the value furthest on the stable side that is asked for.
+    word : the verdict at a value; most : the value furthest on the stable side that is asked for; width : the width of
+    the bracket that is asked for, where it is wider than by default.
     """
     if np.isnan(falls):
         assert stands == most, "the range ends elsewhere"
@@ -45,7 +46,7 @@ def check_ends(stands, falls, word, *, most):
     if stands > abs(away):
         assert word(stands - away) == "stable", "it does not stand"
     assert word(falls + away) != "stable", "it stands"
-    if abs(falls - stands) > max(WIDTH * scale, 2 * NEAR):
+    if abs(falls - stands) > max(WIDTH * scale, 2 * NEAR, width):
         assert word((stands + falls) / 2) == "undecided", "the bracket is too wide"
 
 
@@ -68,7 +69,7 @@ def check_tilt(found, asm, axis, *, friction=None, gravity=None, **options):
         check_ends(found.stands, found.falls, word, most=180.0)
 
 
-def check_friction(found, asm, *, top=10.0, **options):
+def check_friction(found, asm, *, top=10.0, width=0.0, **options):
     """Raise AssertionError unless the assembly stands with the one friction and not with the other."""
 
     def word(mu):
@@ -81,7 +82,7 @@ def check_friction(found, asm, *, top=10.0, **options):
     if np.isnan(found.stands):
         assert found.falls == top
     cohesive = any(law.cohesion for law in asm.joints)
-    check_ends(found.stands, found.falls, word, most=1e-3 if cohesive else 0.0)
+    check_ends(found.stands, found.falls, word, most=1e-3 if cohesive else 0.0, width=width)
 
 
 def _check_kinds(found, word, sign):
@@ -136,7 +137,8 @@ def _tilted(found, given):
 
 
 def _rubbed(found, given):
-    check_friction(found, given["assembly"], top=given.get("top", 10.0), **_options(given, "gravity"))
+    asked = {name: given[name] for name in ("top", "width") if name in given}
+    check_friction(found, given["assembly"], **asked, **_options(given, "gravity"))
 
 
 def _all_round(found, given):
