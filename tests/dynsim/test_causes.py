@@ -45,7 +45,7 @@ DIFFERENCES = {
     Cause.MARGINAL: (lambda: harmonic(10, 0.9995), None, ("stable", "stable", "falls")),
     Cause.COARSE_FALL: (lambda: arch(31, 0.13), one_step(1 / 100), ("stable", "stable", "falls")),
     Cause.TIME_TOO_SHORT: (
-        lambda: arch(9, 0.07), Settings(look_every=0.005, end=0.04, resolution=1.0), ("unstable", "unstable", "stands"),
+        lambda: arch(9, 0.07), Settings(look_every=0.002, end=0.04, resolution=1.0), ("unstable", "unstable", "stands"),
     ),
     Cause.HELD: (lambda: jammed(squeeze=1e-3), None, ("stable", "stable_only_by_self_stress", "stands")),
     Cause.SETTLED: (hung, None, ("unstable", "unstable", "stands")),
@@ -109,7 +109,7 @@ def test_what_agrees_has_no_cause():
 def test_without_a_closer_look_no_further_run_is_made():
     marginal = harmonic(10, 0.9995)
     assert compare_one(marginal).cause == "open_fall"
-    assert compare_one(arch(9, 0.07), settings=Settings(look_every=0.005, end=0.04, resolution=1.0)).cause in (
+    assert compare_one(arch(9, 0.07), settings=Settings(look_every=0.002, end=0.04, resolution=1.0)).cause in (
         "open_stand",
         "settled",
     )

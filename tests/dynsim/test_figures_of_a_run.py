@@ -41,7 +41,7 @@ def test_judgements_are_made_with_the_figures_that_are_stated():
     alike = assembly([GROUND, *(box((2 * k, 0, 0), (2 * k + s, s, s)) for k, s in enumerate((0.5, 0.6)))])
     assert criteria.default_threshold(alike) == pytest.approx(0.5 / 20 + 3e-6 * 0.55 * (0.6 / 0.55) ** 2, rel=1e-12)
     assert criteria.ARM == 0.5
-    # Rest: at a quarter of the velocity of an eighth of a threshold, with two standard errors, of four looks at least.
+    # Rest: at a quarter of the velocity of an eighth of a threshold, with two standard errors, of eight looks at least.
     for factor, rests in ((0.98, True), (1.02, False)):
         detection = rest.RestDetection(0.01, 0.5)
         velocity = factor * 2 * (0.01 / 8) / 0.5 / 4
@@ -55,7 +55,7 @@ def test_judgements_are_made_with_the_figures_that_are_stated():
         looked = [detection.look(t, np.array([[scale * n, 0, 0]])) for t, n in zip(times, noise, strict=False)]
         assert looked[-1] is rests
     few = rest.RestDetection(0.01, 0.5)
-    assert [few.look(0.17 * k, np.zeros((1, 3))) for k in range(4)] == [False, False, False, True]
+    assert [few.look(0.07 * k, np.zeros((1, 3))) for k in range(8)] == [False] * 7 + [True]
     # Loads that end: a run may take three times as long.
     ice = assembly([GROUND, box((0, 0, 0), (1, 1, 0.3)), box((4, 0, 0), (5, 1, 0.3), name="gone")], friction=0.0)
     ice = ice.with_(gravity=(0, 0, -9.81))

@@ -126,11 +126,12 @@ def first_rest(position, window=0.5, threshold=0.01, start=0.0, step=0.02):
     return None
 
 
-def test_rest_needs_a_whole_window_after_release_and_four_looks():
-    assert first_rest(lambda t: (0, 0, 0)) == pytest.approx(0.5, abs=1e-9)
-    assert first_rest(lambda t: (0, 0, 0), start=-0.3) == pytest.approx(0.5, abs=0.021)
-    assert first_rest(lambda t: (0, 0, 0), step=0.17) == pytest.approx(0.51)
-    assert first_rest(lambda t: (0, 0, 0), step=0.25) is None  # never four looks in one window
+def test_rest_needs_half_a_window_after_release_and_eight_looks_within_one():
+    assert first_rest(lambda t: (0, 0, 0)) == pytest.approx(0.26, abs=1e-9)  # the first look from a quarter second on
+    assert first_rest(lambda t: (0, 0, 0), start=-0.3) == pytest.approx(0.26, abs=0.021)
+    assert first_rest(lambda t: (0, 0, 0), step=0.05) == pytest.approx(0.35)
+    assert first_rest(lambda t: (0, 0, 0), step=0.07) == pytest.approx(0.49)
+    assert first_rest(lambda t: (0, 0, 0), step=0.1) is None  # never eight looks in one window
     assert first_rest(lambda t: (0, 0, 0), step=0.6) is None
     rest = RestDetection(0.01, 0.5)
     assert not any(rest.look(-k * 0.1, np.zeros((1, 3))) for k in range(9, 0, -1))

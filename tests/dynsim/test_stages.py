@@ -80,7 +80,9 @@ def test_a_tremble_that_could_hide_a_fall_is_no_rest():
     def trembles(size):
         return watched(lambda t: size * (-1) ** round(t / 0.02))
 
-    assert trembles(5e-5) == watched(lambda t: 0.0)
+    still = watched(lambda t: 0.0)
+    assert trembles(1e-6) == still
+    assert trembles(5e-5) > still  # known well enough after a longer time
     assert trembles(4e-4) is None
 
 

@@ -148,7 +148,7 @@ class RestDetection:
             first = bisect_right(self._times, time - length + ROUNDING) - 1  # the last look before that time
             fastest = 2 * SHOWN * self._threshold / self._window**2 * length / SAFE
             enough = length > SOONEST * self._window - ROUNDING and 0 <= first <= len(self._times) - LEAST
-            self.reached = enough and self._speed(first) < fastest
+            self.reached = bool(enough and self._speed(first) < fastest)
         return self.reached
 
     def _speed(self, first: int) -> float:
