@@ -44,7 +44,8 @@ def judged(name: str, rng: Random) -> dict:
     if with_glue:
         weight = float(assembly.mass[assembly.free].mean()) * 9.81
         assembly = glued(assembly, float(rng.uniform(0.02, 0.6)) * weight)
-    row = {"family": name, "blocks": assembly.n_blocks, "static": assess(assembly).outcome.word}
+    static = assess(assembly)
+    row = {"family": name, "blocks": assembly.n_blocks, "static": static.outcome.word, "score": static.score}
     if row["static"] != "unstable":
         return row
     settings = Settings.named("default" if with_glue else "careful")
@@ -72,7 +73,11 @@ def counts(rows: list[dict]) -> str:
         fell = count["falls"] - later
         lines.append([name, len(own), excluded, fell, later, count["creeps"], count["refused"], count["stands"]])
     stood = [row for row in rows if row.get("dynamic") == "stands"]
-    examples = [f"Counter-example: {row}" for row in stood] or ["No counter-example was found."]
+    examples = [
+        f"- Counter-example: design {row['number']}, of the {row['family']}, {row['blocks']} blocks. Its residual "
+        f"tension is {row['score']:.5f} of the weight, and in Bullet it moved by {1e3 * row['displacement']:.2f} mm."
+        for row in stood
+    ] or ["No counter-example was found."]
     heads = ["family", "designs", "excluded", "fell", "fell later", "creep", "refused", "stood"]
     return "\n".join([table(heads, lines), "", *examples])
 
