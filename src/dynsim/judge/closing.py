@@ -121,7 +121,9 @@ def _joined(assembly: Assembly, interfaces: Interfaces) -> ClosedScene:
     if max(drawn, own) <= least:
         return ClosedScene(assembly, interfaces)
     tolerance = least / max(chain(assembly, interfaces), 1)
-    loose = opening > tolerance
+    # A joint of the chain that lets a block fall so far lets it fall by no more than that.
+    fall = opening / np.maximum(_cosine(assembly, interfaces), ROUNDING)
+    loose = (opening > tolerance) | ((fall > tolerance) & (fall <= drawn))
     closed = _closed(assembly, interfaces)
     moved = float(np.linalg.norm(closed.vertices - assembly.vertices, axis=1).max())
     # A patch that is narrower than the corners moved may vanish: the sliver of a brick on the next but one.
@@ -190,8 +192,7 @@ def _drop(assembly: Assembly, interfaces: Interfaces, gap: Floats, *, thrust: bo
     from scipy import sparse
     from scipy.sparse.csgraph import dijkstra
 
-    down = assembly.gravity / np.linalg.norm(assembly.gravity)
-    cosine = np.ones(len(gap)) if thrust else np.abs(interfaces.frame[:, 0] @ down)
+    cosine = np.ones(len(gap)) if thrust else _cosine(assembly, interfaces)
     rounding = ROUNDING * assembly.size[interfaces.pair].min(axis=1)
     fall = np.where(gap > rounding, gap, 0.0) / np.maximum(cosine, ROUNDING) + rounding * 1e-3
     rows = np.flatnonzero(cosine > ROUNDING)
@@ -201,6 +202,11 @@ def _drop(assembly: Assembly, interfaces: Interfaces, gap: Floats, *, thrust: bo
     graph = sparse.coo_array((fall[rows][first], (pair[:, 0], pair[:, 1])), shape=(n, n)).tocsr()
     far = dijkstra(graph, directed=False, indices=np.flatnonzero(assembly.support), min_only=True)
     return np.where(np.isfinite(far), far, 0.0)
+
+
+def _cosine(assembly: Assembly, interfaces: Interfaces) -> Floats:
+    """Cosine of the angle between each joint's normal and gravity, shape (n_interfaces,)."""
+    return np.abs(interfaces.frame[:, 0] @ (assembly.gravity / np.linalg.norm(assembly.gravity)))
 
 
 def _refusal(assembly: Assembly, interfaces: Interfaces, open_still: np.ndarray, drop: Floats) -> str:
