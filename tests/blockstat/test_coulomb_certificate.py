@@ -9,7 +9,7 @@ from blockstat import Assembly, Outcome, assess, box, glued, read
 from blockstat.analysis.coulomb import coulomb_state
 from blockstat.certificate.coulomb_state import RATE_ACCURACY, check_coulomb_state, loaded_points
 from evidence.checks.coulomb import check_displacements
-from evidence.scenes.bonded import program_of
+from evidence.scenes.bonded import bonded_scene, program_of
 from evidence.scenes.small import arch, running_bond, stack
 
 TRIALS = 200  #: of each of five corruptions
@@ -183,3 +183,14 @@ def test_a_slip_that_friction_does_not_oppose_counts_beyond_the_accuracy_of_the_
         found = check_coulomb_state(program, state.force, aside)
         assert found.friction_violation > 0
         assert found.proves_settled == settles
+
+
+@pytest.mark.parametrize("seed", [0, 6, 15, 41])
+def test_what_glue_holds_with_a_reserve_has_a_coulomb_state(seed):
+    # A bond under bending shears as much as it pulls, and both of its forces carry.
+    name, asm, strength = bonded_scene(seed)
+    assert asm.joints[0].bond_moment is not None
+    assert strength > 1.3
+    verdict = assess(asm, flow="coulomb")
+    assert verdict.outcome.word == "stable", name
+    assert verdict.coulomb.certificate.proves_settled

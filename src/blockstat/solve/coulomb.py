@@ -115,11 +115,12 @@ def solve_state(
     else:
         return None
     rates = unit * answer.rates
-    new = touching * inner.friction * np.hypot(rates[:, 1], rates[:, 2])
+    dilation = inner.friction * np.hypot(rates[:, 1], rates[:, 2])
+    new = touching * dilation
     normal = np.maximum(answer.force[:, 0], 0.0) * touching
     change = float(normal @ np.abs(new - slip)) / max(float(normal.sum()), 1e-300)
-    # z_n - mu |z_t|, what an unloaded point lacks to be loaded.
-    slack = np.maximum(rates[:, 0] - new, 0.0)
+    # z_n - mu |z_t|, what an unloaded point or bond lacks to be loaded.
+    slack = np.maximum(rates[:, 0] - dilation, 0.0)
     force, displacement = _corrected(program, answer.force, unit * answer.twist, slack, opening, compliance)
     certificate = check_coulomb_state(program, force, displacement, opening if known else None)
     return Iterate(force, displacement, new, change, certificate)
