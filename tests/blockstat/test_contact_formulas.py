@@ -287,6 +287,14 @@ def test_cells_are_the_parts_of_a_patch_between_the_bounds_of_its_smallest_recta
     assert centres(fine, np.array([2, 1])) == pytest.approx(centres(faces, np.array([2, 1])))
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("name", OUTLINES)
+def test_the_windows_of_the_rectangle_that_miss_the_patch_are_no_cells_and_divide_nothing(name):
+    fine = refine(patch_interfaces([OUTLINES[name]]), np.array([9]))
+    assert len(fine.point) == len(cell_sums(OUTLINES[name], 9)) < 81
+    assert np.isfinite(fine.point).all()
+
+
 def test_centres_are_centroids_of_patches_middles_of_edges_and_corners_themselves():
     faces = patch_interfaces([OUTLINES["hexagon"], [(0.2, 0.3), (1.0, 0.5)], [(0.7, 0.1)], OUTLINES["triangle"]])
     found = flat(centres(faces, np.array([3, 0, 1, 2])), faces.frame[0])
@@ -330,6 +338,20 @@ def test_a_joint_on_two_feet_has_cells_on_each_and_none_between():
     same_cells(flat(fine.point[own], faces.frame[1]), fine.point_share[own], expected)
     area, x, y = np.sum([(a, a * x, a * y) for a, x, y in np.concatenate([cell_sums(f, 1) for f in FEET])], axis=0)
     assert flat(centres(faces, np.array([1])), faces.frame[1])[0] == pytest.approx([x / area, y / area])
+
+
+@pytest.mark.parametrize("place", [(4.6e5, 5.4e6, 300.0), (-3.2e6, 1.1e5, 0.0), (7.7e5, -6.1e6, 2e3)])
+def test_where_a_joint_stands_on_a_map_does_not_say_whether_its_patches_fill_their_hull(place):
+    faces = on_two_feet()
+    two, whole = faces.patches.take(np.array([0, 1])), faces.patches.take(np.array([3, 3]))
+    # The square foot as its left and its right part.
+    halves = np.array([(0, 0), (0.3, 0), (0.3, 1), (0, 1), (0.3, 0), (1, 0), (1, 1), (0.3, 1)])
+    for k, patches, expected in ((1, two, FEET), (2, replace(whole, corner=halves), FEET[:1])):
+        far = replace(faces, point=faces.point + place, patches=replace(patches, origin=patches.origin + place))
+        found = patches_of(far, k)
+        assert len(found) == len(expected)
+        for corners, foot in zip(found, expected, strict=True):
+            assert flat(corners - place, faces.frame[k]) == pytest.approx(np.array(foot), abs=1e-8)
 
 
 def test_the_patches_of_a_joint_are_those_that_do_not_fill_their_hull():
@@ -532,7 +554,8 @@ def test_points_are_outside_on_a_rim_or_inside_of_any_outline(seed):
 
     both = np.tile(points, (2, 1, 1))
     shapes, rims = np.array([polygon, polygon]), np.array([rim, ~rim])
-    found = position(both, shapes, rims, np.full(2, rounding))
+    with np.errstate(all="raise"):  # sides without length divide nothing
+        found = position(both, shapes, rims, np.full(2, rounding))
     assert found[0].tolist() == [expected(p, 0.0) for p in points]
     found = position(both, shapes, rims, np.array([rounding, rounding]), np.array([reach, 0.0]))
     assert found[0].tolist() == [expected(p, reach) for p in points]
@@ -704,6 +727,18 @@ def test_overlaps_beyond_a_tenth_of_the_smaller_block_are_refused_and_the_worst_
     with pytest.raises(InputError, match=r'blocks "a" and "c" overlap by 0\.055 m'):
         check_overlaps(asm, gap=0.01)
     assert tell(asm, *overlaps(asm, gap=0.01)) == '2 pairs of blocks overlap, the worst "a" and "c" by 0.055 m'
+
+
+def test_among_very_many_pairs_the_one_that_overlaps_most_for_its_size_is_named():
+    # .6 of a cube of 1 is worse than 5 of a cube of 10, whose centroids are closer for all that cubes of 10 extend.
+    asm = assembly([
+        box((0, 0, 0), (10, 10, 10), name="a"), box((5, 0, 0), (15, 10, 10), name="b"),
+        box((50, 0, 0), (51, 1, 1), name="c"), box((50.4, 0, 0), (51.4, 1, 1), name="d"),
+    ])  # fmt: skip
+    for order in (1, -1):
+        near = np.repeat([[0, 1], [2, 3]], 150, axis=0)[::order]
+        with pytest.raises(InputError, match=r'blocks "c" and "d" overlap by 0\.6 m'):
+            check_overlaps(asm, gap=0.01, near=near)
 
 
 def test_an_overlap_counts_beyond_the_gap_of_the_smaller_block():
