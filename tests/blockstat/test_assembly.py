@@ -188,6 +188,17 @@ def test_a_face_listed_twice_counts_once_wherever_it_begins():
     assert asm.volume == pytest.approx([1 / 6] * 3)
 
 
+def test_of_several_blocks_that_list_faces_twice_the_first_is_named():
+    good = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
+    twice = [*good, [3, 0, 1]], [*good, *good]
+    blocks = [Block(corners, good, "a"), Block(corners + 5, twice[0], "b"), Block(corners + 9, twice[1], "c")]
+    with pytest.warns(InputWarning) as told:
+        Assembly.from_blocks(blocks)
+    (warning,) = told
+    assert str(warning.message) == '2 blocks list faces twice (the first is "b"); each counts once'
+
+
 def test_blocks_are_given_by_name_or_number_or_a_number_as_text():
     names = ["a", "1", "c"]
     assert block_indices(names, ["c", 0, "2", np.int64(1)], "x").tolist() == [2, 0, 2, 1]
