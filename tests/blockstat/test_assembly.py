@@ -1,3 +1,5 @@
+from dataclasses import FrozenInstanceError, replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -176,6 +178,18 @@ def test_faces_have_three_corners_that_exist():
         Assembly.from_blocks([Block(corners, good[:3], "t")])
     with pytest.raises(InputError, match="3 faces cannot close a volume"):
         Assembly.from_blocks([Block(corners, [*good[:3], [2, 1, 0]], "t")])
+
+
+def test_blocks_and_assemblies_do_not_change_and_an_assembly_is_compared_by_identity():
+    block = box((0, 0, 0), (1, 2, 3), name="a")
+    with pytest.raises(FrozenInstanceError):
+        block.name = "b"
+    assert replace(block) == block
+    own = Assembly.from_blocks([block])
+    with pytest.raises(FrozenInstanceError):
+        own.names = ("b",)
+    assert replace(own) != own
+    assert len({own, replace(own)}) == 2
 
 
 def test_a_face_listed_twice_counts_once_wherever_it_begins():
