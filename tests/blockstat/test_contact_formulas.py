@@ -409,6 +409,22 @@ def test_patches_are_taken_and_listed_with_their_own_corners():
         own.gap = own.area
 
 
+@pytest.mark.parametrize(
+    "pairs", [[(0, 1), (2, 3), (2, 3)], [(0, 1), (1, 2), (1, 2), (1, 3)], [(0, 1), (1, 1), (0, 1)]]
+)
+def test_patches_are_joined_whichever_pair_they_belong_to(pairs):
+    squares = [
+        patch(k, [(2 * k, 0), (2 * k + 1, 0), (2 * k + 1, 1), (2 * k, 1)], pair=pair) for k, pair in enumerate(pairs)
+    ]
+    own = merge_coplanar(listed(squares), np.full(4, 1e-3))
+    assert [tuple(pair) for pair in own.pair.tolist()] == sorted(set(pairs))
+    for found in own:
+        number = [k for k, pair in enumerate(pairs) if pair == tuple(found.pair.tolist())]
+        assert found.area == pytest.approx(len(number))
+        x = (found.origin + found.polygon @ found.frame[1:]) @ squares[0].frame[1]
+        assert (x.min(), x.max()) == pytest.approx((2 * number[0], 2 * number[-1] + 1))
+
+
 def test_patches_of_one_plane_and_pair_are_joined():
     own = merge_coplanar(listed(THREE), np.full(4, 1e-3))
     assert own.pair.tolist() == [[0, 1], [2, 3]]
