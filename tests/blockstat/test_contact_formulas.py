@@ -890,3 +890,21 @@ def test_faces_of_three_to_nine_corners_have_each_the_area_and_the_corners_that_
     assert found.pair.tolist() == [[0, k] for k in range(1, 8)]
     assert found.area == pytest.approx([area for area, _ in expected])
     assert np.diff(found.start).tolist() == [corners for _, corners in expected]
+
+
+@pytest.mark.filterwarnings("error")
+def test_faces_of_many_forms_beside_each_other_divide_nothing_by_nothing():
+    # A floor with a notch, and on it, beside it and in its notch feet of three to six corners; some only touch.
+    floor = prism([(0, -1), (9, -1), (9, 0), (6, 0), (6, -0.3), (5, -0.3), (5, 0), (0, 0)], 2.0)
+    rings = [
+        [(0.5, 0.5), (1.5, 0.4), (1.0, 1.4)], [(2, 0.3), (3, 0.3), (3, 1.2), (2, 1.0)],
+        [(3.5, -1.0), (4.5, -1.0), (4.8, 0.2), (4.0, 0.6), (3.2, 0.0)],
+        [(7, 2), (7.5, 1.8), (8, 2), (8, 2.5), (7.5, 2.8), (7, 2.5)], [(9, 0.5), (9.5, 0.2), (9.5, 0.9)],
+    ]  # fmt: skip
+    feet = [hull([*[(x, y, 0) for x, y in ring], (*np.mean(ring, axis=0), 1.0)]) for ring in rings]
+    asm = assembly([floor, *feet, box((5.2, 0.4, -0.3), (5.8, 1.5, 0.4))])
+    found = find_interfaces(asm)
+    area = [shapely.Polygon(ring).intersection(shapely.box(0, 0, 9, 2)).area for ring in rings]
+    on_floor = {b: size for (a, b), size in zip(found.pair.tolist(), found.area.tolist(), strict=True) if a == 0}
+    assert [on_floor.get(k, 0.0) for k in range(1, 7)] == pytest.approx([*area, 0.6 * 1.1])
+    unresolved_contacts(asm, found)

@@ -303,6 +303,17 @@ def test_extreme_normals_keep_both_blocks_on_their_sides_and_touch_two_direction
     assert len(expected) >= 3
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    ("low", "reasons"), [((1, 1, 0.3), ("edge along edge",) * 2), ((1, 1, 1), ("corner on corner",))]
+)
+def test_directions_along_one_line_have_no_normal_between_them_and_divide_nothing(low, reasons):
+    found = bare([box((0, 0, 0), (1, 1, 1)), box(low, (2, 3, 1.9))])
+    assert found.reason == reasons
+    assert np.linalg.norm(found.normal, axis=1) == pytest.approx(np.ones(len(found.normal)))
+    assert found.normal.min() >= -1e-12  # away from the first block
+
+
 def test_contacts_of_some_pairs_keep_their_normals():
     blocks = [box(*CUBE), box((1, 1, 0.3), (2, 3, 1.7)), box((-1, -1, -1), (0, 0, 0)), box((0, 0, 1), (0.5, 0.5, 1.4))]
     asm = assembly(blocks)
