@@ -477,6 +477,19 @@ def test_multipliers_of_half_planes_are_forces_at_both_ends_of_a_joint(flat):
     assert conic.multipliers(force)[mu[plane.first].nonzero()] == pytest.approx(z[:n][mu[plane.first] > 0])
 
 
+def test_a_smooth_point_is_pressed_by_both_of_its_half_lines_alike(flat):
+    plane = flat.plane
+    own = replace(flat, friction=_mirrored(plane, np.where(np.arange(len(flat.friction)) % 2, 0.5, 0.0)))
+    smooth = own.friction[plane.first] == 0
+    assert 0 < smooth.sum() < len(smooth)
+    force = np.random.default_rng(2).uniform(0, 2, (len(own.friction), 1)) * [1.0, 0, 0]
+    conic = conic_program(own, own.load)
+    plus, minus = conic.multipliers(force).reshape(2, -1)
+    total = force[plane.first, 0] + force[plane.second, 0]
+    assert plus[smooth] == pytest.approx(total[smooth] / 2)
+    assert minus == pytest.approx(plus)
+
+
 def test_a_scene_is_folded_only_where_all_of_the_question_is_planar(flat):
     n = len(flat.load)
     across = np.zeros(n)
