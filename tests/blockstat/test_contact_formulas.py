@@ -908,3 +908,15 @@ def test_faces_of_many_forms_beside_each_other_divide_nothing_by_nothing():
     on_floor = {b: size for (a, b), size in zip(found.pair.tolist(), found.area.tolist(), strict=True) if a == 0}
     assert [on_floor.get(k, 0.0) for k in range(1, 7)] == pytest.approx([*area, 0.6 * 1.1])
     unresolved_contacts(asm, found)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_face_with_two_corners_at_one_place_is_as_convex_as_without():
+    stone, dented = box((0, 0, 0), (1, 1, 1)), prism([(0, 0), (1, 0.4), (2, 0), (2, 1), (0, 1)], 0.5)
+    for block in (stone, dented):
+        corners = np.asarray(block.vertices, float)
+        for number in range(len(block.faces)):
+            faces = [list(face) for face in block.faces]
+            faces[number].insert(1, len(corners))
+            twice = Block(np.concatenate([corners, corners[[faces[number][0]]]]), faces)
+            assert convex_faces(assembly([twice])).tolist() == convex_faces(assembly([block])).tolist()

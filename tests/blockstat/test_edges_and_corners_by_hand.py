@@ -314,6 +314,18 @@ def test_directions_along_one_line_have_no_normal_between_them_and_divide_nothin
     assert found.normal.min() >= -1e-12  # away from the first block
 
 
+@pytest.mark.filterwarnings("error")
+def test_corners_on_faces_of_three_and_of_four_sides_divide_nothing_by_nothing():
+    triangle = hull([(x, y, z) for x, y in ((0, 0), (3, 0), (0, 3)) for z in (-1.0, 0.0)])
+    tops = [(-0.5, -0.5, 1.0), (0.5, -0.5, 1.0), (0.5, 0.5, 1.0), (-0.5, 0.5, 1.0)]
+    tips = [(0.9, 0.8, 0.0), (6.2, 1.1, 0.0)]
+    spikes = [hull(np.array([(0.0, 0, 0), *tops]) + tip) for tip in tips]
+    found = find_interfaces(assembly([triangle, box((5, 0, -2), (8, 3, 0)), *spikes]))
+    assert found.pair.tolist() == [[0, 2], [1, 3]]
+    assert found.kinds.tolist() == [ContactKind.CORNER] * 2
+    assert found.point == pytest.approx(np.array(tips))
+
+
 def test_contacts_of_some_pairs_keep_their_normals():
     blocks = [box(*CUBE), box((1, 1, 0.3), (2, 3, 1.7)), box((-1, -1, -1), (0, 0, 0)), box((0, 0, 1), (0.5, 0.5, 1.4))]
     asm = assembly(blocks)
