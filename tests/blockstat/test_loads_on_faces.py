@@ -392,6 +392,20 @@ def test_lines_need_a_length_and_numbers():
         line_load(asm, (0, 0, 1 + 1.2e-6 * size), (1, 1, 1), (0, 0, -1))
 
 
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize(("off", "carried"), [(0.0, True), (1e-6, True), (1.01e-6, False)])
+def test_a_line_is_on_a_face_up_to_a_millionth_of_the_size_of_its_block(axis, off, carried):
+    asm = assembly([box((0, 0, 0), (1, 1, 1)), box((9, 9, 9), (10, 10, 10))], supports=[])
+    start, end = np.full(3, 0.25), np.full(3, 0.75)
+    start[axis] = end[axis] = -off
+    if carried:
+        load = line_load(asm, start, end, (1, 2, 3))
+        np.testing.assert_allclose(load[:, :3], [np.sqrt(0.5) * np.array([1, 2, 3]), np.zeros(3)], rtol=1e-9)
+    else:
+        with pytest.raises(InputError, match=r"0 of 0\.707107 m of the line lie on free faces; all of it must"):
+            line_load(asm, start, end, (1, 2, 3))
+
+
 def test_a_face_has_its_own_axes_does_not_change_and_is_compared_by_identity():
     frame = np.array([[0.0, 0.6, 0.8], [1.0, 0.0, 0.0], [0.0, 0.8, -0.6]])
     own = Face(3, frame, np.array([1.0, 2.0, 3.0]), shapely.box(0, 0, 2, 1))
