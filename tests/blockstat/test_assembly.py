@@ -1,3 +1,5 @@
+from dataclasses import FrozenInstanceError, replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -178,6 +180,18 @@ def test_faces_have_three_corners_that_exist():
         Assembly.from_blocks([Block(corners, [*good[:3], [2, 1, 0]], "t")])
 
 
+def test_blocks_and_assemblies_do_not_change_and_an_assembly_is_compared_by_identity():
+    block = box((0, 0, 0), (1, 2, 3), name="a")
+    with pytest.raises(FrozenInstanceError):
+        block.name = "b"
+    assert replace(block) == block
+    own = Assembly.from_blocks([block])
+    with pytest.raises(FrozenInstanceError):
+        own.names = ("b",)
+    assert replace(own) != own
+    assert len({own, replace(own)}) == 2
+
+
 def test_a_face_listed_twice_counts_once_wherever_it_begins():
     good = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
@@ -186,6 +200,17 @@ def test_a_face_listed_twice_counts_once_wherever_it_begins():
         asm = Assembly.from_blocks(blocks)
     assert asm.face_block.tolist() == [0] * 4 + [1] * 4 + [2] * 4
     assert asm.volume == pytest.approx([1 / 6] * 3)
+
+
+def test_of_several_blocks_that_list_faces_twice_the_first_is_named():
+    good = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
+    twice = [*good, [3, 0, 1]], [*good, *good]
+    blocks = [Block(corners, good, "a"), Block(corners + 5, twice[0], "b"), Block(corners + 9, twice[1], "c")]
+    with pytest.warns(InputWarning) as told:
+        Assembly.from_blocks(blocks)
+    (warning,) = told
+    assert str(warning.message) == '2 blocks list faces twice (the first is "b"); each counts once'
 
 
 def test_blocks_are_given_by_name_or_number_or_a_number_as_text():

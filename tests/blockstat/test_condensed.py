@@ -1,6 +1,6 @@
 """Blocks that move as one: the condensed program against the whole one."""
 
-from dataclasses import replace
+from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
 import pytest
@@ -41,6 +41,15 @@ def test_each_block_a_body_is_the_program_itself(problem):
     own = bodies(problem, np.arange(len(problem.eq.blocks)))
     assert abs(own.program.matrix - replace(problem.program, plane=None).matrix).max() < 1e-15
     assert own.program.load == pytest.approx(problem.program.load, abs=1e-15)
+
+
+def test_bodies_are_compared_by_identity_and_do_not_change(problem):
+    own = bodies(problem, np.zeros(len(problem.eq.blocks), dtype=int))
+    assert own.number == 1
+    assert replace(own) != own
+    assert len({own, replace(own)}) == 2
+    with pytest.raises(FrozenInstanceError):
+        own.body = own.body + 1
 
 
 def test_blocks_move_as_one_where_no_point_of_their_joint_moves():

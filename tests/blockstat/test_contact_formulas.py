@@ -287,6 +287,14 @@ def test_cells_are_the_parts_of_a_patch_between_the_bounds_of_its_smallest_recta
     assert centres(fine, np.array([2, 1])) == pytest.approx(centres(faces, np.array([2, 1])))
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("name", OUTLINES)
+def test_the_windows_of_the_rectangle_that_miss_the_patch_are_no_cells_and_divide_nothing(name):
+    fine = refine(patch_interfaces([OUTLINES[name]]), np.array([9]))
+    assert len(fine.point) == len(cell_sums(OUTLINES[name], 9)) < 81
+    assert np.isfinite(fine.point).all()
+
+
 def test_centres_are_centroids_of_patches_middles_of_edges_and_corners_themselves():
     faces = patch_interfaces([OUTLINES["hexagon"], [(0.2, 0.3), (1.0, 0.5)], [(0.7, 0.1)], OUTLINES["triangle"]])
     found = flat(centres(faces, np.array([3, 0, 1, 2])), faces.frame[0])
@@ -330,6 +338,20 @@ def test_a_joint_on_two_feet_has_cells_on_each_and_none_between():
     same_cells(flat(fine.point[own], faces.frame[1]), fine.point_share[own], expected)
     area, x, y = np.sum([(a, a * x, a * y) for a, x, y in np.concatenate([cell_sums(f, 1) for f in FEET])], axis=0)
     assert flat(centres(faces, np.array([1])), faces.frame[1])[0] == pytest.approx([x / area, y / area])
+
+
+@pytest.mark.parametrize("place", np.random.default_rng(0).uniform(-6e6, 6e6, (12, 3)).round())
+def test_where_a_joint_stands_on_a_map_does_not_say_whether_its_patches_fill_their_hull(place):
+    faces = on_two_feet()
+    two, whole = faces.patches.take(np.array([0, 1])), faces.patches.take(np.array([3, 3]))
+    # The square foot as its left and its right part.
+    halves = np.array([(0, 0), (0.3, 0), (0.3, 1), (0, 1), (0.3, 0), (1, 0), (1, 1), (0.3, 1)])
+    for k, patches, expected in ((1, two, FEET), (2, replace(whole, corner=halves), FEET[:1])):
+        far = replace(faces, point=faces.point + place, patches=replace(patches, origin=patches.origin + place))
+        found = patches_of(far, k)
+        assert len(found) == len(expected)
+        for corners, foot in zip(found, expected, strict=True):
+            assert flat(corners - place, faces.frame[k]) == pytest.approx(np.array(foot), abs=1e-8)
 
 
 def test_the_patches_of_a_joint_are_those_that_do_not_fill_their_hull():
@@ -385,6 +407,22 @@ def test_patches_are_taken_and_listed_with_their_own_corners():
     assert own.columns()[-1] is own.count
     with pytest.raises(FrozenInstanceError):
         own.gap = own.area
+
+
+@pytest.mark.parametrize(
+    "pairs", [[(0, 1), (2, 3), (2, 3)], [(0, 1), (1, 2), (1, 2), (1, 3)], [(0, 1), (1, 1), (0, 1)]]
+)
+def test_patches_are_joined_whichever_pair_they_belong_to(pairs):
+    squares = [
+        patch(k, [(2 * k, 0), (2 * k + 1, 0), (2 * k + 1, 1), (2 * k, 1)], pair=pair) for k, pair in enumerate(pairs)
+    ]
+    own = merge_coplanar(listed(squares), np.full(4, 1e-3))
+    assert [tuple(pair) for pair in own.pair.tolist()] == sorted(set(pairs))
+    for found in own:
+        number = [k for k, pair in enumerate(pairs) if pair == tuple(found.pair.tolist())]
+        assert found.area == pytest.approx(len(number))
+        x = (found.origin + found.polygon @ found.frame[1:]) @ squares[0].frame[1]
+        assert (x.min(), x.max()) == pytest.approx((2 * number[0], 2 * number[-1] + 1))
 
 
 def test_patches_of_one_plane_and_pair_are_joined():
@@ -532,7 +570,8 @@ def test_points_are_outside_on_a_rim_or_inside_of_any_outline(seed):
 
     both = np.tile(points, (2, 1, 1))
     shapes, rims = np.array([polygon, polygon]), np.array([rim, ~rim])
-    found = position(both, shapes, rims, np.full(2, rounding))
+    with np.errstate(all="raise"):  # sides without length divide nothing
+        found = position(both, shapes, rims, np.full(2, rounding))
     assert found[0].tolist() == [expected(p, 0.0) for p in points]
     found = position(both, shapes, rims, np.array([rounding, rounding]), np.array([reach, 0.0]))
     assert found[0].tolist() == [expected(p, reach) for p in points]
@@ -706,6 +745,18 @@ def test_overlaps_beyond_a_tenth_of_the_smaller_block_are_refused_and_the_worst_
     assert tell(asm, *overlaps(asm, gap=0.01)) == '2 pairs of blocks overlap, the worst "a" and "c" by 0.055 m'
 
 
+def test_among_very_many_pairs_the_one_that_overlaps_most_for_its_size_is_named():
+    # .6 of a cube of 1 is worse than 5 of a cube of 10, whose centroids are closer for all that cubes of 10 extend.
+    asm = assembly([
+        box((0, 0, 0), (10, 10, 10), name="a"), box((5, 0, 0), (15, 10, 10), name="b"),
+        box((50, 0, 0), (51, 1, 1), name="c"), box((50.4, 0, 0), (51.4, 1, 1), name="d"),
+    ])  # fmt: skip
+    for order in (1, -1):
+        near = np.repeat([[0, 1], [2, 3]], 150, axis=0)[::order]
+        with pytest.raises(InputError, match=r'blocks "c" and "d" overlap by 0\.6 m'):
+            check_overlaps(asm, gap=0.01, near=near)
+
+
 def test_an_overlap_counts_beyond_the_gap_of_the_smaller_block():
     for gap, size in ((0.02, 0.02), ("15 mm", 0.015)):
         for share, pairs in ((0.98, 0), (1.02, 1)):
@@ -839,3 +890,33 @@ def test_faces_of_three_to_nine_corners_have_each_the_area_and_the_corners_that_
     assert found.pair.tolist() == [[0, k] for k in range(1, 8)]
     assert found.area == pytest.approx([area for area, _ in expected])
     assert np.diff(found.start).tolist() == [corners for _, corners in expected]
+
+
+@pytest.mark.filterwarnings("error")
+def test_faces_of_many_forms_beside_each_other_divide_nothing_by_nothing():
+    # A floor with a notch, and on it, beside it and in its notch feet of three to six corners; some only touch.
+    floor = prism([(0, -1), (9, -1), (9, 0), (6, 0), (6, -0.3), (5, -0.3), (5, 0), (0, 0)], 2.0)
+    rings = [
+        [(0.5, 0.5), (1.5, 0.4), (1.0, 1.4)], [(2, 0.3), (3, 0.3), (3, 1.2), (2, 1.0)],
+        [(3.5, -1.0), (4.5, -1.0), (4.8, 0.2), (4.0, 0.6), (3.2, 0.0)],
+        [(7, 2), (7.5, 1.8), (8, 2), (8, 2.5), (7.5, 2.8), (7, 2.5)], [(9, 0.5), (9.5, 0.2), (9.5, 0.9)],
+    ]  # fmt: skip
+    feet = [hull([*[(x, y, 0) for x, y in ring], (*np.mean(ring, axis=0), 1.0)]) for ring in rings]
+    asm = assembly([floor, *feet, box((5.2, 0.4, -0.3), (5.8, 1.5, 0.4))])
+    found = find_interfaces(asm)
+    area = [shapely.Polygon(ring).intersection(shapely.box(0, 0, 9, 2)).area for ring in rings]
+    on_floor = {b: size for (a, b), size in zip(found.pair.tolist(), found.area.tolist(), strict=True) if a == 0}
+    assert [on_floor.get(k, 0.0) for k in range(1, 7)] == pytest.approx([*area, 0.6 * 1.1])
+    unresolved_contacts(asm, found)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_face_with_two_corners_at_one_place_is_as_convex_as_without():
+    stone, dented = box((0, 0, 0), (1, 1, 1)), prism([(0, 0), (1, 0.4), (2, 0), (2, 1), (0, 1)], 0.5)
+    for block in (stone, dented):
+        corners = np.asarray(block.vertices, float)
+        for number in range(len(block.faces)):
+            faces = [list(face) for face in block.faces]
+            faces[number].insert(1, len(corners))
+            twice = Block(np.concatenate([corners, corners[[faces[number][0]]]]), faces)
+            assert convex_faces(assembly([twice])).tolist() == convex_faces(assembly([block])).tolist()

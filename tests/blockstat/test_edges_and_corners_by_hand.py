@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from blockstat import Block, find_interfaces
 from blockstat.contact.coplanar import Patches
-from blockstat.contact.edges import Contacts, Tolerances, covered, features_of, search_of
+from blockstat.contact.edges import Contacts, Tolerances, _merged, covered, features_of, search_of
 from blockstat.contact.faces import frames
 from blockstat.contact.features import ContactKind, Features
 from blockstat.contact.tolerance import allowed_gap
@@ -303,6 +303,29 @@ def test_extreme_normals_keep_both_blocks_on_their_sides_and_touch_two_direction
     assert len(expected) >= 3
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    ("low", "reasons"), [((1, 1, 0.3), ("edge along edge",) * 2), ((1, 1, 1), ("corner on corner",))]
+)
+def test_directions_along_one_line_have_no_normal_between_them_and_divide_nothing(low, reasons):
+    found = bare([box((0, 0, 0), (1, 1, 1)), box(low, (2, 3, 1.9))])
+    assert found.reason == reasons
+    assert np.linalg.norm(found.normal, axis=1) == pytest.approx(np.ones(len(found.normal)))
+    assert found.normal.min() >= -1e-12  # away from the first block
+
+
+@pytest.mark.filterwarnings("error")
+def test_corners_on_faces_of_three_and_of_four_sides_divide_nothing_by_nothing():
+    triangle = hull([(x, y, z) for x, y in ((0, 0), (3, 0), (0, 3)) for z in (-1.0, 0.0)])
+    tops = [(-0.5, -0.5, 1.0), (0.5, -0.5, 1.0), (0.5, 0.5, 1.0), (-0.5, 0.5, 1.0)]
+    tips = [(0.9, 0.8, 0.0), (6.2, 1.1, 0.0)]
+    spikes = [hull(np.array([(0.0, 0, 0), *tops]) + tip) for tip in tips]
+    found = find_interfaces(assembly([triangle, box((5, 0, -2), (8, 3, 0)), *spikes]))
+    assert found.pair.tolist() == [[0, 2], [1, 3]]
+    assert found.kinds.tolist() == [ContactKind.CORNER] * 2
+    assert found.point == pytest.approx(np.array(tips))
+
+
 def test_contacts_of_some_pairs_keep_their_normals():
     blocks = [box(*CUBE), box((1, 1, 0.3), (2, 3, 1.7)), box((-1, -1, -1), (0, 0, 0)), box((0, 0, 1), (0.5, 0.5, 1.4))]
     asm = assembly(blocks)
@@ -480,6 +503,50 @@ def test_edges_in_parallel_lines_are_contacts_of_their_own():
     for k, x, z in ((order[0], 0.0, 0.0), (order[1], 0.5, -0.001)):
         own = found.point[found.start[k] : found.start[k + 1]]
         assert sorted(map(tuple, own.round(9).tolist())) == [(x, 0.25, z), (x, 1.0, z)]
+
+
+def merged_on_a_line(kinds, gaps, *places):
+    """What two contacts on the plane z = 1 become, given by points along and across a line in roundings."""
+    search = search_of(
+        assembly([box((0, 0, 0), (1, 1, 1)), box((0, 0, 1), (1, 1, 2))]), np.array([[0, 1]]),
+        Tolerances(np.full(2, 0.1), 1e-3, STEEP), rims=False,
+    )  # fmt: skip
+    rounding, frame = 1e-3, frames(np.array([[0, 0, 1.0]]))[0]
+    line = np.array([[0.6, 0.8, 0], [-0.8, 0.6, 0]])
+    points = [[0.4, 0.3, 1] + rounding * np.array(own, float) @ line for own in places]
+    origins = np.array([own.mean(axis=0) for own in points])
+    patches = Patches(
+        np.array([[0, 1]] * 2), np.tile(frame, (2, 1, 1)), origins, np.zeros(2), np.array(gaps),
+        np.concatenate([(p - o) @ frame[1:].T for p, o in zip(points, origins, strict=True)]),
+        np.array([len(own) for own in points]),
+    )  # fmt: skip
+    found = _merged(search, Contacts(np.zeros(2, np.int64), np.array(kinds), patches))
+    ends = [(own.origin + own.polygon @ own.frame[1:] - [0.4, 0.3, 1]) @ line.T / rounding for _, own in found]
+    return [(kind, own.gap) for kind, own in found], [sorted(map(tuple, own.round(6).tolist())) for own in ends]
+
+
+@pytest.mark.parametrize(("apart", "one"), [(0.5, True), (1.95, True), (2.05, False), (2.95, False), (9.0, False)])
+def test_contacts_of_corners_are_one_within_two_roundings(apart, one):
+    found, ends = merged_on_a_line([ContactKind.CORNER] * 2, (0.01, 0.02), [(0, 0)], [(apart, 0)])
+    if one:
+        assert (found, ends) == ([(ContactKind.CORNER, 0.02)], [[(0, 0)]])
+    else:
+        assert (found, ends) == ([(ContactKind.CORNER, 0.01), (ContactKind.CORNER, 0.02)], [[(0, 0)], [(apart, 0)]])
+    # An edge so short is a point, a longer one goes on to the corner beyond its end.
+    found, ends = merged_on_a_line(
+        [ContactKind.EDGE, ContactKind.CORNER], (0.03, 0.02), [(-apart / 4, 0), (apart / 4, 0)], [(0.75 * apart, 0)]
+    )
+    assert found == [(ContactKind.EDGE, 0.03)]
+    wanted = [-apart / 4] if one else [-apart / 4, 0.75 * apart]
+    assert np.array(ends[0]) == pytest.approx(np.array([(x, 0) for x in wanted]), abs=1e-5)
+
+
+@pytest.mark.parametrize(("aside", "one"), [(-1.95, True), (1.95, True), (2.05, False), (-2.95, False)])
+def test_a_corner_lies_in_the_line_of_an_edge_within_two_roundings(aside, one):
+    edge = [(-100, 0), (100, 0)]
+    found, ends = merged_on_a_line([ContactKind.EDGE, ContactKind.CORNER], (0.01, 0.02), edge, [(30, aside)])
+    assert found == ([(ContactKind.EDGE, 0.02)] if one else [(ContactKind.EDGE, 0.01), (ContactKind.CORNER, 0.02)])
+    assert ends == ([edge] if one else [edge, [(30, aside)]])
 
 
 @pytest.mark.parametrize(("sine", "kinds"), [(0.25, [ContactKind.EDGE]), (0.27, [])])

@@ -1,6 +1,7 @@
 """Load cases in scene files and on the command line: what combines, and what errors name."""
 
 import json
+from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from blockstat import (
     write,
 )
 from blockstat.cli.commands import app
+from blockstat.loading.cases import LoadCase
 from evidence.scenes.small import assembly, box
 
 SCENE = """\
@@ -59,6 +61,19 @@ def scene(tmp_path):
     path = tmp_path / "bay.toml"
     path.write_text(SCENE)
     return path
+
+
+def test_a_case_acts_with_all_its_loads_does_not_change_and_is_compared_by_identity():
+    permanent, live = np.arange(12.0).reshape(2, 6), np.full((2, 6), 0.5)
+    own = LoadCase("storm", permanent, live)
+    assert own.loads == pytest.approx(permanent + live)
+    assert own.words == ""
+    assert replace(own, combination="wind (live)").words == "wind (live)"
+    assert replace(own, description="in winter", combination="wind (live)").words == "in winter (wind (live))"
+    with pytest.raises(FrozenInstanceError):
+        own.name = "calm"
+    assert replace(own) != own
+    assert len({own, replace(own)}) == 2
 
 
 def test_a_case_adds_its_loads_with_their_factors(scene):

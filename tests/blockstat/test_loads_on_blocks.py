@@ -130,6 +130,16 @@ def test_the_notch_of_a_concave_block_is_outside_and_its_faces_are_on_it():
     assert not on_block(asm, 1, np.array([1 + 2.5 * near, 0.7, 2.0]))
 
 
+@pytest.mark.parametrize("scale", [0.01, 0.1, 1.0, 30.0])
+def test_the_surface_of_a_concave_block_of_any_size_is_on_it_and_the_air_above_a_groove_is_not(scale):
+    grooved = scale * np.array([(0, 0), (4, 0), (4, 3), (2.5, 3), (2.5, 2.7), (1, 2.7), (1, 3), (0, 3)])
+    asm = Assembly.from_blocks([prism([tuple(corner) for corner in grooved], 2.0 * scale)])
+    for x, z in ((0.5, 3.0), (4.0, 2.0), (3.0, 0.0), (0.0, 1.0), (1.7, 2.7), (1.0, 2.8), (2.5, 2.9)):
+        assert on_block(asm, 0, scale * np.array([x, 0.7, z])), (x, z)
+    for x, z in ((1.7, 3.0), (1.7, 2.75), (2.0, 2.9), (1.0, 3.1), (5.0, 3.0), (-0.5, 0.0)):
+        assert not on_block(asm, 0, scale * np.array([x, 0.7, z])), (x, z)
+
+
 @pytest.mark.parametrize("values", [(1, 2), (1, 2, 3, 4), [[1, 2, 3]], (1, np.nan, 2), (np.inf, 0, 0), "abc", None])
 def test_three_numbers_are_three_and_finite(values):
     with pytest.raises(InputError, match=r"^push is .*; it must be three finite numbers"):

@@ -1,7 +1,10 @@
 """Loads on free faces, of fluids and of fill, against quadrature over faces that are cut here by other means."""
 
+from dataclasses import FrozenInstanceError, replace
+
 import numpy as np
 import pytest
+import shapely
 
 from blockstat import (
     Assembly,
@@ -14,6 +17,7 @@ from blockstat import (
     patch_load,
     surface_load,
 )
+from blockstat.loading.faces import Face
 from evidence.scenes.small import assembly, box, prism
 
 TILTED = np.array([0.4, -0.7, -3.0])
@@ -386,3 +390,32 @@ def test_lines_need_a_length_and_numbers():
     assert line_load(asm, (0, 0, 1 + 0.9e-6 * size), (1, 1, 1), (0, 0, -1)).any()
     with pytest.raises(InputError, match=r"0 of 1\.41421 m of the line lie on free faces; all"):
         line_load(asm, (0, 0, 1 + 1.2e-6 * size), (1, 1, 1), (0, 0, -1))
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize(("off", "carried"), [(0.0, True), (1e-6, True), (1.01e-6, False)])
+def test_a_line_is_on_a_face_up_to_a_millionth_of_the_size_of_its_block(axis, off, carried):
+    asm = assembly([box((0, 0, 0), (1, 1, 1)), box((9, 9, 9), (10, 10, 10))], supports=[])
+    start, end = np.full(3, 0.25), np.full(3, 0.75)
+    start[axis] = end[axis] = -off
+    if carried:
+        load = line_load(asm, start, end, (1, 2, 3))
+        np.testing.assert_allclose(load[:, :3], [np.sqrt(0.5) * np.array([1, 2, 3]), np.zeros(3)], rtol=1e-9)
+    else:
+        with pytest.raises(InputError, match=r"0 of 0\.707107 m of the line lie on free faces; all of it must"):
+            line_load(asm, start, end, (1, 2, 3))
+
+
+def test_a_face_has_its_own_axes_does_not_change_and_is_compared_by_identity():
+    frame = np.array([[0.0, 0.6, 0.8], [1.0, 0.0, 0.0], [0.0, 0.8, -0.6]])
+    own = Face(3, frame, np.array([1.0, 2.0, 3.0]), shapely.box(0, 0, 2, 1))
+    points = [(1.5, 2.0, 3.0), (1.0, 2.6, 3.8), (1.0, 2.8, 2.4)]
+    np.testing.assert_array_equal(own.normal, frame[0])
+    np.testing.assert_allclose(own.flat(points), [(0.5, 0), (0, 0), (0, 1)], atol=1e-12)
+    np.testing.assert_allclose(own.height(points), [0, 1, 0], atol=1e-12)
+    part = own.within(shapely.box(1, 0.5, 9, 9))
+    assert (part.block, part.region.bounds) == (3, (1.0, 0.5, 2.0, 1.0))
+    with pytest.raises(FrozenInstanceError):
+        own.block = 4
+    assert replace(own) != own
+    assert len({own, replace(own)}) == 2

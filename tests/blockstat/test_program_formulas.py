@@ -1,6 +1,6 @@
 """The programs against the equations that define them, column by column, on data without any symmetry."""
 
-from dataclasses import FrozenInstanceError, fields, replace
+from dataclasses import MISSING, FrozenInstanceError, fields, replace
 from math import inf
 
 import numpy as np
@@ -12,7 +12,7 @@ from blockstat.contact.faces import frames
 from blockstat.contact.interfaces import GAP
 from blockstat.program.bonds import bond_columns, bond_forces, bonded
 from blockstat.program.condensed import Bodies, moving_as_one
-from blockstat.program.conic import PointBounds, conic_program
+from blockstat.program.conic import ConicProgram, PointBounds, conic_program
 from blockstat.program.equilibrium import Columns, equilibrium, in_place, split_floating, weight
 from blockstat.program.penalty import PenaltyProgram, penalty_program
 from blockstat.program.planar import Plane, find_plane
@@ -318,6 +318,15 @@ def test_the_unknowns_of_bounded_points_are_named():
     assert empty.size == 0
 
 
+def test_a_program_is_linear_in_space_and_without_bounds_unless_it_says_otherwise():
+    conic = conic_program(program(), np.zeros(6 * N), penalty=True, least_norm=True, pinned=np.ones(6 * N))
+    plain = conic.feasibility()
+    bare = ConicProgram(**{own.name: getattr(plain, own.name) for own in fields(plain) if own.default is MISSING})
+    assert not bare.is_quadratic
+    assert bare.has_structure
+    assert (bare.plane, bare.bounds, bare.pinned, bare.ridge, bare.compliance) == (None, None, False, 0.0, 0.0)
+
+
 def test_the_feasibility_of_a_program_has_its_rows_and_its_cost_alone():
     own, cost = program(), np.random.default_rng(9).normal(size=6 * N)
     conic = replace(conic_program(own, cost, penalty=True, pinned=cost), ridge=2.0)
@@ -468,6 +477,19 @@ def test_multipliers_of_half_planes_are_forces_at_both_ends_of_a_joint(flat):
     assert conic.multipliers(force)[mu[plane.first].nonzero()] == pytest.approx(z[:n][mu[plane.first] > 0])
 
 
+def test_a_smooth_point_is_pressed_by_both_of_its_half_lines_alike(flat):
+    plane = flat.plane
+    own = replace(flat, friction=_mirrored(plane, np.where(np.arange(len(flat.friction)) % 2, 0.5, 0.0)))
+    smooth = own.friction[plane.first] == 0
+    assert 0 < smooth.sum() < len(smooth)
+    force = np.random.default_rng(2).uniform(0, 2, (len(own.friction), 1)) * [1.0, 0, 0]
+    conic = conic_program(own, own.load)
+    plus, minus = conic.multipliers(force).reshape(2, -1)
+    total = force[plane.first, 0] + force[plane.second, 0]
+    assert plus[smooth] == pytest.approx(total[smooth] / 2)
+    assert minus == pytest.approx(plus)
+
+
 def test_a_scene_is_folded_only_where_all_of_the_question_is_planar(flat):
     n = len(flat.load)
     across = np.zeros(n)
@@ -590,6 +612,22 @@ def test_a_scene_is_prismatic_to_a_ten_millionth_of_its_smallest_block():
     level = faces.point.copy()
     level[:, 1] = 1.35
     assert not is_flat(point=level)
+
+
+@pytest.mark.parametrize("place", [0.5, 4.5, 5.5, 9.5])
+def test_points_that_stand_almost_above_each_other_have_their_mirror_images(place):
+    # Across an upright joint: the lower corner leaves the line of the upper one, at one end by a little more.
+    asm = assembly([box((-1, 0, 0), (0, 1, 1)), box((0, 0, 0), (1, 1, 1))])
+    faces = find_interfaces(asm)
+    eq = equilibrium(asm, faces, weight(asm), asm.free, np.arange(faces.n_points))
+    unit, point = 1e-7 * eq.length.min(), faces.point.copy()
+    low, near = point[:, 2] < 0.5, point[:, 1] < 0.5
+    point[:, 0] += low * np.where(near, place - 0.1, place + 0.1) * unit
+    plane = find_plane(asm, replace(faces, point=point), eq)
+    assert plane is not None
+    assert (low[plane.first] == low[plane.second]).all()
+    assert near[plane.first].all()
+    assert not near[plane.second].any()
 
 
 def test_points_of_one_place_in_two_joints_are_paired_within_their_joint():
