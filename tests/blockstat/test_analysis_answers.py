@@ -24,6 +24,7 @@ from blockstat import (
     thrust_range,
     tilt_limit,
 )
+from blockstat.analysis.assess import judged
 from blockstat.analysis.decision import (
     Bound,
     decide,
@@ -598,3 +599,44 @@ def test_what_follows_the_reference_is_solved_by_another_solver():
     found = assess(block(), solver="cvxpy", flow="coulomb")
     assert found.outcome is Outcome.STABLE
     assert found.coulomb.settles is True
+
+
+def test_random_tightnesses_are_tried_where_they_are_asked_for_only():
+    problem = posed_as_drawn(block())
+    for flow in ("coulomb", "associated"):
+        assert judged(problem, flow=flow).outcome is Outcome.STABLE
+    assert math.isnan(judged(problem, flow="coulomb").coulomb.tightness)
+    assert judged(problem, flow="coulomb", tightnesses=1).coulomb.tightness == 1.0
+    assert judged(problem, tightnesses=1).coulomb is None
+
+
+def posed_as_drawn(asm):
+    return pose(asm, friction=None, gravity=None, loads=None, gap=0.01, interfaces=None)
+
+
+def test_a_block_in_the_air_falls_whatever_state_the_others_have():
+    lost, stone = box((4, 0, 3), (5, 1, 4), name="lost"), box((0, 0, 1), (1, 1, 2), name="block")
+    walls = [box((-1, 0, 0), (0, 1, 3), name="left"), box((1, 0, 0), (2, 1, 3), name="right")]
+    stands, wedged = [GROUND, box((0, 0, 0), (1, 1, 1), name="block")], [GROUND, *walls, stone]
+    fixed = ["ground", "left", "right"]
+    for blocks, supports, others in (
+        (stands, ["ground"], Outcome.STABLE), (wedged, fixed, Outcome.STABLE_ONLY_BY_SELF_STRESS),
+    ):  # fmt: skip
+        without, asm = (assembly(given, supports=supports, friction=0.5) for given in (blocks, [*blocks, lost]))
+        assert judged(posed_as_drawn(without), flow="coulomb").outcome is others
+        found = judged(posed_as_drawn(asm), flow="coulomb")
+        assert (found.outcome, found.coulomb, found.flow) == (Outcome.UNSTABLE, None, "coulomb")
+        assert found.certificate.work > 0
+        assert found.certificate.required_force == found.score == np.inf
+        assert found.floating.tolist() == [len(blocks)]
+
+
+def test_a_loose_bracket_ends_the_solve_on_the_way():
+    options = {"solver": "interior-point", "tolerance": 0.1}
+    early, whole = (limit_load(block(), (1, 0, 0), optimum=optimum, **options) for optimum in (False, True))
+    assert early.outcome is whole.outcome is LoadOutcome.LIMIT
+    assert early.iterations < whole.iterations
+    for found in (early, whole):
+        assert found.lower <= 0.5 * (1 + 1e-6)
+        assert found.upper >= 0.5 * (1 - 1e-6)
+        assert found.upper - found.lower <= 0.1 * found.upper

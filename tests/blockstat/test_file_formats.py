@@ -536,6 +536,17 @@ def test_objects_of_a_surface_are_joined_where_their_corners_coincide(tmp_path):
     assert len(apart) == 7
 
 
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("far", [0.0, 4096.0])
+def test_corners_of_a_surface_are_one_by_its_size_wherever_it_stands(tmp_path, axis, far):
+    """The surface is 1 x 1 m: corners that are half a millimetre from each other are two."""
+    corners = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (1, 0.9995, 0), (0, 1, 0)])
+    corners[:, axis] += far
+    found, faces = read_surface(obj(tmp_path, *(f"v {x} {y} {z}" for x, y, z in corners), "f 1 2 3 5", "f 1 2 4"))
+    assert len(found) == 5
+    assert [len(face) for face in faces] == [4, 3]
+
+
 def test_what_is_no_surface_is_refused_with_its_file(tmp_path):
     for target, message in (
         ("a.json", r'cannot read a surface from "\.json"; formats are: \.obj'),

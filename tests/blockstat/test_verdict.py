@@ -165,6 +165,8 @@ def test_a_state_tells_how_its_slips_changed():
     words = state(False).explain()
     assert words.startswith("Points that do not close carry 25 % of the normal force.")
     assert "Slips change by 0.5 (first 3), 0.25 (first 2) with each program: they grow in joints" in words
+    assert "Slips change by 0.25 (first 3) with each" in state(False, changes=((3.0, 2.0, 1.0, 0.25), ())).explain()
+    assert "Slips change by 3 (first 3) with each program" in state(False, changes=((3.0,),)).explain()
     assert "neither settle nor clearly grow in joints" in state(None).explain()
     assert "they grow in joints" in state(None, unequal=True).explain()
     assert "there is a state (checked)" in state(None, unequal=True).explain()

@@ -3,7 +3,7 @@
 Motions are prescribed where the judgement is what is tested.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import FrozenInstanceError, dataclass, replace
 
 import numpy as np
 import pytest
@@ -14,11 +14,12 @@ from dynsim import Constant, DynamicOutcome, Removal, Settings, limit, sequence,
 from dynsim.judge.closing import closed_scene
 from dynsim.judge.cracks import find_cracks
 from dynsim.judge.criteria import angles, courses, default_threshold, drops, group_box_centre, rate
-from dynsim.judge.limit import LimitOutcome
+from dynsim.judge.limit import LimitOutcome, _Search
 from dynsim.judge.rest import RestDetection, last_change, stays, threshold_under, trend
 from dynsim.judge.run import Contacts, height_of
 from dynsim.judge.stages import chain, stages
 from dynsim.judge.static_reserve import StaticReserve
+from dynsim.judge.verify import _staged
 from evidence.scenes.edges import two_ridges
 from evidence.scenes.small import assembly, box, stack
 
@@ -348,6 +349,12 @@ def test_a_verdict_says_what_it_is_of():
     assert "Eq. 2: largest drop of a block 3.2 mm (threshold 3.3 mm)." in lines[2]
     assert "rate at the end 500 mm/s. Largest rotation 12 degrees" in lines[2]
     assert "by up to 46 mm" in lines[2]
+    fine = replace(told, group_drop=1.2345e-3, max_drop=2.345e-3, max_displacement=3.456e-3, rate=4.567e-3)
+    figures = replace(fine, max_turn=5.678e-3, turn_threshold=6.789e-3).explain()
+    assert "dropped 1.2 mm " in figures
+    assert "largest drop of a block 2.3 mm " in figures
+    assert "Largest displacement 3.5 mm, rate at the end 4.6 mm/s." in figures
+    assert "by up to 5.7 mm (threshold 6.79 mm)." in figures
     assert lines[3] == "First to move: b1, at 0.25 s. Moved: b1, b0 and 1 more."
     assert lines[-1] == "Warning: w"
     assert "Moved: b1, b0, b2." in told.explain(limit=3)
@@ -572,6 +579,10 @@ def test_a_limit_says_what_it_rests_on():
     assert below.ratio is None
     assert "Static bracket: -inf to -inf." in below.explain()
     assert replace(found, outcome=LimitOutcome.UNBOUNDED).explain().count("Bullet / static") == 0
+    for result, name in ((found, "lower"), (found.trials[0], "multiplier")):
+        with pytest.raises(FrozenInstanceError):
+            setattr(result, name, 0.0)
+    assert found != replace(found)  # results are told apart by identity
     plain = found.summary()
     assert plain["trials"][0]["multiplier"] == found.trials[0].multiplier
     assert (plain["runs"], plain["threshold"], plain["static_lower"]) == (len(found.trials), 0.05, found.static[0])
@@ -817,3 +828,74 @@ def test_a_scene_that_was_changed_says_by_how_much():
     assert "by up to 4.5 mm" in told[1]
     assert told[2].startswith("4 joints that statics count as closed were simulated as drawn")
     assert "off by up to 6.7 mm" in told[2]
+    # 1.0496 mm is 1 mm in two digits, and a thousandth more would be 1.1 mm.
+    told = replace(scene, trimmed=1, cut=1.0496e-3, closed=1, moved=1.0496e-3, left=1, misfit=1.0496e-3).warnings
+    assert [text.split("by up to ")[1].split(" mm")[0] for text in told] == ["1", "1", "1"]
+
+
+def staged(first, check, fine="creeps", **options):
+    """The verdict where runs fall at given times, in seconds, and how many runs it took; None is a stand."""
+    made = driven({})
+    asked = Settings(**{"time_step": 1e-3, "quick_step": 2e-3, "fine_step": 5e-4, **options})
+    steps = []
+
+    def evaluate(settings, spent=0.0):
+        steps.append(settings)
+        falls = {1e-3: first, 2e-3: check, 5e-4: fine}[settings.time_step]
+        own = DynamicOutcome.STANDS if falls is None else DynamicOutcome.FALLS
+        own, falls = (DynamicOutcome.CREEPS, None) if falls == "creeps" else (own, falls)
+        run = replace(made.run, process_seconds=spent + 1.0)
+        return replace(made, outcome=own, first_time=None if falls is None else falls / run.pace, run=run)
+
+    asm = made.run.assembly
+    found = _staged(evaluate, stages(asm, asked, find_interfaces(asm)), None)
+    return found, steps
+
+
+@pytest.mark.parametrize(("first", "check", "same"), [
+    (1.3, 1.3, True), (1.3, 1.0, True), (1.3, 0.99, False), (1.0, 1.3, True), (1.0, 1.31, False), (1.0, None, False),
+    (1.0, 0.5, False), (1.0, 2.2, False),
+])  # fmt: skip
+def test_a_fall_is_believed_where_a_coarser_run_falls_within_thirty_percent_of_its_time(first, check, same):
+    found, steps = staged(first, check)
+    assert found.outcome is (DynamicOutcome.FALLS if same else DynamicOutcome.CREEPS)
+    assert [settings.time_step for settings in steps] == [1e-3, 2e-3] + [5e-4] * (not same)
+    assert steps[1].end == pytest.approx(1.3 * first)  # what falls later than that does not count
+    assert found.process_seconds == len(steps)
+
+
+def test_stands_and_clear_falls_take_one_run():
+    clear = Settings().clear_fall
+    for first, runs, outcome in ((None, 1, "stands"), (0.99 * clear, 1, "falls"), (1.01 * clear, 2, "falls")):
+        found, steps = staged(first, first)
+        assert (len(steps), found.outcome.word) == (runs, outcome)
+        assert found.process_seconds == runs
+    found, steps = staged("creeps", None, fine=None)  # what creeps has the last word from the finest run
+    assert (len(steps), found.outcome.word) == (2, "stands")
+
+
+@pytest.mark.parametrize("total", [0.25, 0.9, 2.0, 50.0])
+def test_without_a_static_limit_a_search_begins_at_half_the_weight(total):
+    """The weight is 2 N, and loads of so many newtons are doubled until the block moves, or up to 64 weights."""
+    asm, joints = foot(1.0)
+    assert asm.free_weight == pytest.approx(2.0)
+    force = np.zeros((2, 6))
+    force[1, 0] = total
+    tried = []
+
+    class Prescribed(_Search):
+        def stands(self, multiplier):
+            tried.append(multiplier * total / asm.free_weight)
+            return tried[-1] < moves
+
+    for moves, loads, most in (
+        (3.0, [0.0, 0.5, 1.0, 2.0, 4.0], 4.0),
+        (np.inf, [0.0, *2.0 ** np.arange(-1, 7)], np.inf),
+    ):
+        tried.clear()
+        search = Prescribed(asm, force, (), None, joints, 0.6, None, unbounded=True)
+        outcome, low, high = search.bracket(None)
+        assert tried == pytest.approx(loads)
+        assert outcome is (LimitOutcome.LIMIT if np.isfinite(moves) else LimitOutcome.UNBOUNDED)
+        assert high * total / asm.free_weight == pytest.approx(most)
+        assert low < moves * asm.free_weight / total
