@@ -606,16 +606,12 @@ def test_what_follows_the_reference_is_solved_by_another_solver():
 
 
 def test_random_tightnesses_are_tried_where_they_are_asked_for_only():
-    problem = posed_as_drawn(block())
+    problem = program_of(block())
     for flow in ("coulomb", "associated"):
         assert judged(problem, flow=flow).outcome is Outcome.STABLE
     assert math.isnan(judged(problem, flow="coulomb").coulomb.tightness)
     assert judged(problem, flow="coulomb", tightnesses=1).coulomb.tightness == 1.0
     assert judged(problem, tightnesses=1).coulomb is None
-
-
-def posed_as_drawn(asm):
-    return pose(asm, friction=None, gravity=None, loads=None, gap=0.01, interfaces=None)
 
 
 def test_a_block_in_the_air_falls_whatever_state_the_others_have():
@@ -627,8 +623,8 @@ def test_a_block_in_the_air_falls_whatever_state_the_others_have():
         (stands, ["ground"], Outcome.STABLE), (wedged, fixed, Outcome.STABLE_ONLY_BY_SELF_STRESS),
     ):  # fmt: skip
         without, asm = (assembly(given, supports=supports, friction=0.5) for given in (blocks, [*blocks, lost]))
-        assert judged(posed_as_drawn(without), flow="coulomb").outcome is others
-        found = judged(posed_as_drawn(asm), flow="coulomb")
+        assert judged(program_of(without), flow="coulomb").outcome is others
+        found = judged(program_of(asm), flow="coulomb")
         assert (found.outcome, found.coulomb, found.flow) == (Outcome.UNSTABLE, None, "coulomb")
         assert found.certificate.work > 0
         assert found.certificate.required_force == found.score == np.inf
@@ -648,7 +644,7 @@ def test_a_loose_bracket_ends_the_solve_on_the_way():
 
 def pulled_apart(excess):
     """A quarter of the weight at each corner, two of which also pull at each other by a share beyond friction."""
-    problem = posed_as_drawn(block())
+    problem = program_of(block())
     force = np.zeros((4, 3))
     force[:, 0] = 0.25
     points, frame = problem.interfaces.point, problem.interfaces.frame[0]
@@ -678,7 +674,7 @@ def test_what_forces_carry_but_for_rounding_is_without_bound(beyond, unbounded, 
 
 @pytest.mark.parametrize(("lean", "settles"), [(0.2, True), (0.6, False)])
 def test_forces_outside_their_cones_are_pressed_in_where_that_proves_a_stand(lean, settles):
-    problem = posed_as_drawn(block(gravity=(lean, 0, -1)))
+    problem = program_of(block(gravity=(lean, 0, -1)))
     answer = replace(
         solve_penalty(problem.program), status=Status.ACCEPTED, force=pulled_apart(0.2)[1], twist=np.zeros(6)
     )
