@@ -669,6 +669,10 @@ def test_a_step_stands_creeps_or_falls(tilt, outcome):
     (step,) = found.steps
     assert step.outcome.word == found.outcome.word == outcome
     assert found.threshold == 0.1
+    assert found != replace(found)
+    for result, name in ((found, "threshold"), (step, "end")):
+        with pytest.raises(FrozenInstanceError):
+            setattr(result, name, 0.0)
     assert (step.first_block == "one") is (outcome == "falls")
     assert (step.max_displacement >= 0.1) is (outcome == "falls")
     if outcome == "creeps":
@@ -797,6 +801,14 @@ def test_what_a_neighbour_pins_by_its_side_alone_is_simulated_as_drawn():
     assert scene.assembly is pinned
     assert (scene.closed, scene.left, scene.moved) == (0, 2, 0.0)
     assert scene.misfit == pytest.approx(6e-3)
+    # A side that is open by more than a tenth of the threshold is closed, and pins the box on its own.
+    for gap in (5e-3, 8e-3):
+        asm = above_its_ridges(box((0.5 + gap, -0.4, 0.1), (1.5, 0.4, 1.1), name="beside"))
+        scene = closed_scene(asm, find_interfaces(asm))
+        assert (scene.closed, scene.left) == (1, 2)
+        assert scene.misfit == pytest.approx(6e-3)
+        assert scene.interfaces.gap == pytest.approx([6e-3, 6e-3, 0.0])
+        assert scene.moved == pytest.approx(gap / 2, rel=0.1)
     loose = above_its_ridges(box((1.5, -0.4, 0.1), (2.5, 0.4, 1.1), name="beside"))
     with pytest.raises(InputError) as caught:
         closed_scene(loose, find_interfaces(loose))
