@@ -19,7 +19,7 @@ from dynsim.judge.rest import RestDetection, last_change, stays, threshold_under
 from dynsim.judge.run import Contacts, height_of
 from dynsim.judge.stages import chain, stages
 from dynsim.judge.static_reserve import StaticReserve
-from dynsim.judge.verify import _staged
+from dynsim.judge.verify import _Evaluator, _staged
 from evidence.scenes.edges import two_ridges
 from evidence.scenes.small import assembly, box, stack
 
@@ -321,6 +321,27 @@ def test_thresholds_that_are_given_count():
     assert 0.03 <= small.max_displacement < 0.04
     assert small.cracks.n_cracks == 2 or small.cracks.n_cracks == 1
     assert (small.cracks.threshold == 0.015).all()
+
+
+@pytest.mark.parametrize(("drop", "passes"), [
+    (0.0, (True, True)), (0.124, (True, True)), (0.125, (False, True)), (0.25, (False, True)), (0.499, (False, True)),
+    (0.5, (False, False)), (0.75, (False, False)),
+])  # fmt: skip
+@pytest.mark.parametrize("at_rest", [True, False])
+def test_a_drop_by_the_threshold_of_its_group_is_a_fall(drop, passes, at_rest):
+    asm = rows([(1, 1, 1)] * 2, gravity=(0, 0, -4.0))
+    settings = Settings(roof_threshold=0.125, brick_threshold=0.5)
+    evaluator = _Evaluator(asm, settings, [], [], find_interfaces(asm))
+    made = simulate(asm, settings=Settings(end=0.1, settle=0.02))
+    moved = np.zeros_like(made.displacement)
+    moved[-1, 1:, 2] = -drop
+    run = replace(made, displacement=moved, rotation=np.tile(np.eye(3), (*moved.shape[:2], 1, 1)))
+    found = evaluator._verdict(run, settings, at_rest)
+    assert (found.group_drop, found.max_drop, found.max_displacement) == (drop, drop, drop)
+    assert (found.passes_eq1, found.passes_eq2) == passes
+    still = DynamicOutcome.STANDS if at_rest else DynamicOutcome.CREEPS
+    assert found.outcome is (still if all(passes) else DynamicOutcome.FALLS)
+    assert found.moved.tolist() == ([] if passes[1] else [1, 2])
 
 
 def test_blocks_that_turn_are_judged_at_half_their_size():
