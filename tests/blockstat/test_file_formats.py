@@ -489,6 +489,15 @@ def test_a_compressed_glb_says_what_it_needs(tmp_path):
         mesh_parts(path, supports=[0])
 
 
+def test_what_a_glb_needs_is_said_in_its_first_part_and_not_in_its_numbers(tmp_path):
+    path = tmp_path / "n.glb"
+    words = b'"extensionsRequired": ["KHR_draco_mesh_compression"]'
+    path.write_bytes(glb({"asset": {"version": "2.0"}}, words + b" " * (-len(words) % 4)))
+    with pytest.raises(InputError) as caught:
+        mesh_parts(path, supports=[0])
+    assert "it needs" not in str(caught.value)
+
+
 def test_a_name_like_the_root_of_a_scene_comes_back(tmp_path):
     asm = assembly([box((0, 0, 0), (1, 1, 1), name="world"), box((0, 0, 1), (1, 1, 2), name="other")])
     assert read(write(asm, tmp_path / "w.glb")).names == ("world", "other")
