@@ -4,6 +4,7 @@ Motions are prescribed where the judgement is what is tested.
 """
 
 from dataclasses import FrozenInstanceError, dataclass, replace
+from time import process_time
 
 import numpy as np
 import pytest
@@ -711,6 +712,36 @@ def test_a_step_stands_creeps_or_falls(tilt, outcome):
     ]  # fmt: skip
     plain = found.summary()
     assert (plain["verdict"], plain["first_fall"]) == (outcome, None if outcome == "stands" else 0)
+
+
+def test_a_sequence_tells_its_steps_in_two_or_three_digits_and_the_time_it_took():
+    asm = assembly([GROUND, box((0, 0, 0), (1, 1, 1), name="one"), box((4, 0, 0), (5, 1, 1), name="two")])
+    plan = Plan((Step(("one",)), Step(("two",), ("two",)), Step()), name="a plan")
+    before = process_time()
+    made = sequence(asm, plan, settings=Settings(settle=0.06, end=0.4, resolution=1e-2))
+    assert 0 < made.run.process_seconds <= process_time() - before
+    run = replace(made.run, process_seconds=12.345)
+    moved = (1.2345e-3, 5.4321e-3, 2.0e-3)
+    steps = tuple(replace(step, max_displacement=d) for step, d in zip(made.steps, moved, strict=True))
+    stands = replace(made, steps=steps, run=run, warnings=("w1", "w2"))
+    assert stands.explain().splitlines() == [
+        "a plan: 3 steps, 12.3 s", "Every step stands; blocks moved by 5.4 mm at most in one.", "Warning: w1",
+        "Warning: w2",
+    ]  # fmt: skip
+    steps = (
+        steps[0], replace(steps[1], outcome=DynamicOutcome.FALLS, first_block="two"),
+        replace(steps[2], outcome=DynamicOutcome.CREEPS),
+    )  # fmt: skip
+    fell = replace(stands, outcome=DynamicOutcome.FALLS, steps=steps, warnings=())
+    assert fell.explain().splitlines() == [
+        "a plan: 3 steps, 12.3 s", "2 steps do not stand, the first is step 1.",
+        'step 1: falls, 5.43 mm, first "two"', "step 2: creeps, 2 mm",
+    ]  # fmt: skip
+    assert (stands.first_fall, fell.first_fall) == (None, 1)
+    assert [row["held"] for row in fell.rows()] == [[], ["two"], []]
+    plain = fell.summary()
+    assert (plain["verdict"], plain["plan"], plain["process_seconds"]) == ("falls", "a plan", 12.345)
+    assert (plain["threshold"], plain["first_fall"], plain["warnings"]) == (made.threshold, 1, [])
 
 
 def open_stack(n, gap, size=0.3, gravity=(0, 0, -9.81)):
