@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from blockstat import Block, InputError, JointLaw, Plan, Step, find_interfaces
 from dynsim import Constant, DynamicOutcome, Removal, Settings, limit, sequence, simulate, verify
-from dynsim.judge.closing import closed_scene
+from dynsim.judge.closing import _openings, closed_scene
 from dynsim.judge.cracks import find_cracks
 from dynsim.judge.criteria import angles, courses, default_threshold, drops, group_box_centre, rate
 from dynsim.judge.limit import LimitOutcome, _Search
@@ -770,6 +770,19 @@ def test_gaps_are_closed_where_blocks_would_fall_by_a_tenth_of_the_threshold(n, 
             assert scene.interfaces.pair.tolist() == joints.pair.tolist()
         else:
             assert (scene.moved, scene.left, scene.trimmed) == (0.0, 0, 0)
+
+
+def test_edges_of_blocks_that_have_a_face_in_common_are_not_open():
+    joints = find_interfaces(open_stack(4, 0.0))
+    gap, pair = np.array([1e-3, 2e-3, 3e-3, 4e-3]), np.array([(0, 1), (1, 2), (1, 2), (2, 3)])
+    given = replace(joints, gap=gap, pair=pair)
+    areas = {"faces": (1, 1, 1, 1), "an edge beside a face": (1, 1, 0, 1), "edges alone": (1, 0, 0, 0)}
+    opening = {"faces": gap, "an edge beside a face": gap * [1, 1, 0, 1], "edges alone": gap}
+    for name, area in areas.items():
+        kind = np.where(np.array(area) > 0, 0, 1)
+        found = _openings(replace(given, area=np.array(area, dtype=float), kind=kind))
+        assert found.tolist() == list(opening[name]), name
+    assert _openings(replace(given, kind=None)).tolist() == gap.tolist()
 
 
 def test_what_is_further_apart_than_a_joint_stays_where_it_is():
