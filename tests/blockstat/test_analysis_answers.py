@@ -24,7 +24,7 @@ from blockstat import (
     thrust_range,
     tilt_limit,
 )
-from blockstat.analysis.assess import judged
+from blockstat.analysis.assess import _second, judged
 from blockstat.analysis.decision import (
     Bound,
     _checked,
@@ -600,6 +600,8 @@ def test_the_missing_adhesion_is_the_same_by_every_solver(solver):
 
 def test_what_follows_the_reference_is_solved_by_another_solver():
     # The reference solves the penalty program alone; a Coulomb state is not asked of it.
+    solvers = ("auto", "clarabel", "interior-point", "cvxpy")
+    assert [_second(solver) for solver in solvers] == ["auto", "clarabel", "interior-point", "clarabel"]
     found = assess(block(), solver="cvxpy", flow="coulomb")
     assert found.outcome is Outcome.STABLE
     assert found.coulomb.settles is True
@@ -715,3 +717,10 @@ def test_a_limit_counts_where_something_moves_whatever_an_edge_along_an_edge_car
             if others:
                 assert answer.mechanism[3] == pytest.approx(np.zeros(6), abs=1e-6)
                 assert answer.mechanism[4, 0] > 0
+
+
+@pytest.mark.parametrize("n", [5, 6, 12])
+def test_blocks_that_touch_nothing_are_counted_beyond_the_first_five(n):
+    lost = [box((2 * k, 0, 5), (2 * k + 1, 1, 6), name=f"lost{k}") for k in range(n)]
+    told = [text for text in program_of(assembly([GROUND, *lost])).warnings if "more blocks touch nothing" in text]
+    assert told == ([f"{n - 5} more blocks touch nothing"] if n > 5 else [])

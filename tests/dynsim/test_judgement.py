@@ -692,7 +692,7 @@ def test_a_step_stands_creeps_or_falls(tilt, outcome):
     assert step.outcome.word == found.outcome.word == outcome
     assert found.threshold == 0.1
     assert found != replace(found)
-    for result, name in ((found, "threshold"), (step, "end")):
+    for result, name in ((found, "threshold"), (step, "end"), (found.run, "pace")):
         with pytest.raises(FrozenInstanceError):
             setattr(result, name, 0.0)
     assert (step.first_block == "one") is (outcome == "falls")
