@@ -24,8 +24,10 @@ from blockstat import (
     thrust_range,
     tilt_limit,
 )
+from blockstat.analysis.assess import _second, judged
 from blockstat.analysis.decision import (
     Bound,
+    _checked,
     decide,
     lower_bound,
     narrowed,
@@ -34,11 +36,14 @@ from blockstat.analysis.decision import (
     solve_margin_locally,
     upper_bound,
 )
-from blockstat.analysis.limit_load import LimitLoad
+from blockstat.analysis.limit_load import UNBOUNDED, LimitLoad, _beyond_bounds
 from blockstat.analysis.problem import pose
 from blockstat.analysis.thrust import LoadDomain, ThrustRange, support_indices
 from blockstat.analysis.tilt_friction import Bracket, BracketOutcome
+from blockstat.certificate.bracket import ROUNDING
+from blockstat.certificate.bracket import Bracket as LimitBracket
 from blockstat.certificate.check import FORCE_LIMIT, FORCE_TOLERANCE, WORK_ROUNDING, Certificate
+from blockstat.solve.answer import Status
 from blockstat.solve.penalty import solve_penalty
 from evidence.scenes.small import assembly, box
 
@@ -595,6 +600,128 @@ def test_the_missing_adhesion_is_the_same_by_every_solver(solver):
 
 def test_what_follows_the_reference_is_solved_by_another_solver():
     # The reference solves the penalty program alone; a Coulomb state is not asked of it.
+    solvers = ("auto", "clarabel", "interior-point", "cvxpy")
+    assert [_second(solver) for solver in solvers] == ["auto", "clarabel", "interior-point", "clarabel"]
     found = assess(block(), solver="cvxpy", flow="coulomb")
     assert found.outcome is Outcome.STABLE
     assert found.coulomb.settles is True
+
+
+def test_random_tightnesses_are_tried_where_they_are_asked_for_only():
+    problem = program_of(block())
+    for flow in ("coulomb", "associated"):
+        assert judged(problem, flow=flow).outcome is Outcome.STABLE
+    assert math.isnan(judged(problem, flow="coulomb").coulomb.tightness)
+    assert judged(problem, flow="coulomb", tightnesses=1).coulomb.tightness == 1.0
+    assert judged(problem, tightnesses=1).coulomb is None
+
+
+def test_a_block_in_the_air_falls_whatever_state_the_others_have():
+    lost, stone = box((4, 0, 3), (5, 1, 4), name="lost"), box((0, 0, 1), (1, 1, 2), name="block")
+    walls = [box((-1, 0, 0), (0, 1, 3), name="left"), box((1, 0, 0), (2, 1, 3), name="right")]
+    stands, wedged = [GROUND, box((0, 0, 0), (1, 1, 1), name="block")], [GROUND, *walls, stone]
+    fixed = ["ground", "left", "right"]
+    for blocks, supports, others in (
+        (stands, ["ground"], Outcome.STABLE), (wedged, fixed, Outcome.STABLE_ONLY_BY_SELF_STRESS),
+    ):  # fmt: skip
+        without, asm = (assembly(given, supports=supports, friction=0.5) for given in (blocks, [*blocks, lost]))
+        assert judged(program_of(without), flow="coulomb").outcome is others
+        found = judged(program_of(asm), flow="coulomb")
+        assert (found.outcome, found.coulomb, found.flow) == (Outcome.UNSTABLE, None, "coulomb")
+        assert found.certificate.work > 0
+        assert found.certificate.required_force == found.score == np.inf
+        assert found.floating.tolist() == [len(blocks)]
+
+
+def test_a_loose_bracket_ends_the_solve_on_the_way():
+    options = {"solver": "interior-point", "tolerance": 0.1}
+    early, whole = (limit_load(block(), (1, 0, 0), optimum=optimum, **options) for optimum in (False, True))
+    assert early.outcome is whole.outcome is LoadOutcome.LIMIT
+    assert early.iterations < whole.iterations
+    for found in (early, whole):
+        assert found.lower <= 0.5 * (1 + 1e-6)
+        assert found.upper >= 0.5 * (1 - 1e-6)
+        assert found.upper - found.lower <= 0.1 * found.upper
+
+
+def pulled_apart(excess):
+    """A quarter of the weight at each corner, two of which also pull at each other by a share beyond friction."""
+    problem = program_of(block())
+    force = np.zeros((4, 3))
+    force[:, 0] = 0.25
+    points, frame = problem.interfaces.point, problem.interfaces.frame[0]
+    pull = 0.7 * 0.25 * (1 + excess) * frame @ (points[1] - points[0]) / np.linalg.norm(points[1] - points[0])
+    force[:2] += pull, -pull
+    return problem, force
+
+
+@pytest.mark.parametrize("multiplier", [0.0, 0.5, 4.0])
+@pytest.mark.parametrize(("beyond", "unbounded"), [(-0.5, True), (0.5, True), (3.0, False)])
+def test_what_forces_carry_but_for_rounding_is_without_bound(beyond, unbounded, multiplier):
+    """Forces s times too large for their cones beside those with a slack of one carry the share 1 / s of the most."""
+    problem, ray = pulled_apart((1 + beyond * ROUNDING) / UNBOUNDED)
+    dead = pulled_apart(-1.0)[1]
+    down = problem.scaled(acceleration(problem.assembly, (0, 0, -1)))
+    answer = replace(solve_penalty(problem.program), force=ray * (multiplier or 1.0), multiplier=multiplier)
+    on_the_way = LimitBracket(problem.program, down, dead, 1e-3, problem.motions)
+    word, lower, upper = _beyond_bounds(on_the_way, answer, dead, 2.0)
+    assert upper == np.inf
+    if unbounded:
+        assert (word, lower) == (LoadOutcome.UNBOUNDED, np.inf)
+    else:
+        assert word is LoadOutcome.UNDECIDED
+        assert lower == pytest.approx(UNBOUNDED / 2, rel=1e-8)
+        assert lower < (1 - ROUNDING) * UNBOUNDED / 2
+
+
+@pytest.mark.parametrize(("lean", "settles"), [(0.2, True), (0.6, False)])
+def test_forces_outside_their_cones_are_pressed_in_where_that_proves_a_stand(lean, settles):
+    problem = program_of(block(gravity=(lean, 0, -1)))
+    answer = replace(
+        solve_penalty(problem.program), status=Status.ACCEPTED, force=pulled_apart(0.2)[1], twist=np.zeros(6)
+    )
+    given = _checked(problem.program, answer, problem.motions)
+    assert not given.certificate.proves_stable
+    assert (given.force == answer.force).all()
+    found = _checked(problem.program, answer, problem.motions, lambda twist: twist)
+    assert found.certificate.proves_stable is settles
+    if settles:
+        out = problem.program.matrix @ found.force.reshape(-1) + problem.program.load
+        assert np.abs(out).max() <= 1e-12
+        assert (np.hypot(found.force[:, 1], found.force[:, 2]) <= 0.7 * found.force[:, 0] + 1e-12).all()
+    else:
+        assert (found.force == answer.force).all()
+
+
+def test_a_limit_counts_where_something_moves_whatever_an_edge_along_an_edge_carries():
+    """Cubes slide at their friction; one of them would be driven into the edge of a fixed one."""
+    blocks = [
+        GROUND, box((1, 0, 1), (2, 1, 2), name="high"), box((1.4, -2, 0.5), (3, 3, 1), name="shelf"),
+        box((0, 0, 0), (1, 1, 1), name="low"),
+    ]  # fmt: skip
+    free = box((-4, 0, 0), (-3, 1, 1), name="free")
+    for others, limit, falls, upper in (
+        ([], LoadOutcome.UNDECIDED, LoadOutcome.UNDECIDED, np.inf),
+        ([free], LoadOutcome.LIMIT, LoadOutcome.DEAD_LOAD_UNSTABLE, 0.3),
+    ):
+        asm = assembly([*blocks, *others], supports=["ground", "high", "shelf"], friction=0.3)
+        push = acceleration(asm, (1, 0, 0))
+        found = limit_load(asm, push)
+        assert (found.outcome, found.upper) == (limit, pytest.approx(upper, rel=1e-6))
+        assert found.lower == pytest.approx(0.3, rel=1e-6)
+        lost = limit_load(asm.with_(gravity=(0.4, 0, -1)), push)
+        assert (lost.outcome, lost.lower, lost.upper) == (falls, -np.inf, -np.inf if others else np.inf)
+        for answer in (found, lost):
+            told = [text for text in answer.warnings if '"high" and "low" touch only edge along edge' in text]
+            assert bool(told) is not bool(others)
+            if others:
+                assert answer.mechanism[3] == pytest.approx(np.zeros(6), abs=1e-6)
+                assert answer.mechanism[4, 0] > 0
+
+
+@pytest.mark.parametrize("n", [5, 6, 12])
+def test_blocks_that_touch_nothing_are_counted_beyond_the_first_five(n):
+    lost = [box((2 * k, 0, 5), (2 * k + 1, 1, 6), name=f"lost{k}") for k in range(n)]
+    asm = assembly([GROUND, box((0, 0, 0), (1, 1, 1), name="stands"), *lost])
+    told = [text for text in program_of(asm).warnings if "more blocks touch nothing" in text]
+    assert told == ([f"{n - 5} more blocks touch nothing"] if n > 5 else [])

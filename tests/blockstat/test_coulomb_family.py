@@ -1,5 +1,7 @@
 """The search for a Coulomb state: when slips grow, how they are relaxed, when it ends and what it says then."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -170,3 +172,32 @@ def test_a_loaded_point_closes_or_does_not_whatever_the_scale_of_the_displacemen
         assert unclosed(1, 0, -sinks, 0, 0, 0) == [open_] * 4
     forces[:2] = 0.0
     assert unclosed(0, 0, 1, 0, 0, 0) == [False, False, True, True]  # what carries nothing need not close
+
+
+def test_a_cube_closes_its_joint_by_the_opening_and_by_what_gives_under_its_weight():
+    """Each of four points carries a quarter of the weight, of both cubes in the lower joint."""
+    one, two = (posed(stack(n)).program for n in (1, 2))
+    for opening, compliance in ((1.0, 1e-3), (0.1, 1.0), (1.0, 1.0)):
+        assert (opening, compliance) in FAMILY
+    for kind in FAMILY:
+        opening, compliance = kind
+        found = coulomb_state(one, kinds=[kind])
+        assert found.force[:, 0] == pytest.approx([0.25] * 4)
+        sinks = -found.displacement.reshape(-1, 6)[:, 2]
+        assert sinks == pytest.approx([opening + compliance / 4], rel=1e-6)
+        sinks = -coulomb_state(two, kinds=[kind]).displacement.reshape(-1, 6)[:, 2]
+        low = opening + compliance * 2 / 4
+        assert sinks == pytest.approx([low, low + opening + compliance / 4], rel=1e-6)
+
+
+def test_a_stiff_table_stands_on_the_diagonal_whose_legs_are_open_by_less():
+    """It leans by .5, and friction is 1 on one diagonal and .1 on the other, so it stands on the first alone."""
+    table = assembly([box((-9, -9, -1), (9, 9, 0)), box((0, 0, 0), (1, 1, 0.01))], friction=1.0, gravity=(0.5, 0, -1))
+    problem = posed(table)
+    corners = problem.interfaces.point[:, :2]
+    first = np.abs(corners[:, 0] - corners[:, 1]) < 0.5
+    program = replace(problem.program, friction=np.where(first, 1.0, 0.1))
+    openings = 10.0 ** np.random.default_rng(49).uniform(-1.0, 1.0, (12, 4))
+    share = settling_share(program, seed=49)  # of twelve tries
+    assert 12 * share == pytest.approx(round(12 * share))
+    assert np.mean(openings @ np.where(first, 1.0, -1.0) < 0) <= share < 1.0

@@ -489,6 +489,15 @@ def test_a_compressed_glb_says_what_it_needs(tmp_path):
         mesh_parts(path, supports=[0])
 
 
+def test_what_a_glb_needs_is_said_in_its_first_part_and_not_in_its_numbers(tmp_path):
+    path = tmp_path / "n.glb"
+    words = b'"extensionsRequired": ["KHR_draco_mesh_compression"]'
+    path.write_bytes(glb({"asset": {"version": "2.0"}}, words + b" " * (-len(words) % 4)))
+    with pytest.raises(InputError) as caught:
+        mesh_parts(path, supports=[0])
+    assert "it needs" not in str(caught.value)
+
+
 def test_a_name_like_the_root_of_a_scene_comes_back(tmp_path):
     asm = assembly([box((0, 0, 0), (1, 1, 1), name="world"), box((0, 0, 1), (1, 1, 2), name="other")])
     assert read(write(asm, tmp_path / "w.glb")).names == ("world", "other")
@@ -534,6 +543,17 @@ def test_objects_of_a_surface_are_joined_where_their_corners_coincide(tmp_path):
     assert len(set(faces[0]) & set(faces[1])) == 2
     apart, _ = read_surface(obj(tmp_path, *lines, *(line.replace("1.0000005", "1.00001") for line in more)))
     assert len(apart) == 7
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("far", [0.0, 4096.0])
+def test_corners_of_a_surface_are_one_by_its_size_wherever_it_stands(tmp_path, axis, far):
+    """The surface is 1 x 1 m: corners that are half a millimetre from each other are two."""
+    corners = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (1, 0.9995, 0), (0, 1, 0)])
+    corners[:, axis] += far
+    found, faces = read_surface(obj(tmp_path, *(f"v {x} {y} {z}" for x, y, z in corners), "f 1 2 3 5", "f 1 2 4"))
+    assert len(found) == 5
+    assert [len(face) for face in faces] == [4, 3]
 
 
 def test_what_is_no_surface_is_refused_with_its_file(tmp_path):

@@ -1,6 +1,6 @@
 """What a verdict says, of verdicts made by hand: figures, names, kinds of motion and how hard joints are used."""
 
-from dataclasses import replace
+from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
 import pytest
@@ -165,6 +165,8 @@ def test_a_state_tells_how_its_slips_changed():
     words = state(False).explain()
     assert words.startswith("Points that do not close carry 25 % of the normal force.")
     assert "Slips change by 0.5 (first 3), 0.25 (first 2) with each program: they grow in joints" in words
+    assert "Slips change by 0.25 (first 3) with each" in state(False, changes=((3.0, 2.0, 1.0, 0.25), ())).explain()
+    assert "Slips change by 3 (first 3) with each program" in state(False, changes=((3.0,),)).explain()
     assert "neither settle nor clearly grow in joints" in state(None).explain()
     assert "they grow in joints" in state(None, unequal=True).explain()
     assert "there is a state (checked)" in state(None, unequal=True).explain()
@@ -267,6 +269,11 @@ def test_moving_joints_are_hinges_slides_or_openings():
     }  # fmt: skip
     small = apart(b0=(0, 0, 0.9e-4, 0, 0, 0), b2=(0, 0, 1.1e-4, 0, 0, 0))
     assert moving_joints(*small, 1e-4) == {"hinges": [], "sliding": [], "opening": [("ground", "b2")]}
+    # The largest friction that is told from an infinite one is a thousand.
+    for friction in (1e3, 2e3, np.inf):
+        asm, joints, twist = apart(b0=(1e-3, 0, 1.0, 0, 0, 0), b1=(1e-3, 0, 1.001, 0, 0, 0))
+        found = moving_joints(asm.with_(friction=friction), joints, twist, 1e-4)
+        assert (found["sliding"], found["opening"]) == ([("ground", "b0")], [("ground", "b1")]), friction
     for opening, kind in ((0.1, "sliding"), (0.1 + 0.9e-4, "sliding"), (0.1 + 1.1e-4, "opening")):
         assert moving_joints(*apart(b1=(0.2, 0, opening, 0, 0, 0)), 1e-4)[kind] == [("ground", "b1")]
 
@@ -317,3 +324,12 @@ def test_a_tower_presses_its_ground_with_its_weight():
     found = assess(asm)
     assert found.certificate.total_force == pytest.approx(1.0, rel=1e-6)
     assert found.demand()[1] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_results_are_told_apart_by_identity_and_keep_what_they_hold():
+    for result, name in ((state(True), "settles"), (verdict(), "score")):
+        assert result == result
+        assert result != replace(result)
+        assert len({result, replace(result)}) == 2
+        with pytest.raises(FrozenInstanceError):
+            setattr(result, name, 0.5)

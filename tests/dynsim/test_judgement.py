@@ -3,7 +3,8 @@
 Motions are prescribed where the judgement is what is tested.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import FrozenInstanceError, dataclass, replace
+from time import process_time
 
 import numpy as np
 import pytest
@@ -11,14 +12,15 @@ from scipy.spatial.transform import Rotation
 
 from blockstat import Block, InputError, JointLaw, Plan, Step, find_interfaces
 from dynsim import Constant, DynamicOutcome, Removal, Settings, limit, sequence, simulate, verify
-from dynsim.judge.closing import closed_scene
+from dynsim.judge.closing import _openings, closed_scene
 from dynsim.judge.cracks import find_cracks
 from dynsim.judge.criteria import angles, courses, default_threshold, drops, group_box_centre, rate
-from dynsim.judge.limit import LimitOutcome
+from dynsim.judge.limit import LimitOutcome, _Search
 from dynsim.judge.rest import RestDetection, last_change, stays, threshold_under, trend
 from dynsim.judge.run import Contacts, height_of
 from dynsim.judge.stages import chain, stages
 from dynsim.judge.static_reserve import StaticReserve
+from dynsim.judge.verify import _Evaluator, _staged
 from evidence.scenes.edges import two_ridges
 from evidence.scenes.small import assembly, box, stack
 
@@ -322,6 +324,27 @@ def test_thresholds_that_are_given_count():
     assert (small.cracks.threshold == 0.015).all()
 
 
+@pytest.mark.parametrize(("drop", "passes"), [
+    (0.0, (True, True)), (0.124, (True, True)), (0.125, (False, True)), (0.25, (False, True)), (0.499, (False, True)),
+    (0.5, (False, False)), (0.75, (False, False)),
+])  # fmt: skip
+@pytest.mark.parametrize("at_rest", [True, False])
+def test_a_drop_by_the_threshold_of_its_group_is_a_fall(drop, passes, at_rest):
+    asm = rows([(1, 1, 1)] * 2, gravity=(0, 0, -4.0))
+    settings = Settings(roof_threshold=0.125, brick_threshold=0.5)
+    evaluator = _Evaluator(asm, settings, [], [], find_interfaces(asm))
+    made = simulate(asm, settings=Settings(end=0.1, settle=0.02))
+    moved = np.zeros_like(made.displacement)
+    moved[-1, 1:, 2] = -drop
+    run = replace(made, displacement=moved, rotation=np.tile(np.eye(3), (*moved.shape[:2], 1, 1)))
+    found = evaluator._verdict(run, settings, at_rest)
+    assert (found.group_drop, found.max_drop, found.max_displacement) == (drop, drop, drop)
+    assert (found.passes_eq1, found.passes_eq2) == passes
+    still = DynamicOutcome.STANDS if at_rest else DynamicOutcome.CREEPS
+    assert found.outcome is (still if all(passes) else DynamicOutcome.FALLS)
+    assert found.moved.tolist() == ([] if passes[1] else [1, 2])
+
+
 def test_blocks_that_turn_are_judged_at_half_their_size():
     found = driven({1: ((0, 0, 0), (0, 0, 0.5))})
     size = ice().size[1]
@@ -348,6 +371,12 @@ def test_a_verdict_says_what_it_is_of():
     assert "Eq. 2: largest drop of a block 3.2 mm (threshold 3.3 mm)." in lines[2]
     assert "rate at the end 500 mm/s. Largest rotation 12 degrees" in lines[2]
     assert "by up to 46 mm" in lines[2]
+    fine = replace(told, group_drop=1.2345e-3, max_drop=2.345e-3, max_displacement=3.456e-3, rate=4.567e-3)
+    figures = replace(fine, max_turn=5.678e-3, turn_threshold=6.789e-3).explain()
+    assert "dropped 1.2 mm " in figures
+    assert "largest drop of a block 2.3 mm " in figures
+    assert "Largest displacement 3.5 mm, rate at the end 4.6 mm/s." in figures
+    assert "by up to 5.7 mm (threshold 6.79 mm)." in figures
     assert lines[3] == "First to move: b1, at 0.25 s. Moved: b1, b0 and 1 more."
     assert lines[-1] == "Warning: w"
     assert "Moved: b1, b0, b2." in told.explain(limit=3)
@@ -572,6 +601,10 @@ def test_a_limit_says_what_it_rests_on():
     assert below.ratio is None
     assert "Static bracket: -inf to -inf." in below.explain()
     assert replace(found, outcome=LimitOutcome.UNBOUNDED).explain().count("Bullet / static") == 0
+    for result, name in ((found, "lower"), (found.trials[0], "multiplier")):
+        with pytest.raises(FrozenInstanceError):
+            setattr(result, name, 0.0)
+    assert found != replace(found)  # results are told apart by identity
     plain = found.summary()
     assert plain["trials"][0]["multiplier"] == found.trials[0].multiplier
     assert (plain["runs"], plain["threshold"], plain["static_lower"]) == (len(found.trials), 0.05, found.static[0])
@@ -658,6 +691,10 @@ def test_a_step_stands_creeps_or_falls(tilt, outcome):
     (step,) = found.steps
     assert step.outcome.word == found.outcome.word == outcome
     assert found.threshold == 0.1
+    assert found != replace(found)
+    for result, name in ((found, "threshold"), (step, "end"), (found.run, "pace")):
+        with pytest.raises(FrozenInstanceError):
+            setattr(result, name, 0.0)
     assert (step.first_block == "one") is (outcome == "falls")
     assert (step.max_displacement >= 0.1) is (outcome == "falls")
     if outcome == "creeps":
@@ -675,6 +712,36 @@ def test_a_step_stands_creeps_or_falls(tilt, outcome):
     ]  # fmt: skip
     plain = found.summary()
     assert (plain["verdict"], plain["first_fall"]) == (outcome, None if outcome == "stands" else 0)
+
+
+def test_a_sequence_tells_its_steps_in_two_or_three_digits_and_the_time_it_took():
+    asm = assembly([GROUND, box((0, 0, 0), (1, 1, 1), name="one"), box((4, 0, 0), (5, 1, 1), name="two")])
+    plan = Plan((Step(("one",)), Step(("two",), ("two",)), Step()), name="a plan")
+    before = process_time()
+    made = sequence(asm, plan, settings=Settings(settle=0.06, end=0.4, resolution=1e-2))
+    assert 0 < made.run.process_seconds <= process_time() - before
+    run = replace(made.run, process_seconds=12.345)
+    moved = (1.2345e-3, 5.4321e-3, 2.0e-3)
+    steps = tuple(replace(step, max_displacement=d) for step, d in zip(made.steps, moved, strict=True))
+    stands = replace(made, steps=steps, run=run, warnings=("w1", "w2"))
+    assert stands.explain().splitlines() == [
+        "a plan: 3 steps, 12.3 s", "Every step stands; blocks moved by 5.4 mm at most in one.", "Warning: w1",
+        "Warning: w2",
+    ]  # fmt: skip
+    steps = (
+        steps[0], replace(steps[1], outcome=DynamicOutcome.FALLS, first_block="two"),
+        replace(steps[2], outcome=DynamicOutcome.CREEPS),
+    )  # fmt: skip
+    fell = replace(stands, outcome=DynamicOutcome.FALLS, steps=steps, warnings=())
+    assert fell.explain().splitlines() == [
+        "a plan: 3 steps, 12.3 s", "2 steps do not stand, the first is step 1.",
+        'step 1: falls, 5.43 mm, first "two"', "step 2: creeps, 2 mm",
+    ]  # fmt: skip
+    assert (stands.first_fall, fell.first_fall) == (None, 1)
+    assert [row["held"] for row in fell.rows()] == [[], ["two"], []]
+    plain = fell.summary()
+    assert (plain["verdict"], plain["plan"], plain["process_seconds"]) == ("falls", "a plan", 12.345)
+    assert (plain["threshold"], plain["first_fall"], plain["warnings"]) == (made.threshold, 1, [])
 
 
 def open_stack(n, gap, size=0.3, gravity=(0, 0, -9.81)):
@@ -702,6 +769,19 @@ def test_gaps_are_closed_where_blocks_would_fall_by_a_tenth_of_the_threshold(n, 
             assert scene.interfaces.pair.tolist() == joints.pair.tolist()
         else:
             assert (scene.moved, scene.left, scene.trimmed) == (0.0, 0, 0)
+
+
+def test_edges_of_blocks_that_have_a_face_in_common_are_not_open():
+    joints = find_interfaces(open_stack(4, 0.0))
+    gap, pair = np.array([1e-3, 2e-3, 3e-3, 4e-3]), np.array([(0, 1), (1, 2), (1, 2), (2, 3)])
+    given = replace(joints, gap=gap, pair=pair)
+    areas = {"faces": (1, 1, 1, 1), "an edge beside a face": (1, 1, 0, 1), "edges alone": (1, 0, 0, 0)}
+    opening = {"faces": gap, "an edge beside a face": gap * [1, 1, 0, 1], "edges alone": gap}
+    for name, area in areas.items():
+        kind = np.where(np.array(area) > 0, 0, 1)
+        found = _openings(replace(given, area=np.array(area, dtype=float), kind=kind))
+        assert found.tolist() == list(opening[name]), name
+    assert _openings(replace(given, kind=None)).tolist() == gap.tolist()
 
 
 def test_what_is_further_apart_than_a_joint_stays_where_it_is():
@@ -785,6 +865,14 @@ def test_what_a_neighbour_pins_by_its_side_alone_is_simulated_as_drawn():
     assert scene.assembly is pinned
     assert (scene.closed, scene.left, scene.moved) == (0, 2, 0.0)
     assert scene.misfit == pytest.approx(6e-3)
+    # A side that is open by more than a tenth of the threshold is closed, and pins the box on its own.
+    for gap in (5e-3, 8e-3):
+        asm = above_its_ridges(box((0.5 + gap, -0.4, 0.1), (1.5, 0.4, 1.1), name="beside"))
+        scene = closed_scene(asm, find_interfaces(asm))
+        assert (scene.closed, scene.left) == (1, 2)
+        assert scene.misfit == pytest.approx(6e-3)
+        assert scene.interfaces.gap == pytest.approx([6e-3, 6e-3, 0.0])
+        assert scene.moved == pytest.approx(gap / 2, rel=0.1)
     loose = above_its_ridges(box((1.5, -0.4, 0.1), (2.5, 0.4, 1.1), name="beside"))
     with pytest.raises(InputError) as caught:
         closed_scene(loose, find_interfaces(loose))
@@ -816,3 +904,74 @@ def test_a_scene_that_was_changed_says_by_how_much():
     assert "by up to 4.5 mm" in told[1]
     assert told[2].startswith("4 joints that statics count as closed were simulated as drawn")
     assert "off by up to 6.7 mm" in told[2]
+    # 1.0496 mm is 1 mm in two digits, and a thousandth more would be 1.1 mm.
+    told = replace(scene, trimmed=1, cut=1.0496e-3, closed=1, moved=1.0496e-3, left=1, misfit=1.0496e-3).warnings
+    assert [text.split("by up to ")[1].split(" mm")[0] for text in told] == ["1", "1", "1"]
+
+
+def staged(first, check, fine="creeps", **options):
+    """The verdict where runs fall at given times, in seconds, and how many runs it took; None is a stand."""
+    made = driven({})
+    asked = Settings(**{"time_step": 1e-3, "quick_step": 2e-3, "fine_step": 5e-4, **options})
+    steps = []
+
+    def evaluate(settings, spent=0.0):
+        steps.append(settings)
+        falls = {1e-3: first, 2e-3: check, 5e-4: fine}[settings.time_step]
+        own = DynamicOutcome.STANDS if falls is None else DynamicOutcome.FALLS
+        own, falls = (DynamicOutcome.CREEPS, None) if falls == "creeps" else (own, falls)
+        run = replace(made.run, process_seconds=spent + 1.0)
+        return replace(made, outcome=own, first_time=None if falls is None else falls / run.pace, run=run)
+
+    asm = made.run.assembly
+    found = _staged(evaluate, stages(asm, asked, find_interfaces(asm)), None)
+    return found, steps
+
+
+@pytest.mark.parametrize(("first", "check", "same"), [
+    (1.3, 1.3, True), (1.3, 1.0, True), (1.3, 0.99, False), (1.0, 1.3, True), (1.0, 1.31, False), (1.0, None, False),
+    (1.0, 0.5, False), (1.0, 2.2, False),
+])  # fmt: skip
+def test_a_fall_is_believed_where_a_coarser_run_falls_within_thirty_percent_of_its_time(first, check, same):
+    found, steps = staged(first, check)
+    assert found.outcome is (DynamicOutcome.FALLS if same else DynamicOutcome.CREEPS)
+    assert [settings.time_step for settings in steps] == [1e-3, 2e-3] + [5e-4] * (not same)
+    assert steps[1].end == pytest.approx(1.3 * first)  # what falls later than that does not count
+    assert found.process_seconds == len(steps)
+
+
+def test_stands_and_clear_falls_take_one_run():
+    clear = Settings().clear_fall
+    for first, runs, outcome in ((None, 1, "stands"), (0.99 * clear, 1, "falls"), (1.01 * clear, 2, "falls")):
+        found, steps = staged(first, first)
+        assert (len(steps), found.outcome.word) == (runs, outcome)
+        assert found.process_seconds == runs
+    found, steps = staged("creeps", None, fine=None)  # what creeps has the last word from the finest run
+    assert (len(steps), found.outcome.word) == (2, "stands")
+
+
+@pytest.mark.parametrize("total", [0.25, 0.9, 2.0, 50.0])
+def test_without_a_static_limit_a_search_begins_at_half_the_weight(total):
+    """The weight is 2 N, and loads of so many newtons are doubled until the block moves, or up to 64 weights."""
+    asm, joints = foot(1.0)
+    assert asm.free_weight == pytest.approx(2.0)
+    force = np.zeros((2, 6))
+    force[1, 0] = total
+    tried = []
+
+    class Prescribed(_Search):
+        def stands(self, multiplier):
+            tried.append(multiplier * total / asm.free_weight)
+            return tried[-1] < moves
+
+    for moves, loads, most in (
+        (3.0, [0.0, 0.5, 1.0, 2.0, 4.0], 4.0),
+        (np.inf, [0.0, *2.0 ** np.arange(-1, 7)], np.inf),
+    ):
+        tried.clear()
+        search = Prescribed(asm, force, (), None, joints, 0.6, None, unbounded=True)
+        outcome, low, high = search.bracket(None)
+        assert tried == pytest.approx(loads)
+        assert outcome is (LimitOutcome.LIMIT if np.isfinite(moves) else LimitOutcome.UNBOUNDED)
+        assert high * total / asm.free_weight == pytest.approx(most)
+        assert low < moves * asm.free_weight / total
