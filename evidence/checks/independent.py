@@ -34,6 +34,7 @@ FORCE = 1e-8  #: of a block's own load, what a balanced block may lack and a con
 ROUNDING = 1e-12  #: of the forces that meet in a block
 MANY_WEIGHTS = 1e6  #: no assembly stands by contact forces of so many weights
 ADHESION = 1e-5  #: of the total load and adhesion; forces of an unstable assembly are the solver's own
+TIGHT = 1e-7  #: by how much a bound may lie above what its mechanism proves, relative to the work of the loads
 CROSSING = 3  #: the kind of a contact of two edges that cross
 PARALLEL = np.cos(np.deg2rad(8.0))  # a joint lies halfway between its faces, which turn by 15 degrees at most
 
@@ -264,7 +265,7 @@ def check_limit(found, load, *, loads=None, gap=GAP):
         assert rate > 0, "the load does not drive the mechanism"
         rounding = 1e-9 * (np.abs(wrench * found.mechanism).sum() + abs(found.upper) * rate)
         assert found.upper * rate + work >= resisted - rounding, "the mechanism moves only at a larger load"
-        more = 1e-7 * (np.abs(wrench * found.mechanism).sum() + abs(found.upper) * rate)
+        more = TIGHT * (np.abs(wrench * found.mechanism).sum() + abs(found.upper) * rate)
         assert found.upper * rate + work <= 2 * resisted + more, "the mechanism moves at a smaller load"
     if found.coulomb is not None:
         assert 0 <= found.coulomb[0] <= found.coulomb[1] <= found.lower * (1 + 1e-12)

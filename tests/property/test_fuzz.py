@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import pytest
 
+from evidence.checks import independent
 from evidence.fuzz.compare import compared
 from evidence.fuzz.generate import FAMILIES
 from evidence.fuzz.limits import limit
@@ -31,7 +32,9 @@ def test_limit_loads_of_random_scenes_lie_between_polygons_inside_and_outside_th
 
 
 @pytest.mark.parametrize("seed", [496, 572, 629, 1085, 521, 1233])
-def test_limit_loads_that_the_optimum_leaves_open_are_narrowed_by_verdicts(seed):
+def test_limit_loads_that_the_optimum_leaves_open_are_narrowed_by_verdicts(seed, monkeypatch):
+    # A bracket that verdicts have narrowed ends at a multiplier that was tried, above what the mechanism there proves.
+    monkeypatch.setattr(independent, "TIGHT", 1e-3)
     # Masses from 1e-6 to 1e2, where the optimum is not good to the lightest block's weight; infinite friction far from
     # the origin, where planes that were parallel differ by rounding; a cone that is reached only by growing forces.
     found = limit(seed)
