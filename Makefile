@@ -49,7 +49,7 @@ evidence: $(STAMP)  ## make all tables and pictures again, or some: ONLY="glue h
 fuzz: ONLY := fuzz
 fuzz: evidence  ## 20,000 random scenes against an independent judge
 
-# About two hours on two cores; a second call goes on where the first one ended. SAMPLE and SEED choose another sample.
+# A second call goes on where the first one ended. SAMPLE and SEED choose another sample.
 SAMPLE ?= 300
 SEED ?= 1
 mutants: $(STAMP)  ## put small bugs into the source and count those that no test notices
