@@ -24,6 +24,8 @@ from blockstat import (
     thrust_range,
     tilt_limit,
 )
+from blockstat.analysis import assess as assessing
+from blockstat.analysis import decision
 from blockstat.analysis.assess import _second, judged
 from blockstat.analysis.decision import (
     Bound,
@@ -36,7 +38,7 @@ from blockstat.analysis.decision import (
     solve_margin_locally,
     upper_bound,
 )
-from blockstat.analysis.limit_load import UNBOUNDED, LimitLoad, _beyond_bounds
+from blockstat.analysis.limit_load import UNBOUNDED, LimitLoad, _as_strong_as_the_weight, _beyond_bounds
 from blockstat.analysis.problem import pose
 from blockstat.analysis.thrust import LoadDomain, ThrustRange, support_indices
 from blockstat.analysis.tilt_friction import Bracket, BracketOutcome
@@ -168,7 +170,14 @@ def test_a_limit_tells_its_bracket_and_those_without_dilatancy():
     assert "carries least" not in alike.explain()
     assert "carries least" in limit(coulomb_kinds=((0.8, 0.9), (0.75, 0.79))).explain()
     assert "multiplier" in limit(outcome=LoadOutcome.STOPPED).explain()
-    assert "multiplier" not in limit(outcome=LoadOutcome.UNDECIDED).explain().splitlines()[1]
+    bounds = {
+        "1 <= multiplier <= 1.5": {},
+        "1 <= multiplier": {"upper": np.inf},
+        "multiplier <= 1.5": {"lower": -np.inf},
+    }
+    for words, open_end in bounds.items():
+        assert limit(outcome=LoadOutcome.UNDECIDED, **open_end).explain().splitlines()[1:] == [words, "Warning: w"]
+    assert "multiplier" not in limit(outcome=LoadOutcome.UNDECIDED, lower=-np.inf, upper=np.inf).explain()
     found = kinds.summary()
     expected = {
         "status": "limit", "outcome": "limit", "sentence": LoadOutcome.LIMIT.value, "lower": 1.0, "upper": 1.5,
@@ -530,6 +539,21 @@ def test_verdicts_on_single_multipliers_narrow_a_bracket():
     assert spent > 0
 
 
+def test_verdicts_are_asked_for_inside_the_bracket_as_long_as_they_tell_nothing(monkeypatch):
+    problem, load, dead = tipping()
+    ends, tried, solve = (Bound(0.2, dead), Bound(0.8, np.zeros(6))), [], decision.solve_penalty
+
+    def noted(program, **options):
+        tried.append((program.load - problem.program.load) @ load / (load @ load))
+        return solve(program, **options)
+
+    monkeypatch.setattr(decision, "solve_penalty", noted)
+    monkeypatch.setattr(decision, "outcome_of", lambda certificate: Outcome.UNDECIDED)
+    monkeypatch.setattr(decision, "_proven", lambda *_: None)
+    narrowed(problem.program, load, *ends, tolerance=1e-2, most=1e5, motions=problem.motions)
+    assert tried == pytest.approx([0.5, 0.35, 0.65])
+
+
 def test_a_bracket_that_is_narrow_is_left_alone():
     problem, load, dead = tipping()
     ends = Bound(0.4996, dead), Bound(0.5001, np.zeros(6))
@@ -725,3 +749,29 @@ def test_blocks_that_touch_nothing_are_counted_beyond_the_first_five(n):
     asm = assembly([GROUND, box((0, 0, 0), (1, 1, 1), name="stands"), *lost])
     told = [text for text in program_of(asm).warnings if "more blocks touch nothing" in text]
     assert told == ([f"{n - 5} more blocks touch nothing"] if n > 5 else [])
+
+
+def test_a_load_is_measured_by_its_forces_in_weights_and_by_its_couples_where_it_has_no_force():
+    program = program_of(block()).program
+    for load, size in (((3.0, 4, 12, 0, 0, 0), 13.0), ((0, 0, -5, 1, 1, 1), 5.0), ((0, 0, 0, 1.0, -2, 3), 6.0)):
+        scaled, unit = _as_strong_as_the_weight(program, np.array(load))
+        assert unit == pytest.approx(size / program.total_load)
+        np.testing.assert_allclose(scaled * unit, load)
+
+
+@pytest.mark.parametrize("solver", ["auto", "clarabel", "interior-point", "cvxpy"])
+def test_cvxpy_is_asked_where_it_is_named_and_nowhere_else(solver, monkeypatch):
+    asked, on_paper = [], assessing.solve_on_paper
+    monkeypatch.setattr(assessing, "solve_on_paper", lambda program: asked.append(1) or on_paper(program))
+    assert assess(block(), solver=solver).outcome is Outcome.STABLE
+    assert bool(asked) is (solver == "cvxpy")
+
+
+@pytest.mark.parametrize(("width", "outcome"), [(99999.5, LoadOutcome.LIMIT), (100000.5, LoadOutcome.UNBOUNDED)])
+def test_a_load_of_a_hundred_thousand_weights_counts_as_carried_without_bound(width, outcome):
+    # A slab of a metre in height that does not slide turns over its edge at its width in weights.
+    ground = box((-1, -1, -1), (width + 1, 2, 0))
+    found = limit_load(assembly([ground, box((0, 0, 0), (width, 1, 1))], friction=np.inf), (1, 0, 0))
+    assert found.outcome is outcome
+    if outcome is LoadOutcome.LIMIT:
+        assert (found.lower, found.upper) == pytest.approx((width, width), rel=1e-8)

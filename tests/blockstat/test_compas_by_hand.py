@@ -218,6 +218,7 @@ def test_what_is_written_for_compas_is_where_compas_looks_for_it(tower, tmp_path
 def test_a_model_has_a_material_for_each_density_and_a_node_for_each_group(tower, tmp_path):
     data = json.loads(write(tower, tmp_path / "t.json", format="compas-model").read_text())["data"]
     assert sorted(material["data"]["density"] for material in data["materials"].values()) == [1.0, 2.0, 3.0]
+    assert {material["data"]["poisson"] for material in data["materials"].values()} == {0.2}
     elements = data["elements"]
     root = data["tree"]["root"]["children"]
     names = [elements[node["element"]]["name"] for node in root]
@@ -233,6 +234,9 @@ def test_a_model_has_a_material_for_each_density_and_a_node_for_each_group(tower
     shape = elements[data["graph"]["node"]["1"]["element"]]["data"]["geometry"]["data"]
     assert (shape["max_vertex"], shape["max_face"]) == (7, 5)
     assert shape["vertex"]["0"] == dict(zip("xyz", tower.block_vertices(1)[0].tolist(), strict=True))
+    nowhere = {"x": 0.0, "y": 0.0, "z": 0.0}  # where COMPAS puts what has no place of its own
+    assert shape["default_vertex_attributes"] == nowhere
+    assert nowhere.items() <= data["graph"]["default_node_attributes"].items()
 
 
 def test_an_assembly_has_densities_and_groups_as_attributes_of_its_meshes(tower, tmp_path):

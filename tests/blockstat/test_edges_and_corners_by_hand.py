@@ -827,3 +827,13 @@ def test_the_plane_of_a_narrow_patch_is_not_taken_for_one_that_divides_its_block
     found = find_interfaces(assembly([prism([(-5, -5), (5, -5), (5, 0), (-5, 0)], 5.0), upper]))
     assert found.area[found.kinds == ContactKind.FACE] == pytest.approx([1.5e-5 * 5], rel=2e-2)
     assert found.rims.tolist() == [[0, 1]]
+
+
+@pytest.mark.parametrize("depth", [1.0, 1.5])
+def test_an_edge_in_a_face_that_holds_it_down_has_the_normal_of_that_face(depth):
+    # A dovetail in its slot: the edges of its foot lie in the flanks, whose normals look the other way.
+    slot = prism([(0, 0), (4, 0), (4, 2), (2.5, 2), (3, 1), (1, 1), (1.5, 2), (0, 2)], 1.0)
+    asm = assembly([slot, prism([(1, 1), (3, 1), (2.5, 2), (1.5, 2)], depth)])
+    joints = find_interfaces(asm)
+    assert joints.n_interfaces == 3
+    assert len(unresolved_contacts(asm, joints, pairs=np.array([(0, 1)])).pair) == 0

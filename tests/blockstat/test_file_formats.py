@@ -168,6 +168,13 @@ def test_a_bad_entry_of_a_native_file_is_named_by_its_block(block, label):
         native_parts(data, "stem")
 
 
+def test_a_key_that_no_tie_and_no_joint_has_is_refused():
+    tie = {"between": ["a", 1], "points": [[0, 0, 0], [1, 2, 3]]}
+    for changes in ({"ties": [tie | {"most": 1.0}]}, {"joints": [{"between": ["a", "b"], "most": 1.0}]}):
+        with pytest.raises(InputError, match="most"):
+            native_parts(native(**changes), "stem")
+
+
 def test_units_of_a_native_file_are_those_that_it_names(tmp_path):
     path = tmp_path / "n.json"
     for named, asked, metres in (
@@ -207,7 +214,7 @@ def test_names_that_occur_more_than_once_are_numbered_past_those_that_are_taken(
 
 
 def test_supports_are_those_given_or_else_those_that_a_file_marks():
-    names = ["a", "", *"cdefghij"]
+    names = ["a", "", *"cdefghijklmnopqrst"]
     assert chosen_supports([3, 1], None, names, "it") == [3, 1]
     assert chosen_supports([3, 1], ["a"], names, "it") == ["a"]
     assert chosen_supports([3], "a", names, "it") == ["a"]
@@ -217,7 +224,7 @@ def test_supports_are_those_given_or_else_those_that_a_file_marks():
         chosen_supports([], None, names, "it")
     assert str(caught.value) == (
         "it does not say which blocks are supports; give their names or numbers "
-        "(blocks: a, block1, c, d, e, f, g, h and 2 more)"
+        "(blocks: a, block1, c, d, e, f, g, h and 12 more)"
     )
     with pytest.raises(NoSupportError, match=r"\(blocks: a, block1, c, d, e, f, g, h\)$"):
         chosen_supports([], None, names[:8], "it")
@@ -318,7 +325,13 @@ def test_blocks_beside_their_supports_are_doubted_along_their_axis(axis, sign):
     assert row(supports=[0, 3]) == []  # supports at both ends
     assert row(supports=[1]) == []  # and between blocks
     assert row(supports=[]) == []
+    assert row(shift=-1.2) == []  # one is before its support
     assert row(rise=2.0) == []  # they lie above as well
+    # Beside along both axes, and by more of the scene's extent along the one: 9 of 10 against 8.5 of 17.
+    support, stone = np.zeros((2, 3)), np.zeros((2, 3))
+    support[1, axis], support[1, 1 - axis], support[1, 2] = 1.0, 9.0, 1.0
+    stone[:, axis], stone[:, 1 - axis], stone[1, 2] = np.array([0.0, 1.0]) + 9.0 * sign, (9.0, 17.0), 1.0
+    assert doubts(assembly([box(*support), box(*stone, density=300.0)], gravity=(0, 0, -9.81))) == [told]
     leaning = np.zeros(3)
     leaning[axis], leaning[2] = 9.0, -9.0
     blocks = [box((0, 0, 0), (1, 1, 1), density=300.0)]

@@ -163,6 +163,9 @@ def test_fill_above_nothing_or_above_two_faces_is_refused():
         fill_load(asm, 0.9, 1.0)
     with pytest.raises(InputError, match='free faces of "low" and "shelf" lie above each other'):
         fill_load(asm, 5.0, 1.0)
+    small = [box((0, 0, 0), (0.2, 0.1, 0.1), name="low"), box((0.05, 0, 0.3), (0.15, 0.1, 0.4), name="shelf")]
+    with pytest.raises(InputError, match='free faces of "low" and "shelf" lie above each other'):
+        fill_load(assembly(small, supports=[]), 0.5, 1.0)
     assert fill_load(asm, 3.5, 1.0)[:, 2] == pytest.approx([-2.5 * 2, 0.0])  # the shelf is above the fill
     assert fill_load(asm, 5.0, 1.0, blocks="shelf")[:, 2] == pytest.approx([0.0, -1.0])
     beside = assembly([box((0, 0, 0), (2, 1, 1)), box((2, 0, 0), (3, 1, 2))], supports=[])

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from blockstat import Block, InputError, JointLaw, Plan, Step, find_interfaces
 from dynsim import Constant, DynamicOutcome, Removal, Settings, limit, sequence, simulate, verify
+from dynsim.judge import verify as judging
 from dynsim.judge.closing import _openings, closed_scene
 from dynsim.judge.cracks import find_cracks
 from dynsim.judge.criteria import angles, courses, default_threshold, drops, group_box_centre, rate
@@ -20,7 +21,7 @@ from dynsim.judge.rest import RestDetection, last_change, stays, threshold_under
 from dynsim.judge.run import Contacts, height_of
 from dynsim.judge.stages import chain, stages
 from dynsim.judge.static_reserve import StaticReserve
-from dynsim.judge.verify import _Evaluator, _staged
+from dynsim.judge.verify import WEAKER, _Evaluator, _staged, _warnings
 from evidence.scenes.edges import two_ridges
 from evidence.scenes.small import assembly, box, stack
 
@@ -196,6 +197,11 @@ def test_a_chain_is_the_way_to_the_nearest_support():
         assert chain(asm, find_interfaces(asm)) == expected
     apart = assembly([*blocks[:3], box((9, 9, 9), (10, 10, 10), name="apart")], supports=[0])
     assert chain(apart, find_interfaces(apart)) == 2
+    # Two seats of one block on another are one joint on the way.
+    posts = assembly([box((0, 0, 0), (1, 1, 1)), box((2, 0, 0), (3, 1, 1)), box((0, 0, 1), (3, 1, 2))], supports=[0, 1])
+    joints = find_interfaces(posts)
+    twice = replace(joints, pair=np.zeros_like(joints.pair) + (0, 2))
+    assert (joints.n_interfaces, chain(posts, twice)) == (2, 1)
 
 
 def test_contact_forces_are_on_the_second_block_and_against_the_first():
@@ -411,6 +417,22 @@ def test_a_group_that_sinks_fails_equation_one_where_no_block_is_beyond_its_own(
     none = verify(asm.with_(groups=("",) * 5), settings=Settings(brick_threshold=0.1, fine_step=1e-3))
     assert none.group == ""
     assert none.summary()["group_drop"] == pytest.approx(none.max_drop, rel=0.02)
+
+
+def test_statics_tell_without_a_run_whether_blocks_fall_without_the_loads_that_change(monkeypatch):
+    runs, run = [], judging.simulate
+    monkeypatch.setattr(judging, "simulate", lambda *args, **options: runs.append(1) or run(*args, **options))
+    found = verify(stack(3, 1.0, 1.0), loads=[Removal(["stone0", "stone1"])])
+    assert (found.outcome, found.falls_alone, len(runs)) == (DynamicOutcome.FALLS, False, 1)
+
+
+def test_weaker_glue_is_tried_under_the_weight_alone():
+    law = JointLaw(("*", "*"), bond=1e3)  # a thousand times the weight
+    asm = assembly([GROUND, box((0, 0, 0), (1, 1, 1), name="block")], supports=["ground"], joints=[law])
+    plain = verify(asm, settings=Settings(end=0.5))
+    pushed = verify(asm, settings=Settings(end=0.5), loads=[Constant((0.5, 0, 0))])
+    assert (plain.outcome, pushed.outcome) == (DynamicOutcome.STANDS, DynamicOutcome.STANDS)
+    assert (WEAKER in plain.warnings, WEAKER in pushed.warnings) == (True, False)
 
 
 def test_blocks_that_are_taken_out_do_not_count():
@@ -890,6 +912,8 @@ def test_runs_that_settle_by_more_than_the_threshold_or_begin_in_each_other_say_
     assert told[0].startswith(f"blocks moved {1e3 * rough.settling:.2g} mm")
     overlap = [text for text in rough.warnings if "before the first step" in text]
     assert bool(overlap) is (rough.run.initial_overlap > 1e-8)
+    deep = replace(rough.run, initial_overlap=1.2504e-2)  # 13 mm in two digits; a thousandth less would be 12
+    assert _warnings(deep, 0.0, 0.1)[0].startswith("shapes overlap by up to 13 mm before the first step")
     fine = verify(open_stack(3, 0.0), settings=Settings(end=0.5))
     assert fine.warnings == ()
 

@@ -60,7 +60,7 @@ class LoadOutcome(Sentence):
     LIMIT = "Limit: the assembly carries the load up to the lower bound, and not beyond the upper one."
     UNBOUNDED = "Unbounded: the assembly carries any multiple of the load."
     DEAD_LOAD_UNSTABLE = "Infeasible under dead load: the assembly does not stand without the load."
-    UNDECIDED = "Undecided: the bounds could not be proven."
+    UNDECIDED = "Undecided: no bracket as narrow as the tolerance could be proven."
     STOPPED = "Stopped: the assembly carries the load up to the lower bound, and not beyond the upper one."
 
 
@@ -138,8 +138,12 @@ class LimitLoad(Result):
         lines = [self.outcome.value]
         if self.worst:
             lines.append(f"Worst case of the imperfections: {self.worst}.")
+        if self.outcome in (LoadOutcome.LIMIT, LoadOutcome.STOPPED, LoadOutcome.UNDECIDED):
+            below = f"{self.lower:.9g} <= " if np.isfinite(self.lower) else ""
+            above = f" <= {self.upper:.9g}" if np.isfinite(self.upper) else ""
+            if below or above:
+                lines.append(f"{below}multiplier{above}")
         if self.outcome in (LoadOutcome.LIMIT, LoadOutcome.STOPPED):
-            lines.append(f"{self.lower:.9g} <= multiplier <= {self.upper:.9g}")
             if self.coulomb is None:
                 lines.append(DILATES)
             else:
