@@ -343,7 +343,8 @@ def test_contacts_of_some_pairs_keep_their_normals():
     alone = unresolved_contacts(asm, find_interfaces(asm), pairs=np.array([[0, 2]]))
     assert alone.pair.tolist() == [[0, 2]]
     none = unresolved_contacts(asm, find_interfaces(asm), pairs=np.empty((0, 2), dtype=int))
-    assert (len(none.pair), len(none.point), none.reason, len(none.normal), len(none.contact)) == (0, 0, (), 0, 0)
+    shapes = [value.shape for value in (none.pair, none.point, none.normal, none.contact)]
+    assert (shapes, none.reason) == ([(0, 2), (0, 3), (0, 3), (0,)], ())
 
 
 def test_contacts_without_a_normal_follow_interfaces_as_corners():

@@ -435,6 +435,22 @@ def test_weaker_glue_is_tried_under_the_weight_alone():
     assert (WEAKER in plain.warnings, WEAKER in pushed.warnings) == (True, False)
 
 
+def test_glued_blocks_settle_for_a_tenth_of_a_second_more(monkeypatch):
+    settled, run = [], judging.simulate
+
+    def noted(*args, settings, **options):
+        settled.append(settings.settle)
+        return run(*args, settings=settings, **options)
+
+    monkeypatch.setattr(judging, "simulate", noted)
+    for bond in (0.0, 0.5):
+        asm = assembly(
+            [GROUND, box((0, 0, 0), (1, 1, 1))], supports=["ground"], joints=[JointLaw(("*", "*"), bond=bond)]
+        )
+        verify(asm, settings=Settings(end=0.5, settle=0.2))
+    assert settled == pytest.approx([0.2, 0.3])
+
+
 def test_blocks_that_are_taken_out_do_not_count():
     asm = stack(2, 1.0, 1.0)
     found = verify(asm, loads=[Removal("stone1")])
@@ -478,6 +494,16 @@ def test_a_run_ends_where_it_is_told_to_and_tells_its_progress():
     whole = simulate(asm, settings=settings)
     assert whole.times[-1] == pytest.approx(end - held, rel=1e-6)
     assert whole.times[0] == 0.0
+
+
+@pytest.mark.parametrize(("loads", "factor"), [
+    ([], 1.0), ([Constant((0.1, 0, 0))], 1.0), ([Removal("stone1", time=0.1)], 3.0),
+])  # fmt: skip
+def test_after_loads_that_change_a_run_may_take_three_times_as_long(loads, factor):
+    steps = []
+    found = verify(stack(2, 1.0, 1.0), settings=Settings(end=1.0), loads=loads, progress=lambda *s: steps.append(s))
+    _, held, end = steps[0]
+    assert (end - held) * found.run.pace == pytest.approx(factor, rel=0.02)
 
 
 def test_energies_of_a_falling_block_add_up():
@@ -791,6 +817,14 @@ def test_gaps_are_closed_where_blocks_would_fall_by_a_tenth_of_the_threshold(n, 
             assert scene.interfaces.pair.tolist() == joints.pair.tolist()
         else:
             assert (scene.moved, scene.left, scene.trimmed) == (0.0, 0, 0)
+
+
+def test_joints_are_closed_where_no_support_is_below():
+    blocks = [box((-50, 0, 0), (-49, 1, 1)), box((0, 0, 0), (1, 1, 1)), box((0, 0, 1.008), (1, 1, 2.008))]
+    asm = assembly(blocks, supports=[0])
+    scene = closed_scene(asm, find_interfaces(asm))
+    assert (scene.closed, scene.left) == (1, 0)
+    assert scene.moved == pytest.approx(0.004)
 
 
 def test_edges_of_blocks_that_have_a_face_in_common_are_not_open():
