@@ -38,16 +38,16 @@ from blockstat.analysis.decision import (
     solve_margin_locally,
     upper_bound,
 )
-from blockstat.analysis.limit_load import UNBOUNDED, LimitLoad, _as_strong_as_the_weight, _beyond_bounds
+from blockstat.analysis.limit_load import UNBOUNDED, LimitLoad, _as_strong_as_the_weight, _beyond_bounds, bracket
 from blockstat.analysis.problem import pose
-from blockstat.analysis.thrust import LoadDomain, ThrustRange, support_indices
+from blockstat.analysis.thrust import LoadDomain, ThrustRange, admissible, support_indices
 from blockstat.analysis.tilt_friction import Bracket, BracketOutcome
 from blockstat.certificate.bracket import ROUNDING
 from blockstat.certificate.bracket import Bracket as LimitBracket
 from blockstat.certificate.check import FORCE_LIMIT, FORCE_TOLERANCE, WORK_ROUNDING, Certificate
 from blockstat.solve.answer import Status
 from blockstat.solve.penalty import solve_penalty
-from evidence.scenes.small import assembly, box
+from evidence.scenes.small import assembly, box, running_bond
 
 GROUND = box((-9, -9, -1), (9, 9, 0), name="ground")
 B, H = 1.0, 2.0
@@ -775,3 +775,34 @@ def test_a_load_of_a_hundred_thousand_weights_counts_as_carried_without_bound(wi
     assert found.outcome is outcome
     if outcome is LoadOutcome.LIMIT:
         assert (found.lower, found.upper) == pytest.approx((width, width), rel=1e-8)
+
+
+def test_an_optimum_follows_where_the_bracket_does_not_close_on_the_way(monkeypatch):
+    wall = running_bond(9, 12)
+    plain = limit_load(wall, (0, 1, 0))
+    monkeypatch.setattr(LimitBracket, "closed", property(lambda self: False))
+    found = limit_load(wall, (0, 1, 0))
+    assert found.outcome is plain.outcome is LoadOutcome.LIMIT
+    assert found.iterations > plain.iterations
+    assert found.upper - found.lower <= plain.upper - plain.lower
+    assert plain.lower * (1 - 1e-9) <= found.lower <= found.upper <= plain.upper * (1 + 1e-9)
+
+
+def test_a_bound_that_is_proven_beyond_a_hundred_thousand_weights_is_none(monkeypatch):
+    problem, _, dead = tipping()
+    direction = acceleration(problem.assembly, (1, 0, 0))
+    proven = Bound(UNBOUNDED, dead), None
+    monkeypatch.setattr("blockstat.analysis.limit_load.proven_bounds", lambda *args, **options: proven)
+    word, lower, upper, force, twist, _ = bracket(problem, dead, direction, "auto")
+    assert (word, lower, upper) == (LoadOutcome.UNBOUNDED, np.inf, np.inf)
+    np.testing.assert_array_equal(force, dead)
+    assert not twist.any()
+
+
+def test_a_field_near_an_extreme_is_mixed_with_as_little_as_it_takes():
+    problem, _, dead = tipping()
+    outside = dead.copy()
+    outside[0, 1] += 20.0 * np.abs(dead).max()  # beyond the cone of its point, and balanced by no other
+    assert admissible(problem, dead, dead) is not None
+    with pytest.raises(InputError, match="no force field near the extreme could be proven"):
+        admissible(problem, outside, outside)

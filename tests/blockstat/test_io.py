@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from blockstat import InputError, InputWarning, assess, build, find_interfaces, load_scene, read, write, write_verdict
+from blockstat.io.mesh import _loop
 from blockstat.io.parts import UNITS
 from evidence.scenes.small import arch, assembly, box
 
@@ -279,3 +280,18 @@ def test_values_that_do_not_fit(tmp_path):
     for target in ("a.json", "a.stl", "folder"):
         with pytest.raises(InputError, match=r"values are written to \.glb and \.obj only"):
             write(asm, tmp_path / target, values={"a": [1.0] * 6})
+
+
+def test_the_outline_of_triangles_is_one_loop_or_none():
+    square = np.array([(0, 1, 2), (0, 2, 3)])
+
+    def loop(triangles, *boundary):
+        return _loop(np.array(triangles), {tuple(sorted(edge)) for edge in boundary})
+
+    assert loop(square, (0, 1), (1, 2), (2, 3), (3, 0)) == [0, 1, 2, 3]
+    assert loop(square[:, ::-1], (0, 1), (1, 2), (2, 3), (3, 0)) == [2, 1, 0, 3]
+    assert loop(square) == []  # no edge is on the boundary
+    assert loop(square, (0, 1), (1, 2), (2, 3)) == []  # the loop is open
+    assert loop(square, (0, 1), (1, 2), (2, 0), (2, 3), (3, 0)) == []  # two edges leave a corner
+    apart = [(0, 1, 2), (3, 4, 5)]
+    assert loop(apart, (0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3)) == []  # two loops

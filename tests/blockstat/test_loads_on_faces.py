@@ -17,7 +17,7 @@ from blockstat import (
     patch_load,
     surface_load,
 )
-from blockstat.loading.faces import Face
+from blockstat.loading.faces import Face, wrenches
 from evidence.scenes.small import assembly, box, prism
 
 TILTED = np.array([0.4, -0.7, -3.0])
@@ -422,3 +422,12 @@ def test_a_face_has_its_own_axes_does_not_change_and_is_compared_by_identity():
         own.block = 4
     assert replace(own) != own
     assert len({own, replace(own)}) == 2
+
+
+def test_a_face_of_which_nothing_is_free_carries_nothing():
+    asm = assembly([box((0, 0, 0), (1, 1, 1)), box((2, 0, 0), (4, 1, 1))], supports=[])
+    frame = np.array([(0, 0, 1.0), (1, 0, 0), (0, 1, 0)])
+    faces = [Face(0, frame, np.array([0, 0, 1.0]), shapely.Polygon()),
+             Face(1, frame, np.array([2, 0, 1.0]), shapely.box(0, 0, 2, 1))]  # fmt: skip
+    found = wrenches(asm, faces, lambda points, normal: -3.0 * normal)
+    np.testing.assert_allclose(found, [[0] * 6, [0, 0, -6, 0, 0, 0]], atol=1e-12)

@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from blockstat import JointLaw, Outcome, assess, tilt_limit
+from blockstat.analysis.tilt_friction import _halve
 from evidence.scenes.small import assembly, box
 
 #: By a tilt about y gravity leans towards -x, about -y towards +x.
@@ -40,3 +41,16 @@ def test_a_leaning_pair_tilts_further_one_way(axis, tension):
     for degrees, outcome in ((expected - 0.01, Outcome.STABLE), (expected + 0.01, Outcome.UNSTABLE)):
         turn = Rotation.from_rotvec(math.radians(degrees) * np.array(AXES[axis]))
         assert assess(asm, gravity=turn.apply(asm.gravity)).outcome is outcome
+
+
+@pytest.mark.parametrize(("stands", "falls"), [(0.0, 1.0), (1.0, 0.0)])
+def test_a_bisection_ends_where_a_verdict_is_undecided(stands, falls):
+    def outcome(value):
+        if abs(value - 0.3) < 0.1:
+            return Outcome.UNDECIDED
+        return Outcome.STABLE if (value < 0.3) == (stands < falls) else Outcome.UNSTABLE
+
+    found = _halve(outcome, stands, falls)
+    assert found == ((0.0, 0.5) if stands < falls else (0.5, 0.0))  # a quarter is undecided
+    sure = _halve(lambda value: Outcome.STABLE if value < 0.3 else Outcome.UNSTABLE, 0.0, 1.0, 1e-3)
+    assert sure[0] < 0.3 <= sure[1] <= sure[0] + 1e-3

@@ -452,6 +452,30 @@ def test_glued_blocks_settle_for_a_tenth_of_a_second_more(monkeypatch):
     assert settled == pytest.approx([0.2, 0.3])
 
 
+def test_what_falls_at_every_multiplier_has_no_limit():
+    asm, joints = foot(1.0)
+    tried = []
+
+    class Falling(_Search):
+        def stands(self, multiplier):
+            tried.append(multiplier)
+            return False
+
+    search = Falling(asm, np.zeros((2, 6)), (), None, joints, 0.1, None, unbounded=False)
+    assert search._below(0.5) == (None, None)
+    assert tried[0] == pytest.approx(0.49)
+    assert tried[-1] == 0.0
+    assert sorted(tried, reverse=True) == tried
+
+
+def test_a_group_that_is_taken_out_does_not_drop():
+    asm = assembly(
+        [GROUND, box((0, 0, 0), (1, 1, 1), name="key", group="vault"), box((3, 0, 0), (4, 1, 1))], supports=["ground"]
+    )
+    found = verify(asm, settings=Settings(end=0.5), loads=[Removal("key")])
+    assert (found.outcome, found.group, found.group_drop) == (DynamicOutcome.STANDS, "vault", 0.0)
+
+
 def test_blocks_that_are_taken_out_do_not_count():
     asm = stack(2, 1.0, 1.0)
     found = verify(asm, loads=[Removal("stone1")])
