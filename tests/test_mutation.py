@@ -115,11 +115,12 @@ def test_the_fastest_test_that_reaches_a_line_comes_first(tmp_path, monkeypatch)
 def test_the_page_counts_by_room_and_shows_survivors():
     found = [judged(KILLED, "x"), judged(SURVIVED, "y"), judged(UNREACHED, "z"), judged(SURVIVED, "w")]
     found.append(judged(KILLED, "x", "dynsim/judge"))
-    text = page(found, 9, 7, {("blockstat/io/a.py", "if a:", "w"): "It does nothing."})
+    first = {found[0].key: judged(SURVIVED, "x")}
+    text = page(found, 9, 7, {("blockstat/io/a.py", "if a:", "w"): "It does nothing."}, first)
     assert "5 of 9 mutants were judged." in text
-    assert "| `blockstat/io` | 4 | 1 | 1 | 1 | 1 | 33 % |" in text
-    assert "| `dynsim/judge` | 1 | 1 | 0 | 0 | 0 | 100 % |" in text
-    assert "| all | 5 | 2 | 1 | 1 | 1 | 50 % |" in text
+    assert "| `blockstat/io` | 4 | 1 | 1 | 1 | 1 | 33.3 % | 0.0 % |" in text
+    assert "| `dynsim/judge` | 1 | 1 | 0 | 0 | 0 | 100.0 % | 100.0 % |" in text
+    assert "| all | 5 | 2 | 1 | 1 | 1 | 50.0 % | 25.0 % |" in text
     left, same = text.split("### Survivors")[1].split("### Equivalent mutants")
     assert left.count("```diff") == 2
     assert "+y" in left

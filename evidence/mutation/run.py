@@ -11,7 +11,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
@@ -34,7 +34,8 @@ The mutations are those of [Cosmic Ray](https://cosmic-ray.readthedocs.io). The 
 source is as likely as any other, and gets one of its mutations. Arithmetic is replaced by arithmetic and bits by bits,
 as what cannot run is killed by any test. Coverage says which tests reach a line, but not in processes that tests start.
 They run in the order of their time, up to {seconds:g} s of tests a mutant. A mutant that takes five times as long
-hangs, and counts as killed.
+hangs, and counts as killed. "At first sight" is what the tests killed before any was written for a survivor of the
+sample: it says how the tests do on mutants that nobody has looked at.
 
 The tables below are of {tests} tests in {files} of {all} test files. `make mutants SEED=2` takes another sample.
 """
@@ -72,7 +73,7 @@ def main() -> None:
     for seed in options.seed:
         with ThreadPoolExecutor(options.jobs) as pool:
             found = [result for result in pool.map(one, sample(options.sample, seed, options.rooms)) if result]
-        parts.append(page(found, options.sample, seed, equivalents()))
+        parts.append(page(found, options.sample, seed, equivalents(), kept.first))
     text = "\n".join(parts)
     print(text)
     if options.write:
@@ -87,8 +88,9 @@ class Kept:
         self._path, self._lock = OUT / f"judged.{state}.jsonl", Lock()
         lines = self._path.read_text().splitlines() if self._path.is_file() else []
         rows = [Judgement(**json.loads(line)) for line in lines]
-        #: judgements by the key of the mutation, the last one of each
+        #: judgements by the key of the mutation, the last one of each and the first one
         self.found = {row.key: row for row in rows}
+        self.first = {row.key: row for row in reversed(rows)}
         if again:
             self.found = {key: row for key, row in self.found.items() if row.outcome == KILLED}
 
@@ -96,6 +98,7 @@ class Kept:
         """Keep a judgement."""
         with self._lock:
             self.found[row.key] = row
+            self.first.setdefault(row.key, row)
             with self._path.open("a") as file:
                 file.write(json.dumps(asdict(row)) + "\n")
         print(f"{row.outcome:9} {row.key} ({row.seconds:.0f} s)\n", end="", flush=True)
@@ -109,8 +112,17 @@ def equivalents(path: Path = EQUIVALENTS) -> dict[tuple[str, str, str], str]:
     }
 
 
-def page(found: Sequence[Judgement], asked: int, seed: int, known: dict[tuple[str, str, str], str]) -> str:
-    """The table of a sample by room, the survivors as diffs, and the equivalent ones with their reasons."""
+def page(
+    found: Sequence[Judgement],
+    asked: int,
+    seed: int,
+    known: Mapping[tuple[str, str, str], str],
+    first: Mapping[str, Judgement],
+) -> str:
+    """The table of a sample by room, the survivors as diffs, and the equivalent ones with their reasons.
+
+    `first` are the first judgements by the key of the mutation, for those that were judged again.
+    """
 
     def reason(row: Judgement) -> str | None:
         return known.get((row.key.split(":")[0], row.before, row.after))
@@ -118,10 +130,13 @@ def page(found: Sequence[Judgement], asked: int, seed: int, known: dict[tuple[st
     same = [row for row in found if row.outcome != KILLED and reason(row)]
     left = [row for row in found if row.outcome != KILLED and not reason(row)]
     rooms = [room for room in ROOMS if any(row.room == room for row in found)]
-    rows = [_counts(f"`{room}`", [row for row in found if row.room == room], same) for room in rooms]
-    names = ["room", "mutants", "killed", "survived", "no test reaches it", "equivalent", "killed of the others"]
+    rows = [_counts(f"`{room}`", [row for row in found if row.room == room], same, first) for room in rooms]
+    names = [
+        "room", "mutants", "killed", "survived", "no test reaches it", "equivalent", "killed of the others",
+        "at first sight",
+    ]  # fmt: skip
     text = f"## Sample {seed}\n\n{len(found)} of {asked} mutants were judged.\n\n"
-    text += table(names, [*rows, _counts("all", found, same)]) + "\n"
+    text += table(names, [*rows, _counts("all", found, same, first)]) + "\n"
     if left:
         text += "\n### Survivors\n" + "".join(f"\n{_diff(row)}" for row in left)
     if same:
@@ -130,13 +145,16 @@ def page(found: Sequence[Judgement], asked: int, seed: int, known: dict[tuple[st
     return text
 
 
-def _counts(name: str, rows: Sequence[Judgement], same: Iterable[Judgement]) -> list[object]:
+def _counts(
+    name: str, rows: Sequence[Judgement], same: Iterable[Judgement], first: Mapping[str, Judgement]
+) -> list[object]:
     killed = sum(row.outcome == KILLED for row in rows)
+    at_once = sum(first.get(row.key, row).outcome == KILLED for row in rows)
     equal = sum(row in same for row in rows)
     unreached = sum(row.outcome == UNREACHED and row not in same for row in rows)
     others = len(rows) - equal
-    share = f"{100 * killed / others:.0f} %" if others else "-"
-    return [name, len(rows), killed, others - killed - unreached, unreached, equal, share]
+    shares = [f"{100 * number / others:.1f} %" if others else "-" for number in (killed, at_once)]
+    return [name, len(rows), killed, others - killed - unreached, unreached, equal, *shares]
 
 
 def _diff(row: Judgement) -> str:
