@@ -29,6 +29,7 @@ from blockstat.analysis import decision
 from blockstat.analysis.assess import _second, judged
 from blockstat.analysis.decision import (
     Bound,
+    _bound_by,
     _checked,
     decide,
     lower_bound,
@@ -806,3 +807,44 @@ def test_a_field_near_an_extreme_is_mixed_with_as_little_as_it_takes():
     assert admissible(problem, dead, dead) is not None
     with pytest.raises(InputError, match="no force field near the extreme could be proven"):
         admissible(problem, outside, outside)
+
+
+def test_a_mechanism_that_closes_bounds_by_ten_times_the_forces_of_the_lower_bound():
+    problem, load, dead = tipping()
+    program, unit = problem.program, problem.program.length_unit
+    twist = np.array([1.0, 0, 0.45, 0, unit, 0])  # it must rise by .5 of what it moves aside
+    closing = -(program.matrix.T @ twist).reshape(-1, 3)[:, 0].min()
+    assert closing > 0
+    total = np.sqrt((dead**2).sum(axis=1)).sum()
+    most = closing * 10.0 * total
+    rate = (program.matrix.T @ twist).reshape(-1, 3)
+    lack = np.maximum(-(rate[:, 0] - 9.0 * np.hypot(rate[:, 1], rate[:, 2])), 0.0).max()
+    expected = (lack * 10.0 * total - program.load @ twist) / (load @ twist)
+    found = _bound_by(program, load, twist, Bound(0.0, dead))
+    assert found.value == pytest.approx(expected)
+    assert expected >= (most - program.load @ twist) / (load @ twist)
+
+
+def test_iterations_are_those_of_the_dead_load_and_of_the_multiplier():
+    wall = running_bond(9, 12)
+    problem = program_of(wall)
+    direction = acceleration(wall, (0, 1, 0))
+    dead = decide(problem.program, solve_penalty(problem.program, stands=True), motions=problem.motions)
+    alone = bracket(problem, dead.force, direction, "auto")
+    found = limit_load(wall, (0, 1, 0))
+    assert isinstance(found.iterations, int)
+    assert found.iterations == dead.iterations + alone[-1]
+    # Unless the optimum is asked for, a bracket ends as soon as it is narrow.
+    assert alone[-1] < bracket(problem, dead.force, direction, "auto", optimum=True)[-1]
+    assert limit().iterations == 7
+    assert LimitLoad(*(getattr(found, name) for name in LimitLoad.__match_args__[:9])).iterations == 0
+
+
+def test_a_block_whose_weight_is_lifted_is_balanced_in_units_of_the_others():
+    pair = assembly([GROUND, box((0, 0, 0), (1, 1, 1)), box((3, 0, 0), (4, 1, 1))])
+    program = program_of(pair).program
+    program = replace(program, load=program.load * np.repeat([1.0, 0.0], 6))
+    answer = solve_margin_locally(program)
+    assert np.isfinite(answer.force).all()
+    assert np.isfinite(answer.twist).all()
+    np.testing.assert_allclose(program.matrix @ answer.force.reshape(-1), -program.load, atol=1e-6)

@@ -201,3 +201,7 @@ def test_a_stiff_table_stands_on_the_diagonal_whose_legs_are_open_by_less():
     share = settling_share(program, seed=49)  # of twelve tries
     assert 12 * share == pytest.approx(round(12 * share))
     assert np.mean(openings @ np.where(first, 1.0, -1.0) < 0) <= share < 1.0
+
+
+def test_openings_are_assumed_unless_they_are_stated():
+    assert not _Member(np.ones(2), 1e-3, np.zeros(2)).known

@@ -838,3 +838,9 @@ def test_an_edge_in_a_face_that_holds_it_down_has_the_normal_of_that_face(depth)
     joints = find_interfaces(asm)
     assert joints.n_interfaces == 3
     assert len(unresolved_contacts(asm, joints, pairs=np.array([(0, 1)])).pair) == 0
+    # Two of them, of which the numbers are nested: sorted by their second numbers, pairs are not sorted.
+    key = prism([(1, 1), (3, 1), (2.5, 2), (1.5, 2)], depth)
+    away = [Block(np.asarray(block.vertices) + (20, 0, 0), block.faces) for block in (slot, key)]
+    two = assembly([slot, *away, key])
+    pairs = np.array([(0, 3), (1, 2)])
+    assert len(unresolved_contacts(two, find_interfaces(two), pairs=pairs).pair) == 0

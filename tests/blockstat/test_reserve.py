@@ -188,6 +188,15 @@ def test_a_block_between_two_walls_falls_freely_unless_something_is_in_its_way()
     assert len(verdict.held) == 2
     tied = asm.with_(ties=[Tie(("left", "block"), ((-1, 0, 4), (0.5, 0, 3)), 0.0, 9.0)])
     assert falling_freely(posed(tied)).tolist() == []
+    pair = assembly([*walls, block, box((0, 0, 3), (1, 1, 3.5), name="upper")], supports=["left", "right"])
+    assert falling_freely(posed(pair)).tolist() == [2, 3]
+    stopped = [
+        *walls,
+        block,
+        box((0, 0, 3), (1, 1, 3.5), name="upper"),
+        box((0, 0, 0.985), (1, 1, 1.985), name="floor"),
+    ]
+    assert falling_freely(posed(assembly(stopped, supports=["left", "right", "floor"]))).tolist() == []
     floor = assembly([*walls, block, box((0, 0, 1), (1, 1, 2), name="floor")], supports=["left", "right", "floor"])
     assert falling_freely(posed(floor)).tolist() == []
     near = assembly(

@@ -96,6 +96,10 @@ def test_the_rate_is_over_the_window_or_a_third_of_the_run():
     slowing = np.zeros((61, 1, 3))
     slowing[:, 0, 2] = -1e-3 * (12 * times - times**2)
     assert rate(times, slowing, 1.0) == pytest.approx(1e-3)
+    steps = np.arange(5) * 0.1  # .3 is a little more there than .2 and .1
+    kinked = np.zeros((4, 1, 3))
+    kinked[:, 0, 0] = [0.0, 0.0, 0.3, 0.6]
+    assert rate(steps[:4], kinked, 0.2) == pytest.approx(0.6 / 0.2)
     assert rate(times[:1], moved[:1], 0.5) == 0.0
     assert rate(times[:2], moved[:2], 0.5) == pytest.approx(1e-4)
     assert rate(times, moved, 99.0) == pytest.approx(6e-3)
@@ -686,6 +690,7 @@ def test_a_limit_says_what_it_rests_on():
     assert "moves by more than 50 mm" in lines[4]
     assert lines[5].startswith(f"{found.trials[0].multiplier:.5g}: {found.trials[0].verdict}, ")
     assert len(lines) == 5 + len(found.trials)
+    assert replace(found, lower=0.3, upper=0.5, static=(0.2, 0.8)).ratio == pytest.approx(0.5)
     far = replace(found, static=(np.inf, np.inf))
     assert far.ratio is None
     assert "Statics carry the load without bound." in far.explain()
