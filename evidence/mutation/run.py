@@ -54,7 +54,7 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, default=110.0, help="no mutant begins later than this")
     parser.add_argument("--rooms", nargs="+", default=ROOMS, choices=ROOMS, metavar="ROOM", help=", ".join(ROOMS))
     parser.add_argument("--tests", type=Path, nargs="+", metavar="FILE", help="these test files alone; by default all")
-    parser.add_argument("--again", action="store_true", help="judge the survivors anew")
+    parser.add_argument("--again", action="store_true", help="judge the survivors anew that are not equivalent")
     parser.add_argument("--write", type=Path, metavar="FILE", help="put the page here")
     options = parser.parse_args()
     paths = [path.resolve() for path in options.tests] if options.tests else test_files()
@@ -92,7 +92,8 @@ class Kept:
         self.found = {row.key: row for row in rows}
         self.first = {row.key: row for row in reversed(rows)}
         if again:
-            self.found = {key: row for key, row in self.found.items() if row.outcome == KILLED}
+            known = equivalents()
+            self.found = {key: row for key, row in self.found.items() if row.outcome == KILLED or _named(row) in known}
 
     def add(self, row: Judgement) -> None:
         """Keep a judgement."""
@@ -125,7 +126,7 @@ def page(
     """
 
     def reason(row: Judgement) -> str | None:
-        return known.get((row.key.split(":")[0], row.before, row.after))
+        return known.get(_named(row))
 
     same = [row for row in found if row.outcome != KILLED and reason(row)]
     left = [row for row in found if row.outcome != KILLED and not reason(row)]
@@ -143,6 +144,11 @@ def page(
         text += "\n### Equivalent mutants\n"
         text += "".join(f"\n{reason(row)}\n\n{_diff(row)}" for row in same)
     return text
+
+
+def _named(row: Judgement) -> tuple[str, str, str]:
+    """What an equivalent mutant is found by."""
+    return row.key.split(":")[0], row.before, row.after
 
 
 def _counts(
