@@ -530,6 +530,7 @@ def test_what_is_planar_is_so_to_rounding(flat):
             other = rate.copy()
             other[points[2], 0] += size
             assert plane.mirrors(other.reshape(-1)) is same
+            assert plane.mirrors(1e-6 * other.reshape(-1)) is same  # whatever the size of the rates
     aside = rate.copy()
     aside[plane.first[1], 1:] += [-0.1 * plane.tangent[1, 1], 0.1 * plane.tangent[1, 0]]
     aside[plane.second[1]] = aside[plane.first[1]]

@@ -138,6 +138,9 @@ def test_a_mechanism_of_blocks_that_overlap_proves_nothing():
         moved[block, 5] = 1e-12
         (text,) = overlap_warnings(problem, moved)
         assert text.startswith('"low" and "in" overlap too far to have a joint (1 such pairs move)')
+    several = replace(problem, overlapping=np.array([[0, 3], [1, 3], [2, 3]]))
+    (text,) = overlap_warnings(several, motion)
+    assert text.startswith('"ground" and "other" overlap too far to have a joint (3 such pairs move)')
     known = replace(problem, overlapping=np.array([[0, 3]]))
     assert overlap_warnings(known, motion)[0].startswith('"ground" and "other" overlap')
     assert overlap_warnings(replace(problem, overlapping=np.empty((0, 2), dtype=int)), moved) == []

@@ -98,8 +98,8 @@ def test_the_rate_is_over_the_window_or_a_third_of_the_run():
     assert rate(times, slowing, 1.0) == pytest.approx(1e-3)
     steps = np.arange(5) * 0.1  # .3 is a little more there than .2 and .1
     kinked = np.zeros((4, 1, 3))
-    kinked[:, 0, 0] = [0.0, 0.0, 0.3, 0.6]
-    assert rate(steps[:4], kinked, 0.2) == pytest.approx(0.6 / 0.2)
+    kinked[:, 0, 0] = [0.0, 0.0, 0.3, 0.4]
+    assert rate(steps[:4], kinked, 0.2) == pytest.approx(0.4 / 0.2)
     assert rate(times[:1], moved[:1], 0.5) == 0.0
     assert rate(times[:2], moved[:2], 0.5) == pytest.approx(1e-4)
     assert rate(times, moved, 99.0) == pytest.approx(6e-3)
