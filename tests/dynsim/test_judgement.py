@@ -768,6 +768,18 @@ def test_a_block_is_put_in_where_its_neighbours_have_moved_on_average():
     assert found.run.times[-1] == found.steps[1].end
 
 
+@pytest.mark.parametrize("gap", [0.0, 0.004])
+def test_blocks_rest_as_soon_where_earlier_steps_have_moved_them(gap):
+    lower, upper = (box((0, 0, k + gap), (1, 1, k + 1 + gap), name=name) for k, name in enumerate(("one", "top")))
+    asm = assembly([GROUND, lower, upper], supports=["ground"], gravity=(0, 0, -9.81), friction=0.7)
+    settings = Settings(settle=0.06, end=1.0)
+    found = sequence(asm, Plan((Step(("one",)), Step(("top",)))), settings=settings)
+    assert [step.outcome.word for step in found.steps] == ["stands", "stands"]
+    assert found.run.displacement[-1, 2, 2] == pytest.approx(-gap, abs=2e-5)
+    looks = settings.settle + settings.window / 2 + 2 * settings.look_every  # half a window, to whole looks
+    assert (found.steps[1].end - found.steps[0].end) * found.run.pace <= looks
+
+
 def test_blocks_of_a_step_that_falls_are_put_back_and_held():
     blocks = [GROUND, box((0, 0, 0), (1, 1, 1), name="one"), box((4, 0, 0), (5, 1, 1), name="two")]
     asm = assembly(blocks, supports=["ground"], gravity=(9.81 * 0.3, 0, -9.81), friction=0.0)
