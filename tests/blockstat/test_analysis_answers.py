@@ -151,10 +151,20 @@ def limit(**changes):
     return replace(made, **changes)
 
 
+def test_a_limit_counts_no_iterations_and_no_kinds_of_joints_unless_told():
+    bare = LimitLoad(*(getattr(limit(), name) for name in LimitLoad.__match_args__[:9]))
+    assert (bare.gap, bare.iterations, bare.coulomb, bare.bonds, bare.worst) == (
+        pytest.approx(1 / 3),
+        0,
+        None,
+        None,
+        "",
+    )
+
+
 def test_a_limit_tells_its_bracket_and_those_without_dilatancy():
     plain = limit()
     assert plain.gap == pytest.approx(1 / 3)
-    assert LimitLoad(*(getattr(plain, name) for name in LimitLoad.__match_args__[:9])).iterations == 0
     assert plain.explain().splitlines() == [
         LoadOutcome.LIMIT.value, "1 <= multiplier <= 1.5",
         'Friction is associated: joints dilate as they slide, and real ones may carry less (see flow="coulomb").',

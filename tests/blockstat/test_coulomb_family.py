@@ -204,4 +204,5 @@ def test_a_stiff_table_stands_on_the_diagonal_whose_legs_are_open_by_less():
 
 
 def test_openings_are_assumed_unless_they_are_stated():
-    assert not _Member(np.ones(2), 1e-3, np.zeros(2)).known
+    member = _Member(np.ones(2), 1e-3, np.zeros(2))
+    assert (member.known, bool(member.ends), bool(member.grows)) == (False, False, False)
