@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from blockstat import InputError, assess, build, load_scene, parameters, scene_from, search, with_values
+from blockstat.spec import compose
 from elements import sound
 
 GATE = {
@@ -155,6 +156,41 @@ def test_elements_that_overlap_are_named():
     assert message.startswith('elements "piers" and "post" overlap: blocks "piers.1.pier.')
     both = GATE["elements"]["piers"] | {"repeat": {"number": 2, "by": [0.1, 0, 0]}}
     assert refused(changed(piers=both)).startswith('element "piers" overlaps with itself: blocks "piers.1.pier.')
+
+
+def test_the_volume_of_a_scene_is_that_of_its_free_blocks_whichever_elements_it_shares(monkeypatch):
+    built, blocks_of = [], compose.blocks_of
+    monkeypatch.setattr(compose, "blocks_of", lambda element: built.append(element) or blocks_of(element))
+    volumes = compose.FreeVolumes()
+    wide = (0.5, 0.6)
+    for height in (1.0, 2.0):
+        for width in wide:
+            post = {"kind": "pier", "size": [width, 0.5], "height": 1.0, "courses": 2}
+            row = {"kind": "pier", "size": [0.4, 0.3], "height": height, "courses": 3, "at": [3, 0, 0]}
+            row["repeat"] = [{"number": 3, "by": [2, 0, 0]}]
+            held = {"kind": "pier", "size": [0.2, 0.2], "height": 0.7, "courses": 1, "at": [0, 5, 0]}
+            tables = {"post": post, "row": row, "held": held}
+            scene = scene_from({"name": "s", "supports": ["ground", "held"], "elements": tables})
+            assert volumes.of(scene) == pytest.approx(width * 0.5 + 3 * 0.4 * 0.3 * height, rel=1e-12)
+            assembly = build(scene)
+            assert volumes.of(scene) == pytest.approx(assembly.volume[assembly.free].sum(), rel=1e-12)
+    # Two posts, two rows and the one that is held; and three of each of the four scenes that were built.
+    assert len(built) == 2 + 2 + 1 + 4 * 3
+
+
+def test_a_search_tells_of_designs_whose_elements_overlap():
+    low = {"kind": "pier", "size": ["= w", 0.5], "height": 1.0, "courses": 1}
+    other = {"kind": "pier", "size": [1.0, 0.5], "height": 1.0, "courses": 1, "at": [1.0, 0, 0]}
+    width = {"value": 1.0, "min": 0.8, "max": 1.2, "step": 0.2}
+    scene = scene_from({"name": "s", "parameters": {"w": width}, "elements": {"low": low, "other": other}})
+    found = search(scene, over="grid", strategy="pruned", verify=None)
+    assert found.best_parameters == {"parameters.w": 0.8}
+    only = scene_from({"name": "s", "parameters": {"w": width | {"min": 1.2, "value": 1.2}},
+                       "elements": {"low": low, "other": other}})  # fmt: skip
+    found = search(only, over="grid", strategy="pruned", verify=None)
+    assert found.best_parameters is None
+    assert [row.static for row in found.history] == ["error"]
+    assert 'elements "low" and "other" overlap' in found.history[0].note
 
 
 def test_an_element_may_have_a_density_of_its_own():

@@ -16,9 +16,8 @@ from blockstat.design_search.history import History, Key
 from blockstat.design_search.space import Space, Values
 from blockstat.errors import InputError
 from blockstat.spec import build
+from blockstat.spec.compose import FreeVolumes
 
-#: Designs kept between being weighed and being evaluated.
-KEPT = 256
 #: What a verdict says of where it comes from.
 EVIDENCE = {"earlier forces": FORCES, "earlier mechanism": MECHANISM, "none": ""}
 
@@ -64,7 +63,7 @@ class Evaluator:
     _foreseen: dict[Key, Candidate] = field(default_factory=dict)  #: judged by statics before they are asked for
     _evaluated: dict[Key, tuple[Assembly, Verdict]] = field(default_factory=dict)  #: until dynamics have been asked
     _begun: set[Key] = field(default_factory=set)
-    _weighed: dict[Key, Assembly] = field(default_factory=dict)  #: built to be weighed, and not judged yet
+    _volumes: FreeVolumes = field(default_factory=FreeVolumes)
     _restored: bool = False
 
     def __post_init__(self) -> None:
@@ -91,9 +90,7 @@ class Evaluator:
         return self.callbacks.under(build(self.space.at(values)))
 
     def weigh(self, values: Values) -> float:
-        """Return the volume of a design.
-
-        The first few designs are kept for their judgement, so that they are built once.
+        """Return the volume of a design, of which only the elements are built that no design before had.
 
         Parameters
         ----------
@@ -108,12 +105,9 @@ class Evaluator:
         Raises
         ------
         InputError
-            For a design that cannot be built.
+            For a design with an element that cannot be built.
         """
-        assembly = self.make(values)
-        if len(self._weighed) < KEPT:
-            self._weighed[tuple(values.values())] = assembly
-        return float(assembly.volume[assembly.free].sum())
+        return self._volumes.of(self.space.at(values))
 
     def ask(self, values: Mapping[str, float], *, dynamics: bool = True, always: bool = False) -> Candidate:
         """Return the candidate with some values, and judge it if that was not done before.
@@ -231,7 +225,7 @@ class Evaluator:
         self.check_cancelled()
         begin = process_time()
         try:
-            assembly = self._weighed.pop(key, None) or self.make(values)
+            assembly = self.make(values)
             verdict = self.callbacks.static(assembly)
         except InputError as error:
             return Candidate(values, ERROR, None, UNASKED, None, None, process_time() - begin, 0.0, error.line)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fnmatch import fnmatchcase
 from functools import partial
 from itertools import product
 from math import prod
-from typing import Any
+from typing import Any, TypeVar
 
 import msgspec
 import numpy as np
@@ -25,6 +25,7 @@ from blockstat.spec.element import Element, Repeat, repeats_of
 from blockstat.spec.elements import blocks_of, kind_of
 from blockstat.spec.scene import Scene, parameters
 
+T = TypeVar("T")
 #: Depth of an overlap of elements that is an error, relative to the smaller block; rounding makes less.
 OVERLAP = 1e-4
 #: A block stands on the ground when its foot is as near to z = 0 as this, relative to its height.
@@ -59,13 +60,8 @@ def build(scene: Scene) -> Assembly:
     >>> build(scene_from({"name": "gate", "elements": {"post": post}})).names
     ('ground', 'post.pier.0.0', 'post.pier.1.0')
     """
-    plan = resolve(scene) if isinstance(scene, Composition) else lowered(scene)
-    try:
-        _check_numbers(plan)
-        placed = gathered(partial(_placed, name, element) for name, element in plan.elements.items())
-    except InputError as error:
-        raise InputError(*(_said(text, plan.keys) for text in error.args)) from None
-    blocks = [block for own in placed for block in own]
+    plan = _planned(scene)
+    blocks = [block for own in _of_each_element(plan, _placed) for block in own]
     if not blocks:
         raise InputError(f'"{plan.name}": no element is present; there is nothing to build')
     if GROUND in plan.supports:
@@ -89,6 +85,66 @@ def build(scene: Scene) -> Assembly:
     if not plan.no_overlap:
         _check_elements_apart(assembly)
     return assembly
+
+
+class FreeVolumes:
+    """Volumes of scenes that share elements: an element is built once for each set of its keys.
+
+    What elements do to each other is not looked at: a scene may have a volume and not be built, as they overlap.
+    """
+
+    def __init__(self) -> None:
+        self._known: dict[bytes, dict[str, float]] = {}
+
+    def of(self, scene: Scene) -> float:
+        """The volume of the blocks of a scene that are no supports [m3].
+
+        Parameters
+        ----------
+        scene : Building or Composition
+            Its ranges count with their values.
+
+        Returns
+        -------
+        float
+            As of the assembly that `build` makes, to rounding.
+
+        Raises
+        ------
+        InputError
+            Naming the element at fault.
+        """
+        plan = _planned(scene)
+        fixed = [wanted.split(".") for wanted in plan.supports]
+        return sum(
+            volume
+            for groups in _of_each_element(plan, self._by_group)
+            for group, volume in groups.items()
+            if not any(_within(group.split("."), wanted) for wanted in fixed)
+        )
+
+    def _by_group(self, name: str, element: Element) -> dict[str, float]:
+        key = msgspec.msgpack.encode((name, element))
+        if key not in self._known:
+            blocks = _placed(name, element)
+            found = dict.fromkeys((block.group for block in blocks), 0.0)
+            for block, volume in zip(blocks, Assembly.from_blocks(blocks).volume.tolist(), strict=True):
+                found[block.group] += volume
+            self._known[key] = found
+        return self._known[key]
+
+
+def _planned(scene: Scene) -> Plan:
+    return resolve(scene) if isinstance(scene, Composition) else lowered(scene)
+
+
+def _of_each_element(plan: Plan, what: Callable[[str, Element], T]) -> list[T]:
+    """What there is of each element by its name, or the errors of all in the words of the scene."""
+    try:
+        _check_numbers(plan)
+        return gathered(partial(what, name, element) for name, element in plan.elements.items())
+    except InputError as error:
+        raise InputError(*(_said(text, plan.keys) for text in error.args)) from None
 
 
 def _tables(plan: Plan) -> list[tuple[str, Any]]:
