@@ -333,3 +333,18 @@ def test_results_are_told_apart_by_identity_and_keep_what_they_hold():
         assert len({result, replace(result)}) == 2
         with pytest.raises(FrozenInstanceError):
             setattr(result, name, 0.5)
+
+
+@pytest.mark.parametrize(("lift", "outcome"), [
+    (1.0, Outcome.UNDECIDED), (0.9, Outcome.UNSTABLE), (1.1, Outcome.UNSTABLE), (0.0, Outcome.UNSTABLE),
+])  # fmt: skip
+def test_a_block_in_the_air_falls_or_rises_unless_its_loads_happen_to_balance(lift, outcome):
+    asm = assembly([box((-1, -1, -1), (2, 2, 0)), box((0, 0, 0), (1, 1, 1)), box((5, 0, 3), (6, 1, 4))], supports=[0])
+    loads = np.zeros((3, 6))
+    loads[2, 2] = lift * asm.free_weight / 2
+    found = assess(asm, loads=loads)
+    assert found.outcome is outcome
+    assert found.floating.tolist() == [2]
+    if outcome is Outcome.UNSTABLE:
+        assert np.sign(found.mechanism[2, 2]) == np.sign(lift - 1)
+        assert not found.mechanism[:2].any()

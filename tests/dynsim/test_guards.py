@@ -11,7 +11,7 @@ from blockstat import InputError, JointLaw, find_interfaces
 from dynsim import DynamicOutcome, Settings, World, verify
 from dynsim.engine.bullet import import_bullet
 from dynsim.engine.friction import block_friction
-from dynsim.engine.guards import check_rotations, thickness
+from dynsim.engine.guards import SWEEPS, check_overlap, check_rotations, iterations_for, thickness
 from evidence.scenes.small import assembly, box
 
 STANDS, FALLS = DynamicOutcome.STANDS, DynamicOutcome.FALLS
@@ -184,3 +184,19 @@ def test_pybullet_that_is_missing_is_told_from_one_that_numpy_refuses(error, wor
     monkeypatch.setattr(importlib, "import_module", refuse)
     with pytest.raises(InputError, match=words):
         import_bullet()
+
+
+def test_blocks_may_begin_in_each_other_by_a_twentieth_of_their_size():
+    scene = pile(cube(), cube(1, "upper", size=3.0), cube(4, "top"))  # the median of their sizes is a metre
+    check_overlap(scene, (1, 2), 0.0499)
+    with pytest.raises(InputError, match=r'blocks "cube" and "upper" overlap by 50\.1 mm; .* At most 50 mm'):
+        check_overlap(scene, (1, 2), 0.0501)
+
+
+def test_sweeps_follow_the_largest_ratio_of_masses_of_free_blocks_that_touch():
+    alone = pile(cube())
+    assert iterations_for(alone, find_interfaces(alone)) == 0  # a support carries anything
+    apart = alone.with_(support=np.array([False, True]))
+    assert iterations_for(apart, dataclasses.replace(find_interfaces(alone), pair=np.empty((0, 2), dtype=int))) == 0
+    pair = pile(cube(), cube(1, "upper", density=3.0))
+    assert iterations_for(pair, find_interfaces(pair)) == 3 * SWEEPS

@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 from blockstat import Assembly, Block, InputError, JointLaw, box, write
 from dynsim import Comparison, Comparisons, Removal, Settings, compare, simulate, verify
 from dynsim.cli.commands import app
+from dynsim.engine import lmgc90
 
 installed = pytest.mark.skipif(
     importlib.util.find_spec("compas_lmgc90") is None, reason="compas_lmgc90 is not installed"
@@ -153,6 +154,41 @@ def test_a_corner_of_too_many_triangles_is_refused():
     ground = box((-4, -4, -1), (5, 5, 0), name="ground")
     with pytest.raises(InputError, match=r'block "pyramid" has a corner where 4\d triangles .* 30 at most'):
         verify(Assembly.from_blocks([ground, pyramid], supports=["ground"], friction=0.5), engine="lmgc90")
+
+
+def test_scenes_that_it_does_not_take_are_named_before_it_starts(monkeypatch):
+    laws = {"joints": (JointLaw(("*", "*"), bond=9.0),)}
+    for scene, actions, message in (
+        (slab(0), [Removal("slab")], 'loads, actions and bonds need the engine "bullet"'),
+        (slab(0, **laws), [], 'loads, actions and bonds need the engine "bullet"'),
+        (slab(0, joints=(JointLaw(("*", "*"), friction=0.1),)), [], 'their own friction need the engine "bullet"'),
+    ):
+        with pytest.raises(InputError, match=message):
+            lmgc90._check_scene(scene, actions)
+    lmgc90._check_scene(slab(0), [])
+    monkeypatch.setattr(lmgc90, "MOST_BLOCKS", 1)
+    with pytest.raises(InputError, match="has 2 blocks; LMGC90 takes 1 at most"):
+        lmgc90._check_scene(slab(0), [])
+
+
+def test_a_corner_counts_the_triangles_of_its_hull():
+    # At the corners of a cube four or five of twelve triangles meet, on the average 4.5.
+    cube = np.array(list(np.ndindex(2, 2, 2)), dtype=float)
+    lmgc90._check_corners(slab(0), [[cube], [cube]])
+    angle = 2 * np.pi * np.arange(40) / 40
+    cone = np.vstack([np.column_stack([np.cos(angle), np.sin(angle), np.zeros(40)]), [0, 0, 1]])
+    with pytest.raises(InputError, match=r'block "slab" has a corner where 4\d triangles of its hull meet'):
+        lmgc90._check_corners(slab(0), [[cube], [cube, cone]])
+
+
+@pytest.mark.parametrize("other", [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0.6, 0, 0.8), (-0.6, 0, -0.8)])
+def test_a_direction_is_turned_into_another_the_short_way(other):
+    one, other = np.array([1.0, 0, 0]), np.array(other, dtype=float)
+    found = lmgc90.rotation_between(one, other)
+    np.testing.assert_allclose(found @ one, other, atol=1e-12)
+    np.testing.assert_allclose(found @ found.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(found) == pytest.approx(1.0)
+    assert np.trace(found) == pytest.approx(1 + 2 * one @ other)  # no further than it must
 
 
 @installed
