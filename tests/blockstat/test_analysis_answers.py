@@ -182,6 +182,7 @@ def test_a_limit_tells_its_bracket_and_those_without_dilatancy():
     assert "carries least" not in alike.explain()
     assert "carries least" in limit(coulomb_kinds=((0.8, 0.9), (0.75, 0.79))).explain()
     assert "multiplier" in limit(outcome=LoadOutcome.STOPPED).explain()
+    assert "First to move" not in limit(mechanism=np.zeros((2, 6))).explain()
     bounds = {
         "1 <= multiplier <= 1.5": {},
         "1 <= multiplier": {"upper": np.inf},

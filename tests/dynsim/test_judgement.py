@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blockstat import Block, InputError, JointLaw, Plan, Step, find_interfaces
+from blockstat import Block, InputError, JointLaw, Outcome, Plan, Step, assess, find_interfaces
 from dynsim import Constant, DynamicOutcome, Removal, Settings, limit, sequence, simulate, verify
 from dynsim.engine.world import World
 from dynsim.judge import verify as judging
@@ -431,6 +431,24 @@ def test_statics_tell_without_a_run_whether_blocks_fall_without_the_loads_that_c
     assert (found.outcome, found.falls_alone, len(runs)) == (DynamicOutcome.FALLS, False, 1)
 
 
+def test_a_run_tells_what_falls_without_the_loads_that_change_where_statics_leave_it_open():
+    walls = [box((-1, 0, 0), (0, 1, 4), name="left"), box((1, 0, 0), (2, 1, 4), name="right")]
+    blocks = [*walls, box((0, 0, 2), (1, 1, 3), name="between"), box((5, 0, 0), (6, 1, 1), name="stout")]
+    ground = box((4, -1, -1), (7, 2, 0), name="ground")
+    asm = assembly([ground, *blocks], supports=["ground", "left", "right"], friction=0.5)
+    assert assess(asm, flow="coulomb").outcome is Outcome.STABLE_ONLY_BY_SELF_STRESS
+    found = verify(asm, loads=[Removal("stout", time=0.1)])
+    assert (found.outcome, found.first_block, found.falls_alone) == (DynamicOutcome.FALLS, "between", True)
+
+
+def test_blocks_that_do_not_settle_begin_where_they_were_built():
+    asm = stack(2, 1.0, 1.0)
+    run = simulate(asm, settings=Settings(settle=1e-3, end=0.1, resolution=0.1))
+    assert run.times[0] == 0.0
+    np.testing.assert_allclose(run.displacement[0], 0.0, atol=1e-9)
+    assert np.abs(run.displacement[-1]).max() > 1e-9
+
+
 def test_weaker_glue_is_tried_under_the_weight_alone():
     law = JointLaw(("*", "*"), bond=1e3)  # a thousand times the weight
     asm = assembly([GROUND, box((0, 0, 0), (1, 1, 1), name="block")], supports=["ground"], joints=[law])
@@ -470,6 +488,9 @@ def test_what_falls_at_every_multiplier_has_no_limit():
     assert tried[0] == pytest.approx(0.49)
     assert tried[-1] == 0.0
     assert sorted(tried, reverse=True) == tried
+    tried.clear()
+    assert search._from_nothing() == (None, None)
+    assert tried == [0.0]
 
 
 def test_a_group_that_is_taken_out_does_not_drop():
