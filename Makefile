@@ -58,7 +58,7 @@ mutants: $(STAMP)  ## put small bugs into the source and count those that no tes
 
 coverage: $(STAMP)  ## count the branches that no test takes, by room
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[mutation]"
-	$(BIN)/python -m evidence.mutation.branches --measure
+	$(BIN)/python -m evidence.mutation.branches --measure --write docs/coverage.md
 
 validation: ONLY := validation dynamics-validation
 validation: evidence  ## recompute the reference values

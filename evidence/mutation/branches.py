@@ -1,9 +1,9 @@
 """Branches of the source that no test takes, by room: `make coverage`.
 
-    python -m evidence.mutation.branches [--measure] [--list ROOM ...]
+    python -m evidence.mutation.branches [--measure] [--list ROOM ...] [--write FILE]
 
 `--measure` runs all tests that CI runs under coverage.py, in every process that they start. Otherwise the last
-measurement in out/coverage is read. `--list` prints each branch of a room that no test takes.
+measurement in out/coverage is read. `--list` prints each branch of a room that no test takes, `--write` the page.
 """
 
 from __future__ import annotations
@@ -23,6 +23,13 @@ from evidence.paths import ROOT
 from evidence.tables import table
 
 OUT = ROOT / "out" / "coverage"
+HEAD = """# Branches that tests take
+
+This page is printed by `make coverage`. A branch is a way from a line that decides to the next one, counted by
+[coverage.py](https://coverage.readthedocs.io) in all processes that the tests of CI start. That a test takes a branch
+does not say that it would notice the other way: that is what [mutants](mutants.md) ask. Engines that are not installed
+and the live page without a browser take no branch.
+"""
 #: Every process of a test counts, also those that a signal ends and those that leave by `os._exit`.
 CONFIG = f"""[run]
 branch = True
@@ -44,6 +51,7 @@ def main() -> None:
     parser.add_argument("--measure", action="store_true", help="run the tests first")
     parser.add_argument("--jobs", type=int, default=2, help="tests at a time")
     parser.add_argument("--list", nargs="+", default=[], metavar="ROOM", help=", ".join(ROOMS))
+    parser.add_argument("--write", type=Path, metavar="FILE", help="put the page here")
     options = parser.parse_args()
     if options.measure:
         measure(options.jobs)
@@ -57,6 +65,8 @@ def main() -> None:
     print(counts(files))
     for room in options.list:
         print(f"\n{room}\n" + "\n".join(untaken(files, room)))
+    if options.write:
+        options.write.write_text(page(files))
 
 
 def measure(jobs: int) -> None:
@@ -77,6 +87,13 @@ def measure(jobs: int) -> None:
     run("coverage", "json", settings, "--quiet", "--ignore-errors", "-o", str(OUT / "report.json"))
     if failed:
         print(f"the tests left with {failed}: branches that failing tests take may be missing")
+
+
+def page(files: Mapping[str, Any]) -> str:
+    """The table, and what is not taken in the rooms that hold verdicts, bounds, contacts, laws, loads and files."""
+    left = [line for room in ROOMS for line in untaken(files, room)]
+    text = f"{HEAD}\n{counts(files)}\n\n## Not taken in the rooms of the mutants\n\n"
+    return text + ("```text\n" + "\n".join(left) + "\n```\n" if left else "None.\n")
 
 
 def counts(files: Mapping[str, Any]) -> str:
