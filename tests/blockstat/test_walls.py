@@ -358,3 +358,21 @@ def test_runs_of_a_scene_are_named_by_their_key():
         InputError, match=r'runs\.north\.name: it is "south"; the name of a run is the key of its table'
     ):
         walls_by_name(runs={"north": run})
+
+
+def test_a_wall_needs_length_between_those_that_it_meets():
+    def between(length):
+        middle = Run(name="c", path=[(0, 0), (length, 0)], thickness=0.25, height=1)
+        ends = [Run(name=n, path=[(x, -2), (x, 2)], thickness=0.5, height=1) for n, x in (("a", 0), ("b", length))]
+        return walls([middle, *ends], brick=(0.5, 0.25))
+
+    assert {block.group for block in between(1.0)} == {"wall.a", "wall.b", "wall.c"}
+    with pytest.raises(InputError, match='wall "c" has no length between the walls that it meets'):
+        between(0.5)
+
+
+@pytest.mark.parametrize("sill", [1.5, 9.0])
+def test_an_opening_at_the_top_of_its_wall_or_above_is_refused(sill):
+    above = Opening(width=0.8, height=0.25, sill=sill)
+    with pytest.raises(InputError, match=r'wall "a": openings\[0\]: sill and height reach beyond the wall of 1\.5 m'):
+        wall(openings=[above])
