@@ -126,3 +126,14 @@ def test_an_interrupt_before_the_first_point_ends_the_call(monkeypatch):
     monkeypatch.setattr("blockstat.large_displacement.capacity_analysis.follow_path", interrupted)
     with pytest.raises(KeyboardInterrupt):
         capacity(block(), ALONG)
+
+
+def test_large_linkages_are_followed_by_sparse_equations_to_the_same_poses(monkeypatch):
+    # The block turns about its toe: at a displacement d of its top corner the angle is asin(d / 2) at first.
+    options = {"control": ("block", (0.5, 0.5, 2.0)), "steps": 4, "displacement": 0.2}
+    dense = capacity(block(), ALONG, **options)
+    monkeypatch.setattr("blockstat.large_displacement.displaced.velocity_rows.MAX_DENSE_UNKNOWNS", 0)
+    found = capacity(block(), ALONG, **options)
+    angle = np.arcsin(0.1)
+    assert found.at(0.2) == pytest.approx([np.tan(np.arctan(0.25) - angle)] * 2, rel=1e-5)
+    np.testing.assert_allclose(found.at(0.1), dense.at(0.1), rtol=1e-6)

@@ -376,3 +376,13 @@ def test_an_opening_at_the_top_of_its_wall_or_above_is_refused(sill):
     above = Opening(width=0.8, height=0.25, sill=sill)
     with pytest.raises(InputError, match=r'wall "a": openings\[0\]: sill and height reach beyond the wall of 1\.5 m'):
         wall(openings=[above])
+
+
+def test_openings_whose_jambs_touch_are_refused_where_their_lintels_do():
+    # Between jambs that touch no brick is left and none is asked for; the lintels above would overlap.
+    openings = [Opening(width=1.0, height=0.75, at=[1.0, 2.0])]
+    with pytest.raises(InputError, match=r"nothing is left between wall .* at a height of 0\.75 m"):
+        wall(openings=openings)
+    near = [Opening(width=1.0, height=0.75, at=[1.0, 2.1])]
+    with pytest.raises(InputError, match=r"0\.1 m is left between wall .* at a height of 0 m"):
+        wall(openings=near)
