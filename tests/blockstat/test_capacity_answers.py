@@ -137,3 +137,22 @@ def test_large_linkages_are_followed_by_sparse_equations_to_the_same_poses(monke
     angle = np.arcsin(0.1)
     assert found.at(0.2) == pytest.approx([np.tan(np.arctan(0.25) - angle)] * 2, rel=1e-5)
     np.testing.assert_allclose(found.at(0.1), dense.at(0.1), rtol=1e-6)
+
+
+def test_where_the_linkage_is_lost_finite_steps_go_on_to_the_same_multiplier(monkeypatch):
+    # The diagonal from the toe to the centroid has the length sqrt(17) / 4: where that is 0.25 - d out, it is as high
+    # as Pythagoras says.
+    monkeypatch.setattr("blockstat.large_displacement.linkage.follower.MAX_STEPS", 3)
+    curve = capacity(block(), ALONG, control="block", steps=10, displacement=0.2)
+    assert curve.outcome.word == "reached"
+    assert curve.at(0.2) == pytest.approx([0.05 / np.sqrt(17 / 16 - 0.05**2)] * 2, rel=1e-4)
+    assert "no linkage from" in curve.warnings[0]
+
+
+def test_a_curve_that_cannot_be_followed_is_lost_and_keeps_its_points(monkeypatch):
+    monkeypatch.setattr("blockstat.large_displacement.linkage.follower.MAX_STEPS", 3)
+    monkeypatch.setattr("blockstat.large_displacement.finite_steps.follower.MAX_STEPS", 2)
+    curve = capacity(block(), ALONG, control="block", steps=10, displacement=0.2)
+    assert curve.outcome.word == "lost"
+    assert 0 < curve.displacement[-1] < 0.2
+    assert curve.explain().startswith("Lost: the mechanism could not be followed any further")
