@@ -56,3 +56,20 @@ class DiesWhenMoved:
     def act(self, world, time):
         if abs(world.poses()[0]).max() > 0.01:
             os._exit(3)
+
+
+class Warns:
+    """An action that warns at its beginning, and ends its process there if it is told to."""
+
+    each_step = False
+
+    def __init__(self, text, dies=False):
+        self.text, self.dies = text, dies
+
+    def begin(self, world):
+        warnings.warn(InputWarning(self.text), stacklevel=2)
+        if self.dies:
+            os._exit(4)
+
+    def act(self, world, time):
+        pass

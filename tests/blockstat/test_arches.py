@@ -192,3 +192,11 @@ def test_bad_parameters_are_named(options, match):
 def test_supports_must_be_a_group():
     with pytest.raises(InputError, match='supports: no group "springer"; groups are: arch'):
         assemble(arch(span=SPAN, thickness=0.2, depth=DEPTH, voussoirs=8))
+
+
+@pytest.mark.parametrize("skew", [-1.0, 80.0, np.nan])
+def test_the_skew_of_a_flat_arch_is_an_angle_below_80_degrees(skew):
+    options = {"span": 2.0, "thickness": 0.4, "depth": 0.5, "voussoirs": 5}
+    with pytest.raises(InputError, match=f"skew is {skew}; it must be an angle from 0 to 80 degrees"):
+        jack_arch(skew=skew, **options)
+    assert jack_arch(skew=79.0, **options)

@@ -128,6 +128,8 @@ def test_a_flyer_holds_a_wall_that_is_pushed_outwards():
         ({"height": 9.0}, "height is 9 m; the walls reach 2 m"),
         ({"segment": 1}, "segment is 1; its path has 1"),
         ({"projection": -1}, "projection is -1"),
+        ({"weathering": -1}, r'buttresses\[0\] of wall "a": weathering and rake must be at least 0'),
+        ({"rake": -0.1}, "weathering and rake must be at least 0"),
     ],
 )
 def test_bad_buttresses_are_named(change, match):
@@ -150,3 +152,13 @@ def test_bad_flyers_are_named(change, match):
     options = {"span": 2.0, "low": 1.0, "high": 2.0, "depth": 0.3, "width": 0.5, "voussoirs": 5, "pier": (0.6, 0.6)}
     with pytest.raises(InputError, match=match):
         flying_buttress(**{**options, **change})
+
+
+def test_a_buttress_that_is_absent_or_of_an_absent_wall_is_neither_checked_nor_built():
+    run = Run(name="a", path=[(0, 0), (4, 0)], thickness=0.5, height=2)
+    gone = Run(name="b", path=[(0, 5), (4, 5)], thickness=0.5, height=2, present=False)
+    bad = {"width": -1.0, "projection": 0.8, "height": 1.5}
+    specs = [Buttress(wall="a", present=False, **bad), Buttress(wall="b", **bad)]
+    assert {block.group for block in walls([run, gone], buttresses=specs)} == {"wall.a"}
+    with pytest.raises(InputError, match=r'buttresses\[0\] of wall "a": width is -1'):
+        walls([run, gone], buttresses=[Buttress(wall="a", **bad)])

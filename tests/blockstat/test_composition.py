@@ -224,6 +224,7 @@ def test_arithmetic(text, value):
         ("= (-1) ** 0.5", "elements.ring.span"), ("= 2 +", 'is no arithmetic such as "= 2 * t + 1"'),
         ("= __import__('os')", "no function"), ("= t.real", '"t.real" is not allowed'),
         ("= 'a' * 3", "is not allowed"), ("= sqrt()", "elements.ring.span"), ("= [1][0]", "is not allowed"),
+        ("= 0 < t < 1", '"0 < t < 1" is not allowed'),
         ("= " + "(" * 300 + ")" * 300, "is no arithmetic"), ("= " + "-" * 2000 + "1", "is no arithmetic"),
         ("= t - 5", "elements.ring.span: Expected `float` > 0"), ("wide", "elements.ring.span: Expected"),
     ],

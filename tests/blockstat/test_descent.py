@@ -11,7 +11,9 @@ import pytest
 from test_search import Judgement, Word, between, rows
 
 from blockstat import InputError, Outcome, acceleration, assess, build, limit_load, search, with_values
-from blockstat.design_search.descent import Descent
+from blockstat.design_search.candidate import Candidate
+from blockstat.design_search.descent import Descent, _met, undominated
+from blockstat.design_search.evaluator import Callbacks, Evaluator
 from blockstat.design_search.margin import measure
 from blockstat.design_search.search import Margin
 from blockstat.design_search.space import space_of
@@ -241,3 +243,64 @@ def test_less_friction_is_refused_at_once_where_a_joint_law_has_its_own():
     space = space_of(scene)
     with pytest.raises(InputError, match="friction of joint laws is not divided"):
         measure(lambda v: build(space.near(v)), space.start, ["parameters.w"], Margin(PUSH, friction=1.5))
+
+
+def test_a_front_of_piers_grows_from_the_least_reserve_to_that_of_the_widest():
+    scene = piers(2.5, between(0.6, 0.9, 0.01))
+    result = search(scene, verify=None, strategy="pareto", margin=Margin(PUSH, 0.01), points=2)
+    lightest, widest = result.front
+    asm = build(with_values(scene, {"parameters.w": 0.9}))
+    most = limit_load(asm, acceleration(asm, PUSH)).lower
+    assert lightest.reserve == pytest.approx(0.01, abs=1e-3)
+    assert widest.reserve == pytest.approx(most, abs=1e-3)
+    assert lightest.volume < widest.volume
+    assert result.best_parameters == lightest.parameters
+
+
+def test_a_front_has_only_what_the_verifier_sees_stand():
+    fallen = lambda assembly: Judgement(Word.FALLS)  # noqa: E731
+    scene = piers(2.5, between(0.7, 0.9, 0.1))
+    result = search(scene, verify=fallen, strategy="pareto", margin=Margin(PUSH, 0.01), points=2)
+    assert result.front == ()
+    assert result.best is None
+
+
+def test_of_designs_the_light_and_safe_are_kept():
+    def design(volume, reserve):
+        return Candidate({}, "stable", None, "static", volume, 1, 0.0, 0.0, reserve=reserve)
+
+    light, safe, heavy, worse = design(1.0, 0.1), design(2.0, 0.3), design(3.0, 0.3), design(1.0, 0.05)
+    unknown = design(0.5, None)
+    assert undominated([heavy, safe, worse, light]) == (light, safe)
+    assert undominated([light, unknown]) == (unknown, light)
+    assert undominated([]) == ()
+
+
+def test_what_was_asked_before_keeps_its_verdict_and_gains_a_reserve_and_slopes():
+    scene = piers(2.5, between(0.6, 0.9, 0.1))
+    evaluator = Evaluator(space_of(scene), Callbacks(assess, lambda assembly: Judgement(Word.STANDS)), None)
+    before = evaluator.ask({"parameters.w": 0.9})
+    assert (before.dynamic, before.reserve, before.slopes) == ("stands", None, ())
+    after = Descent(evaluator, Margin(PUSH), {}, ("parameters.w",)).measured(np.ones(1))
+    asm = build(with_values(scene, {"parameters.w": 0.9}))
+    assert after.reserve == pytest.approx(limit_load(asm, acceleration(asm, PUSH)).lower, rel=1e-4)
+    assert after.slopes[0] == pytest.approx(2 * 2.5, rel=1e-6)  # of the volume: two piers 2.5 m high
+    assert replace(after, reserve=None, slopes=()) == before
+
+
+@pytest.mark.parametrize(("snap", "offered"), [(False, 0.92), (True, 1.0)], ids=["any", "on steps"])
+def test_after_a_fall_the_next_measured_design_that_is_clearly_heavier_is_offered(snap, offered):
+    # 0.65 m is below the least width. 0.8 m falls; with the arch, of 3.9 m2, 0.83 and 0.85 m weigh less than 5 % more.
+    scene, asked = piers(2.5, between(0.6, 1.4, 0.05)), []
+
+    def verify(assembly):
+        asked.append(assembly)
+        return Judgement(Word.STANDS if len(asked) > 1 else Word.FALLS)
+
+    evaluator = Evaluator(space_of(scene), Callbacks(assess, verify), None)
+    descent = Descent(evaluator, Margin(PUSH), {}, ("parameters.w",))
+    for width in (1.2, 0.65, 1.0, 0.92, 0.85, 0.83, 0.8):
+        descent.measured(np.array([(width - 0.6) / 0.8]))
+    assert _met(evaluator, 0.01, snap=snap) == {"parameters.w": pytest.approx(offered)}
+    assert len(asked) == 2
+    assert _met(evaluator, 9.0, snap=snap) is None

@@ -195,3 +195,9 @@ def test_a_corner_of_a_mesh_that_does_not_exist(tmp_path, capsys):
     status, message = run(path, capsys)
     assert status == 2
     assert "a face has a corner that does not exist" in message
+
+
+def test_a_buttress_is_counted_by_the_bricks_of_its_face():
+    keys = {"width": 2.0, "height": 3.0, "brick": (0.5, 0.25)}
+    assert blocks_asked("buttress", keys) == (2.0 / 0.5) * (3.0 / 0.25)
+    assert blocks_asked("buttress", keys | {"courses": 60}) == 60  # a whole number that is greater

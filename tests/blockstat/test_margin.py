@@ -3,10 +3,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from blockstat import Assembly, InputError, assess, box
+from blockstat import Assembly, InputError, JointLaw, assess
 from blockstat.analysis.limit_load import LoadOutcome
 from blockstat.design_search import margin
-from blockstat.design_search.margin import Margin, _slopes, measure
+from blockstat.design_search.margin import TOP, Margin, _multiplier, _slopes, measure
+from evidence.scenes.small import box
 
 
 def leaning(values):
@@ -62,3 +63,59 @@ def test_a_pillar_with_a_margin_of_friction_slides_where_it_has_none_left():
 
     found = [measure(slab, {}, (), Margin((1.0, 0.0, 0.0), 0.5, friction=f)) for f in (1.0, 1.5)]
     assert [one.reserve for one in found] == pytest.approx([0.6, 0.4], rel=1e-3)
+
+
+def on_ground(*blocks, supports=("ground",)):
+    ground = box((-3, -3, -1), (9, 4, 0), name="ground")
+    return Assembly.from_blocks([ground, *blocks], supports=supports, friction=0.6)
+
+
+def test_what_no_push_moves_has_the_most_reserve():
+    def held(values):
+        width = values["width"]
+        wall = box((width, 0, 0.5), (width + 1, 1, 1), name="wall")  # it does not hold what tips away from it
+        return on_ground(box((0, 0, 0), (width, 1, 1), name="stone"), wall, supports=("ground", "wall"))
+
+    found = measure(held, {"width": 0.5}, ("width",), Margin((1.0, 0.0, 0.0)))
+    assert (found.reserve, found.static) == (TOP, "stable")
+    assert found.reserve_slopes.tolist() == [0.0]
+    away = measure(held, {"width": 0.5}, ("width",), Margin((-1.0, 0.0, 0.0)))  # it tips at width / height
+    assert away.reserve == pytest.approx(0.5, rel=1e-6)
+    assert away.reserve_slopes == pytest.approx([1.0], rel=1e-3)
+
+
+def test_what_nothing_holds_has_the_least_reserve():
+    def hung(values):
+        return on_ground(box((0, 0, 1), (values["width"], 1, 2), name="hung"))
+
+    found = measure(hung, {"width": 0.5}, ("width",), Margin())
+    assert (found.reserve, found.static) == (-TOP, "unstable")
+    assert found.reserve_slopes.tolist() == [0.0]
+
+
+def test_a_reserve_where_joints_change_has_differences_for_its_slopes():
+    """A pillar tips at its width over its height; a light lid lies on a hair of it as soon as it is wider."""
+
+    def beside(values):
+        blocks = [
+            box((-3, -3, -1), (9, 4, 0), name="ground"),
+            box((0, 0, 0), (values["width"], 1, 1), name="pillar", group="pillar"),
+            box((0.5, 1.2, 0), (2.5, 3, 1), name="neighbour"),
+            box((0.5, 0.2, 1), (2.5, 2.8, 1.2), name="lid", group="lid", density=1.0),
+        ]
+        smooth = JointLaw(("pillar", "lid"), friction=0.0)
+        return Assembly.from_blocks(blocks, supports=["ground"], friction=0.6, joints=[smooth])
+
+    found = measure(beside, {"width": 0.5}, ("width",), Margin((1.0, 0.0, 0.0)))
+    assert found.static == "stable"
+    assert found.reserve == pytest.approx(0.5, rel=1e-6)
+    assert found.reserve_slopes == pytest.approx([1.0], rel=0.1)
+
+
+def test_a_case_carries_its_limit_load_or_lacks_its_score():
+    push = Margin((1.0, 0.0, 0.0))
+    pillar = on_ground(box((0, 0, 0), (0.5, 1, 2), name="pillar"))
+    assert _multiplier(pillar, push) == pytest.approx(0.25, rel=1e-6)
+    falls = leaning({"width": 0.4})
+    assert _multiplier(falls, push) == pytest.approx(-assess(falls).score)
+    assert _multiplier(falls, push) < 0

@@ -91,3 +91,12 @@ def test_what_does_not_go_together_is_said(options, message):
 def test_a_target_is_a_small_probability(probability):
     with pytest.raises(InputError, match=r"above 0 and below 0\.5"):
         FailureTarget(probability)
+
+
+def test_a_target_that_no_width_reaches_has_no_design():
+    """The widest pillar tips at 0.8: a push of 0.9 on average topples it more often than not."""
+    uncertain = {"push": Random("normal", 0.9, 0.05)}
+    found = search(PILLAR, verify=None, strategy="robust", target=FailureTarget(0.05, uncertain, **ALONG))
+    assert (found.best, found.best_parameters, found.assured) == (None, None, None)
+    assert found.outcome.word == "none_stands"
+    assert found.summary()["failure"] is None

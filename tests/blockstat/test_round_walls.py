@@ -102,8 +102,26 @@ def test_leaves_with_through_stones():
         ({"openings": [Opening(width=3.0, height=0.5)]}, "too wide for the radius"),
         ({"brick": (3.0, 0.25)}, "too long for a radius"),
         ({"gable": 1.0}, 'no option "gable"; options are: batter'),
+        ({"end": 90.0, "tails": (1.0,)}, r"tails is \(1\.0,\); it must be two lengths of at least 0"),
+        ({"end": 90.0, "tails": (1.0, -0.1)}, r"tails is \(1\.0, -0\.1\); it must be two lengths of at least 0"),
+        ({"end": 90.0, "tails": (0.0, np.inf)}, "it must be two lengths of at least 0"),
     ],
 )
 def test_bad_round_walls_are_named(change, match):
     with pytest.raises(InputError, match=match):
         arc_wall("r", **{"radius": 2.0, "thickness": 0.4, "height": 1.0, **change})
+
+
+@pytest.mark.parametrize("key", ["thickness", "height"])
+def test_a_round_wall_without_a_thickness_or_a_height_says_so(key):
+    options = {"radius": 2.0, "thickness": 0.4, "height": 1.0}
+    del options[key]
+    with pytest.raises(InputError, match=f"arc_wall: {key} is missing; a round wall needs one"):
+        arc_wall("r", **options)
+
+
+def test_an_opening_that_is_absent_is_neither_checked_nor_cut():
+    absent = Opening(width=9.0, height=0.5, head="semicircular", present=False)
+    options = {"radius": 2.0, "thickness": 0.4, "height": 1.0}
+    whole, spared = arc_wall("r", **options), arc_wall("r", openings=[absent], **options)
+    assert [block.name for block in spared] == [block.name for block in whole]

@@ -4,13 +4,15 @@ bookkeeping is tested (the real one is in tests/dynsim)."""
 import csv
 from dataclasses import dataclass, replace
 from enum import Enum
+from types import SimpleNamespace
 
 import pytest
 
-from blockstat import InputError, Memory, assess, build, search, with_values
+from blockstat import InputError, JointLaw, Memory, assess, build, search, with_values
 from blockstat.design_search.search import PRUNED, Margin
+from blockstat.design_search.shared_joints import SharedJoints
 from blockstat.spec import parameters, scene_from
-from evidence.scenes.small import HUT
+from evidence.scenes.small import HUT, assembly, box
 
 
 class Word(Enum):
@@ -332,3 +334,52 @@ def test_a_design_that_the_verifier_refuses_is_a_row_with_its_reason():
     result, _ = run(verify=refuse)
     assert result.best is None
     assert {(c.dynamic, c.note) for c in result.history} == {("pruned", ""), ("error", "too thin to simulate")}
+
+
+def test_a_search_tells_its_best_design_and_what_it_cost():
+    result, _ = run(strategy="paper")
+    first, second = result.explain().splitlines()[:2]
+    best = ", ".join(f"{name} {value:g}" for name, value in result.best_parameters.items())
+    assert first == "Found: the search has a design that stands."
+    assert second == f"Best: {best}."
+    assert "could not be judged" not in result.explain()
+    assert "disagree" not in result.explain()
+    fallen, _ = run(strategy="paper", verify=lambda assembly: Judgement(Word.FALLS))
+    number = sum(c.static == "stable" for c in fallen.history)
+    assert number > 0
+    assert fallen.explain().splitlines()[-1] == f"Statics and dynamics disagree on {number}."
+    assert "Best" not in fallen.explain()
+    assured = SimpleNamespace(
+        first=SimpleNamespace(probability=0.0123456), draws=SimpleNamespace(probability=0.02, interval=(0.01, 0.034567))
+    )
+    told = replace(result, assured=assured).explain().splitlines()
+    assert told[2] == "Probability of failure 0.0123 to first order; by draws 0.02 (0.01 to 0.0346)."
+
+
+def test_a_search_of_which_no_design_can_be_built_has_failed():
+    wide = {"width": 9.0, "height": 0.5, "sill": 0.5}
+    result = search(scene_from(HUT | {"windows": {"south": wide}}), verify=Verifier(), names=["vault.thickness"])
+    assert result.outcome.word == "failed"
+    assert result.best is None
+    told = result.explain().splitlines()
+    assert told[0] == "Failed: no design could be judged."
+    assert told[-1].startswith("2 of 2 designs could not be judged: windows.south: ")
+    assert not any(line.startswith("Best") for line in told)
+    part = replace(result, history=(*result.history, replace(result.history[0], static="unstable")))
+    assert part.outcome.word == "none_stands"
+    assert "2 of 3 designs could not be judged" in part.explain()
+
+
+def test_joints_go_from_statics_to_the_verifier_unless_they_are_divided_into_cells():
+    def blocks(**options):
+        return assembly([box((0, 0, -1), (1, 1, 0), group="a"), box((0, 0, 0), (1, 1, 1), group="b")], **options)
+
+    shared = SharedJoints()
+    static, dynamic = shared.kept(assess), shared.handed(lambda asm, interfaces=None: interfaces)
+    whole, divided = blocks(), blocks(joints=[JointLaw(("a", "b"), compression=100.0)])
+    assert dynamic(whole) is None
+    verdict = static(whole)
+    assert dynamic(whole) is verdict.interfaces is not None
+    assert static(divided).interfaces.share is not None
+    assert dynamic(divided) is None
+    assert shared.handed(len) is len  # a verifier that has no option for them is called as it is

@@ -142,3 +142,26 @@ def test_a_worker_of_a_cluster_killed_in_the_middle_loses_no_row(tmp_path):
     assert result.computed == 40
     alone = sweep(SCENE, latin_hypercube(SCENE, 40), tmp_path / "alone.jsonl", measure=slow_row, jobs=1, batch=2)
     assert plain(alone.rows()) == plain(result.rows())
+
+
+def test_a_sweep_tells_how_many_rows_are_done_those_of_before_too(tmp_path):
+    designs, path, told = list(grid(SCENE))[:3], tmp_path / "rows.jsonl", []
+    sweep(SCENE, designs[:1], path, jobs=1)
+    sweep(SCENE, designs, path, jobs=1, batch=1, progress=told.append)
+    assert told == [2, 3]
+
+
+def test_what_cannot_be_swept_is_named():
+    for number in (0, -3):
+        with pytest.raises(InputError, match=f"a Latin hypercube of {number} designs; it must be at least 1"):
+            latin_hypercube(SCENE, number)
+    fixed = scene_from(HUT | {"wall": {"thickness": 0.5, "height": 1.5}, "vault": {"thickness": 0.3, "voussoirs": 7}})
+    for designs in (
+        lambda: latin_hypercube(fixed, 2),
+        lambda: list(grid(fixed)),
+        lambda: latin_hypercube(SCENE, 2, names=[]),
+    ):
+        with pytest.raises(
+            InputError, match=r'"hut" has no parameter to sweep; write one as \{value, min, max, step\}'
+        ):
+            designs()

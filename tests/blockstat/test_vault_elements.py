@@ -263,3 +263,59 @@ def test_a_rough_curved_vault_is_repaired_without_being_flattened(noise):
     # The springers have quadrilaterals that are not quite flat; these are made so.
     assert np.abs(repaired.vertices - exact.vertices).max() <= (noise + 2e-3) * exact.size.max()
     assert len(report.changed) == exact.n_blocks
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"voussoirs": 5}, "voussoirs is 5; it must be even, for a joint in the diagonal"),
+        ({"foot": 0.2}, r"foot is 0\.2; it must be from the thickness, 0\.25 m, to less than half the smaller span"),
+        ({"foot": 2.0}, r"foot is 2\.0; it must be from the thickness"),
+        ({"rings": 1}, "rings is 1; it must be a whole number of at least 2"),
+        ({"spans": 4.0}, r"spans is 4\.0; it must be the two spans along x and y"),
+        ({"spans": (4.0, 4.0, 4.0)}, "it must be the two spans along x and y"),
+        ({"spans": (4.0, 0.0)}, r"spans\[1\] is 0\.0"),
+    ],
+)
+def test_bad_fan_vaults_are_named(change, words):
+    fan = {"spans": (4.0, 6.0), "rise": 2.2, "thickness": 0.25, "foot": 0.4, "rings": 3, "voussoirs": 4}
+    assert fan_vault(**fan)
+    with pytest.raises(InputError, match=words):
+        fan_vault(**fan | change)
+
+
+def test_a_sail_is_less_than_half_a_sphere():
+    # Over 3 m by 4 m half the diagonal is 2.5 m.
+    sail = {"spans": (3.0, 4.0), "thickness": 0.2, "courses": 4, "voussoirs": 4}
+    assert sail_vault(rise=2.49, **sail)
+    for rise in (2.5, 3.0):
+        with pytest.raises(
+            InputError, match=f"rise is {rise}; over this bay it must be less than half the diagonal, 2.5 m"
+        ):
+            sail_vault(rise=rise, **sail)
+    with pytest.raises(InputError, match=r"spans is \(3\.0,\); it must be the two spans"):
+        sail_vault(rise=1.0, **sail | {"spans": (3.0,)})
+
+
+TETRAHEDRON = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "words"),
+    [
+        (TETRAHEDRON, [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)], "the mesh has no boundary; there is nowhere for"),
+        ([(0, 0, 0), (1, 0, 1), (0, 1, 1)], [(0, 1, 2)], "no edge of the mesh's boundary is at its lowest level"),
+        ([(0, 0, 0), (1, 0, 0), (2, 0, 0)], [(0, 1, 2)], "corner 0 of the mesh has no normal; it is folded"),
+    ],
+    ids=["closed", "on a corner", "without area"],
+)
+def test_meshes_without_a_place_for_springers_or_a_normal_are_refused(vertices, faces, words):
+    with pytest.raises(InputError, match=words):
+        mesh_vault(vertices, faces, thickness=0.05, springers=0.2)
+
+
+def test_a_mesh_on_one_corner_has_springers_at_all_its_edges_where_they_are_asked_for():
+    asm = assemble(
+        mesh_vault([(0, 0, 0), (1, 0, 1), (0, 1, 1)], [(0, 1, 2)], thickness=0.05, springers=0.2, supports="all")
+    )
+    assert asm.n_blocks == 1 + 3

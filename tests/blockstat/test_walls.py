@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from blockstat import InputError, assess, limit_load
 from blockstat.contact.penetration import convex_blocks, overlaps
 from blockstat.model import Coping, Opening, Run, Through, walls
+from blockstat.model.kinds import walls_by_name
 from blockstat.model.walling.run import BONDS
 from elements import joint_areas, sound
 from walls import band, check_solid, grounded, straight_joints
@@ -266,6 +267,13 @@ def test_walls_stand():
         ({"through": Through()}, "through-stones need several leaves"),
         ({"gable": 1.0, "path": CORNER}, "a gable needs a straight path"),
         ({"openings": [Opening(width=1, height=1, segment=3)]}, "segment of an opening is 3; its path has 1"),
+        ({"gable": -0.5}, 'wall "a": gable is -0.5; it must be the height of the ridge above the wall'),
+        ({"gable": np.inf}, "gable is inf; it must be the height of the ridge"),
+        ({"coping": Coping(overhang=-0.1)}, r"coping\.overhang is -0\.1; it must be at least 0"),
+        ({"gable": 1.0, "coping": Coping(height=-0.1)}, "height and length of its coping must be above 0"),
+        ({"gable": 1.0, "coping": Coping(length=-0.1)}, "height and length of its coping must be above 0"),
+        ({"brick": (0.5,)}, r"brick is \(0\.5,\); it must be its nominal length and height"),
+        ({"brick": (0.5, 0.0)}, r"brick\[1\] is 0\.0"),
     ],
 )
 def test_bad_walls_are_named(change, match):
@@ -296,3 +304,85 @@ def test_names_of_runs_are_unique():
     runs = [Run(name="a", path=[(0, 5 * k), (3, 5 * k)], thickness=0.4, height=1) for k in range(2)]
     with pytest.raises(InputError, match='two runs are named "a"'):
         walls(runs)
+
+
+@pytest.mark.parametrize("sliver", [0.0, 0.46, np.nan])
+def test_a_sliver_is_a_fraction_of_a_brick(sliver):
+    run = Run(name="a", path=[(0, 0), (2, 0)], thickness=0.5, height=0.5)
+    with pytest.raises(
+        InputError, match=f"sliver is {sliver}; it must be a fraction of a brick above 0 and up to 0.45"
+    ):
+        walls(run, brick=(0.5, 0.25), sliver=sliver)
+    assert len(walls(run, brick=(0.5, 0.25), sliver=0.45)) > 0
+
+
+@pytest.mark.parametrize("name", ["", 7])
+def test_a_run_needs_a_word_for_its_name(name):
+    with pytest.raises(InputError, match=f"name of a run is {name!r}; it must be a word"):
+        walls(Run(name=name, path=[(0, 0), (2, 0)], thickness=0.5, height=0.5))
+
+
+def test_walls_need_a_run_and_absent_runs_make_no_block():
+    with pytest.raises(InputError, match="runs is empty; walls need at least one run"):
+        walls([])
+    gone = Run(name="a", path=[(0, 0)], thickness=-1.0, height=0.5, present=False)  # what is absent is not checked
+    assert walls([gone]) == walls(gone) == []
+    kept = Run(name="b", path=[(0, 0), (2, 0)], thickness=0.5, height=0.5)
+    assert {block.group for block in walls([gone, kept])} == {"wall.b"}
+
+
+def test_an_opening_that_is_absent_is_neither_checked_nor_cut():
+    absent = Opening(width=-1.0, height=0.5, present=False)
+    assert [block.name for block in wall(openings=[absent])] == [block.name for block in wall()]
+    with pytest.raises(InputError, match="width is -1"):
+        wall(openings=[Opening(width=-1.0, height=0.5)])
+
+
+def test_a_wall_that_meets_a_gable_is_no_higher_than_its_eaves():
+    gable = Run(name="front", path=[(0, 0), (4, 0)], thickness=0.5, height=1.0, gable=1.0)
+    for height, refused in ((1.0, False), (1.5, True)):
+        side = Run(name="side", path=[(0, 0), (0, 3)], thickness=0.5, height=height)
+        if not refused:
+            assert {block.group for block in walls([gable, side])} == {"wall.front", "wall.side"}
+            continue
+        with pytest.raises(
+            InputError, match='wall "side" is higher than the eaves of the gable "front", which it meets'
+        ):
+            walls([gable, side])
+
+
+def test_runs_of_a_scene_are_named_by_their_key():
+    run = Run(name="south", path=[(0, 0), (2, 0)], thickness=0.5, height=0.5)
+    assert {block.group for block in walls_by_name(runs={"south": run})} == {"wall.south"}
+    with pytest.raises(
+        InputError, match=r'runs\.north\.name: it is "south"; the name of a run is the key of its table'
+    ):
+        walls_by_name(runs={"north": run})
+
+
+def test_a_wall_needs_length_between_those_that_it_meets():
+    def between(length):
+        middle = Run(name="c", path=[(0, 0), (length, 0)], thickness=0.25, height=1)
+        ends = [Run(name=n, path=[(x, -2), (x, 2)], thickness=0.5, height=1) for n, x in (("a", 0), ("b", length))]
+        return walls([middle, *ends], brick=(0.5, 0.25))
+
+    assert {block.group for block in between(1.0)} == {"wall.a", "wall.b", "wall.c"}
+    with pytest.raises(InputError, match='wall "c" has no length between the walls that it meets'):
+        between(0.5)
+
+
+@pytest.mark.parametrize("sill", [1.5, 9.0])
+def test_an_opening_at_the_top_of_its_wall_or_above_is_refused(sill):
+    above = Opening(width=0.8, height=0.25, sill=sill)
+    with pytest.raises(InputError, match=r'wall "a": openings\[0\]: sill and height reach beyond the wall of 1\.5 m'):
+        wall(openings=[above])
+
+
+def test_openings_whose_jambs_touch_are_refused_where_their_lintels_do():
+    # Between jambs that touch no brick is left and none is asked for; the lintels above would overlap.
+    openings = [Opening(width=1.0, height=0.75, at=[1.0, 2.0])]
+    with pytest.raises(InputError, match=r"nothing is left between wall .* at a height of 0\.75 m"):
+        wall(openings=openings)
+    near = [Opening(width=1.0, height=0.75, at=[1.0, 2.1])]
+    with pytest.raises(InputError, match=r"0\.1 m is left between wall .* at a height of 0 m"):
+        wall(openings=near)

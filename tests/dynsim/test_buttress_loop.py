@@ -1,10 +1,12 @@
 """The paper's buttress loop with the real Bullet."""
 
+from dataclasses import replace
+
 import pytest
 
 from blockstat import InputError
-from blockstat.spec import scene_from
-from dynsim import Settings, verify
+from blockstat.spec import build, scene_from
+from dynsim import DynamicOutcome, Settings, verify
 from dynsim.design_search.buttress_loop import buttress_loop, cracks_by_wall
 
 FAST = Settings.named("fast")
@@ -69,3 +71,17 @@ def test_cracks_are_those_of_the_walls_they_touch():
 def test_a_building_that_may_have_no_buttress_is_refused():
     with pytest.raises(InputError, match='"hall" has no buttresses to set'):
         buttress_loop(hall(0.5, {}), judge)
+
+
+def test_a_building_that_moves_without_a_crack_gets_buttresses_under_its_vault_and_each_step_is_told():
+    scene = hall(0.8, sides(0.6, "south", "west"))
+    whole = judge(build(hall(0.8, {})))
+    assert not whole.cracks.per_group()
+    moves, told = replace(whole, outcome=DynamicOutcome.CREEPS), []
+    result = buttress_loop(scene, lambda _: moves, progress=told.append)
+    assert told == list(result.steps)
+    assert not result.sound
+    # First each wall gets one, and then only the south wall, from which the vault springs.
+    assert [step.cracks for step in told] == [{"south": 1, "north": 1}] * len(told)
+    assert [step.number.get("west", 0) for step in told[:3]] == [0, 1, 1]
+    assert [step.number.get("south", 0) for step in told[:3]] == [0, 1, 2]

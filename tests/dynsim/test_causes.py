@@ -120,3 +120,30 @@ def test_the_reason_for_a_creep_tells_its_rate():
     dynamic = verify(scene, settings=settings)
     assert dynamic.outcome is DynamicOutcome.CREEPS
     assert f"{1e3 * dynamic.rate:.2g} mm/s" in likely_reason(assess(scene), dynamic)
+
+
+def test_what_statics_leave_open_has_no_other_cause():
+    static, dynamic = assess(stack(1)), verify(stack(1))
+    open_ = replace(static, outcome=Outcome.UNDECIDED)
+    assert find_cause(open_, open_, dynamic) is Cause.UNDECIDED
+    crept = replace(dynamic, outcome=DynamicOutcome.CREEPS)
+    assert find_cause(open_, open_, crept) is Cause.CREEPS
+
+
+@pytest.mark.parametrize(("misfit", "cause"), [(0.11, Cause.OPEN_JOINTS), (0.09, Cause.OPEN_FALL)])
+def test_joints_open_by_more_than_a_tenth_of_the_threshold_are_named(misfit, cause):
+    static, stood = assess(stack(1)), verify(stack(1))
+    fell = replace(stood, outcome=DynamicOutcome.FALLS, misfit=misfit * stood.brick_threshold)
+    assert find_cause(static, static, fell) is cause
+    agreed = replace(fell, outcome=DynamicOutcome.STANDS)
+    assert find_cause(static, static, agreed) is None
+
+
+@pytest.mark.parametrize(("again", "cause"), [("falls", Cause.OPEN_FALL), ("stands", Cause.COARSE_FALL)])
+def test_a_fall_is_left_open_only_where_finer_steps_fall_too(again, cause, monkeypatch):
+    # No scene is known that falls in any steps and that no push tips: the second run is put in its place.
+    static, stood = assess(stack(1)), verify(stack(1))
+    fell = replace(stood, outcome=DynamicOutcome.FALLS)
+    finer_run = {"falls": fell, "stands": stood}[again]
+    monkeypatch.setattr("dynsim.comparison.causes.verify", lambda *_, **__: finer_run)
+    assert find_cause(static, static, fell, closely=True) is cause

@@ -71,3 +71,13 @@ def test_a_notebook_shows_a_row_for_each_and_escapes_names(table):
 
 def test_one_assembly_is_a_table_of_one_row():
     assert [row.dynamic for row in compare(stack(1), jobs=1)] == ["stands"]
+
+
+def test_a_row_without_verdicts_or_cosine_says_so_in_a_line():
+    bare = Comparison(name="ground", note="nothing to simulate")
+    assert bare.explain().splitlines() == [f"ground: {bare.outcome.value}", "Note: nothing to simulate."]
+    judged = Comparison(name="wall", static="unstable", dynamic="falls", agree=True, agree_coulomb=True, cosine=0.987)
+    assert judged.explain().splitlines()[1:] == [
+        "Force field: unstable. Coulomb friction: no verdict. Bullet: falls.",
+        "Cosine of the static mechanism with Bullet's first motion: 0.99.",
+    ]

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -13,13 +14,13 @@ import pytest
 from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
 
-from blockstat import Assembly, InputError, box, write
+from blockstat import Assembly, InputError, InputWarning, box, write
 from blockstat.system.lock import locked
 from dynsim import InertiaScale, Pulse, Ramp, Record, Settings, incremental, plot_incremental
 from dynsim.cli.commands import app
 from dynsim.earthquake.hunt import Hunt, bracket
 from dynsim.earthquake.motion import intensity_of
-from pool_tasks import DiesWhenMoved
+from pool_tasks import DiesWhenMoved, Warns
 
 G = 9.81
 DOWN = np.array([0, 0, -G])
@@ -370,3 +371,33 @@ def test_bad_input_ends_with_one_line_and_status_2(tmp_path):
     out, err = process.communicate()
     assert (process.returncode, out) == (2, "")
     assert err == "dynsim: incremental: factor is 0.5; it must be above 1\n"
+
+
+def test_a_fall_at_rest_that_is_kept_needs_no_run(tmp_path):
+    blocks = [box((-1, -1, -1), (0.1, 2, 0), name="ground"), box((0, 0, 0), (0.5, 1, 2), name="leans")]
+    leaning = Assembly.from_blocks(blocks, supports=["ground"])
+    first = incremental(leaning, PULSES, directory=tmp_path, **QUICK)
+    before, runs = (tmp_path / "runs.jsonl").read_bytes(), []
+    again = incremental(leaning, PULSES, directory=tmp_path, progress=runs.append, **QUICK)
+    assert (first.outcome.word, again.outcome.word) == ("falls_at_rest", "falls_at_rest")
+    assert runs == []
+    assert (tmp_path / "runs.jsonl").read_bytes() == before
+
+
+def test_a_creep_at_rest_is_a_warning(analysis):
+    creeping = replace(analysis, at_rest="creeps")
+    assert creeping.warnings == (*analysis.warnings, "without a record blocks neither rest nor fall: they creep")
+    assert "they creep" in creeping.explain()
+    assert "they creep" not in analysis.explain()
+
+
+def test_what_all_runs_warn_of_is_told_once():
+    weak = {name: Pulse((0, G, 0), 0.02, "sine") for name in ("a", "b")}
+    with pytest.warns(InputWarning, match="cracked already") as told:
+        incremental(STOCKY, weak, actions=[Warns("cracked already")], **QUICK | {"up_to": 0.1})
+    assert [str(one.message) for one in told if "cracked" in str(one.message)] == ["cracked already"]
+
+
+def test_without_a_run_at_rest_there_is_no_analysis():
+    with pytest.raises(InputError, match=r"its process ended by itself \(status 4\)"):
+        incremental(STOCKY, PULSES, actions=[Warns("", dies=True)], **QUICK | {"jobs": 1})

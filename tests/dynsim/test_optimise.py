@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -10,9 +11,11 @@ import time
 import pytest
 
 from blockstat import Memory, assess, search
+from blockstat.design_search.candidate import Candidate
 from blockstat.spec import scene_from
 from dynsim import Settings, verify
 from dynsim.comparison.causes import likely_reason
+from dynsim.design_search.optimise import shown_search
 
 FAST = Settings.named("fast")
 
@@ -142,3 +145,14 @@ def test_stopped_again_and_again_the_history_ends_the_same(tmp_path, uninterrupt
     again = json.loads(out)
     assert again["best"] == uninterrupted["best"]
     assert list(map(plain, again["history"])) == list(map(plain, uninterrupted["history"]))
+
+
+def test_on_a_terminal_a_search_is_a_bar_with_the_last_design(monkeypatch, capsys):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", "150")
+    with shown_search() as progress:
+        progress(2, 7, Candidate({"t": 0.2, "n": 7}, "stable", 0.0, "stands", 1.0, 7, 0.1, 0.2))
+    text = capsys.readouterr()
+    assert "0.2 7: stable / stands" in text.err
+    assert "2/7" in re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", text.err)
+    assert text.out == ""

@@ -1,6 +1,7 @@
 """A plan carried out in Bullet: the steps that fall are those that statics exclude."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from typer.testing import CliRunner
 from blockstat import Plan, Prop, Step, assess_plan, find_order, write, write_plan
 from blockstat.errors import InputError
 from building_sites import arch, tee
-from dynsim import Settings, World, read_run, sequence, write_run
+from dynsim import DynamicOutcome, Settings, World, read_run, sequence, write_run
 from dynsim.bonds.props import PropForces
 from dynsim.cli.commands import app
 from dynsim.comparison.steps import compare_steps
@@ -113,3 +114,18 @@ def test_the_command_compares_each_step_with_statics(tmp_path):
 def test_a_plan_that_cannot_be_carried_out_is_refused_with_the_step():
     with pytest.raises(InputError, match='step 1: block "base" is put in, but stands since step 0'):
         sequence(tee(), Plan((Step(("base",)), Step(("base",)), Step(("left", "right", "top")))))
+
+
+def test_a_fall_that_statics_allow_is_asked_at_other_tightnesses_and_on_props_not_at_all():
+    # Bullet sees all of these steps stand: falls are put in their place.
+    plan = Plan((*ARMS, Step(props_out=("west", "east"))), props=PROPS)
+    found = sequence(tee(), plan)
+    fell = tuple(replace(step, outcome=DynamicOutcome.FALLS) for step in found.steps)
+    compared = compare_steps(tee(), replace(found, steps=fell))
+    assert compared.differ == [0, 1, 2, 3, 4]
+    on_props = [1, 2, 3]
+    assert [k for k, verdict in enumerate(compared.coulomb) if verdict is None] == on_props
+    assert [k for k, share in enumerate(compared.tightness) if share is None] == on_props
+    assert compared.tightness[0] == 1.0  # one block on the ground
+    assert 0 in compared.unexplained
+    assert 'step 0: Bullet falls, statics stable, with flow="coulomb" stable; states at 100 %' in compared.explain()

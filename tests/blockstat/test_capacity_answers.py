@@ -1,0 +1,158 @@
+"""What a capacity curve refuses, what it is controlled by, and what it tells of its points and events."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from blockstat import InputError, JointLaw, capacity
+from blockstat.large_displacement.linkage.path import PathEvent
+from evidence.scenes.small import assembly, box
+
+ALONG = (1.0, 0.0, 0.0)
+TOP = (0.25, 0.5, 2.0)
+FOOT = (0.25, 0.5, 0.0)
+
+
+def block(**options):
+    """A block of weight 1, which turns about its toe at 1/4."""
+    ground = box((-3, -3, -1), (4, 4, 0), name="ground", group="ground")
+    return assembly([ground, box((0, 0, 0), (0.5, 1, 2), name="block", group="wall")], **{"friction": 0.9} | options)
+
+
+@pytest.fixture(scope="module")
+def curve():
+    return capacity(block(), ALONG, control="block", steps=2, displacement=0.1)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"tolerance": 0.0}, r"tolerance is 0\.0; it must be above 0 and at most 0\.1"),
+        ({"tolerance": 0.2}, r"tolerance is 0\.2; it must be above 0 and at most 0\.1"),
+        ({"tolerance": "fine"}, "tolerance is 'fine'; it must be above 0"),
+        ({"steps": 2.5}, "steps is 2.5; it must be a whole number"),
+        ({"displacement": "far"}, "displacement is 'far'; it must be above 0"),
+        ({"control": ("block",)}, r"control is \('block',\); it must be a block, a group, a block and a point of it"),
+        ({"control": ("block", TOP, 1.0)}, "it must be a block, a group, a block and a point of it, or mean"),
+        ({"control": ("block", (0.25, 0.5, 2.1))}, r"the point \[0.25, 0.5, 2.1\] is not on block \"block\""),
+        ({"control": ("ground", (0.0, 0.0, 0.0))}, 'of "ground" along the load does not move in the mechanism'),
+        ({"load": [("block", TOP, ALONG), ("block", FOOT, (-1, 0, 0))]}, "the forces of the load have no resultant"),
+        ({"load": [("block", TOP, ALONG), (1, 2, 3)]}, "loads: each must be a block, a point and a force"),
+        ({"load": [(1, 0, 0), (1, 0, 0)]}, r"load has shape \(2, 3\); three numbers \(a direction\)"),
+        ({"loads": [("block", TOP, ALONG), (1, 2, 3)]}, "loads: each must be a block, a point and a force"),
+    ],
+    ids=lambda value: str(value)[:40],
+)
+def test_bad_options_of_a_curve_are_named(options, words):
+    with pytest.raises(InputError, match=words):
+        capacity(block(), options.pop("load", ALONG), **options)
+
+
+def test_joints_that_crush_are_refused():
+    crushing = block(joints=[JointLaw(("ground", "wall"), compression=100.0)])
+    with pytest.raises(InputError, match="crush at their hinges, which is not followed"):
+        capacity(crushing, ALONG)
+    stiff = block(joints=[JointLaw(("ground", "wall"), friction=0.8)])
+    assert capacity(stiff, ALONG, steps=1, displacement=0.01).lower[0] == pytest.approx(0.25)
+
+
+def test_a_control_that_the_mechanism_moves_back_is_along_what_opposes_the_load():
+    # About the toe a push of 1 at 2 m acts against 2 at the foot and a weight of 1 at 0.25 m: 1/8.
+    forces = [("block", TOP, ALONG), ("block", FOOT, (-2.0, 0, 0))]
+    curve = capacity(block(), forces, control="block", steps=1, displacement=0.01)
+    assert curve.control == 'centroid of "block" against the load'
+    assert [curve.lower[0], curve.upper[0]] == pytest.approx([0.125, 0.125], rel=1e-6)
+    assert curve.displacement[-1] == pytest.approx(0.01)
+    assert curve.points[-1].pose.displacement[1, 0] == pytest.approx(0.01)  # along x, and the resultant along -x
+    along = capacity(block(), ALONG, control=("block", TOP), steps=1, displacement=0.01)
+    assert along.control == 'point (0.25, 0.5, 2) of "block" along the load'
+
+
+def test_dead_loads_are_forces_at_points_or_a_wrench_on_each_block():
+    # A weight of 1 more in the centroid doubles the moment that resists; about its foot it does the same at rest.
+    wrench = np.zeros((2, 6))
+    wrench[1, 2] = -1.0
+    own, more = (
+        capacity(block(), ALONG, control="block", loads=loads, steps=1, displacement=0.05)
+        for loads in (wrench, [("block", (0.25, 0.5, 1.0), (0.0, 0.0, -1.0))])
+    )
+    assert own.lower[0] == pytest.approx(0.5, rel=1e-6)
+    np.testing.assert_allclose(own.at(0.05), more.at(0.05), rtol=1e-6)
+    with pytest.raises(InputError, match="loads"):
+        capacity(block(), ALONG, loads=np.zeros((3, 6)))
+
+
+def test_a_curve_is_known_from_rest_to_its_largest_displacement(curve):
+    assert curve.at(0.0) == (curve.lower[0], curve.upper[0])
+    assert curve.at(0.1) == (curve.lower[-1], curve.upper[-1])
+    for beyond in (-0.001, 0.101):
+        with pytest.raises(InputError, match=rf"displacement is {beyond}; the curve is known from 0 to 0\.1 m"):
+            curve.at(beyond)
+
+
+def with_points(curve, *rows):
+    """The curve with points of other displacement and multiplier."""
+    points = tuple(replace(curve.points[0], displacement=d, lower=m, upper=m) for d, m in rows)
+    return replace(curve, points=points)
+
+
+def test_after_a_snap_back_the_last_passage_counts(curve):
+    again = with_points(curve, (0.0, 0.4), (0.2, 0.3), (0.1, 0.2), (0.3, 0.0))
+    assert again.at(0.2) == pytest.approx((0.1, 0.1))  # between (0.1, 0.2) and (0.3, 0)
+    jump = with_points(curve, (0.0, 0.4), (0.2, 0.3), (0.2, 0.1), (0.4, 0.0))
+    assert jump.at(0.2) == pytest.approx((0.1, 0.1))
+
+
+def test_events_are_told_with_what_opens_and_closes(curve):
+    jump = PathEvent("jump", 0.05, 0.2, 0.125, (0,), ())
+    end = PathEvent("closing", 0.07, 0.1, None, (), (0,))
+    plain = PathEvent("change", 0.06, 0.2, 0.2, (), ())
+    told = replace(curve, events=(jump, plain, end)).explain().splitlines()[3:]
+    assert told[0].startswith("Jump at 0.05 m from 0.2: to 0.125 (opens ")
+    assert told[1] == "Change at 0.06 m from 0.2: to 0.2."
+    assert told[2].startswith("Closing at 0.07 m from 0.1: no admissible state follows (closes ")
+    for line in (told[0], told[2]):
+        assert "ground" in line
+        assert "block" in line
+    assert len(curve.explain().splitlines()) == 3
+
+
+def test_an_interrupt_before_the_first_point_ends_the_call(monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+        yield
+
+    monkeypatch.setattr("blockstat.large_displacement.capacity_analysis.follow_path", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        capacity(block(), ALONG)
+
+
+def test_large_linkages_are_followed_by_sparse_equations_to_the_same_poses(monkeypatch):
+    # The block turns about its toe: at a displacement d of its top corner the angle is asin(d / 2) at first.
+    options = {"control": ("block", (0.5, 0.5, 2.0)), "steps": 4, "displacement": 0.2}
+    dense = capacity(block(), ALONG, **options)
+    monkeypatch.setattr("blockstat.large_displacement.displaced.velocity_rows.MAX_DENSE_UNKNOWNS", 0)
+    found = capacity(block(), ALONG, **options)
+    angle = np.arcsin(0.1)
+    assert found.at(0.2) == pytest.approx([np.tan(np.arctan(0.25) - angle)] * 2, rel=1e-5)
+    np.testing.assert_allclose(found.at(0.1), dense.at(0.1), rtol=1e-6)
+
+
+def test_where_the_linkage_is_lost_finite_steps_go_on_to_the_same_multiplier(monkeypatch):
+    # The diagonal from the toe to the centroid has the length sqrt(17) / 4: where that is 0.25 - d out, it is as high
+    # as Pythagoras says.
+    monkeypatch.setattr("blockstat.large_displacement.linkage.follower.MAX_STEPS", 3)
+    curve = capacity(block(), ALONG, control="block", steps=10, displacement=0.2)
+    assert curve.outcome.word == "reached"
+    assert curve.at(0.2) == pytest.approx([0.05 / np.sqrt(17 / 16 - 0.05**2)] * 2, rel=1e-4)
+    assert "no linkage from" in curve.warnings[0]
+
+
+def test_a_curve_that_cannot_be_followed_is_lost_and_keeps_its_points(monkeypatch):
+    monkeypatch.setattr("blockstat.large_displacement.linkage.follower.MAX_STEPS", 3)
+    monkeypatch.setattr("blockstat.large_displacement.finite_steps.follower.MAX_STEPS", 2)
+    curve = capacity(block(), ALONG, control="block", steps=10, displacement=0.2)
+    assert curve.outcome.word == "lost"
+    assert 0 < curve.displacement[-1] < 0.2
+    assert curve.explain().startswith("Lost: the mechanism could not be followed any further")
