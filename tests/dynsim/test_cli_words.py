@@ -179,35 +179,39 @@ def test_an_interrupted_analysis_says_how_to_go_on_where_it_was_kept(run, file, 
 
 
 SEARCHED = """\
-name = "post"
+name = "posts"
 [parameters]
-height = { value = 1.5, min = 0.5, max = 1.5, step = 0.5 }
-[elements.post]
+apart = { value = 0.7, min = 0.3, max = 0.7, step = 0.2 }
+[elements.one]
 kind = "box"
-size = [0.5, 0.5, "= height - 0.5"]
+size = [0.5, 0.5, 1.0]
+[elements.other]
+kind = "box"
+size = ["= apart", 0.5, 1.0]
+at = ["= apart", 0, 0]
 """
 
 
 def test_a_search_says_its_best_design_and_how_many_could_not_be_built(run, tmp_path):
-    (tmp_path / "post.toml").write_text(SEARCHED)
-    status, out, _ = run("optimise", tmp_path / "post.toml", "-o", tmp_path / "out", "--preset", "fast", "--jobs", 1)
+    (tmp_path / "posts.toml").write_text(SEARCHED)
+    status, out, _ = run("optimise", tmp_path / "posts.toml", "-o", tmp_path / "out", "--preset", "fast", "--jobs", 1)
     failed, best, report = out.splitlines()
     assert status == 0
-    # At 0.5 the post has no height at all; at 1.0 it is the lightest that is left.
-    assert failed.startswith("1 of 3 designs could not be judged: ")
-    assert best == "best: parameters.height = 1"
+    # One ends at 0.25, and the other begins at half of `apart`: at 0.5 they touch, and at 0.3 they overlap by 0.1 m.
+    assert re.match(r'1 of [23] designs could not be judged: elements "one" and "other" overlap', failed)
+    assert best == "best: parameters.apart = 0.5"
     assert report == f"report: {tmp_path / 'out' / 'report.html'}"
     assert (tmp_path / "out" / "report.html").is_file()
 
 
 @pytest.mark.parametrize("finished", [True, False])
 def test_an_interrupted_search_says_how_to_go_on(run, tmp_path, monkeypatch, finished):
-    (tmp_path / "post.toml").write_text(SEARCHED)
+    (tmp_path / "posts.toml").write_text(SEARCHED)
     scene = scene_from({"name": "post", "elements": {"post": {"kind": "box", "size": [1, 1, 1]}}})
     fell = Candidate({"height": 1.0}, "unstable", 1.0, "pruned", 1.0, 2, 0.0, 0.0)
     ended = SearchResult(scene, None, None, (fell,), finished=finished)
     monkeypatch.setattr("dynsim.design_search.optimise.optimise", lambda *_, **__: (ended, tmp_path / "report.html"))
-    status, out, _ = run("optimise", tmp_path / "post.toml", "-o", tmp_path / "out")
+    status, out, _ = run("optimise", tmp_path / "posts.toml", "-o", tmp_path / "out")
     said = [] if finished else ["interrupted: the same command goes on from here"]
     assert out.splitlines() == [*said, "best: no design stood", f"report: {tmp_path / 'report.html'}"]
     assert status == (0 if finished else INTERRUPTED)
