@@ -154,6 +154,15 @@ def test_a_proof_is_of_the_verdict_or_of_both_bounds_of_a_load(run, places, tmp_
         assert out.startswith(f"{tmp_path / 'proof.json'}: {what}: exact ")
 
 
+def test_the_least_friction_is_said_in_words(run, tmp_path):
+    lean = write(stack(1, 1.0, 0.5, name="slab", gravity=(0.4, 0, -1)), tmp_path / "slab.json")
+    status, out, _ = run("friction", lean)
+    assert status == 0
+    assert out.startswith("slab: 2 blocks\nLimit: ")
+    # It slides where friction is less than the slope of the load.
+    assert float(re.search(r"Stable at a friction of ([\d.]+)\.\n", out)[1]) == pytest.approx(0.4, abs=1e-4)
+
+
 def test_a_settlement_is_said_in_words_up_to_the_collapse(run, places):
     status, out, _ = run("settle", places["post"], "--move", "ground:0,0,-0.001")
     assert status == 0

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from blockstat import InputError, InputWarning
-from blockstat.compas import from_compas, rbe_solve, solve
+from blockstat.compas import cra_penalty_solve, from_compas, rbe_solve, solve
 from evidence.scenes.small import box
 
 WEIGHT = 2.0  #: of the stone, 1 x 1 x 2, of density 1 under a gravity of 1
@@ -158,6 +158,20 @@ def test_forces_alone_are_written_by_the_stand_in_for_compas_cra_and_said_where_
         assert ("--- solving time: " in out) is ("timer" in options)
 
 
+def test_the_stand_in_for_cra_penalty_scales_a_mechanism_to_the_largest_slip_or_opening_asked_for():
+    overhanging = {"ground": Mesh(box((-5, -5, -1), (0.25, 5, 0)), is_support=True), "stone": MESHES["stone"]}
+    edge = [[0, 0, 0], [0.25, 0, 0], [0.25, 1, 0], [0, 1, 0]]
+    own = SimpleNamespace(points=edge, frame=UP, size=0.25, forces=None)
+    thing = assembled(ground_stone=[own])
+    thing.node_block = overhanging.get
+    cra_penalty_solve(thing, d_bnd=0.02)
+    assert thing.attributes["verdict"]["outcome"] == "unstable"
+    # The stone turns about the edge at x = 1/4, so the joint opens by 0.02 at x = 0.
+    turn = np.array(thing.graph.own["stone"]["displacement"][3:])
+    assert turn == pytest.approx([0, 0.02 / 0.25, 0], abs=1e-6)
+    assert "displacement" not in thing.graph.own["ground"]
+
+
 def test_blocks_that_touch_without_a_recorded_joint_are_named():
     with pytest.warns(InputWarning, match=r'joints="found" would add: ground \| other$'):
         thing = solve(assembled("ground", "stone", "other", ground_stone=[joint()]), density=1.0, gravity=DOWN)
@@ -201,7 +215,7 @@ def test_a_contact_of_a_model_becomes_one_that_holds_forces_or_says_what_to_inst
 
 
 def problem(contact_model=None):
-    """A problem of compas_dem; `resolve` below says that it pushes the stone along x by a quarter of its weight."""
+    """A problem of compas_dem; its loads are those of `compas_dem`."""
     contact = SimpleNamespace(contact_model=contact_model)
     return SimpleNamespace(model=tower_model(), boundary_conditions=[], contact_properties=contact, guid="p")
 
@@ -214,6 +228,23 @@ class Results(SimpleNamespace):
         self.edges = {**getattr(self, "edges", {}), name: value}
 
 
+def compas_dem(push, prescribed=()):
+    return {
+        "compas__geometry": SimpleNamespace(
+            Frame=lambda *parts: parts, Transformation=SimpleNamespace(from_matrix=np.array)
+        ),
+        "compas_dem__analysis__resolve": SimpleNamespace(
+            resolve_centroidal_displacements=lambda _: prescribed,
+            resolve_centroidal_loads=lambda *_: {
+                "stone": {"force": [push * WEIGHT, 0, 0], "moment": [0, 0, 0]},
+                "ground": {"force": [9, 9, 9], "moment": [0, 0, 0]},
+            },
+        ),
+        "compas_dem__problem__results": SimpleNamespace(Results=lambda **ids: Results(metadata={}, **ids)),
+        "compas_dem__interactions": SimpleNamespace(FrictionContact=lambda **own: SimpleNamespace(polygon=None, **own)),
+    }
+
+
 @pytest.mark.parametrize(
     ("law", "option", "friction", "outcome"),
     [
@@ -224,21 +255,7 @@ class Results(SimpleNamespace):
 )
 def test_a_problem_brings_its_loads_and_friction_and_gets_results(monkeypatch, law, option, friction, outcome):
     prescribed = []
-    push = {
-        "stone": {"force": [0.25 * WEIGHT, 0, 0], "moment": [0, 0, 0]},
-        "ground": {"force": [9, 9, 9], "moment": [0] * 3},
-    }
-    stand_ins(
-        monkeypatch,
-        compas__geometry=SimpleNamespace(
-            Frame=lambda *parts: parts, Transformation=SimpleNamespace(from_matrix=np.array)
-        ),
-        compas_dem__analysis__resolve=SimpleNamespace(
-            resolve_centroidal_displacements=lambda _: prescribed, resolve_centroidal_loads=lambda *_: push
-        ),
-        compas_dem__problem__results=SimpleNamespace(Results=lambda **ids: Results(metadata={}, **ids)),
-        compas_dem__interactions=SimpleNamespace(FrictionContact=lambda **own: SimpleNamespace(polygon=None, **own)),
-    )
+    stand_ins(monkeypatch, **compas_dem(0.25, prescribed))
     options = {} if option is None else {"friction": option}
     found = solve(problem(law), density=1.0, gravity=DOWN, **options)
     assert found.metadata["mu"] == friction
@@ -250,3 +267,25 @@ def test_a_problem_brings_its_loads_and_friction_and_gets_results(monkeypatch, l
     prescribed.append("the ground sinks")
     with pytest.raises(InputError, match=r"the problem prescribes displacements; blockstat\.settle"):
         solve(problem(law))
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_of_two_joints_between_two_blocks_the_one_that_carries_more_is_the_result(monkeypatch, order):
+    stand_ins(monkeypatch, **compas_dem(0.4))
+    asked = problem()
+    halves = [[[x, 0, 0], [x + 0.5, 0, 0], [x + 0.5, 1, 0], [x, 1, 0]] for x in (0.0, 0.5)]
+    joints = [SimpleNamespace(points=points, frame=UP, size=0.5, forces=None) for points in halves]
+    asked.model.graph.joints["ground", "stone"]["contacts"] = joints[::order]
+    found = solve(asked, density=1.0, gravity=DOWN)
+    # The resultant is at x = 0.5 + 0.4, so the right half carries four fifths of the weight at least.
+    assert found.edges["contact_points"] == halves[1]
+    assert found.edges["force_magnitude"] >= 0.8 * WEIGHT
+
+
+def test_results_hold_the_joints_that_were_found_where_the_model_has_none(monkeypatch):
+    stand_ins(monkeypatch, **compas_dem(0.25))
+    asked = problem()
+    del asked.model.graph.joints["ground", "stone"]
+    found = solve(asked, density=1.0, gravity=DOWN)
+    assert found.edges["resultant_local"][2] == pytest.approx(WEIGHT)
+    assert asked.model.graph.edges() == []

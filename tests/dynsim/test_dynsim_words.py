@@ -262,3 +262,11 @@ def test_films_that_cannot_be_drawn_are_refused_and_leave_no_file(verdict, tmp_p
     with pytest.raises(InputError, match=words):
         draw(verdict, tmp_path)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_strip_shows_the_moments_nearest_to_those_asked_for(verdict, tmp_path, monkeypatch):
+    titles = []
+    monkeypatch.setattr("matplotlib.axes.Axes.set_title", lambda _, text, **__: titles.append(text))
+    end = verdict.run.times[-1]
+    film_strip(verdict.run, tmp_path / "strip.png", times=[end, 0.0])
+    assert titles == [f"{end:.2f} s", "0.00 s"]
