@@ -79,13 +79,12 @@ def record(tmp_path):
         (["shake", "{file}", "--pulse", "1,0,0,1", "--ramp", "1,0,0,1"], "is needed; given: --pulse, --ramp"),
         (["shake", "{file}", "--ramp", "1,0,0"], '--ramp is "1,0,0"; it must read AX,AY,AZ,SECONDS'),
         (["sequence", "{plan}"], "plan.json: names no assembly; write `dynsim sequence ASSEMBLY --plan PLAN.json`"),
-        (["sequence", "{file}", "--plan", "{plan}", "-o", "{folder}/run.txt"], "run.txt"),
     ],
 )
 def test_what_cannot_be_asked_is_one_line_and_status_two(run, tmp_path, file, loads, arguments, words):
     plan = tmp_path / "plan.json"
     write_plan(Plan((Step(("pillar",)),)), plan)
-    places = {"file": file, "loads": loads, "plan": plan, "folder": tmp_path}
+    places = {"file": file, "loads": loads, "plan": plan}
     status, out, err = run(*[argument.format(**places) for argument in arguments])
     assert (status, out) == (2, "")
     assert err.startswith("dynsim: ")
@@ -238,6 +237,16 @@ def test_a_plan_is_carried_out_with_statics_beside_it_unless_they_are_not_asked_
     assert "Statics" not in alone
     assert alone.splitlines()[-1] == f"run: {target}"
     assert read_run(target).assembly.names == tee().names
+
+
+def test_a_place_that_no_run_is_written_to_is_refused_before_the_run(run, tmp_path, monkeypatch):
+    file = write(tee(), tmp_path / "tee.json")
+    write_plan(Plan((Step(("base",)),)), tmp_path / "plan.json")
+    begun = []
+    monkeypatch.setattr("dynsim.judge.replay.sequence", lambda *_, **__: begun.append("run"))
+    status, out, err = run("sequence", file, "--plan", tmp_path / "plan.json", "-o", tmp_path / "run.txt")
+    assert (status, out, begun) == (2, "", [])
+    assert "run.txt: " in err
 
 
 @pytest.fixture(scope="module")
