@@ -1,0 +1,270 @@
+"""What the commands of `blockstat` refuse, say in words and write."""
+
+import re
+from contextlib import contextmanager
+from importlib.metadata import PackageNotFoundError
+from types import SimpleNamespace
+
+import pytest
+
+from blockstat import InputWarning, write
+from blockstat.cli import examples, progress
+from blockstat.cli.commands import app
+from blockstat.cli.options import INTERRUPTED, _show_warning, _status
+from evidence.scenes.small import stack
+
+CASES = """\
+[loads.push]
+kind = "body"
+force = [0.8, 0, 0]
+[cases.resting]
+factors = { push = 1 }
+[cases.growing]
+live = { push = 1 }
+[cases.storm]
+live = { push = 4 }
+"""
+
+
+@pytest.fixture
+def run(capsys):
+    """Run a command as its console script does; the answer is the exit status and what was printed."""
+
+    def run(*arguments):
+        given = [str(argument) for argument in arguments]
+        status = _status(lambda: app(given, prog_name="blockstat", standalone_mode=False), "blockstat")
+        return status, *capsys.readouterr()
+
+    return run
+
+
+@pytest.fixture
+def places(tmp_path):
+    """A post of weight 2, twice as high as wide, that tips when pushed at its centre by half of it; and load cases."""
+    post = write(stack(1, 1.0, 2.0, name="post"), tmp_path / "post.json")
+    (tmp_path / "cases.toml").write_text(CASES)
+    (tmp_path / "none.toml").write_text('[loads.push]\nkind = "body"\nforce = [1, 0, 0]\n')
+    named = {"cases": "cases.toml", "none": "none.toml", "folder": "", "out": "out.png", "page": "out.html"}
+    return {"post": post, **{key: tmp_path / name for key, name in named.items()}}
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        ("capacity {post}", "--load AX,AY,AZ or --case NAME with live loads is needed: what grows until the limit"),
+        ("limit {post} --case resting --loads {cases}", 'case "resting" has no live loads; give what grows by --load'),
+        ("prove {post} --limit -o {folder}/p.json", "--load AX,AY,AZ or --case NAME with live loads is needed"),
+        ("cases {post} --loads {none}", "none.toml: there are no load cases; write them as [cases.NAME]"),
+        ("cases {post}", "post.json: there are no load cases"),
+        ("limit {post} --directions 4 --case growing --loads {cases}", "--case and --directions are different"),
+        ("limit {post} --directions 4 --loads {cases}", "--case and --directions are different questions"),
+        ("limit {post} --directions 4 --imperfection edge=3mm", "--imperfection goes with --load or --case"),
+        ("reliability {post}", "post.json: nothing is uncertain; write [uncertain] in the scene, or give --uncertain"),
+        ("reliability {post} --uncertain friction=uniform,0.4,0.6 --first-order", "--first-order asks when a load is"),
+        ("settle {post} --move ground:0,0,-0.01 --move ground:0.01,0,0 -o {out}", "--move names a part twice; give"),
+        ("example chapel -o {folder}/gone/chapel.toml", "chapel.toml: no such directory: "),
+        ("sequence {post} --courses --flow coulomb", '--courses has flow "associated" alone, not "coulomb"'),
+    ],
+)
+def test_what_cannot_be_asked_is_one_line_and_status_two(run, places, command, words):
+    before = sorted(places["folder"].iterdir())
+    status, out, err = run(*command.format(**places).split())
+    assert (status, out) == (2, "")
+    assert err.startswith("blockstat: ")
+    assert words in err
+    assert err.count("\n") == 1
+    assert sorted(places["folder"].iterdir()) == before
+
+
+def test_the_table_of_cases_says_each_verdict_and_multiplier(run, places):
+    status, out, _ = run("cases", places["post"], "--loads", places["cases"])
+    head, *rows = out.splitlines()
+    assert status == 0
+    assert head.split() == "case verdict multiplier of the live loads".split()
+    found = {row.split()[0]: row.split(maxsplit=2)[1:] for row in rows}
+    assert set(found) == {"resting", "growing", "storm"}
+    assert found["resting"] == ["stable", "no live loads"]
+    assert found["storm"][0] == "unstable"
+    for case, limit in (("growing", 1.0 / 0.8), ("storm", 1.0 / 3.2)):
+        low, high = map(float, found[case][1].split(" to "))
+        assert low <= limit * (1 + 1e-6)
+        assert high == pytest.approx(limit, rel=1e-3)
+
+
+def test_a_case_whose_live_loads_never_tip_has_no_bracket_but_a_word(run, places):
+    places["cases"].write_text('[loads.snow]\nkind = "body"\nforce = [0, 0, -1]\n[cases.snow]\nlive = { snow = 1 }\n')
+    row = run("cases", places["post"], "--loads", places["cases"])[1].splitlines()[1]
+    assert row.split() == ["snow", "stable", "unbounded"]
+
+
+def test_a_limit_of_live_loads_is_said_in_words(run, places):
+    status, out, _ = run("limit", places["post"], "--case", "growing", "--loads", places["cases"])
+    lines = out.splitlines()
+    assert status == 0
+    assert re.fullmatch(r"post: 2 blocks, \d+\.\d\d s", lines[0])
+    assert lines[1].startswith("Friction 0.7, density 1 kg/m3, weight 0.002 kN, coordinates in m, joints closed to ")
+    assert lines[2].startswith("Limit")
+
+
+def angle(word, out):
+    return float(re.search(word + r" ([\d.]+)", out)[1])
+
+
+@pytest.mark.parametrize(
+    ("made", "options", "words"),
+    [
+        # Stones of width 1 in a tower of height 3 tip at tan = 1/3: 18.4349 degrees.
+        (stack(3, name="tower"), ("--axis", "y"), r"tower: stands up to 18\.4349\d+ degrees about y, falls at 18\.43"),
+        (stack(3, name="tower"), ("--axis", "z"), "tower: stands at every angle about z\n"),
+        (stack(3, name="tower", gravity=(0.4, 0, -1)), ("--axis", "y"), "tower: does not stand as it is\n"),
+        (stack(1, friction=0.3, name="tower"), ("--axis", "y", "--flow", "coulomb"), "tower: Limit: "),
+    ],
+)  # fmt: skip
+def test_each_answer_on_a_tilt_has_its_own_words(run, tmp_path, made, options, words):
+    status, out, _ = run("tilt", write(made, tmp_path / "tower.json"), *options)
+    assert status == 0
+    assert re.match(words, out)
+    assert ("In stiff joints" in out) is ("coulomb" in options)
+
+
+def test_a_probability_is_said_in_words_with_the_design_point_before_it(run, places):
+    random = ["--uncertain", "push=normal,0.4,0.05", "--load", "1,0,0", "--draws", 40]
+    status, out, _ = run("reliability", places["post"], *random)
+    assert status == 0
+    assert out.startswith("post: 2 blocks\nFriction 0.7, ")
+    assert " of 40 draws fall, 0 undecided." in out
+    assert "design point" not in out
+    first = run("reliability", places["post"], *random, "--first-order")[1]
+    # The push that tips the post is two deviations from the mean: Phi(-2).
+    probability, beta = map(float, re.search(r"Probability (\S+) \(beta (\S+)\)\.", first).groups())
+    assert (probability, beta) == pytest.approx((0.02275, 2.0), rel=1e-3)
+    assert first.index("push: 0.5 at the design point, 100% of the variance.") < first.index("of 40 draws fall")
+
+
+def test_a_proof_is_of_the_verdict_or_of_both_bounds_of_a_load(run, places, tmp_path):
+    live = ["--case", "growing", "--loads", places["cases"]]
+    for options, what in (
+        ([], "Stable"),
+        (live, "Stable"),
+        (["--load", "1,0,0"], "Limit"),
+        ([*live, "--limit"], "Limit"),
+    ):
+        status, out, _ = run("prove", places["post"], *options, "-o", tmp_path / "proof.json")
+        assert status == 0
+        assert out.startswith(f"{tmp_path / 'proof.json'}: {what}: exact ")
+
+
+def test_the_least_friction_is_said_in_words(run, tmp_path):
+    lean = write(stack(1, 1.0, 0.5, name="slab", gravity=(0.4, 0, -1)), tmp_path / "slab.json")
+    status, out, _ = run("friction", lean)
+    assert status == 0
+    assert out.startswith("slab: 2 blocks\nLimit: ")
+    # It slides where friction is less than the slope of the load.
+    assert float(re.search(r"Stable at a friction of ([\d.]+)\.\n", out)[1]) == pytest.approx(0.4, abs=1e-4)
+
+
+def test_a_settlement_is_said_in_words_up_to_the_collapse(run, places):
+    status, out, _ = run("settle", places["post"], "--move", "ground:0,0,-0.001")
+    assert status == 0
+    assert out.startswith("post: 2 blocks\nFriction 0.7, ")
+    assert "\nFurther on. " in out
+
+
+def test_a_plain_picture_has_the_blocks_alone(run, places):
+    drawn = []
+    for options in (["--plain"], []):
+        picture = places["folder"] / "post.svg"
+        assert run("plot", places["post"], *options, "-o", picture)[1] == f"{picture}\n"
+        drawn.append(picture.read_text())
+    # matplotlib leaves the words of a picture as comments beside their outlines.
+    assert "<!-- post -->" in drawn[0]
+    assert "stable" not in drawn[0]
+    assert "<!-- post: stable -->" in drawn[1]
+
+
+def test_what_a_limit_hangs_on_is_listed_with_its_size(run, places):
+    status, out, _ = run("plot", places["post"], "--reserve", "edge", "--load", "1,0,0", "-o", places["out"])
+    assert status == 0
+    head, row, place = out.splitlines()
+    # An edge that is e short leaves an arm of 1/2 - e below a centre at a height of 1: 1 mm costs 0.001.
+    value, label = re.fullmatch(r"limit (\S+); (.*):", head).groups()
+    assert float(value) == pytest.approx(0.5)
+    assert label == "change of the limit by 1 mm of edges lost"
+    assert row == '-0.001  "ground" and "stone0"'
+    assert place == str(places["out"])
+
+
+def test_the_blocks_that_may_be_taken_out_are_counted_and_the_others_named(run, tmp_path):
+    tower = write(stack(2, name="tower"), tmp_path / "tower.json")
+    status, out, _ = run("sequence", tower, "--remove-each")
+    assert status == 0
+    assert out.splitlines() == [
+        "1 of 2 blocks may be taken out now.",
+        "stone0: unstable; first to move: stone1",
+    ]
+    assert [path.name for path in tmp_path.iterdir()] == ["tower.json"]
+
+
+def test_a_broken_library_while_an_interrupt_came_is_an_interrupt(capsys):
+    def broken():
+        raise RuntimeError("lost")
+
+    assert _status(broken, "blockstat", SimpleNamespace(came=True)) == INTERRUPTED
+    assert capsys.readouterr().err == "blockstat: interrupted\n"
+    assert _status(broken, "blockstat", SimpleNamespace(came=False)) == 1
+    assert "internal error (RuntimeError: lost)" in capsys.readouterr().err
+
+
+def test_only_warnings_about_input_are_shown_and_as_one_line(capsys):
+    _show_warning(DeprecationWarning("old"), DeprecationWarning)
+    assert capsys.readouterr().err == ""
+    _show_warning(InputWarning("two\nlines"), InputWarning)
+    assert capsys.readouterr().err == "warning: two\\nlines\n"
+
+
+def test_the_progress_of_a_limit_load_tells_its_kinds_of_joints(monkeypatch):
+    told = []
+
+    @contextmanager
+    def at_work(_):
+        yield told.append
+
+    monkeypatch.setattr(progress, "at_work", at_work)
+    with progress.shown_progress() as show:
+        show(1, -0.5, 2.0)
+        show(2, 0.25, 0.5)
+    with progress.shown_progress() as show:
+        show(0, 0.1, 0.4)
+        show(1, 0.2, 0.4)
+        show(0, 0.3, 0.4)
+    assert [text.removesuffix(" (Ctrl-C keeps the bracket)") for text in told] == [
+        "iteration 1: 0 reached, at most 2",
+        "iteration 2: 0.25 reached, at most 0.5",
+        "without dilatancy, kind of joints 1, trial 0: 0.1 to 0.4",
+        "without dilatancy, kind of joints 1, trial 1: 0.2 to 0.4",
+        "without dilatancy, kind of joints 2, trial 0: 0.3 to 0.4",
+    ]
+
+
+def test_examples_are_those_of_the_installed_package_or_none(run, tmp_path, monkeypatch):
+    monkeypatch.setattr(examples, "__file__", str(tmp_path / "a" / "b" / "c" / "examples.py"))
+    scene = tmp_path / "hut.toml"
+    scene.write_text("# A hut. Small.\n")
+
+    class Installed(str):
+        def locate(self):
+            return scene
+
+    monkeypatch.setattr(
+        examples, "files", lambda _: [Installed("share/blockstat/examples/hut.toml"), Installed("x.py")]
+    )
+    assert run("example", "--list") == (0, f"{'hut':16}A hut.\n", "")
+
+    def missing(_):
+        raise PackageNotFoundError
+
+    for nothing in (missing, lambda _: None):
+        monkeypatch.setattr(examples, "files", nothing)
+        status, out, err = run("example", "--list")
+        assert (status, out) == (2, "")
+        assert err == "blockstat: the examples were not installed; they are in the folder examples of the source\n"

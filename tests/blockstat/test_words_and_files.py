@@ -1,0 +1,193 @@
+"""What is refused, said and written below the commands: files, imports, pages and pictures."""
+
+import sys
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from blockstat import (
+    InputError,
+    Plan,
+    Step,
+    assess,
+    assess_plan,
+    capacity,
+    limit_load_by_direction,
+    plot_directions,
+    utilisation,
+    write_plan_film,
+)
+from blockstat.analysis.verdict import Outcome
+from blockstat.design_search.candidate import Candidate, SearchResult
+from blockstat.spec import scene_from
+from blockstat.studies.directions import DirectionOutcome
+from blockstat.system import process, reading
+from blockstat.system.on_demand import on_demand
+from blockstat.system.writing import written_whole
+from blockstat.view import assessment, report, settling
+from blockstat.view.building.removal import weight_lost
+from evidence.scenes.small import assembly, box, stack
+
+BREEZE = SimpleNamespace(name="breeze", words="1 x push")
+
+
+@pytest.mark.parametrize(
+    ("case", "acting"),
+    [(None, "the weight of the blocks"), (BREEZE, "all loads of the case &quot;breeze&quot;: 1 x push")],
+)
+def test_a_report_says_under_which_loads_its_verdicts_are(case, acting):
+    text = assessment._cases(SimpleNamespace(case=case, cases=()))
+    assert f"Verdicts and pictures here are those under {acting}. " in text
+
+
+def found(*history, **options):
+    scene = scene_from({"name": "post", "elements": {"post": {"kind": "box", "size": [0.5, 0.5, 1.0]}}})
+    return SearchResult(scene, None, None, history, **options)
+
+
+def design(dynamic="stands", **options):
+    return Candidate({"t": 0.5}, "stable", 0.0, dynamic, 1.0, 2, 0.1, 0.1, **options)
+
+
+def test_the_page_of_a_search_says_what_there_is_to_say(tmp_path):
+    def said(result):
+        return report.write_report(result, tmp_path, []).read_text()
+
+    whole, ended = said(found(design())), said(found(design(), finished=False))
+    front = said(found(design(), front=(design(reserve=0.2),)))
+    assert "Run the same command again to go on." in ended
+    assert "Volume against reserve" in front
+    for words in ("Interrupted", "Volume against reserve"):
+        assert words not in whole
+
+
+def best():
+    scene = scene_from({"name": "post", "elements": {"post": {"kind": "box", "size": [0.5, 0.5, 1.0]}}})
+    return SearchResult(scene, scene, {}, (design(),))
+
+
+def test_the_best_design_is_written_with_its_limits_and_a_view_to_turn(tmp_path, monkeypatch):
+    monkeypatch.setattr(report, "available", lambda: True)
+    monkeypatch.setattr(report, "interactive_html", lambda _: "<p>turn me</p>")
+    figures = report.write_designs(best(), tmp_path)
+    assert [figure.path.name for figure in figures] == ["building.png", "demand.png", "directions.png", "view.html"]
+    assert (tmp_path / "view.html").read_text() == "<p>turn me</p>"
+    # A post tips at its width over its height.
+    assert "the least is 0.5 times gravity" in figures[2].caption
+
+
+def test_a_best_design_without_a_limit_or_a_viewer_has_neither_picture(tmp_path, monkeypatch):
+    monkeypatch.setattr(report, "available", lambda: False)
+    unbounded = SimpleNamespace(outcome=DirectionOutcome.UNBOUNDED)
+    monkeypatch.setattr(report, "limit_load_by_direction", lambda *_, **__: unbounded)
+    figures = report.write_designs(best(), tmp_path)
+    assert [figure.path.name for figure in figures] == ["building.png", "demand.png"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["best.glb", "best.json", "building.png", "demand.png"]
+
+
+def test_the_thinnest_pruned_design_is_drawn_with_its_values(tmp_path, monkeypatch):
+    monkeypatch.setattr(report, "available", lambda: False)
+    scene = scene_from(
+        {
+            "name": "post",
+            "elements": {
+                "post": {"kind": "box", "size": [{"value": 0.5, "min": 0.1, "max": 0.5, "step": 0.1}, 0.5, 1.0]}
+            },
+        }
+    )
+    [name] = [key for key in report.parameters(scene)]
+    pruned = [Candidate({name: t}, "unstable", 1.0, "pruned", t / 2, 2, 0.0, 0.0) for t in (0.4, 0.2)]
+    figures = report.write_designs(SearchResult(scene, None, None, tuple(pruned)), tmp_path)
+    assert [figure.path.name for figure in figures] == ["building.png", "mechanism.png"]
+    assert "none stood" in figures[0].caption
+    assert "0.2" in figures[1].caption
+    assert "0.4" not in figures[1].caption
+
+
+def test_directions_are_drawn_in_axes_that_are_given():
+    axes = Figure().add_subplot(projection="polar")
+    made = limit_load_by_direction(stack(1, 1.0, 2.0), 4)
+    assert plot_directions(made, axes) is axes
+    reached = max(np.max(line.get_ydata()) for line in axes.lines)
+    assert reached >= 0.5 * (1 - 1e-6)
+
+
+@pytest.mark.parametrize("seconds", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_film_of_a_plan_has_a_length(tmp_path, seconds):
+    tower = stack(1)
+    judged = assess_plan(tower, Plan((Step(("stone0",)),)))
+    with pytest.raises(InputError, match=r"seconds is .*; it must be a positive number"):
+        write_plan_film(tower, judged, tmp_path / "plan.glb", seconds=seconds)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_block_whose_removal_is_undecided_has_no_colour():
+    tower = stack(2)
+    open_ended = SimpleNamespace(outcome=Outcome.UNDECIDED)
+    lost = weight_lost(tower, {"stone0": open_ended, "stone1": SimpleNamespace(outcome=Outcome.STABLE)})
+    assert np.isnan(lost[1])
+    assert lost[2] == 0.0
+
+
+def test_blocks_without_a_joint_use_none():
+    apart = assembly([box((0, 0, 0), (1, 1, 1)), box((0, 0, 5), (1, 1, 6))])
+    assert utilisation(assess(apart)).shape == (0,)
+
+
+def test_a_file_that_is_too_large_is_refused_before_it_is_read(tmp_path, monkeypatch):
+    path = tmp_path / "large.json"
+    path.write_text("four")
+    monkeypatch.setattr(reading, "MOST_BYTES", 4)
+    assert reading.text_of(path) == "four"
+    monkeypatch.setattr(reading, "MOST_BYTES", 3)
+    with pytest.raises(InputError, match=r"large\.json: has 4e-09 GB; at most 3e-09 GB are read"):
+        reading.text_of(path)
+
+
+def test_what_writes_nothing_keeps_the_file_that_was_there(tmp_path):
+    path = tmp_path / "note.txt"
+    with written_whole(path):
+        pass
+    assert not list(tmp_path.iterdir())
+    path.write_text("old")
+    with written_whole(path):
+        pass
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_module_that_misses_another_says_so_and_not_that_it_is_missing(tmp_path, monkeypatch):
+    package = tmp_path / "stones_of_a_test"
+    package.mkdir()
+    (package / "__init__.py").write_text("")
+    (package / "broken.py").write_text("import no_such_library_at_all\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    get = on_demand("stones_of_a_test", {}, {})
+    with pytest.raises(ModuleNotFoundError, match="no_such_library_at_all"):
+        get("broken")
+    with pytest.raises(AttributeError, match="module 'stones_of_a_test' has no attribute 'gone'"):
+        get("gone")
+
+
+def test_a_hook_for_lost_errors_that_is_there_already_is_left(monkeypatch):
+    own = print
+    monkeypatch.setattr(process, "_handle", lambda _: None)
+    monkeypatch.setattr(sys, "unraisablehook", own)
+    process.Interruptions().heed()
+    assert sys.unraisablehook is own
+    monkeypatch.setattr(sys, "unraisablehook", sys.__unraisablehook__)
+    process.Interruptions().heed()
+    assert sys.unraisablehook is process._lost
+
+
+def test_a_path_of_one_state_is_a_film_that_stands_still(monkeypatch, tmp_path):
+    written = {}
+    monkeypatch.setattr(settling, "write_motion", lambda _, path, **own: written.update(own) or path)
+    curve = capacity(stack(1, 1.0, 2.0), (1, 0, 0), steps=5)
+    settling.write_path(replace(curve, points=curve.points[:1]), tmp_path / "still.glb")
+    assert len(written["times"]) == 2
+    assert written["times"][1] > written["times"][0]
+    assert (written["displacement"][0] == written["displacement"][1]).all()

@@ -1,0 +1,281 @@
+"""What the commands of `dynsim` refuse, say in words and write."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from blockstat import Assembly, InputError, InputWarning, Plan, Step, box, write, write_plan
+from blockstat.cli.options import INTERRUPTED, _status
+from blockstat.design_search.candidate import Candidate, SearchResult
+from blockstat.spec import scene_from
+from building_sites import tee
+from dynsim import Pulse, Settings, film_strip, incremental, past_verdict, plot_incremental, read_run, verify
+from dynsim.cli.commands import app
+from dynsim.cli.rows import side_by_side
+from dynsim.earthquake.analysis import IncrementalAnalysis
+from dynsim.view.film import write_movie
+from pool_tasks import warned
+
+WIDTH, HEIGHT = 0.5, 1.0  #: the pillar tips at a horizontal acceleration of WIDTH / HEIGHT
+WEIGHT = 2400 * WIDTH**2 * HEIGHT * 9.81  #: [N]
+
+
+@pytest.fixture
+def run(capsys):
+    """Run a command as its console script does; the answer is the exit status and what was printed."""
+
+    def run(*arguments):
+        given = [str(argument) for argument in arguments]
+        status = _status(lambda: app(given, prog_name="dynsim", standalone_mode=False), "dynsim")
+        return status, *capsys.readouterr()
+
+    return run
+
+
+def pillar():
+    blocks = [box((-5, -5, -1), (5, 5, 0), name="ground"), box((0, 0, 0), (WIDTH, WIDTH, HEIGHT), name="pillar")]
+    gravity = (0, 0, -9.81)
+    return Assembly.from_blocks(blocks, supports=["ground"], density=2400.0, friction=0.9, gravity=gravity)
+
+
+@pytest.fixture
+def file(tmp_path):
+    return write(pillar(), tmp_path / "pillar.json")
+
+
+@pytest.fixture
+def loads(tmp_path):
+    """A case that pushes the pillar at its centre less than tips it, and one that pushes it over."""
+    path = tmp_path / "loads.toml"
+    text = "".join(
+        f'[loads.{name}]\nkind = "body"\nforce = [{share * WEIGHT}, 0, 0]\n[cases.{name}]\nlive = {{ {name} = 1 }}\n'
+        for name, share in (("breeze", 0.4), ("gale", 0.6))
+    )
+    path.write_text(text + "[cases.calm]\nfactors = { breeze = 1 }\n")
+    return path
+
+
+@pytest.fixture
+def record(tmp_path):
+    """Half a second of a sine of 1 g."""
+    times = np.linspace(0.0, 0.5, 26)
+    rows = [f"{time:.3f},{9.81 * np.sin(4 * np.pi * time):.6f}" for time in times]
+    path = tmp_path / "quake.csv"
+    path.write_text("\n".join(rows) + "\n")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["verify", "{file}", "{file}", "--case", "gale", "--loads", "{loads}"], "--case goes with one file"),
+        (["verify", "{file}", "--loads", "{loads}"], "--loads gives load cases; choose one by --case NAME"),
+        (["limit", "{file}"], "--load AX,AY,AZ or --case NAME with live loads is needed"),
+        (["limit", "{file}", "--case", "calm", "--loads", "{loads}"], 'case "calm" has no live loads'),
+        (["shake", "{file}"], "one of --record, --pulse and --ramp is needed; given: none"),
+        (["shake", "{file}", "--pulse", "1,0,0,1", "--ramp", "1,0,0,1"], "is needed; given: --pulse, --ramp"),
+        (["shake", "{file}", "--ramp", "1,0,0"], '--ramp is "1,0,0"; it must read AX,AY,AZ,SECONDS'),
+        (["sequence", "{plan}"], "plan.json: names no assembly; write `dynsim sequence ASSEMBLY --plan PLAN.json`"),
+    ],
+)
+def test_what_cannot_be_asked_is_one_line_and_status_two(run, tmp_path, file, loads, arguments, words):
+    plan = tmp_path / "plan.json"
+    write_plan(Plan((Step(("pillar",)),)), plan)
+    places = {"file": file, "loads": loads, "plan": plan}
+    status, out, err = run(*[argument.format(**places) for argument in arguments])
+    assert (status, out) == (2, "")
+    assert err.startswith("dynsim: ")
+    assert words in err
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize(("case", "verdict"), [("breeze", "Stands"), ("gale", "Falls")])
+def test_the_loads_of_a_case_push_in_bullet(run, file, loads, case, verdict):
+    status, out, _ = run("verify", file, "--case", case, "--loads", loads, "--threshold", 0.05)
+    assert status == 0
+    head, answer = out.splitlines()[:2]
+    assert re.fullmatch(r"assembly: 2 blocks, \d+\.\d s", head)
+    assert answer.startswith(verdict)
+
+
+def test_a_run_is_named_where_it_was_written_and_only_there(run, file, tmp_path):
+    target = tmp_path / "run.npz"
+    assert "run: " not in run("verify", file)[1]
+    assert run("verify", file, "-o", target)[1].splitlines()[-1] == f"run: {target}"
+    assert read_run(target).assembly.names == ("ground", "pillar")
+
+
+@pytest.mark.parametrize(("acceleration", "verdict"), [(0.4, "Stands"), (0.6, "Falls")])
+def test_a_ramp_of_the_ground_tips_a_pillar_past_its_slenderness(run, file, acceleration, verdict):
+    status, out, _ = run("shake", file, "--ramp", f"{9.81 * acceleration},0,0,2", "--threshold", 0.05)
+    assert status == 0
+    assert out.splitlines()[1].startswith(verdict)
+
+
+def test_a_limit_is_said_in_words(run, file):
+    status, out, _ = run("limit", file, "--load", "1,0,0", "--no-check", "--width", 0.1)
+    assert status == 0
+    assert re.match(r"assembly: 2 blocks, \d+\.\d s\n", out)
+    # A block tips at its width over its height, and the runs of Bullet say so to a hundredth.
+    lower, upper = map(float, re.search(r"^Multiplier between (\S+) and (\S+)\.$", out, re.MULTILINE).groups())
+    assert 0.99 * lower <= WIDTH / HEIGHT <= 1.01 * upper
+    assert upper - lower <= 0.1 * upper
+
+
+def ida(file, record, *options):
+    quick = ["--preset", "fast", "--jobs", 1, "--factor", 2, "--resolution", 0.5, "--beyond", 0]
+    return ["ida", file, "--record", record, *quick, *options]
+
+
+def test_an_incremental_analysis_is_said_in_words_with_its_picture(run, file, record, tmp_path):
+    picture = tmp_path / "curves.png"
+    status, out, _ = run(*ida(file, record, "--up-to", 0.2, "--plot", picture))
+    lines = out.splitlines()
+    assert status == 0
+    assert re.fullmatch(r"assembly: 2 blocks, \d+\.\d s", lines[0])
+    # A pillar of this slenderness does not even rock at 0.2 g.
+    assert "quake: stands up to 0.2 g (2 runs)." in lines
+    assert lines[-1] == f"picture: {picture}"
+    assert picture.read_bytes()[:4] == b"\x89PNG"
+
+
+def hanging():
+    """A pillar that hangs over the edge of its ground by more than half."""
+    blocks = [box((-1, -1, -1), (0.2, 2, 0), name="ground"), box((0, 0, 0), (0.5, 0.5, 2), name="pillar")]
+    return Assembly.from_blocks(blocks, supports=["ground"], name="hanging")
+
+
+def test_what_falls_without_a_record_has_no_curves_and_no_picture(run, record, tmp_path):
+    picture = tmp_path / "curves.png"
+    status, out, _ = run(*ida(write(hanging(), tmp_path / "hanging.json"), record, "--plot", picture))
+    assert status == 0
+    assert "picture" not in out
+    assert not picture.exists()
+    found = incremental(hanging(), {"sine": Pulse((1.0, 0, 0), 0.5, "sine")}, settings=Settings.named("fast"), jobs=1)
+    with pytest.raises(InputError, match="hanging: no runs under records to draw"):
+        plot_incremental(found, picture)
+
+
+def test_the_curve_of_a_record_that_fells_nothing_ends_at_its_last_run():
+    weak = {"sine": Pulse((1.0, 0, 0), 0.5, "sine")}
+    options = {"start": 0.1, "factor": 2.0, "up_to": 0.2, "settings": Settings.named("fast"), "jobs": 1}
+    figure = plot_incremental(incremental(pillar(), weak, **options), Figure())
+    # From the origin over both runs; a level line to a fall is not drawn.
+    assert figure.axes[0].lines[0].get_ydata() == pytest.approx([0.0, 0.1, 0.2])
+
+
+@pytest.mark.parametrize("kept", [True, False])
+def test_an_interrupted_analysis_says_how_to_go_on_where_it_was_kept(run, file, record, tmp_path, monkeypatch, kept):
+    ended = IncrementalAnalysis(pillar(), (), "pga", 3.0, 0.6, "", 0.95, False, 0.0)
+    monkeypatch.setattr("dynsim.earthquake.analysis.incremental", lambda *_, **__: ended)
+    status, out, err = run(*ida(file, record, *(["-o", tmp_path / "kept"] if kept else [])))
+    assert status == INTERRUPTED == 130
+    assert ("interrupted: the same command goes on from here" in out) is kept
+    assert err.endswith("dynsim: interrupted\n")
+
+
+SEARCHED = """\
+name = "posts"
+[parameters]
+apart = { value = 0.7, min = 0.3, max = 0.7, step = 0.2 }
+[elements.one]
+kind = "box"
+size = [0.5, 0.5, 1.0]
+[elements.other]
+kind = "box"
+size = ["= apart", 0.5, 1.0]
+at = ["= apart", 0, 0]
+"""
+
+
+def test_a_search_says_its_best_design_and_how_many_could_not_be_built(run, tmp_path):
+    (tmp_path / "posts.toml").write_text(SEARCHED)
+    status, out, _ = run("optimise", tmp_path / "posts.toml", "-o", tmp_path / "out", "--preset", "fast", "--jobs", 1)
+    failed, best, report = out.splitlines()
+    assert status == 0
+    # One ends at 0.25, and the other begins at half of `apart`: at 0.5 they touch, and at 0.3 they overlap by 0.1 m.
+    assert re.match(r'1 of [23] designs could not be judged: elements "one" and "other" overlap', failed)
+    assert best == "best: parameters.apart = 0.5"
+    assert report == f"report: {tmp_path / 'out' / 'report.html'}"
+    assert (tmp_path / "out" / "report.html").is_file()
+
+
+@pytest.mark.parametrize("finished", [True, False])
+def test_an_interrupted_search_says_how_to_go_on(run, tmp_path, monkeypatch, finished):
+    (tmp_path / "posts.toml").write_text(SEARCHED)
+    scene = scene_from({"name": "post", "elements": {"post": {"kind": "box", "size": [1, 1, 1]}}})
+    fell = Candidate({"height": 1.0}, "unstable", 1.0, "pruned", 1.0, 2, 0.0, 0.0)
+    ended = SearchResult(scene, None, None, (fell,), finished=finished)
+    monkeypatch.setattr("dynsim.design_search.optimise.optimise", lambda *_, **__: (ended, tmp_path / "report.html"))
+    status, out, _ = run("optimise", tmp_path / "posts.toml", "-o", tmp_path / "out")
+    said = [] if finished else ["interrupted: the same command goes on from here"]
+    assert out.splitlines() == [*said, "best: no design stood", f"report: {tmp_path / 'report.html'}"]
+    assert status == (0 if finished else INTERRUPTED)
+
+
+def test_a_warning_of_one_of_several_files_names_the_file(file):
+    with pytest.warns(InputWarning, match=r"pillar\.json: rough joints"):
+        rows = side_by_side([file], lambda _: "rough joints", warned, 1, None)
+    assert rows[0].result == "rough joints"
+
+
+def test_a_plan_is_carried_out_with_statics_beside_it_unless_they_are_not_asked_for(run, tmp_path):
+    write(tee(), tmp_path / "tee.json")
+    # The side blocks overhang the base by more than half: each falls as it is put in, and top alone holds both.
+    steps = Step(("base",)), Step(("left", "right")), Step(("top",))
+    write_plan(Plan(steps, assembly="tee.json"), tmp_path / "plan.json")
+    target = tmp_path / "run.npz"
+    status, both, _ = run("sequence", tmp_path / "plan.json")
+    assert status == 0
+    assert "1 steps do not stand, the first is step 1." in both
+    assert "Statics and Bullet agree on 3 of 3 steps." in both
+    assert "run: " not in both
+    alone = run("sequence", tmp_path / "plan.json", "--no-statics", "-o", target)[1]
+    assert "Statics" not in alone
+    assert alone.splitlines()[-1] == f"run: {target}"
+    assert read_run(target).assembly.names == tee().names
+
+
+def test_a_place_that_no_run_is_written_to_is_refused_before_the_run(run, tmp_path, monkeypatch):
+    file = write(tee(), tmp_path / "tee.json")
+    write_plan(Plan((Step(("base",)),)), tmp_path / "plan.json")
+    begun = []
+    monkeypatch.setattr("dynsim.judge.replay.sequence", lambda *_, **__: begun.append("run"))
+    status, out, err = run("sequence", file, "--plan", tmp_path / "plan.json", "-o", tmp_path / "run.txt")
+    assert (status, out, begun) == (2, "", [])
+    assert "run.txt: " in err
+
+
+@pytest.fixture(scope="module")
+def verdict():
+    return verify(hanging())
+
+
+@pytest.mark.parametrize(
+    ("draw", "words"),
+    [
+        (lambda found, folder: write_movie(found.run, folder / "fall.mov"), r"fall\.mov: cannot write \"\.mov\""),
+        (lambda found, folder: write_movie(found.run, folder / "a.gif", frames_per_second=0), "0 frames a second"),
+        (lambda found, folder: write_movie(found.run, folder / "a.gif", slower=0.0), r"0\.0 times slower"),
+        (lambda found, folder: film_strip(found.run, folder / "none" / "a.png"), "no such directory"),
+        (lambda found, folder: film_strip(found.run, folder / "a.png", times=[]), r"times are \[\]"),
+        (lambda found, folder: film_strip(found.run, folder / "a.png", times=[0.0, -0.1]), "must lie between 0 and"),
+        (lambda found, folder: film_strip(found.run, folder / "a.png", times=[99.0]), "must lie between 0 and"),
+        (lambda found, _: past_verdict(replace(found, settings=None), 0.1), "does not know the settings of its run"),
+    ],
+)
+def test_films_that_cannot_be_drawn_are_refused_and_leave_no_file(verdict, tmp_path, draw, words):
+    with pytest.raises(InputError, match=words):
+        draw(verdict, tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_strip_shows_the_moments_nearest_to_those_asked_for(verdict, tmp_path, monkeypatch):
+    titles = []
+    monkeypatch.setattr("matplotlib.axes.Axes.set_title", lambda _, text, **__: titles.append(text))
+    end = verdict.run.times[-1]
+    film_strip(verdict.run, tmp_path / "strip.png", times=[end, 0.0])
+    assert titles == [f"{end:.2f} s", "0.00 s"]
