@@ -27,7 +27,9 @@ def along(*ends, height=0.5):
 def test_the_worst_place_is_told_with_its_bracket():
     found = moving_load(overhang(), WHEEL, along(0, 3), positions=7)
     first, bracket, place, count = found.explain().splitlines()
-    assert first == "Limit: at its worst place the train is carried up to the lower bound, and not beyond the upper one."
+    assert (
+        first == "Limit: at its worst place the train is carried up to the lower bound, and not beyond the upper one."
+    )
     low, high = (float(part) for part in bracket.split(" <= multiplier <= "))
     exact = 0.5 * WEIGHT / 1000.0
     assert low * (1 - 1e-5) <= exact <= high * (1 + 1e-5)
@@ -38,9 +40,7 @@ def test_the_worst_place_is_told_with_its_bracket():
 
 def test_a_train_that_is_carried_everywhere_has_no_worst_place_to_tell():
     found = moving_load(overhang(), WHEEL, along(0.5, 1.5), positions=1, joints=False)
-    assert found.explain() == (
-        "Unbounded: any multiple of the train is carried at every place.\n1 places, 1 solved."
-    )
+    assert found.explain() == ("Unbounded: any multiple of the train is carried at every place.\n1 places, 1 solved.")
     assert found.summary()["upper"] == [None]
 
 
