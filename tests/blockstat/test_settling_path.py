@@ -52,7 +52,7 @@ def test_what_has_no_joints_has_no_cracks():
 
 @pytest.mark.parametrize("region", [(0, 0, 0, 1, 1), (0, 0, 0), (0,) * 7, ()])
 def test_a_region_has_six_numbers(region):
-    with pytest.raises(InputError, match="a region is .*; it must be six numbers, x0, y0, z0, x1, y1, z1"):
+    with pytest.raises(InputError, match=r"a region is .*; it must be six numbers, x0, y0, z0, x1, y1, z1"):
         settle(portal(), {region: (0, 0, -0.01)})
 
 
