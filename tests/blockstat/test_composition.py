@@ -5,6 +5,7 @@ import pytest
 
 from blockstat import InputError, assess, build, load_scene, parameters, scene_from, search, with_values
 from blockstat.spec import compose
+from blockstat.spec.material import uncertain_of
 from elements import sound
 
 GATE = {
@@ -289,3 +290,34 @@ def test_the_same_scene_from_toml(tmp_path):
     path.write_text(TOML)
     np.testing.assert_array_equal(build(load_scene(path)).vertices, build(scene_from(GATE)).vertices)
     assert load_scene(path).name == "gate"
+
+
+POST = {"kind": "box", "size": [1.0, 1.0, 2.0]}
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"elements": {"post": POST | {"present": False}}}, '"gate": no element is present; there is nothing to build'),
+        ({"supports": []}, 'supports: there are none; write "ground" or groups that cannot move'),
+        ({"elements": 3}, "elements: Expected `object`, got `int`"),
+        ({"parameters": 3}, "parameters: Expected `object`, got `int`"),
+        ({"parameters": {"t": {"value": 1, "mini": 0}}}, "parameters.t.mini: unknown key; keys here are: value, min"),
+        ({"parameters": {"t": {"value": 1, "min": 0}}}, "parameters.t: Object missing required field `max`"),
+        ({"parameters": {"t": [1]}}, "parameters.t: [1] is not a number, true, false"),
+    ],
+)
+def test_a_gate_that_cannot_be_read_or_stand_says_why(change, says):
+    assert refused({"name": "gate", "elements": {"post": POST}} | change).startswith(says)
+
+
+def test_a_composition_has_elements():
+    with pytest.raises(InputError, match="Object missing required field `elements`"):
+        scene_from({"name": "gate", "parameters": {"a": 1}})
+
+
+@pytest.mark.parametrize("table", [3, "normal", None])
+def test_what_is_uncertain_is_a_table(table):
+    says = f"uncertain.friction: {table!r} is no table; write kind, and mean and deviation or least and most"
+    with pytest.raises(InputError, match=says):
+        uncertain_of({"friction": table})

@@ -13,6 +13,7 @@ from blockstat import (
     Block,
     DirectionOutcome,
     InputError,
+    JointLaw,
     LoadOutcome,
     box,
     limit_load,
@@ -158,3 +159,31 @@ def test_wide_bounds_matter_only_where_the_weakest_direction_may_be():
     assert replace(found, limits=(strong, *found.limits[1:])).outcome is DirectionOutcome.LIMIT
     doubtful = replace(strong, lower=0.1)
     assert replace(found, limits=(doubtful, *found.limits[1:])).outcome is DirectionOutcome.UNDECIDED
+
+
+def test_a_direction_that_a_wall_holds_is_told_as_unbounded_and_bounds_nothing():
+    """A smooth wall stands on one side of the slab: it tips away from it at .5, and along it at .25 as ever."""
+    ground = box((-5, -5, -1), (5, 5, 0), name="ground", group="ground")
+    wall = box((1, 0, 0), (2, 0.5, 2), name="wall", group="wall")
+    held = box((0, 0, 0), (1, 0.5, 2), name="slab", group="slab")
+    smooth = JointLaw(("slab", "wall"), friction=0.0)
+    scene = Assembly.from_blocks([ground, wall, held], supports=["ground", "wall"], friction=2.0, joints=[smooth])
+    found = limit_load_by_direction(scene, 4)
+    assert found.outcome is DirectionOutcome.LIMIT
+    assert found.horizon == pytest.approx((0.25, 0.25), rel=2e-3)
+    lines = found.explain().splitlines()
+    assert [line.split() for line in lines if "unbounded" in line] == [["+x", "inf", "to", "inf", "(unbounded)"]]
+    assert found.limits[0].outcome is LoadOutcome.UNBOUNDED
+    assert found.upper[found.names.index("-x")] == pytest.approx(0.5, rel=1e-6)
+
+
+def test_where_gravity_is_along_x_the_horizon_begins_at_z():
+    """The slab on its side on a wall: 1 m along z, .5 m along y, 2 m out. From z, what stands to its left is -y."""
+    for sign in (-1, 1):
+        blocks = [box((-1, -5, -5), (0, 5, 5), name="wall"), box((0, 0, 0), (2, 0.5, 1), name="slab")]
+        lying = Assembly.from_blocks(blocks, supports=["wall"], friction=2.0, gravity=(-9.81, 0, 0))
+        if sign > 0:
+            lying = replace(lying, vertices=lying.vertices @ np.diag([-1, -1, 1]), gravity=np.array([9.81, 0, 0]))
+        found = limit_load_by_direction(lying, 4, refine=False)
+        np.testing.assert_allclose(found.directions, [[0, 0, 1], [0, sign, 0], [0, 0, -1], [0, -sign, 0]], atol=1e-12)
+        np.testing.assert_allclose(found.upper, [0.5, 0.25, 0.5, 0.25], rtol=1e-6)

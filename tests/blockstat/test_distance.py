@@ -82,3 +82,10 @@ def test_blocks_that_do_not_touch_are_told_how_far_apart_they_are():
         'no two blocks touch: the smallest gap between two of them is 0.25 m ("stone -2" and "stone -0.75"), '
         'and 0.02 m to a support ("stone -2" and "floor")'
     )
+
+
+def test_there_is_no_distance_to_no_block():
+    two = Assembly.from_blocks([box((0, 0, 0), (1, 1, 1)), box((0, 0, 2), (1, 1, 3))], supports=[0])
+    none = np.empty(0, dtype=np.int64)
+    assert smallest_gap(two, np.array([0]), none) == (np.inf, -1, -1)
+    assert smallest_gap(two, none, np.array([0, 1])) == (np.inf, -1, -1)

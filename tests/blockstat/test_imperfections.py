@@ -5,12 +5,14 @@ import json
 import math
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from blockstat import (
     Assembly,
+    Block,
     Imperfections,
     InputError,
     JointLaw,
@@ -273,3 +275,29 @@ def test_the_option_names_what_it_does_not_understand(tmp_path):
 def run(*arguments):
     code = "from blockstat.cli.commands import main; main()"
     return subprocess.run([sys.executable, "-c", code, *map(str, arguments)], capture_output=True, text=True)
+
+
+def test_joints_that_are_divided_have_no_edges_to_lose():
+    held = stack(1, 1.0, 2.0, friction=2.0, joints=[JointLaw(("*", "*"), cells=2)])
+    divided = limit_load(held, SIDE).interfaces
+    with pytest.raises(InputError, match="imperfections: joints that are divided into cells have no edges to lose"):
+        tilt_limit(held, "y", interfaces=divided, imperfections=Imperfections(edge=0.01))
+
+
+def test_friction_that_is_given_joint_by_joint_is_divided_too():
+    slab = stack(1, 2.0, 0.5, friction=0.9)
+    joints = find_interfaces(slab)
+    rough = replace(joints, friction=np.full(joints.n_interfaces, 0.6))
+    agrees(limit_load(slab, SIDE, interfaces=rough), 0.6)
+    agrees(limit_load(slab, SIDE, interfaces=rough, imperfections=Imperfections(friction=1.5)), 0.4)
+
+
+def test_a_block_on_its_corner_has_joints_without_width():
+    """A pyramid on its tip: the corner has no width, and keeps its place."""
+    tip = Block([(0, 0, 0), (1, 1, 1), (-1, 1, 1), (-1, -1, 1), (1, -1, 1)],
+                [[1, 2, 3, 4], [0, 2, 1], [0, 3, 2], [0, 4, 3], [0, 1, 4]])  # fmt: skip
+    joints = find_interfaces(assembly([box((-2, -2, -1), (2, 2, 0)), tip]))
+    assert joints.kinds.tolist() == [ContactKind.CORNER]
+    assert least_width(joints).tolist() == [0.0]
+    lost = lose_edges(joints, np.array([0.1]))
+    np.testing.assert_allclose(lost.point, [[0, 0, 0]], atol=1e-12)

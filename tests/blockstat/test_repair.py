@@ -19,7 +19,8 @@ from blockstat import (
     repair,
     write,
 )
-from evidence.scenes.small import arch, assembly, box, running_bond, stack
+from blockstat.geometry_repair.trimming import trim_overlaps
+from evidence.scenes.small import arch, assembly, box, prism, running_bond, stack
 
 SIZE = 1e-3  #: of the largest gap [m]
 
@@ -238,3 +239,21 @@ def test_repair_needs_no_supports_and_counts_the_joints_that_it_closed(tmp_path)
     assert report.explain().endswith("0 of 2 blocks unchanged, 1 joints closed, vertices moved by up to 1 mm")
     _, again = repair(repaired)
     assert again.closed == 0
+
+
+def test_a_scene_is_repaired_as_it_is_built(tmp_path):
+    path = tmp_path / "post.toml"
+    path.write_text('[elements.post]\nkind = "box"\nsize = [1, 1, 2]\n')
+    repaired, report = repair(path)
+    assert repaired.names == read(path).names
+    assert report.explain().endswith("2 of 2 blocks unchanged")
+    with pytest.raises(InputError, match=r"post\.toml: a scene is in metres; units cannot be chosen for it"):
+        repair(path, units="mm")
+
+
+def test_a_block_with_a_notch_is_not_cut_as_if_it_were_its_hull():
+    ell = prism([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)], 1.0, name="ell")
+    scene = assembly([box((0, 0, -1), (2, 1, 0)), ell, box((0, 0, 1.9), (1, 1, 3), name="cap")])
+    says = 'blocks "ell" and "cap" overlap, and "ell" has a notch: draw them apart, or let `blockstat repair` close'
+    with pytest.raises(InputError, match=says):
+        trim_overlaps(scene, np.array([[1, 2]]))

@@ -131,3 +131,26 @@ def test_parts_that_do_not_fit_name_their_key(change, expected):
     with pytest.raises(InputError) as error:
         build(scene_from(SCENE | change))
     assert expected in str(error.value)
+
+
+@pytest.mark.parametrize("name", ["value", "min", "max", "step"])
+@pytest.mark.parametrize("value", [np.inf, np.nan])
+def test_a_range_is_finite(name, value):
+    with pytest.raises(ValueError, match="value, min, max and step must be finite"):
+        Range(**{"value": 1.0, "min": 0.0, "max": 2.0, "step": 1.0} | {name: value})
+
+
+@pytest.mark.parametrize("data", [[1], "hut", 3.0, None])
+def test_a_scene_is_a_table(data):
+    with pytest.raises(InputError) as error:
+        scene_from(data)
+    assert str(error.value) == f"a scene is a table of keys, not {data!r}"
+
+
+@pytest.mark.parametrize("up", ["x", "y", "-z"])
+def test_a_scene_has_z_up(tmp_path, up):
+    path = tmp_path / "post.toml"
+    path.write_text('[elements.post]\nkind = "box"\nsize = [1, 1, 2]\n')
+    with pytest.raises(InputError, match=r"post\.toml: a scene has z up; another axis cannot be chosen for it"):
+        read(path, up=up)
+    assert read(path, up="z").names == read(path).names

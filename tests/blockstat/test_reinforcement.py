@@ -1,0 +1,86 @@
+"""Ties, tendons and anchor plates: what they gain where a hand calculation is short, and what is refused."""
+
+import re
+from math import inf, nan
+
+import numpy as np
+import pytest
+
+from blockstat import InputError, Tie, anchor_plate, limit_load, tendon_load, tie_gain, tie_range
+from evidence.scenes.small import assembly, box, stack
+
+ENDS = ((-1, 0.5, 0), (0, 0.5, 1))
+
+
+def overhang(**tie):
+    """A block 3 m long of which 2 m lean out over its foot, and a tie that holds it back."""
+    blocks = [box((-2, -1, -1), (1, 1, 0), name="ground"), box((0, 0, 0), (3, 1, 1), name="block")]
+    return assembly(blocks, ties=[Tie(("ground", "block"), ENDS, **tie)])
+
+
+@pytest.mark.parametrize("number", [-1, 1])
+def test_the_range_of_a_tie_that_does_not_exist_is_refused(number):
+    says = f"tie is {number}; the assembly has 1 ties, numbered from 0"
+    with pytest.raises(InputError, match=says):
+        tie_range(overhang(), number)
+
+
+def test_a_tie_whose_force_is_given_has_no_range():
+    with pytest.raises(InputError, match='tie "bar": its force is given; there is no range to find'):
+        tie_range(overhang(least=5.0, greatest=5.0, name="bar"))
+
+
+def test_a_tie_gains_nothing_where_no_load_has_a_limit():
+    block = stack(1)
+    limit = limit_load(block, (0, 0, -1))
+    with pytest.raises(InputError, match="no limit load to raise: Unbounded"):
+        tie_gain(limit, (0, 0, -1), [Tie(("ground", "stone0"), ENDS)])
+
+
+def row():
+    return assembly([box((-2, 0, 0), (-1, 1, 1), name="rock"), *(box((k, 0, 0), (k + 1, 1, 1)) for k in range(3))])
+
+
+@pytest.mark.parametrize(
+    ("blocks", "points", "force", "says"),
+    [
+        ([1], [(0, 0.5, 0.5)], 1.0, "points have shape (1, 3); one point of three numbers a block, two at least"),
+        ([1, 2], [(0, 0.5, 0.5)], 1.0, "points have shape (1, 3); one point"),
+        ([1, 2], [(0, 0.5), (2, 0.5)], 1.0, "points have shape (2, 2); one point"),
+        ([1, 2], (0.0, 1.0, 2.0), 1.0, "points have shape (3,); one point"),
+        ([1, 2], [(0, 0.5, nan), (2, 0.5, 0.5)], 1.0, "points have shape (2, 3); one point"),
+        ([1, 2], [(0, 0.5, 0.5), (2, 0.5, 0.5)], 0.0, "force is 0.0; it must be above 0"),
+        ([1, 2], [(0, 0.5, 0.5), (2, 0.5, 0.5)], -3.0, "force is -3.0; it must be above 0"),
+        ([1, 2], [(0, 0.5, 0.5), (2, 0.5, 0.5)], inf, "force is inf; it must be above 0"),
+        ([1, 2, 3], [(0, 0.5, 0.5), (1, 0.5, 1), (1, 0.5, 1)], 1.0, "two of its points that follow each other are the"),
+        ([1, 2], [(0, 0.5, 0.5), (2.1, 0.5, 0.5)], 1.0, 'the point [2.1, 0.5, 0.5] is not on block "1"'),
+    ],
+)
+def test_a_tendon_runs_from_block_to_block_with_a_force(blocks, points, force, says):
+    named = says.replace('"1"', f'"{row().names[2]}"')
+    with pytest.raises(InputError, match=re.escape(f"tendon: {named}")):
+        tendon_load(row(), blocks, points, force)
+
+
+def test_a_tendon_may_be_anchored_in_the_ground_beside_a_support():
+    """Supports stand for rock that is not drawn; the pull is 5 in the direction (4, 3) over 5."""
+    load = tendon_load(row(), ["rock", 1], [(-3.5, 0.5, -2.5), (0.5, 0.5, 0.5)], 5.0)
+    np.testing.assert_allclose(load[0, :3], [4, 0, 3])
+    np.testing.assert_allclose(load[1], [-4, 0, -3, 0, 0, 0], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"sides": (0.4,)},
+        {"sides": (0.4, 0.0)},
+        {"sides": (-0.4, 0.6)},
+        {"sides": (0.4, 0.6, 0.1)},
+        {"thickness": 0.0},
+        {"thickness": nan},
+        {"outward": (0, 0, 0)},
+    ],
+)
+def test_a_plate_has_an_extent_and_a_direction(bad):
+    with pytest.raises(InputError, match=r"plate: sides .* and thickness .* must be above 0, and outward not zero"):
+        anchor_plate((0, 0, 2), **{"outward": (-1, 0, 0), "sides": (0.4, 0.6)} | bad)

@@ -1,0 +1,114 @@
+"""What a settlement path tells where nothing resists, where it is broken off, and where it cannot begin."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from blockstat import Assembly, InputError, JointLaw, box, settle, settle_to_collapse
+from blockstat.studies import settling_path
+from blockstat.studies.settling_path import PathOutcome
+from evidence.scenes.small import assembly
+
+SINKS = {"right": (0, 0, -1)}
+
+
+def portal(**options):
+    piers = [box((x, 0, 0), (x + 0.5, 1, 2), name=name) for x, name in ((0, "left"), (1.5, "right"))]
+    lintel = box((0, 0, 2), (2, 1, 2.5), name="lintel")
+    return Assembly.from_blocks([*piers, lintel], supports=["left", "right"], friction=0.9, **options)
+
+
+def beside_a_wall():
+    """A block on the ground that touches a wall, which is a support of its own."""
+    blocks = [box((-1, -1, -1), (3, 2, 0), name="ground"), box((0, 0, 0), (1, 1, 1), name="block")]
+    return assembly([*blocks, box((1, 0, 0), (2, 1, 1), name="wall")], supports=["ground", "wall"], friction=0.6)
+
+
+def test_a_wall_that_leaves_moves_no_block():
+    found = settle(beside_a_wall(), {"wall": (0.01, 0, 0)})
+    assert "Blocks that move with them" not in found.explain()
+    assert [(crack.blocks, round(crack.opening, 9)) for crack in found.cracks()] == [(("block", "wall"), 0.01)]
+    assert found.reaction == pytest.approx(0, abs=1e-9)
+    pushed = settle(beside_a_wall(), {"wall": (-0.01, 0, 0)})
+    assert "Blocks that move with them: block." in pushed.explain()
+
+
+def test_a_wall_that_leaves_may_go_any_way():
+    found = settle_to_collapse(beside_a_wall(), {"wall": (1, 0, 0)}, displacement=0.05, steps=3)
+    assert found.outcome is PathOutcome.REACHED
+    assert found.displacement[-1] == pytest.approx(0.05)
+    np.testing.assert_allclose(found.reaction, 0, atol=1e-9)
+    [(pair, width)] = found.cracks()
+    assert pair == ("block", "wall")
+    assert width == pytest.approx(0.05, rel=1e-6)
+
+
+def test_what_has_no_joints_has_no_cracks():
+    found = settle(portal(), {"right": (0, 0, -0.01)})
+    assert len(found.cracks()) == 2
+    assert replace(found, interfaces=found.interfaces.subset(np.zeros(2, dtype=bool))).cracks() == []
+
+
+@pytest.mark.parametrize("region", [(0, 0, 0, 1, 1), (0, 0, 0), (0,) * 7, ()])
+def test_a_region_has_six_numbers(region):
+    with pytest.raises(InputError, match=r"a region is .*; it must be six numbers, x0, y0, z0, x1, y1, z1"):
+        settle(portal(), {region: (0, 0, -0.01)})
+
+
+def test_progress_is_told_movement_and_reaction_of_each_point():
+    told = []
+    found = settle_to_collapse(portal(), SINKS, displacement=0.05, steps=3, progress=lambda *now: told.append(now))
+    assert told == list(zip(found.displacement, found.reaction, strict=True))
+    # Half the lintel rests on the right pier's outer edge and the left one's inner edge: 1 to 2 of 1.5 m.
+    assert told[0][1] == pytest.approx(portal().free_weight / 3, rel=1e-3)
+
+
+def test_a_path_that_is_interrupted_ends_at_the_last_point():
+    def stop(movement, reaction):
+        if movement > 0.02:
+            raise KeyboardInterrupt
+
+    found = settle_to_collapse(portal(), SINKS, displacement=0.1, steps=10, progress=stop)
+    assert found.outcome is PathOutcome.INTERRUPTED
+    assert 0.02 < found.displacement[-1] < 0.1
+    assert found.collapse is None
+    assert found.explain().startswith("Interrupted: the path is known up to here.\nMovement ")
+
+
+def test_an_interruption_before_the_first_point_is_passed_on(monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(settling_path, "follow_path", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        settle_to_collapse(portal(), SINKS, displacement=0.05)
+
+
+def test_a_path_without_any_state_is_jammed(monkeypatch):
+    monkeypatch.setattr(settling_path, "follow_path", lambda *_, **__: iter(()))
+    with pytest.raises(InputError, match='"assembly": the blocks are jammed between the moving supports'):
+        settle_to_collapse(portal(), SINKS, displacement=0.05)
+
+
+def test_a_path_that_is_lost_at_rest_tells_no_movement(monkeypatch):
+    real = settling_path.follow_path
+
+    def lost(*given, **options):
+        yield next(iter(real(*given, **options)))
+        yield settling_path.PathOutcome.LOST
+
+    monkeypatch.setattr(settling_path, "follow_path", lost)
+    found = settle_to_collapse(portal(), SINKS, displacement=0.05)
+    assert found.outcome is PathOutcome.LOST
+    assert "Movement" not in found.explain()
+    assert found.explain().splitlines()[0] == PathOutcome.LOST.value
+    assert all(line.startswith("Warning: ") for line in found.explain().splitlines()[1:])
+
+
+@pytest.mark.parametrize(("law", "warned"), [({"compression": 1e9, "cells": 2}, True), ({"friction": 0.9}, False)])
+def test_hinges_of_joints_that_could_crush_are_warned_of(law, warned):
+    held = portal(joints=[JointLaw(("*", "*"), **law)])
+    found = settle_to_collapse(held, SINKS, displacement=0.05, steps=1)
+    assert ("crushing at hinges is not followed" in found.warnings) is warned
+    assert ("Warning: crushing at hinges is not followed" in found.explain()) is warned
