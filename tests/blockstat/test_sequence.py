@@ -20,6 +20,7 @@ from blockstat import (
     assess,
     assess_plan,
     assess_states,
+    box,
     centring,
     count_orders,
     falsework,
@@ -31,6 +32,7 @@ from blockstat import (
     write_plan,
 )
 from blockstat.sequence.props import falls_on_props, held_by_props
+from blockstat.sequence.states import Whole
 from building_sites import arch, prism, slab, tee
 from evidence.scenes.small import stack
 
@@ -316,3 +318,44 @@ def test_a_motion_of_no_size_is_no_proof_that_props_fail():
     problem, _, twist = held_by_props(assembly, (["base", "left"], []), [], least="total")
     assert falls_on_props(problem, [], twist)
     assert not falls_on_props(problem, [], 0 * twist)
+
+
+def ledge(*beyond):
+    """A wall of sixteen bricks in four courses, with bricks on it that jut out so far over its end."""
+    blocks = [slab(-1, 5, -0.5, 0, "ground")]
+    for course in range(4):
+        low, high = 0.25 * course, 0.25 * (course + 1)
+        blocks += [slab(k, k + 1, low, high, f"{course}.{k}") for k in range(4)]
+    blocks += [slab(3 + x, 4 + x, 1 + 0.25 * k, 1.25 + 0.25 * k, f"out{k}") for k, x in enumerate(beyond)]
+    blocks.append(slab(0, 1, 1, 1.25, "calm"))
+    return Assembly.from_blocks(blocks, supports=["ground"], friction=0.6)
+
+
+def test_a_state_that_falls_has_the_same_score_whatever_was_judged_before():
+    """One brick falls beside many at rest: its score is found around it, or by the motion of an earlier state."""
+    assembly = ledge(0.7, 0.9)
+    wall = [name for name in assembly.names if "." in name]
+    added = [(), ("out0",), ("out0",), ("out0", "out1"), ("calm", "out0", "out1")]
+    states = [([*wall, *more], []) for more in added]
+    whole = Whole(assembly)
+    verdicts = whole.assess_all([whole.state_of(*state, "state") for state in states], "associated", True)
+    assert [verdict.outcome.word for verdict in verdicts] == ["stable", *4 * ["unstable"]]
+    assert whole.evidence.statistics["nearby"] > 0
+    mixed = assess_states(assembly, [states[0], states[-1]])[1]  # what falls and what stays come at once
+    for state, verdict in zip([*states[1:], states[-1]], [*verdicts[1:], mixed], strict=True):
+        alone = assess_states(assembly, [state])[0]
+        assert alone.score > 1e-3
+        assert verdict.score == pytest.approx(alone.score, rel=1e-5)
+        assert verdict.certificate.proves_unstable
+        assert {assembly.names[k] for k in verdict.moving} == {name for name in state[0] if name.startswith("out")}
+
+
+def test_states_with_bonds_are_judged_each_by_itself():
+    """A beam of weight .5 glued to a wall at one end: its moment .5 x 1 against the bond's .25 F + M."""
+    for moment, word in ((0.1, "unstable"), (0.4, "stable")):
+        wall, beam = box((-1, 0, -1), (0, 0.5, 1), name="wall"), box((0, 0, -0.25), (2.0, 0.5, 0.25), name="beam")
+        options = {"friction": 5.0, "gravity": (0, 0, -1), "density": 1.0}
+        glue = JointLaw(("*", "*"), bond=0.8, bond_moment=moment)
+        assembly = Assembly.from_blocks([wall, beam], supports=["wall"], joints=[glue], **options)
+        states = [(["beam"], []), (["beam"], ["beam"]), (["beam"], [])]
+        assert [verdict.outcome.word for verdict in assess_states(assembly, states)] == [word, "stable", word]
