@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 
 from blockstat import InputError, assess_stages, assess_states, build, centring, falsework, load_scene, scene_text
 from blockstat.cli.commands import app
-from blockstat.sequence.stages import stages_of
+from blockstat.sequence.stages import StagesVerdict, stages_of
 
 SCENE = """
 name = "gate"
@@ -85,3 +85,22 @@ def test_a_scene_without_stages_says_where_they_go(gate):
     gate.write_text(SCENE[: SCENE.index("[[stages]]")])
     with pytest.raises(InputError, match=r"write them as \[\[stages\]\]"):
         assess_stages(build(load_scene(gate)))
+
+
+def test_a_stage_names_what_moves_only_where_it_falls(gate):
+    gate.write_text(SCENE.replace('centring = ["ring"]\n', ""))
+    falls, stands = assess_stages(build(load_scene(gate))).stages[2], assess_stages(build(load_scene(gate))).stages[-1]
+    assert falls.outcome.word == "unstable"
+    assert falls.moving
+    said = StagesVerdict(falls.outcome, (falls, stands)).explain(limit=1).splitlines()
+    assert f"unstable; first to move: {falls.moving[0]} ..." in said[0]
+    assert said[1] == "decentring: 9 blocks, stable"
+    every = StagesVerdict(falls.outcome, (falls,)).explain(limit=len(falls.moving))
+    assert every.endswith(f"first to move: {', '.join(falls.moving)}")
+
+
+def test_blocks_that_no_stage_puts_in_are_named(gate):
+    post = '[elements.post]\nkind = "pier"\nsize = [0.5, 0.5]\nheight = 1.0\ncourses = 2\nat = [5.0, 0.0, 0.0]\n\n'
+    gate.write_text(SCENE.replace("[[stages]]", post + "[[stages]]", 1))
+    with pytest.raises(InputError, match=r'stages: block "post.*" is never put in \(nor are 1 more\)'):
+        stages_of(build(load_scene(gate)))

@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 
@@ -12,12 +13,23 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from blockstat import Assembly, InputError, assess_plan, assess_states, build, build_by_courses, load_scene, write
+from blockstat import (
+    Assembly,
+    InputError,
+    Outcome,
+    assess_plan,
+    assess_states,
+    build,
+    build_by_courses,
+    load_scene,
+    write,
+)
 from blockstat.cli.commands import app
-from blockstat.sequence.courses import courses_of
+from blockstat.sequence.courses import _disjoint, _Site, courses_of
 from blockstat.sequence.nearby import nearby_evidence, unbalanced
 from blockstat.sequence.states import Whole
 from building_sites import arch, slab, tee
+from evidence.scenes.small import stack
 
 ROOT = Path(__file__).parents[2]
 
@@ -162,3 +174,58 @@ def test_the_command_prints_the_courses_and_writes_the_plan(tmp_path):
     ):
         bad = CliRunner().invoke(app, [*command, *options])
         assert message in str(bad.exception)
+
+
+def test_courses_that_stand_by_themselves_have_no_course_that_is_held():
+    found = build_by_courses(stack(3))
+    assert [course.held for course in found.courses] == [(), (), ()]
+    said = found.explain()
+    assert "3 courses; 3 of them stand by themselves." in said
+    assert "blocks are held" not in said
+    assert "Most blocks are held after course 1: 2; no fewer than 2 will do." in build_by_courses(arch()).explain()
+
+
+def test_groups_that_hold_every_block_leave_no_course_for_the_rest():
+    blocks = [slab(-3, 3, -1, 0, "ground"), slab(0, 1, 0, 1, "one"), slab(1, 2, 0, 1, "two")]
+    blocks = [blocks[0], *[replace(block, group="row") for block in blocks[1:]]]
+    assembly = Assembly.from_blocks(blocks, supports=["ground"], friction=0.6)
+    assert [course.tolist() for course in courses_of(assembly, {"row": (-1, 0, 0)})] == [[2], [1]]
+    assert [course.tolist() for course in courses_of(assembly)] == [[1, 2]]
+
+
+def test_a_course_that_is_not_decided_is_held_by_what_was_laid_and_gives_no_plan_unless_that_is_proven(monkeypatch):
+    proven = True
+
+    def judge(self, present, hold):
+        holds = proven and hold[4]
+        return Outcome.STABLE if holds else Outcome.UNDECIDED, np.zeros(len(present))
+
+    monkeypatch.setattr(_Site, "_judge", judge)
+    monkeypatch.setattr(_Site, "_falls", lambda self, present, blocks: False)
+    held = [set(course.held) for course in build_by_courses(tee()).courses]
+    assert held[-1] == {"top"}  # nothing else was needed, and only the block just laid was asked
+    proven = False
+    found = build_by_courses(tee())
+    assert (found.outcome.word, found.plan) == ("undecided", None)
+    assert "neither to stand nor to fall" in found.explain()
+    assert found.courses[0].held == ("base",)
+
+
+def test_what_need_not_be_held_is_let_go_and_what_falls_is_not():
+    """A whole arch stands with nothing held; with its keystone away each half falls unless a stone of it is held."""
+    assembly = arch()
+    site, none = _Site(Whole(assembly), None), np.zeros(9, dtype=bool)
+    for missing, held in (((), 0), (("s3",), 2)):
+        present = ~np.isin(assembly.names, missing)
+        hold = present & ~assembly.support
+        site._let_go(present, hold, none, 0)
+        assert hold.sum() == held
+        kept = [name for name, on in zip(assembly.names, hold, strict=True) if on]
+        there = [name for name in assembly.names if name not in missing]
+        assert assess_states(assembly, [(there, kept)])[0].outcome.word == "stable"
+
+
+def test_demands_that_share_a_block_count_once():
+    assert _disjoint([]) == 0
+    assert _disjoint([{1, 2}, {2, 3}]) == 1
+    assert _disjoint([{1, 2, 3}, {1}, {3}]) == 2  # the smallest first: the large one asks for nothing more

@@ -18,6 +18,7 @@ from blockstat import (
 )
 from blockstat.geometry.polyhedron import point_velocity
 from building_sites import arch
+from evidence.scenes.small import stack
 
 OPEN = ["s0", "s1", "s2", "s4", "s5", "s6"]  # the keystone is missing
 
@@ -97,3 +98,10 @@ def test_a_centring_that_cannot_be_lowered_is_refused():
         decentring(assembly, (OPEN, []), centring(assembly, OPEN), lowering=0)
     with pytest.raises(InputError, match="nothing to lower"):
         decentring(assembly, (OPEN, []), hoists(assembly, ["s0"]))
+
+
+def test_blocks_that_no_prop_reaches_are_built_in_no_order():
+    with pytest.raises(InputError, match="these props cannot hold the blocks in any order"):
+        least_centring(arch(), lambda assembly, names: [])
+    assembly = stack(2)
+    assert least_centring(assembly, lambda assembly, names: []).order == ("stone0", "stone1")

@@ -7,13 +7,33 @@ import json
 import random
 import subprocess
 import sys
+from dataclasses import replace
 from fractions import Fraction
 from math import atan, degrees
 
 import numpy as np
 import pytest
 
-from blockstat import Assembly, Block, InputError, JointLaw, Tie, box, limit_load, prove, write
+from blockstat import (
+    Assembly,
+    Block,
+    InputError,
+    JointLaw,
+    LoadOutcome,
+    Outcome,
+    Tie,
+    assess,
+    box,
+    limit_load,
+    prove,
+    prove_limit,
+    prove_verdict,
+    write,
+)
+from blockstat.analysis.problem import pose
+from blockstat.contact.interfaces import GAP
+from blockstat.proof.parallel import parallel_forces
+from blockstat.proof.structure import structure, with_normals_of_faces
 from evidence.scenes.small import arch, pulled_slab, stack, trilith
 from point_bodies import FLOOR, crossed_keels, ladder, moved, octahedron_in_a_corner, prism_in_a_groove, tetrahedron
 
@@ -537,7 +557,7 @@ def test_a_motion_that_closes_a_contact_is_rejected(checker, proofs):
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::blockstat.errors.InputWarning")
 def test_every_shared_case_that_is_decided_has_a_proof(cases, checker):
-    from blockstat import Outcome, assess, prove_verdict, read
+    from blockstat import read
 
     missing = set()
     for path in sorted([*cases.glob("*.json"), *cases.glob("rubble/*.json")]):
@@ -553,3 +573,109 @@ def test_every_shared_case_that_is_decided_has_a_proof(cases, checker):
             continue
         assert said[0] == f"PROVED {verdict.outcome.word}"
     assert not missing
+
+
+SLOPE = (0.5, 0.0, -1.0)
+
+
+def test_a_proof_says_that_it_is_bounded_only_if_it_is():
+    sticky = prove(arch(20, 0.2).with_(friction=np.inf), (1, 0, 0))
+    assert "The motion is not exact: it holds for contact forces of up to 1e+06 dead loads." in sticky.explain()
+    assert sticky.summary()["bounded"]
+    plain = prove(stack(1), (1, 0, 0))
+    assert "not exact" not in plain.explain()
+    assert not plain.summary()["bounded"]
+
+
+def test_what_is_not_decided_is_not_proved():
+    scene = stack(1).with_(name="post")
+    undecided = replace(assess(scene), outcome=Outcome.UNDECIDED)
+    with pytest.raises(InputError, match='"post" is undecided: there is nothing to prove'):
+        prove_verdict(undecided)
+    limit = replace(limit_load(scene, (1, 0, 0)), outcome=LoadOutcome.UNDECIDED)
+    with pytest.raises(InputError, match='"post" is undecided under this load: there is nothing to prove'):
+        prove_limit(limit, (1, 0, 0))
+
+
+def test_a_verdict_that_is_wrong_is_not_proved():
+    """A block that stands, said to rise, to sink, or to fall without a motion; and one that slides, said to stand."""
+    scene = stack(1).with_(name="post")
+    for speed in (1.0, -1.0, 0.0):
+        motion = np.zeros((2, 6))
+        motion[1, 2] = speed
+        with pytest.raises(InputError, match='"post" falls by less than rounding: there is no exact proof'):
+            prove_verdict(replace(assess(scene), outcome=Outcome.UNSTABLE, mechanism=motion))
+    slides = assess(scene, gravity=(0.9, 0, -1))
+    assert slides.outcome is Outcome.UNSTABLE
+    with pytest.raises(InputError, match="is balanced without any reserve: there is no exact proof"):
+        prove_verdict(replace(slides, outcome=Outcome.STABLE))
+
+
+def test_bounds_that_are_wrong_are_not_proved():
+    """A cube tips at its weight times 1, slides at .7; no forces carry 1.4, and no motion is none."""
+    scene = stack(1, friction=0.7).with_(name="post")
+    limit = limit_load(scene, (1, 0, 0))
+    assert limit.lower == pytest.approx(0.7, abs=1e-6)
+    wrong = 'the bounds of "post" rest on rounding: there is no exact proof'
+    with pytest.raises(InputError, match=wrong):
+        prove_limit(replace(limit, lower=1.4), (1, 0, 0))
+    with pytest.raises(InputError, match=wrong):
+        prove_limit(replace(limit, mechanism=0 * limit.mechanism), (1, 0, 0))
+
+
+def test_a_load_that_nothing_limits_has_forces_and_no_motion(checker):
+    proof = prove(stack(1), (0, 0, -1)).content
+    assert "motion" not in proof["proof"]
+    assert checker.check(proof)[0].startswith("PROVED stable at")
+
+
+def test_what_falls_under_its_weight_is_proved_to_fall_whatever_the_load(checker):
+    scene = stack(1, friction=0.3).with_(gravity=np.array(SLOPE))
+    proof = prove(scene, (0, 1, 0))
+    assert proof.outcome.word == "unstable"
+    assert "multiplier" not in proof.content["proof"]
+    assert checker.check(proof.content)[0] == "PROVED unstable"
+
+
+def exactly(scene, loads=None):
+    problem = pose(scene, friction=None, gravity=None, loads=loads, gap=GAP, interfaces=None)
+    return structure(problem, loads, None)
+
+
+def test_forces_along_the_loads_are_looked_for_only_where_these_are_parallel_and_joints_are_dry():
+    scene = stack(2)
+    push = np.zeros((3, 6))
+    push[2, 0] = 0.1
+    law = JointLaw(("*", "*"), cohesion=1.0)
+
+    def found(scene, loads=None):
+        return parallel_forces(exactly(scene, loads))
+
+    sizes = found(scene).sum(axis=0)
+    assert abs(sizes).tolist() == [0, 0, 3]  # the lower joint carries 2, the upper one 1
+    assert found(scene, push) is None
+    assert found(scene.with_(joints=[law])) is None
+    lifted = np.array([0, 0, 1.0, 0, 0, 0]) * scene.mass[:, None]
+    assert found(scene, lifted) is None  # no weight is left, and no direction
+
+
+def test_normals_of_faces_replace_those_that_lie_on_faces_alone():
+    """Edges that cross have no face; all contacts of a cube on the ground have one, and its normal is upright."""
+    blocks = crossed_keels()[0]
+    free = len(blocks) - 1
+    options = {"friction": 1.0, "gravity": (0, 0, -1), "density": 1.0}
+    keels = Assembly.from_blocks(blocks, supports=range(free), **options)
+    for scene, has_faces in ((keels, False), (stack(1), True)):
+        plain = exactly(scene)
+        changed = with_normals_of_faces(plain)
+        for before, after in zip(plain.data["contacts"], changed.data["contacts"], strict=True):
+            on_a_face = any(len(place) == 1 for place in after["on"])
+            assert on_a_face == has_faces
+            if not on_a_face:
+                assert after == before
+            else:
+                x, y, z = map(Fraction, after["normal"])
+                assert (x, y) == (0, 0)
+                assert z > 0
+        if not has_faces:
+            assert (changed.normal == plain.normal).all()

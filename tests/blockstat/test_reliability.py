@@ -15,6 +15,7 @@ from scipy.stats import norm
 from blockstat import (
     Assembly,
     InputError,
+    JointLaw,
     Random,
     acceleration,
     box,
@@ -25,7 +26,7 @@ from blockstat import (
     reliability,
     write,
 )
-from blockstat.chance.first_order import FirstOrderOutcome
+from blockstat.chance.first_order import MANY, FirstOrderOutcome, limit_state
 from blockstat.chance.monte_carlo import _binomial
 from blockstat.chance.population import Population
 from evidence.scenes.small import arch, stack
@@ -452,3 +453,117 @@ def test_the_file_of_draws_says_what_was_drawn(tmp_path):
     assert reliability(scene, uncertain, load=SIDE, draws=31, file=file).draws == 31
     with pytest.raises(InputError, match="draws of something else"):
         reliability(scene, uncertain, load=SIDE, draws=31, file=file, flow="coulomb")
+
+
+def test_the_design_point_is_told_with_the_variable_that_matters_first():
+    """Of mu - push the design point is at .6 - .3 x .01 / .0325 for both; the shares are .0225 and .01 of .0325."""
+    uncertain = {"friction": Random("normal", 0.6, 0.1), "push": Random("normal", 0.3, 0.15)}
+    said = first_order(FLAT, uncertain, SIDE).explain().splitlines()
+    assert said[0] == FirstOrderOutcome.FOUND.value
+    assert said[1] == "Probability 0.04805 (beta 1.664)."
+    assert [line.split(":")[0] for line in said[2:]] == ["push", "friction"]
+    assert [line.split(" ")[1][:5] for line in said[2:]] == ["0.507", "0.507"]
+    assert [line.split(", ")[1] for line in said[2:]] == ["69% of the variance.", "31% of the variance."]
+
+
+def test_what_changes_nothing_has_no_design_point():
+    found = first_order(FLAT, {"push": Random("uniform", 0.3, 0.3)}, SIDE)
+    assert found.outcome is FirstOrderOutcome.NOT_FOUND
+    assert found.shares == {"push": 0.0}
+    assert found.explain().startswith("Not found: the recursion did not settle on a design point")
+
+
+@pytest.mark.parametrize(("gravity", "carried"), [((0, 0, -1), MANY), ((0.9, 0, -1), 0.0)])
+def test_where_no_multiple_of_the_load_decides_the_push_alone_has_a_derivative(gravity, carried):
+    """Weight on weight is carried any number of times; what slides by itself carries none."""
+    scene = FLAT.with_(gravity=np.array(gravity, dtype=float))
+    uncertain = {"friction": Random("normal", 0.6, 0.1), "push": Random("normal", 0.3, 0.15)}
+    population = Population(scene, find_interfaces(scene), None, uncertain)
+    value, slope = limit_state(population, (0, 0, -1), np.zeros(2))
+    assert value == pytest.approx(carried - 0.3, rel=1e-12)
+    assert slope == pytest.approx([0.0, -0.15])
+
+
+def test_the_derivatives_by_weights_and_permanent_loads_are_those_of_the_closed_form():
+    """A slab of weight W = rho with a push f P at its foot slides at mu - f P / W times its weight."""
+    loads = np.zeros((2, 6))
+    loads[1, [0, 4]] = 0.2, -0.2 * 0.25
+    uncertain = {"density.*": Random("normal", 1.0, 0.05), "loads.*": Random("normal", 1.0, 0.1)}
+    population = Population(FLAT, find_interfaces(FLAT), loads, uncertain)
+    for density, factor in ((0.0, 0.0), (1.0, -2.0)):
+        weight, part = 1.0 + 0.05 * density, 1.0 + 0.1 * factor
+        value, slope = limit_state(population, SIDE, np.array([density, factor]))
+        assert value == pytest.approx(0.6 - part * 0.2 / weight - 1.0, abs=1e-7)
+        assert slope == pytest.approx([0.05 * part * 0.2 / weight**2, -0.1 * 0.2 / weight], rel=1e-5)
+
+
+def test_the_derivative_by_corners_is_that_of_differences():
+    column = stack(1, 0.5, 2.0, friction=2.0)
+    population = Population(column, find_interfaces(column), None, {"corner": Random("normal", 0.0, 0.002)})
+    rng = np.random.default_rng(5)
+    place, way = rng.standard_normal((2, population.size))
+    slope = limit_state(population, SIDE, place)[1]
+    ahead, behind = (limit_state(population, SIDE, place + step * way)[0] for step in (0.02, -0.02))
+    assert abs(ahead - behind) > 1e-6
+    assert slope @ way == pytest.approx((ahead - behind) / 0.04, rel=2e-3)
+
+
+def test_a_load_that_is_given_goes_before_that_of_the_scene(tmp_path):
+    """The post tips at a push of .5; twice as strong a load takes half the push: beta = (.25 - .3) / .05."""
+    file = tmp_path / "post.toml"
+    file.write_text(SCENE)
+    post = read(file)
+    load = load_of(post.with_(density=np.full(post.n_blocks, 2000.0)), 2.0)
+    assert first_order(post, load=load).beta == pytest.approx(-1.0, rel=0.05)
+
+
+def test_a_block_that_touches_nothing_falls_in_every_draw():
+    scene = Assembly.from_blocks([box((0, 0, 0), (1, 1, 1)), box((0, 0, 2), (1, 1, 3))], supports=[0])
+    found = reliability(scene, {"density.*": Random("normal", 2000.0, 100.0)}, draws=5)
+    assert (found.failures, found.undecided, found.probability) == (5, 0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("uncertain", "message"),
+    [
+        ({"push": Random("normal", 1, 1, "group")}, 'uncertain "push": each is "group"; it has no parts of its own'),
+        ({"corner": Random("normal", 0, 1, "block")}, 'uncertain "corner": each is "block"; it has no parts'),
+        ({"corner": Random("normal", 0, 1, correlation=0.5)}, 'uncertain "corner": correlation is 0.5; its values'),
+        (
+            {"density.*": Random("normal", 1, 1, "joint")},
+            'uncertain "density.*": each is "joint"; it belongs to blocks',
+        ),
+        ({"friction": Random("normal", 1, 1)}, 'uncertain "friction": joint laws have their own friction'),
+    ],
+)
+def test_variables_that_have_no_such_parts_or_laws_are_refused(uncertain, message):
+    scene = FLAT.with_(joints=[JointLaw(("*", "*"), friction=0.5)])
+    with pytest.raises(InputError) as error:
+        reliability(scene, uncertain, load=SIDE)
+    assert message in str(error.value)
+
+
+def test_friction_is_random_beside_laws_that_say_nothing_of_it():
+    scene = FLAT.with_(joints=[JointLaw(("*", "*"), cohesion=1.0)])
+    assert reliability(scene, {"friction": Random("normal", 0.6, 0.1)}, draws=3).failures == 0
+
+
+@pytest.mark.parametrize("correlation", [-0.1, 1.1, math.nan])
+def test_a_correlation_that_is_none_is_refused(correlation):
+    with pytest.raises(InputError, match=f"normal: the correlation is {correlation}; it must be from 0 to 1"):
+        Random("normal", 1.0, 0.1, "joint", correlation)
+
+
+@pytest.mark.parametrize("options", [{"draws": 0}, {"jobs": 0}, {"confidence": 0.0}, {"confidence": 1.0}])
+def test_numbers_of_draws_and_jobs_that_are_none_are_refused(options):
+    with pytest.raises(InputError, match="one draw and one job are needed, and 0 < confidence < 1") as error:
+        reliability(FLAT, {"friction": Random("normal", 0.6, 0.1)}, **options)
+    name, value = next(iter(options.items()))
+    assert f"{name} is {value}" in str(error.value) or f"{name} {value}" in str(error.value)
+
+
+def test_questions_without_a_load_or_with_two_multipliers_are_refused():
+    with pytest.raises(InputError, match="first-order estimate asks when a load is not carried; give it as load"):
+        first_order(FLAT, {"friction": Random("normal", 0.6, 0.1)})
+    with pytest.raises(InputError, match='the multiplier itself is what "push" would be; leave it out'):
+        fragility(FLAT, {"push": Random("normal", 0.6, 0.1)}, SIDE)

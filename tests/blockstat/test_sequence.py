@@ -13,11 +13,14 @@ from blockstat import (
     Assembly,
     Block,
     InputError,
+    JointLaw,
     Plan,
     Step,
+    Tie,
     assess,
     assess_plan,
     assess_states,
+    box,
     centring,
     count_orders,
     falsework,
@@ -28,7 +31,10 @@ from blockstat import (
     remove_each,
     write_plan,
 )
-from building_sites import arch, slab, tee
+from blockstat.sequence.props import falls_on_props, held_by_props
+from blockstat.sequence.states import Whole
+from building_sites import arch, prism, slab, tee
+from evidence.scenes.small import stack
 
 
 def corbel():
@@ -189,3 +195,167 @@ def test_the_first_step_that_falls_is_named_with_the_stones_that_move():
     assert "the first is step 1" in verdict.explain()
     with pytest.raises(InputError, match='state 0: block "top" is held but not present'):
         assess_states(tee(), [(["base"], ["top"])])
+
+
+def test_all_orders_are_counted_for_at_most_fourteen_blocks():
+    with pytest.raises(InputError, match=r"15 blocks have 2\^15 states; all orders are counted for at most 14"):
+        count_orders(stack(15))
+
+
+def test_supports_alone_are_built_in_one_way_without_a_hand():
+    found = count_orders(stack(0))
+    assert (found.states, *numbers(found)) == (1, 1, 1, 0, 0)
+
+
+@pytest.mark.parametrize(
+    ("data", "sentence"),
+    [
+        ({"steps": [{"install": "base"}]}, '"base" stands where a list of blocks is needed'),
+        ({"steps": [], "boundary": "ground"}, '"ground" stands where a list of blocks is needed'),
+        ({"steps": [{"install": ["base"], "hold": ["base", "base"]}]}, "step 0: a block is held twice"),
+        (
+            {"steps": [{"install": ["base"]}, {"install": ["left"]}], "never_installed": ["left"]},
+            'step 1: block "left" is put in, but listed as never installed',
+        ),
+    ],
+)
+def test_a_plan_with_bad_lists_gets_one_sentence(tmp_path, data, sentence):
+    path = tmp_path / "plan.json"
+    path.write_text(json.dumps(data))
+    with pytest.raises(InputError) as error:
+        read_plan(path, tee())
+    assert sentence in str(error.value)
+
+
+def cube_on_slope(tangent, **options):
+    """A block on a slope down to the left."""
+    ground = prism([(0, -1), (3, -1), (3, 3 * tangent), (0, 0)], "ground")
+    block = prism([(1, tangent), (2, 2 * tangent), (2, 1.5), (1, 1.5)], "block")
+    return Assembly.from_blocks([ground, block], supports=["ground"], **options)
+
+
+def test_the_least_friction_of_a_plan_is_said_and_nothing_is_said_unless_it_is_asked_for():
+    """On a slope of .25 a block needs a friction of .25: a reserve of .5 / .25 at a friction of .5."""
+    assembly, plan = cube_on_slope(0.25, friction=0.5), Plan((Step(("block",)),))
+    found = assess_plan(assembly, plan, reserve=True)
+    low, high = found.least_friction
+    assert low < 0.25 <= high + 1e-9
+    assert high == pytest.approx(0.25, abs=2e-5)
+    assert "Every step stands from a friction of 0.25" in found.explain()
+    assert "reserve 2.000" in found.explain()
+    assert "friction of" not in assess_plan(assembly, plan).explain()
+
+
+def test_no_friction_holds_a_block_that_tips():
+    plan = Plan((Step(("base",)), Step(("left",))), never_installed=("right", "top"))
+    found = assess_plan(tee(), plan, reserve=True)
+    assert found.least_friction[1] == np.inf
+    assert found.summary()["least_friction"][1] is None
+
+
+def test_joints_with_laws_of_their_own_have_no_one_least_friction():
+    law = JointLaw(("*", "*"), friction=0.5)
+    assembly = cube_on_slope(0.25, friction=0.1, joints=[law])
+    with pytest.raises(InputError, match="the least friction is that of joints without laws of their own"):
+        assess_plan(assembly, Plan((Step(("block",)),)), reserve=True)
+    with pytest.raises(InputError, match="falsework is for dry joints; this assembly has joint laws"):
+        falsework(assembly, (["block"], []), hoists(assembly, ["block"]))
+
+
+def test_the_states_of_an_assembly_with_joint_laws_follow_the_laws():
+    """A slope of .25 and a law of .2 or .3, against the coefficient of the assembly."""
+    for law, friction, word in ((0.3, 0.1, "stable"), (0.2, 0.6, "unstable")):
+        laws = [JointLaw(("*", "*"), friction=law)]
+        assembly = cube_on_slope(0.25, friction=friction, joints=laws)
+        assert assess_states(assembly, [(["block"], [])])[0].outcome.word == word
+        assert assess_states(assembly, [(["block"], ["block"])])[0].outcome.word == "stable"
+
+
+def test_states_without_supports_with_ties_or_of_unknown_blocks_are_refused():
+    with pytest.raises(InputError, match='has no supports; list the blocks that cannot move under "supports"'):
+        find_order(tee().with_(support=np.zeros(5, dtype=bool)), held_at_most=1)
+    tie = Tie(("ground", "stone0"), ((-1.0, 0.5, 0.0), (0.0, 0.5, 1.0)))
+    with pytest.raises(InputError, match="has ties; sequences are judged without ties"):
+        assess_states(stack(1).with_(ties=[tie]), [(["stone0"], [])])
+    with pytest.raises(InputError, match='state 1: no block "tpo"'):
+        assess_states(tee(), [(["base"], []), (["tpo"], [])])
+    with pytest.raises(InputError, match='state 0: no block "bsae"'):
+        assess_states(tee(), [(["base"], ["bsae"])])
+
+
+def test_a_block_that_touches_nothing_bears_no_tilt_of_the_ground():
+    plan = Plan((Step(("s3",), ("s3",)), Step()), never_installed=tuple(f"s{k}" for k in (0, 1, 2, 4, 5, 6)))
+    found = assess_plan(arch(), plan, tilt=True)
+    assert found.tilt == (90.0, 0.0)
+    assert "The ground may tilt by 0.00 deg in any step, least at step 1." in found.explain()
+
+
+def test_falsework_says_its_forces_where_it_holds_and_none_where_it_does_not():
+    """A rope at the centroid of a block in the air carries its weight."""
+    blocks = [slab(-3, 3, -1, 0, "ground"), slab(0, 1, 2, 3, "block"), slab(1, 2, 5, 6, "other")]
+    assembly = Assembly.from_blocks(blocks, supports=["ground"], density=1000.0, gravity=(0, 0, -10))
+    found = falsework(assembly, (["block"], []), hoists(assembly, ["block"]))
+    assert found.explain().splitlines()[1] == "Props: 10000 N in total, 10000 N at most; least total."
+    bad = falsework(assembly, (["block", "other"], []), hoists(assembly, ["block"]))
+    assert bad.explain() == "Not held: no forces in these props balance the blocks."
+
+
+def test_blocks_in_hands_need_no_falsework():
+    found = falsework(tee(), (["base", "left"], ["base", "left"]), [])
+    assert (found.outcome.word, found.total, found.bound) == ("held", 0.0, 0.0)
+
+
+def test_no_centring_stands_in_a_joint():
+    """A stack looks down into joints alone; an arm of a tee juts out, but its lower face holds a joint."""
+    assert centring(stack(2), ["stone0", "stone1"]) == []
+    assert centring(tee(), ["left"]) == []
+    stones = [f"s{k}" for k in range(7)]
+    assert [prop.block for prop in centring(arch(), stones)] == stones
+
+
+def test_a_motion_of_no_size_is_no_proof_that_props_fail():
+    assembly = tee()
+    problem, _, twist = held_by_props(assembly, (["base", "left"], []), [], least="total")
+    assert falls_on_props(problem, [], twist)
+    assert not falls_on_props(problem, [], 0 * twist)
+
+
+def ledge(*beyond):
+    """A wall of sixteen bricks in four courses, with bricks on it that jut out so far over its end."""
+    blocks = [slab(-1, 5, -0.5, 0, "ground")]
+    for course in range(4):
+        low, high = 0.25 * course, 0.25 * (course + 1)
+        blocks += [slab(k, k + 1, low, high, f"{course}.{k}") for k in range(4)]
+    blocks += [slab(3 + x, 4 + x, 1 + 0.25 * k, 1.25 + 0.25 * k, f"out{k}") for k, x in enumerate(beyond)]
+    blocks.append(slab(0, 1, 1, 1.25, "calm"))
+    return Assembly.from_blocks(blocks, supports=["ground"], friction=0.6)
+
+
+def test_a_state_that_falls_has_the_same_score_whatever_was_judged_before():
+    """One brick falls beside many at rest: its score is found around it, or by the motion of an earlier state."""
+    assembly = ledge(0.7, 0.9)
+    wall = [name for name in assembly.names if "." in name]
+    added = [(), ("out0",), ("out0",), ("out0", "out1"), ("calm", "out0", "out1")]
+    states = [([*wall, *more], []) for more in added]
+    whole = Whole(assembly)
+    verdicts = whole.assess_all([whole.state_of(*state, "state") for state in states], "associated", True)
+    assert [verdict.outcome.word for verdict in verdicts] == ["stable", *4 * ["unstable"]]
+    assert whole.evidence.statistics["nearby"] > 0
+    mixed = assess_states(assembly, [states[0], states[-1]])[1]  # what falls and what stays come at once
+    for state, verdict in zip([*states[1:], states[-1]], [*verdicts[1:], mixed], strict=True):
+        alone = assess_states(assembly, [state])[0]
+        assert alone.score > 1e-3
+        assert verdict.score == pytest.approx(alone.score, rel=1e-5)
+        assert verdict.certificate.proves_unstable
+        assert {assembly.names[k] for k in verdict.moving} == {name for name in state[0] if name.startswith("out")}
+
+
+def test_states_with_bonds_are_judged_each_by_itself():
+    """A beam of weight .5 glued to a wall at one end: its moment .5 x 1 against the bond's .25 F + M."""
+    for moment, word in ((0.1, "unstable"), (0.4, "stable")):
+        wall, beam = box((-1, 0, -1), (0, 0.5, 1), name="wall"), box((0, 0, -0.25), (2.0, 0.5, 0.25), name="beam")
+        options = {"friction": 5.0, "gravity": (0, 0, -1), "density": 1.0}
+        glue = JointLaw(("*", "*"), bond=0.8, bond_moment=moment)
+        assembly = Assembly.from_blocks([wall, beam], supports=["wall"], joints=[glue], **options)
+        states = [(["beam"], []), (["beam"], ["beam"]), (["beam"], [])]
+        assert [verdict.outcome.word for verdict in assess_states(assembly, states)] == [word, "stable", word]

@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +15,13 @@ from typer.testing import CliRunner
 from blockstat import (
     Assembly,
     InputError,
+    Outcome,
     Plan,
     Step,
     assess_plan,
     box,
     build,
+    count_orders,
     find_interfaces,
     find_order,
     friction_limit,
@@ -28,6 +31,7 @@ from blockstat import (
 )
 from blockstat.cli.commands import app
 from blockstat.sequence.insertion import insertion_direction
+from blockstat.sequence.states import Whole
 from building_sites import arch, prism, slab, tee
 
 
@@ -212,3 +216,111 @@ def test_the_chapel_is_built_with_two_hands():
     assert found.outcome.word == "found"
     assert sorted(placed(found)) == sorted(chapel.names[k] for k in chapel.free)
     assert assess_plan(chapel, found.plan).outcome.word == "stable"
+
+
+def valley(left, right, top=1.0, density=1.0):
+    """Two blocks on the sides of a valley, of slopes `left` and `right`, that lean on each other over a trench.
+
+    Together they need no friction: each side pushes with weight x slope. Alone, each needs the tangent of its slope.
+    """
+    blocks = [
+        prism([(-1, left), (-1, left - 1), (-0.2, left - 1), (-0.2, 0.2 * left)], "west"),
+        prism([(0.2, 0.2 * right), (0.2, right - 1), (1, right - 1), (1, right)], "east"),
+        prism([(-1, left), (0, 0), (0, 1), (-1, 1)], "left"),
+        prism([(0, 0), (1, right), (1, top), (0, top)], "right"),
+    ]
+    blocks[2] = replace(blocks[2], density=density * 2000.0)
+    blocks[3] = replace(blocks[3], density=2000.0)
+    return Assembly.from_blocks(blocks, supports=["west", "east"], friction=0.6)
+
+
+def test_the_first_block_in_a_valley_needs_its_slope_unless_a_second_hand_holds_the_other():
+    """With one hand a block stands alone on a slope of .3; two hands hold both until they lean on each other."""
+    found = safest_order(valley(0.3, 0.3), held_at_most=1)
+    low, high = found.least_friction
+    assert low < 0.3 <= high + 1e-6
+    assert high == pytest.approx(0.3, abs=2e-5)
+    assert high - low <= 1e-3
+    assert found.reserve == pytest.approx(2.0, abs=1e-3)
+    assert f"Every step stands from a friction of {high:.5f}: reserve {found.reserve:.3f}." in found.explain()
+    assert f"No order does at {low:.5f}." in found.explain()
+    assert "Stopped" not in found.explain()
+    assert found.summary()["least_friction"] == [low, high]
+    two = safest_order(valley(0.3, 0.3), held_at_most=2)
+    assert two.least_friction == (0.0, 0.0)
+    assert "No order does" not in two.explain()
+    assert two.summary()["reserve"] is None
+
+
+def test_the_safest_order_leaves_the_order_that_was_found_first_for_one_that_needs_less():
+    """At .6 the taller block is taken out first and leaves the other on a slope of .4; its own slope is .1."""
+    # equal thrusts: the left block has an area of .95, the right one, half as high, of .3
+    assembly = valley(0.1, 0.4, top=0.5, density=0.3 * 0.4 / (0.95 * 0.1))
+    assert placed(find_order(assembly, held_at_most=1))[0] == "right"
+    found = safest_order(assembly, held_at_most=1)
+    assert placed(found.found) == ["left", "right"]
+    assert found.least_friction[1] == pytest.approx(0.1, abs=2e-5)
+    assert found.reserve == pytest.approx(6.0, abs=2e-3)
+
+
+def test_a_search_for_the_safest_order_that_is_interrupted_says_what_is_not_excluded():
+    calls = []
+
+    def reach(block, present):
+        calls.append(block)
+        if len(calls) > enough:
+            raise KeyboardInterrupt
+        return True
+
+    enough = np.inf
+    find_order(valley(0.3, 0.3), held_at_most=1, reach=reach)
+    enough, calls[:] = len(calls), []  # the first search ends, the next one does not
+    found = safest_order(valley(0.3, 0.3), held_at_most=1, reach=reach, seconds=100.0)
+    assert found.found.outcome.word == "found"
+    assert found.least_friction == (0.0, pytest.approx(0.3, abs=2e-5))
+    assert "Stopped: orders that stand at less are not excluded above 0.00000." in found.explain()
+    assert "No order does" not in found.explain()
+
+
+def test_a_search_without_an_order_has_no_steps_and_no_reserve():
+    found = find_order(tee(), held_at_most=1)
+    assert (found.summary()["steps"], found.summary()["most_held"]) == (None, None)
+    assert found.explain().startswith("None: no order with so few held blocks exists")
+    assert "held at once" not in found.explain()
+    safest = safest_order(tee(), held_at_most=1)
+    assert np.isnan(safest.reserve)
+    assert safest.explain().splitlines()[0] == found.explain().splitlines()[0]
+    assert "friction" not in safest.explain()
+    assert (safest.summary()["least_friction"], safest.summary()["reserve"]) == (None, None)
+
+
+def test_a_search_that_ran_out_of_time_does_not_say_that_there_is_no_order():
+    found = find_order(tee(), held_at_most=2, seconds=0.0)
+    assert (found.outcome.word, found.plan) == ("stopped", None)
+    assert "interrupted before it found an order" in found.explain()
+    assert np.isnan(safest_order(tee(), held_at_most=2, seconds=0.0).reserve)
+
+
+def test_states_that_are_not_decided_leave_the_search_undecided(monkeypatch):
+    """What is not proven to fall does not prove that there is no order."""
+    assess = Whole.assess
+
+    def undecided(self, *state, **options):
+        verdict = assess(self, *state, **options)
+        return replace(verdict, outcome=Outcome.UNDECIDED) if verdict.outcome is Outcome.UNSTABLE else verdict
+
+    assert find_order(tee(), held_at_most=1).outcome.word == "none"
+    assert count_orders(tee()).undecided == 0
+    monkeypatch.setattr(Whole, "assess", undecided)
+    found = find_order(tee(), held_at_most=1)
+    assert found.outcome.word == "undecided"
+    assert "neither stable nor unstable" in found.explain()
+    count = count_orders(tee())
+    assert (count.stable, count.undecided) == (3, 13)
+
+
+def test_a_search_without_a_hand_is_refused():
+    with pytest.raises(InputError, match="held_at_most is 0; a new block arrives in a hand"):
+        find_order(tee(), held_at_most=0)
+    with pytest.raises(InputError, match="at least 1 is needed"):
+        safest_order(tee(), held_at_most=0)
