@@ -102,6 +102,10 @@ def test_after_a_snap_back_the_last_passage_counts(curve):
     assert again.at(0.2) == pytest.approx((0.1, 0.1))  # between (0.1, 0.2) and (0.3, 0)
     jump = with_points(curve, (0.0, 0.4), (0.2, 0.3), (0.2, 0.1), (0.4, 0.0))
     assert jump.at(0.2) == pytest.approx((0.1, 0.1))
+    back = with_points(curve, (0.0, 0.4), (0.2, 0.3), (0.1, 0.1))  # the curve ends on its way back
+    assert back.at(0.15) == pytest.approx((0.2, 0.2))
+    assert back.at(0.2) == pytest.approx((0.3, 0.3))
+    assert back.at(0.05) == pytest.approx((0.375, 0.375))
 
 
 def test_events_are_told_with_what_opens_and_closes(curve):

@@ -106,7 +106,10 @@ def test_bad_input_is_one_message_and_status_two(stones, arguments, expected):
 
 def test_no_arguments_print_the_help():
     answer = run()
-    assert "Usage: blockstat" in answer.stdout + answer.stderr
+    lines = (answer.stdout + answer.stderr).splitlines()
+    assert lines[0].startswith("Usage: blockstat")
+    assert len(lines) > 20
+    assert any(line.split()[:1] == ["check"] for line in lines)
     assert "No such" not in answer.stderr
 
 

@@ -301,3 +301,14 @@ def test_a_block_on_its_corner_has_joints_without_width():
     assert least_width(joints).tolist() == [0.0]
     lost = lose_edges(joints, np.array([0.1]))
     np.testing.assert_allclose(lost.point, [[0, 0, 0]], atol=1e-12)
+
+
+def test_the_worst_case_of_joints_with_cells_is_of_the_joints_that_were_handed_in():
+    slab = stack(1, 2.0, 0.5, joints=[JointLaw(("*", "*"), cells=2)])
+    faces = find_interfaces(slab)
+    faces = replace(faces, friction=np.full(faces.n_interfaces, 0.2))
+    for worst in (None, Imperfections(), Imperfections(edge=1e-3)):
+        found = limit_load(slab, (1, 0, 0), friction=0.9, interfaces=faces, imperfections=worst)
+        assert (found.lower, found.upper) == pytest.approx((0.2, 0.2), rel=1e-3)
+        leaning = assess(slab, gravity=(0.5, 0, -1), interfaces=faces, imperfections=worst)
+        assert leaning.outcome is Outcome.UNSTABLE

@@ -567,3 +567,14 @@ def test_questions_without_a_load_or_with_two_multipliers_are_refused():
         first_order(FLAT, {"friction": Random("normal", 0.6, 0.1)})
     with pytest.raises(InputError, match='the multiplier itself is what "push" would be; leave it out'):
         fragility(FLAT, {"push": Random("normal", 0.6, 0.1)}, SIDE)
+
+
+@pytest.mark.parametrize("uncertain", [
+    {"friction": Random("normal", 0.6, 0.1)}, {"edge": Random("normal", 0.01, 0.001)},
+    {"friction": Random("normal", 0.6, 0.1, each="joint")},
+])  # fmt: skip
+def test_a_property_of_joints_where_there_are_none_is_refused(uncertain):
+    apart = Assembly.from_blocks([box((0, 0, 0), (1, 1, 1)), box((5, 5, 5), (6, 6, 6))], supports=[0])
+    (key,) = uncertain
+    with pytest.raises(InputError, match=f'uncertain "{key}": the scene has nothing that it is a property of'):
+        reliability(apart, uncertain, draws=3)

@@ -10,7 +10,7 @@ from blockstat import InputError, JointLaw, find_interfaces, limit_load, reserve
 from blockstat.contact.point_law import joint_friction
 from blockstat.imperfection.lost_edges import edge_speeds, first_event, lose_edges
 from blockstat.sensitivity.moved_corners import MovedCorners
-from evidence.scenes.small import arch, stack
+from evidence.scenes.small import arch, assembly, box, stack
 
 SHARP = {"optimum": True, "tolerance": 1e-8}
 #: Name, scene and push: hinges, sliding joints, both in three dimensions, and a stack that turns about a corner.
@@ -133,3 +133,12 @@ def test_edges_that_move_in_agree_with_clipping():
         np.testing.assert_allclose(ours.area, exact.area, atol=1e-9)
     width = min(0.3, 1.0)
     np.testing.assert_allclose(limit.min(), width / 2, rtol=1e-9)
+
+
+def test_what_slides_hangs_on_its_friction_and_on_no_edge():
+    # A cube slides at its friction, whatever its edges lose.
+    cube = assembly([box((-5, -5, -1), (5, 5, 0), name="ground"), box((0, 0, 0), (1, 1, 1), name="cube")], friction=0.7)
+    found = reserve_map(limit_load(cube, (1, 0, 0), optimum=True), (1, 0, 0))
+    assert found.most("edge") == []
+    ((names, derivative),) = found.most("friction")
+    assert (names, derivative) == ('"ground" and "cube"', pytest.approx(1.0, rel=1e-6))

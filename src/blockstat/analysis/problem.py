@@ -61,6 +61,7 @@ class Problem:
     unresolved: Callable[[], Unresolved] | None = None
     #: ties of the assembly whose forces are unknowns; their columns follow those of the bonds
     ties: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    undivided: Interfaces | None = None  #: the joints before joint laws divided them into cells; None: they did not
 
     def to_blocks(self, twist: Floats) -> Floats:
         """Return a scaled twist as velocities and rotations of all blocks.
@@ -234,7 +235,7 @@ def pose(
         load = load + tie_wrenches(assembly, given, np.array([tie.least for tie in given]))
     timings: dict[str, float] = {}
     warnings: list[str] = []
-    crushed = None
+    crushed = undivided = None
     with timed(timings, "interfaces"):
         if interfaces is None:
             check_copies(assembly)
@@ -242,7 +243,8 @@ def pose(
             warnings += check_overlaps(assembly, gap=gap, near=near)
             interfaces = find_interfaces(assembly, gap=gap, near=near)
         if assembly.joints:
-            interfaces = _divided(assembly, interfaces) if interfaces.share is None else interfaces
+            if interfaces.share is None:
+                undivided, interfaces = interfaces, _divided(assembly, interfaces)
             lost = _crushed(assembly, interfaces)
             if lost.any():
                 crushed, interfaces = interfaces.subset(lost), interfaces.subset(~lost)
@@ -258,8 +260,9 @@ def pose(
     if assembly.support.all():
         warnings.append("all blocks are supports; there was nothing to check")
     return Problem(
-        assembly, interfaces, load, eq, program, floating, gap, tuple(warnings), timings, bonds, crushed, ties=ties
-    )
+        assembly, interfaces, load, eq, program, floating, gap, tuple(warnings), timings, bonds, crushed, ties=ties,
+        undivided=undivided,
+    )  # fmt: skip
 
 
 def cases_of(problem: Problem, loads: Floats | None, imperfections: Imperfections) -> Iterator[Realisation]:
@@ -280,8 +283,8 @@ def cases_of(problem: Problem, loads: Floats | None, imperfections: Imperfection
         One for each combination of the ends of the ranges.
     """
     faces = problem.interfaces
-    if faces.share is not None:  # posed with cells, which take the place of the edges that are lost
-        faces = find_interfaces(problem.assembly, gap=problem.gap)
+    if faces.share is not None and problem.undivided is not None:  # cells take the place of the edges that are lost
+        faces = problem.undivided
     yield from realisations(problem.assembly, faces, loads, imperfections)
 
 

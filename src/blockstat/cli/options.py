@@ -479,7 +479,10 @@ def _one_line(text: str) -> str:
 
 
 def _say_usage(error: Any, prog: str) -> None:
-    """Print what is wrong with the arguments in one line; the message is empty where the help was printed instead."""
+    """Print what is wrong with the arguments in one line, or the help where there are none."""
+    if type(error).__name__ == "NoArgsIsHelpError":  # typer brings its own click, or uses that which is installed
+        print(error.format_message(), file=sys.stderr)
+        return
     command = error.ctx.command_path if error.ctx is not None else prog
     if text := " ".join(error.format_message().split()).rstrip("."):
         print(f"{prog}: {text}; see `{command} --help`", file=sys.stderr)

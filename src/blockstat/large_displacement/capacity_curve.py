@@ -112,7 +112,8 @@ class CapacityCurve(Result):
         last = int(np.flatnonzero(there <= displacement)[-1])
         if last + 1 == len(there) and there[last] < displacement:  # the control has come back from there by a snap-back
             last = int(np.flatnonzero((there[:-1] - displacement) * (there[1:] - displacement) <= 0)[-1])
-        rows = slice(last, last + 2)
+        rows = np.arange(last, min(last + 2, len(there)))
+        rows = rows[np.argsort(there[rows], kind="stable")]  # a snap-back goes down
         lower, upper = (float(np.interp(displacement, there[rows], of[rows])) for of in (self.lower, self.upper))
         return lower, upper
 

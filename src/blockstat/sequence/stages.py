@@ -153,7 +153,8 @@ def stages_of(assembly: Assembly) -> tuple[Stage, ...]:
         found.append(stage)
     missing = [assembly.names[k] for k in assembly.free.tolist() if k not in placed] if found else []
     if missing:
-        raise InputError(f'stages: block "{missing[0]}" is never put in (nor are {len(missing) - 1} more)')
+        more = f" (nor are {len(missing) - 1} more)" if len(missing) > 1 else ""
+        raise InputError(f'stages: block "{missing[0]}" is never put in{more}')
     return tuple(found)
 
 

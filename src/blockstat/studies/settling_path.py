@@ -10,6 +10,7 @@ import numpy as np
 
 from blockstat.analysis.verdict import corner_speed
 from blockstat.contact.interfaces import GAP, Interfaces
+from blockstat.contact.point_law import last_law
 from blockstat.errors import InputError, known_options
 from blockstat.large_displacement.displaced.contact_pairs import gaps
 from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED_AT_REST, contact_status
@@ -188,7 +189,7 @@ def settle_to_collapse(
     Raises
     ------
     InputError
-        As `blockstat.settle`.
+        As `blockstat.settle`, and for joints with compressive strength or cells.
 
     Notes
     -----
@@ -213,6 +214,7 @@ def settle_to_collapse(
     dead, start = read_loads(assembly, loads), rest_pose(assembly)
     at_rest = dead.wrenches(assembly, start)
     first = settle(assembly, moves, loads=at_rest, gap=gap, interfaces=interfaces, solver=solver)
+    _check_laws(first)
     structure = Structure(first.assembly, first.interfaces, dead, None, solver)
     motion = np.where(first.assembly.support[:, None], 0.0, first.mechanism) / first.displacement
     linkage = linkage_at_rest(structure, motion, None, drive=_drive(first))
@@ -302,6 +304,15 @@ def _followed(
     return states, events, outcome
 
 
+def _check_laws(first: Settlement) -> None:
+    """Refuse laws whose points are not those of the joints as they open."""
+    laws = [law for law in last_law(first.assembly, first.interfaces) if law is not None]
+    if any(law.compression is not None for law in laws):
+        raise InputError("joints with compressive strength crush at their hinges, which is not followed; leave it out")
+    if any(law.cells for law in laws) or first.interfaces.share is not None:
+        raise InputError("joints that are divided into cells are not followed as they open; leave the cells out")
+
+
 def _openings(state: PathState, n_interfaces: int) -> Floats:
     """Largest opening of each joint, shape (n_interfaces,) [m]."""
     linkage, point = state.linkage, state.point
@@ -321,8 +332,6 @@ def _path(
     if not states:
         raise InputError(f'"{first.assembly.name}": the blocks are jammed between the moving supports')
     warnings = [*first.warnings, *warnings_on_steps(states, structure.assembly)]
-    if structure.assembly.joints and any(law.compression is not None for law in structure.assembly.joints):
-        warnings.append("crushing at hinges is not followed")
     return SettlementPath(
         outcome=outcome,
         first=first,
