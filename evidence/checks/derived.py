@@ -65,9 +65,9 @@ def check_settlement(found, *, loads=None):
     rate = np.einsum("nij,nj->ni", faces.frame[k], velocity[1] - velocity[0])
     power, closing = taken_up(strengths(asm, faces), rate)
     work = np.einsum("ni,ni->n", found.forces, rate)
-    speed = np.abs(velocity).max()
+    speed = np.abs(velocity).max(initial=0.0)
     scale = np.linalg.norm(found.forces, axis=1).sum() * speed
-    assert closing.max() <= WORK * speed, "a joint closes"
+    assert closing.max(initial=0.0) <= WORK * speed, "a joint closes"
     # Each term is at least 0: it is the most that the joint may take up, less what it does.
     assert (power + work).sum() <= WORK * scale, "a force resists the motion of its joint"
     tied = tie_wrenches(asm, centroid, found.ties, None)
