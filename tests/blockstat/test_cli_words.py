@@ -1,5 +1,6 @@
 """What the commands of `blockstat` refuse, say in words and write."""
 
+import json
 import re
 from contextlib import contextmanager
 from importlib.metadata import PackageNotFoundError
@@ -7,7 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from blockstat import InputWarning, write
+from blockstat import InputWarning, JointLaw, write
 from blockstat.cli import examples, progress
 from blockstat.cli.commands import app
 from blockstat.cli.options import INTERRUPTED, _show_warning, _status
@@ -168,6 +169,23 @@ def test_a_settlement_is_said_in_words_up_to_the_collapse(run, places):
     assert status == 0
     assert out.startswith("post: 2 blocks\nFriction 0.7, ")
     assert "\nFurther on. " in out
+
+
+@pytest.mark.parametrize(("law", "words"), [({"compression": 1e9}, "crush at their hinges"), ({"cells": 2}, "cells")])
+def test_a_settlement_that_cannot_be_followed_is_told_for_a_small_movement(run, places, law, words):
+    post = write(stack(1, joints=[JointLaw(("*", "*"), **law)], name="firm"), places["folder"] / "firm.json")
+    status, out, _ = run("settle", post, "--move", "ground:0,0,-0.001")
+    assert status == 0
+    assert out.splitlines()[-1].startswith("Not followed further: joints ")
+    assert words in out.splitlines()[-1]
+    answer = json.loads(run("settle", post, "--move", "ground:0,0,-0.001", "--json")[1])
+    assert (answer["collapse"], answer["path"]) == (None, None)
+    assert answer["reaction"] is not None
+    film = places["folder"] / "film.glb"
+    status, _, error = run("settle", post, "--move", "ground:0,0,-0.001", "--film", film)
+    assert status == 2
+    assert "--film: joints " in error
+    assert not film.exists()
 
 
 def test_a_plain_picture_has_the_blocks_alone(run, places):

@@ -112,7 +112,7 @@ def settle_command(
 ) -> None:
     """Let parts of the supports move: what follows, which joints open, the force on them, and when it falls."""
     from blockstat.studies.foundations import settle
-    from blockstat.studies.settling_path import settle_to_collapse
+    from blockstat.studies.settling_path import settle_to_collapse, why_not_followed
     from blockstat.view.settling import film_path, plot_settlement, write_path
 
     film = None if film is None else film_path(film)
@@ -125,18 +125,21 @@ def settle_command(
         doubt_movement(assembly, "--move", displacement)
     with at_work(f"settling {assembly.n_blocks:,} blocks") as say:
         found = settle(assembly, moves, gap=near)
+        reason = why_not_followed(found)
+        if reason and film is not None:
+            raise InputError(f"--film: {reason}")
         say("following the settlement until collapse")
-        path = settle_to_collapse(assembly, moves, interfaces=found.interfaces)
+        path = None if reason else settle_to_collapse(assembly, moves, interfaces=found.interfaces)
     files = drawn(output=(plot_settlement, found, output), film=(write_path, path, film))
     if as_json:
-        further = {"collapse": path.collapse, "path": path.summary()}
+        further = {"collapse": path and path.collapse, "path": path and path.summary()}
         print_json(
             {"file": str(file), **inputs(assembly, units=units, gap=near), **found.summary(), **further, **files}
         )
         return
     basis = said(assembly, units=units, gap=near)
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
-    typer.echo(f"Further on. {path.explain()}")
+    typer.echo(f"Further on. {path.explain()}" if path else f"Not followed further: {reason}.")
 
 
 def friction_command(

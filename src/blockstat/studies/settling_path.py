@@ -214,7 +214,8 @@ def settle_to_collapse(
     dead, start = read_loads(assembly, loads), rest_pose(assembly)
     at_rest = dead.wrenches(assembly, start)
     first = settle(assembly, moves, loads=at_rest, gap=gap, interfaces=interfaces, solver=solver)
-    _check_laws(first)
+    if reason := why_not_followed(first):
+        raise InputError(reason)
     structure = Structure(first.assembly, first.interfaces, dead, None, solver)
     motion = np.where(first.assembly.support[:, None], 0.0, first.mechanism) / first.displacement
     linkage = linkage_at_rest(structure, motion, None, drive=_drive(first))
@@ -304,13 +305,25 @@ def _followed(
     return states, events, outcome
 
 
-def _check_laws(first: Settlement) -> None:
-    """Refuse laws whose points are not those of the joints as they open."""
+def why_not_followed(first: Settlement) -> str:
+    """Return why a settlement cannot be followed to collapse: joint laws whose points change as joints open.
+
+    Parameters
+    ----------
+    first : Settlement
+        What follows from a small movement.
+
+    Returns
+    -------
+    str
+        Empty where it can be followed.
+    """
     laws = [law for law in last_law(first.assembly, first.interfaces) if law is not None]
     if any(law.compression is not None for law in laws):
-        raise InputError("joints with compressive strength crush at their hinges, which is not followed; leave it out")
+        return "joints with compressive strength crush at their hinges, which is not followed; leave it out"
     if any(law.cells for law in laws) or first.interfaces.share is not None:
-        raise InputError("joints that are divided into cells are not followed as they open; leave the cells out")
+        return "joints that are divided into cells are not followed as they open; leave the cells out"
+    return ""
 
 
 def _openings(state: PathState, n_interfaces: int) -> Floats:
