@@ -592,6 +592,9 @@ def test_what_is_not_decided_is_not_proved():
     undecided = replace(assess(scene), outcome=Outcome.UNDECIDED)
     with pytest.raises(InputError, match='"post" is undecided: there is nothing to prove'):
         prove_verdict(undecided)
+    fixed = scene.with_(support=np.ones(scene.n_blocks, dtype=bool))
+    with pytest.raises(InputError, match='"post": all blocks are supports; there is nothing to prove'):
+        prove_verdict(assess(fixed))
     limit = replace(limit_load(scene, (1, 0, 0)), outcome=LoadOutcome.UNDECIDED)
     with pytest.raises(InputError, match='"post" is undecided under this load: there is nothing to prove'):
         prove_limit(limit, (1, 0, 0))

@@ -203,6 +203,8 @@ def prove_verdict(verdict: Verdict, *, loads: Floats | None = None, problem: Pro
     problem = problem or _posed(verdict.assembly, verdict.interfaces, loads)
     if verdict.outcome is Outcome.UNDECIDED:
         raise InputError(f'"{problem.assembly.name}" is undecided: there is nothing to prove')
+    if problem.assembly.support.all():
+        raise InputError(f'"{problem.assembly.name}": all blocks are supports; there is nothing to prove')
     found = structure(problem, loads, None)
     if verdict.outcome is Outcome.UNSTABLE:
         motion, power = driven_motion(problem, found, verdict.mechanism)
