@@ -7,7 +7,7 @@ import pytest
 
 from blockstat import InputError, JointLaw, capacity
 from blockstat.large_displacement.linkage.path import PathEvent
-from evidence.scenes.small import assembly, box
+from evidence.scenes.small import assembly, box, running_bond
 
 ALONG = (1.0, 0.0, 0.0)
 TOP = (0.25, 0.5, 2.0)
@@ -160,3 +160,9 @@ def test_a_curve_that_cannot_be_followed_is_lost_and_keeps_its_points(monkeypatc
     assert curve.outcome.word == "lost"
     assert 0 < curve.displacement[-1] < 0.2
     assert curve.explain().startswith("Lost: the mechanism could not be followed any further")
+
+
+def test_a_curve_of_joints_with_cells_is_refused():
+    wall = running_bond(4, 4, joints=[JointLaw(("*", "*"), cells=4)])
+    with pytest.raises(InputError, match="joints that are divided into cells are not followed as they open"):
+        capacity(wall, (1, 0, 0))

@@ -111,8 +111,9 @@ def settle_command(
     as_json: AsJson = False,
 ) -> None:
     """Let parts of the supports move: what follows, which joints open, the force on them, and when it falls."""
+    from blockstat.large_displacement.displaced.structure import why_not_followed
     from blockstat.studies.foundations import settle
-    from blockstat.studies.settling_path import settle_to_collapse, why_not_followed
+    from blockstat.studies.settling_path import settle_to_collapse
     from blockstat.view.settling import film_path, plot_settlement, write_path
 
     film = None if film is None else film_path(film)
@@ -125,7 +126,7 @@ def settle_command(
         doubt_movement(assembly, "--move", displacement)
     with at_work(f"settling {assembly.n_blocks:,} blocks") as say:
         found = settle(assembly, moves, gap=near)
-        reason = why_not_followed(found)
+        reason = why_not_followed(found.assembly, found.interfaces)
         if reason and film is not None:
             raise InputError(f"--film: {reason}")
         say("following the settlement until collapse")

@@ -12,14 +12,13 @@ import numpy as np
 from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, limit_load
 from blockstat.contact.interfaces import GAP, Interfaces
-from blockstat.contact.point_law import last_law
 from blockstat.errors import InputError, check_choice, known_options
 from blockstat.large_displacement.capacity_curve import CapacityCurve, CapacityOutcome, CapacityPoint
 from blockstat.large_displacement.displaced.contact_status import contact_status
 from blockstat.large_displacement.displaced.control import read_control
 from blockstat.large_displacement.displaced.loads import read_loads
 from blockstat.large_displacement.displaced.pose import Pose, rest_pose
-from blockstat.large_displacement.displaced.structure import Structure
+from blockstat.large_displacement.displaced.structure import Structure, why_not_followed
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks
 from blockstat.large_displacement.finite_steps.whole_path import follow_path, warnings_on_steps
 from blockstat.large_displacement.linkage.follower import LinkageFollower
@@ -173,8 +172,8 @@ def _checked_limit_load(
         raise InputError(f'"{assembly.name}" carries any multiple of the load: no mechanism to follow')
     if limit.outcome is not LoadOutcome.LIMIT:
         raise InputError(f'"{assembly.name}": no limit load to start from. {limit.outcome.value}')
-    if any(law is not None and law.compression is not None for law in last_law(limit.assembly, limit.interfaces)):
-        raise InputError("joints with compressive strength crush at their hinges, which is not followed; leave it out")
+    if reason := why_not_followed(limit.assembly, limit.interfaces):
+        raise InputError(reason)
     return limit
 
 

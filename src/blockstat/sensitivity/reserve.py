@@ -79,7 +79,7 @@ class ReserveMap:
             pairs = [f'"{assembly.names[a]}" and "{assembly.names[b]}"' for a, b in faces.pair]
             names = [f'"{name}"' for name in assembly.names] if what == "density" else pairs
         order = np.argsort(-np.abs(value), kind="stable")[:number]
-        # What would change the multiplier by itself, were it all that it hangs on.
+        # Where nothing hangs on them all values are rounding, so they are held against the multiplier itself.
         length, density = float(np.median(assembly.size)), float(np.median(assembly.density))
         whole = abs(self.value) / {"edge": length, "corner": length, "density": density}.get(what, 1.0)
         floor = NOTHING * max(np.abs(value).max(initial=0.0), whole)

@@ -10,13 +10,12 @@ import numpy as np
 
 from blockstat.analysis.verdict import corner_speed
 from blockstat.contact.interfaces import GAP, Interfaces
-from blockstat.contact.point_law import last_law
 from blockstat.errors import InputError, known_options
 from blockstat.large_displacement.displaced.contact_pairs import gaps
 from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED_AT_REST, contact_status
 from blockstat.large_displacement.displaced.loads import read_loads
 from blockstat.large_displacement.displaced.pose import Pose, rest_pose
-from blockstat.large_displacement.displaced.structure import Structure
+from blockstat.large_displacement.displaced.structure import Structure, why_not_followed
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks
 from blockstat.large_displacement.finite_steps.whole_path import follow_path, warnings_on_steps
 from blockstat.large_displacement.linkage.follower import LinkageFollower
@@ -214,7 +213,7 @@ def settle_to_collapse(
     dead, start = read_loads(assembly, loads), rest_pose(assembly)
     at_rest = dead.wrenches(assembly, start)
     first = settle(assembly, moves, loads=at_rest, gap=gap, interfaces=interfaces, solver=solver)
-    if reason := why_not_followed(first):
+    if reason := why_not_followed(first.assembly, first.interfaces):
         raise InputError(reason)
     structure = Structure(first.assembly, first.interfaces, dead, None, solver)
     motion = np.where(first.assembly.support[:, None], 0.0, first.mechanism) / first.displacement
@@ -303,27 +302,6 @@ def _followed(
         if not states:
             raise
     return states, events, outcome
-
-
-def why_not_followed(first: Settlement) -> str:
-    """Return why a settlement cannot be followed to collapse: joint laws whose points change as joints open.
-
-    Parameters
-    ----------
-    first : Settlement
-        What follows from a small movement.
-
-    Returns
-    -------
-    str
-        Empty where it can be followed.
-    """
-    laws = [law for law in last_law(first.assembly, first.interfaces) if law is not None]
-    if any(law.compression is not None for law in laws):
-        return "joints with compressive strength crush at their hinges, which is not followed; leave it out"
-    if any(law.cells for law in laws) or first.interfaces.share is not None:
-        return "joints that are divided into cells are not followed as they open; leave the cells out"
-    return ""
 
 
 def _openings(state: PathState, n_interfaces: int) -> Floats:

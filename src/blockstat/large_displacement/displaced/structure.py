@@ -11,6 +11,7 @@ import numpy as np
 from blockstat.analysis.problem import Problem
 from blockstat.analysis.problem import pose as equilibrium_problem
 from blockstat.contact.interfaces import GAP, Interfaces
+from blockstat.contact.point_law import last_law
 from blockstat.large_displacement.displaced.contact_pairs import ContactPairs
 from blockstat.large_displacement.displaced.joints import displaced_interfaces
 from blockstat.large_displacement.displaced.loads import PointLoads
@@ -172,3 +173,26 @@ class Configuration:
             loads = loads + multiplier * fixed.live_load(self.pose)
         there = displaced_assembly(fixed.assembly, self.pose)
         return equilibrium_problem(there, friction=None, gravity=None, loads=loads, gap=GAP, interfaces=self.joints[0])
+
+
+def why_not_followed(assembly: Assembly, interfaces: Interfaces) -> str:
+    """Return why blocks cannot be followed as they move: joint laws whose points change as joints open.
+
+    Parameters
+    ----------
+    assembly
+        The blocks and their joint laws.
+    interfaces
+        Joints of the blocks at rest.
+
+    Returns
+    -------
+    str
+        Empty where they can be followed.
+    """
+    laws = [law for law in last_law(assembly, interfaces) if law is not None]
+    if any(law.compression is not None for law in laws):
+        return "joints with compressive strength crush at their hinges, which is not followed; leave it out"
+    if any(law.cells for law in laws) or interfaces.share is not None:
+        return "joints that are divided into cells are not followed as they open; leave the cells out"
+    return ""
