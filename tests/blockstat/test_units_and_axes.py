@@ -69,7 +69,7 @@ def test_doubts_name_what_to_type():
     assert doubts(hanging)[0].endswith("if -y is up, give --up -y")
     assert doubts(hanging, up="y")[0].endswith("if z is up, give --up z")
     assert doubts(swapped, up="y")[0].endswith("if -z is up, give --up -z")
-    assert "densities go from 2.7" in doubts(stack(2).with_(density=np.full(3, 2.7)))[0]
+    assert "the density is 2.7 kg/m3" in doubts(stack(2).with_(density=np.full(3, 2.7)))[0]
 
 
 def test_examples_and_arches_are_beyond_doubt(root):

@@ -199,7 +199,8 @@ def doubts(assembly: Assembly, *, up: str = "z") -> list[str]:
         )
     low, high = assembly.density[free].min(), assembly.density[free].max()
     if (low < DENSITIES[0] or high > DENSITIES[1]) and not low == high == 1.0:  # 1 stands for no density at all
-        found.append(f"densities go from {low:g} to {high:g} kg/m3; those of a file are in kg/m3")
+        given = f"the density is {low:g}" if low == high else f"densities go from {low:g} to {high:g}"
+        found.append(f"{given} kg/m3; that of a file is in kg/m3")
     return found + _sideways(assembly, up)
 
 

@@ -126,7 +126,8 @@ class CapacityCurve(Result):
             One fact a line.
         """
         first, last = self.points[0], self.points[-1]
-        most = f", {first.upper:.6g} with associated flow," if first.upper > (1.0 + WIDE_BRACKET) * first.lower else ""
+        wide = first.upper > (1.0 + WIDE_BRACKET) * first.lower
+        most = f" to {first.upper:.6g}" if wide else ""
         lines = [
             self.outcome.value,
             f"Displacement: {self.control}.",
