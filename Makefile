@@ -15,7 +15,7 @@ export BLOCKSTAT_COMPAS_PYTHON := $(COMPAS)
 ONLY ?=
 MISSING ?=
 
-.PHONY: help demo test test-all notebooks lint benchmark evidence fuzz mutants coverage validation pages docs lock wheel blender clean
+.PHONY: help demo test test-all notebooks lint benchmark evidence evidence-quick fuzz mutants coverage validation pages docs lock wheel blender clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*  ## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 20
@@ -42,9 +42,12 @@ benchmark: $(STAMP)  ## time contacts, verdicts and a building
 	$(BIN)/python -m evidence.benchmarks.contacts
 	$(BIN)/python -m evidence.benchmarks.building
 
-# Every table and picture of the README and the docs, within an hour on two cores.
+# Every table and picture of the README and the docs, within three hours on two cores.
 evidence: $(STAMP)  ## make all tables and pictures again, or some: ONLY="glue hard", MISSING=1
 	$(BIN)/python -m evidence $(if $(ONLY),--only $(ONLY)) $(if $(MISSING),--missing)
+
+evidence-quick: $(STAMP)  ## run all scripts of the evidence with fewer scenes, into build/quick
+	$(BIN)/python -m evidence --quick
 
 fuzz: ONLY := fuzz
 fuzz: evidence  ## 20,000 random scenes against an independent judge

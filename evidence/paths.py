@@ -6,7 +6,8 @@ import os
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-DOCS = ROOT / "docs"
+#: The pages. A quick run of the evidence has its own, as a process elsewhere may.
+DOCS = Path(os.environ.get("BLOCKSTAT_DOCS", ROOT / "docs"))
 RESULTS = DOCS / "results"
 EXAMPLES = ROOT / "examples"
 #: Assemblies from other projects. What needs them is left out where they are absent.

@@ -23,7 +23,7 @@ from collections.abc import Iterator
 from evidence import results
 from evidence.benchmarks import solver_tables
 from evidence.paths import ROOT
-from evidence.runner import THREADS
+from evidence.run.runner import THREADS
 
 SCENES = ("wall", "along", "vault", "chapel", "falling")
 SOLVERS = ("cvxpy", "clarabel-primal", "clarabel-dual", "structured", "blockstat", "compas-rbe")
@@ -34,9 +34,9 @@ FAST, LARGE, ALONE = ("clarabel-dual", "structured", "blockstat"), 10_000, (1000
 
 
 def run(module: str, *arguments: object, limit: float | None = None, **environment: str) -> dict:
-    """What a module of this room prints, or the word for why it did not."""
+    """What a module prints, or the word for why it did not."""
     env = {**os.environ, **dict.fromkeys(THREADS, "1"), **environment}
-    command = [sys.executable, "-m", f"evidence.benchmarks.{module}", *map(str, arguments)]
+    command = [sys.executable, "-m", module, *map(str, arguments)]
     process = subprocess.Popen(command, cwd=ROOT, env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                                start_new_session=True)  # fmt: skip
     try:
@@ -64,7 +64,7 @@ def cells(scenes: list[str], sizes: list[int], solvers: list[str], limit: float)
                 elif solver in slow:
                     row["word"] = "left out"
                 else:
-                    row |= run("cell", scene, size, solver, limit=limit)
+                    row |= run("evidence.benchmarks.cell", scene, size, solver, limit=limit)
                     if "word" in row:
                         slow.add(solver)
                 rows.append(row)
@@ -87,13 +87,16 @@ def compared(rows: list[dict]) -> list[dict]:
 
 def alone(limit: float) -> list[dict]:
     """Ours on walls too large for the others."""
-    return [run("cell", "wall", size, "blockstat", limit=limit) | {"scene": "wall", "size": size} for size in ALONE]
+    return [
+        run("evidence.benchmarks.cell", "wall", size, "blockstat", limit=limit) | {"scene": "wall", "size": size}
+        for size in ALONE
+    ]
 
 
 def profiles() -> list[dict]:
     """Parts of the time, with both factorisations."""
     return [
-        run("breakdown", scene, size, BLOCKSTAT_FACTOR=backend)
+        run("evidence.benchmarks.breakdown", scene, size, BLOCKSTAT_FACTOR=backend)
         for scene, size in (("wall", 1000), ("chapel", 1000), ("falling", 1000), ("wall", 3000), ("wall", 10_000))
         for backend in ("pardiso", "superlu")
     ]
@@ -119,7 +122,7 @@ def main() -> None:
         given.sizes, given.solvers = [LARGE], FAST
     found: dict = {"rows": [], "profiles": [], "alone": []}
     if given.profile:
-        found["profiles"].append(run("breakdown", *given.profile))
+        found["profiles"].append(run("evidence.benchmarks.breakdown", *given.profile))
     else:
         if not given.json:
             print(solver_tables.HEAD, flush=True)
@@ -130,7 +133,7 @@ def main() -> None:
     if given.large:
         found["alone"] = alone(20 * given.limit)
     elif given.write:
-        found["resolve"] = run("resolve")
+        found["resolve"] = run("evidence.benchmarks.resolve")
         found["profiles"] = profiles()
     parts = solver_tables.parts(found)
     print(json.dumps(found) if given.json else "\n\n".join(text for name, text in parts.items() if name != "table"))

@@ -1,16 +1,17 @@
 """Verdicts without dilatancy and self-stress beside those of Bullet and LMGC90.
 
     python -m evidence.comparisons.coulomb [--engines NAMES] [--most BLOCKS] [--minutes M] [--resolution SHARE]
-                                           [--random N] [--again] [--write FILE]
+                                           [--random N] [--write FILE]
     python -m evidence.comparisons.coulomb --monotone
     python -m evidence.comparisons.coulomb --cost
 
 Real assemblies of other projects, the scenes of examples/, the elements of the gallery and random domes, groin, sail
-and fan vaults about as thick as the least they need. What was found is kept in docs/results/coulomb.json, and a run
-fills in what is missing there, so one that was interrupted goes on where it stopped: statics always, and the columns of
-`--engines` ("bullet", "lmgc90", which needs the extra of that name, both separated by a comma, or none) for assemblies
-of up to `--most` blocks; an engine that takes more than `--minutes` of process time for one assembly is ended, and that
-is kept as its answer. `--again` makes the statics of all anew. `--write` makes the page.
+and fan vaults about as thick as the least they need. What was found is kept in docs/results/coulomb.json with the hash
+of the sources (`evidence.run.sources`), and a run finds what is missing there or comes from other sources, so one that
+was interrupted goes on where it stopped: statics always, and the columns of `--engines` ("bullet", "lmgc90", which
+needs the extra of that name, both separated by a comma, or none) for assemblies of up to `--most` blocks; an engine
+that takes more than `--minutes` of process time for one assembly is ended, and that is kept as its answer. Answers of
+LMGC90, which is no part of these sources, are kept. `--write` makes the page.
 
 `--monotone` judges the assemblies of other projects at friction of .4 to 1.5 and counts those that are stable at one
 and held by self-stress at a greater one. `--cost` times the verdict on vaults and chapels of some sizes.
@@ -41,6 +42,7 @@ from evidence.paths import CASES, DOCS, EXAMPLES
 from evidence.references.walls import ZERO_DILATANCY, wall
 from evidence.references.wedges import WEDGES, wedge
 from evidence.results import save
+from evidence.run.sources import digest
 from evidence.scenes.sized import SCENES
 from evidence.tables import table
 
@@ -160,23 +162,22 @@ def engine_says(asm: Assembly, engine: str, minutes: float, settings: Settings) 
     return said
 
 
-def fill(
-    number: int, engines: Sequence[str], most: int, minutes: float, settings: Settings, again: bool
-) -> dict[str, Found]:
+def fill(number: int, engines: Sequence[str], most: int, minutes: float, settings: Settings) -> dict[str, Found]:
     """Find what is missing, keep it, and return what there is of all assemblies."""
-    rows, names = known(), []
+    rows, names, sources = known(), [], digest("evidence.comparisons.coulomb")
     for asm in assemblies(number):
         names.append(asm.name)
         own = rows.setdefault(asm.name, {})
+        if own.get("sources") != sources:
+            kept = {"lmgc90": own["lmgc90"]} if "lmgc90" in own else {}
+            own = rows[asm.name] = {"sources": sources} | statics(asm) | kept
         missing = [name for name in engines if name not in own and asm.n_blocks <= most]
-        if (again or "Coulomb" not in own) or missing:
-            if again or "Coulomb" not in own:
-                own.update(statics(asm))
+        if missing:
             own.update({name: engine_says(asm, name, minutes, settings) for name in missing})
             if "bullet" in missing and settings != Settings():
                 own[RESOLUTION] = settings.resolution
-            KEPT.write_text(json.dumps(rows, indent=1) + "\n")
-            print(asm.name, *own.values(), flush=True)
+        KEPT.write_text(json.dumps(rows, indent=1) + "\n")
+        print(asm.name, *own.values(), flush=True)
     return {name: rows[name] for name in names}
 
 
@@ -285,7 +286,6 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, default=20.0)
     parser.add_argument("--resolution", type=float, default=Settings().resolution)
     parser.add_argument("--random", type=int, default=60)
-    parser.add_argument("--again", action="store_true")
     parser.add_argument("--write", type=Path, metavar="FILE")
     parser.add_argument("--monotone", action="store_true")
     parser.add_argument("--cost", action="store_true")
@@ -303,7 +303,7 @@ def main() -> None:
         cost()
         return
     settings = Settings(resolution=options.resolution)
-    rows = fill(options.random, engines, options.most, options.minutes, settings, options.again)
+    rows = fill(options.random, engines, options.most, options.minutes, settings)
     whole = table(HEAD, [[name, *cells(row)] for name, row in rows.items()])
     parts = {"summary": summary(rows), "verdicts": whole, "silent": silent(rows), "limits": limits()}
     print("\n\n".join(parts.values()))
