@@ -62,7 +62,7 @@ JOBS: Sequence[Job] = (
     page("scenes", 0.1, "pages.scene_language"),
     page("speed_error", 9, "benchmarks.speed_error --write", "docs/speed-error.png", fewer="--no-bullet"),
     page(
-        "bullet", 10, "dynamics.bullet --write", "docs/bullet.png",
+        "bullet", 10, "dynamics.bullet --write", "docs/bullet.png", "docs/results/bullet.md",
         fewer="--sizes S --presets fast default",
     ),
     page("paper", 5, "dynamics.paper --write", "docs/paper.png"),

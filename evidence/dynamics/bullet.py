@@ -15,15 +15,16 @@ from time import process_time
 
 import tomllib
 
-from blockstat import build
+from blockstat import assess, build, limit_load
 from blockstat.spec import scene_from
 from dynsim import Settings, verify
 from dynsim.settings import PRESETS
+from evidence import results
 from evidence.dynamics import edges
-from evidence.paths import DOCS, EXAMPLES
+from evidence.paths import DOCS, EXAMPLES, RESULTS
 from evidence.plotting import panels, save
 from evidence.references.dynamics import LIMITS
-from evidence.tables import head, row
+from evidence.tables import head, row, table
 
 #: Families whose limits are cheap to bracket.
 FAMILIES = ("harmonic stack of 10", "wall of 6 courses, out of plane", "arch of 15, 1 / thickness",
@@ -31,6 +32,7 @@ FAMILIES = ("harmonic stack of 10", "wall of 6 courses, out of plane", "arch of 
 #: Chapels by the edge of their bricks [m]: length, height, and voussoirs along the arch.
 CHAPELS = {"S": (1.35, 0.6, 9), "M": (0.82, 0.3, 13), "L": (0.42, 0.175, 25), "XL": (0.26, 0.09, 41)}
 WALLS = {"stands": 0.8, "falls": 0.3}
+ACROSS = (0.0, 1.0, 0.0)  #: the load of a limit load, in units of gravity
 #: Smallest imbalance that runs have to see, the chapel they are timed on, and the family their error is measured on.
 RESOLUTIONS = (1e-2, 1e-3, 1e-4, 1e-5)
 TIMED, MEASURED = "S", "block tipping"
@@ -68,6 +70,38 @@ def costs(preset: str, sizes: list[str]) -> list[dict]:
                          "simulated": float(verdict.run.times[-1]), "time_step": verdict.run.time_step})  # fmt: skip
             print(rows[-1], file=sys.stderr, flush=True)
     return rows
+
+
+def statics(sizes: list[str]) -> list[dict]:
+    """Seconds of statics on the same chapels, from the blocks to the answer, the search for joints included."""
+    rows = []
+    for size in sizes:
+        for expected, wall in WALLS.items():
+            assembly = chapel(size, wall)
+            begin = process_time()
+            verdict = assess(assembly, score=False)
+            seconds, begin = process_time() - begin, process_time()
+            score = assess(assembly)
+            scored, begin = process_time() - begin, process_time()
+            limit = limit_load(assembly, ACROSS)
+            rows.append({"blocks": assembly.n_blocks, "expected": expected, "verdict": verdict.outcome.word,
+                         "seconds": seconds, "score": score.score, "scored": scored, "lower": limit.lower,
+                         "upper": limit.upper, "limit": process_time() - begin})  # fmt: skip
+            print(rows[-1], file=sys.stderr, flush=True)
+    return rows
+
+
+def headline(found: dict) -> str:
+    """What an answer costs on the chapel that stands and on the one that falls."""
+    heads = ["blocks", "statics", "verdict [s]", "with score [s]", "limit load [s]", "Bullet", "run [s]"]
+    seconds = {(r["blocks"], r["expected"]): r for r in found["costs"] if r["preset"] == "default"}
+    rows = []
+    for r in found["statics"]:
+        run = seconds[r["blocks"], r["expected"]]
+        limit = f"{r['limit']:.2f}" if r["verdict"] == "stable" else "-"
+        rows.append([f"{r['blocks']:,}", r["verdict"], f"{r['seconds']:.2f}", f"{r['scored']:.2f}", limit,
+                     run["verdict"], f"{run['seconds']:.1f}"])  # fmt: skip
+    return table(heads, rows)
 
 
 def resolutions() -> list[dict]:
@@ -147,7 +181,7 @@ def main() -> None:
     parser.add_argument("--sizes", nargs="+", default=list(CHAPELS), choices=list(CHAPELS))
     parser.add_argument("--presets", nargs="+", default=list(PRESETS), choices=list(PRESETS))
     options = parser.parse_args()
-    found = {"costs": costs("default", options.sizes)}
+    found = {"costs": costs("default", options.sizes), "statics": statics(options.sizes)}
     for preset in set(options.presets) - {"default"}:
         found["costs"] += costs(preset, options.sizes[:2])
     found["resolutions"] = resolutions()
@@ -157,6 +191,7 @@ def main() -> None:
     if options.write:
         (DOCS / "bullet.md").write_text(page(found))
         plot(found, DOCS / "bullet.png")
+        results.save(RESULTS / "bullet.md", {"headline": headline(found)})
 
 
 if __name__ == "__main__":

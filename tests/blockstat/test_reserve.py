@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from blockstat import Block, Outcome, Tie, assess, find_interfaces
+from blockstat import Block, LoadOutcome, Outcome, Tie, acceleration, assess, find_interfaces, limit_load
 from blockstat.analysis.problem import pose
 from blockstat.analysis.reserve import SLIVER, loaded_slivers, neutral_warning, sliver_warning, without
-from blockstat.analysis.rims import falling_freely, overlap_warnings, rim_warnings, with_rims
+from blockstat.analysis.rims import falling_freely, overlap_warnings, rim_warnings
 from evidence.scenes.small import assembly, box
 
 GROUND = box((-9, -9, -1), (9, 9, 0), name="ground")
@@ -172,8 +172,40 @@ def test_edges_along_each_other_resist_what_drives_them_together_alone():
     assert "(1 such pairs would be driven into each other)" in text
     alone = posed(assembly([GROUND, box((0, 0, 0), (1, 1, 1))]))
     assert rim_warnings(alone, np.ones((2, 6))) == []
-    more = with_rims(problem)
-    assert more.n_interfaces > problem.interfaces.n_interfaces
+
+
+def pushed_past_and_into_edges():
+    """Two cubes on the ground: pushed along (2, -1), one passes an upright edge, the other is driven into one."""
+    blocks = [
+        box((-5, -5, -1), (9, 15, 0), name="ground"), box((0, 0, 0), (1, 1, 1), name="stopped"),
+        box((1, -1, 0), (2, 0, 1), name="stop"), box((0, 6, 0), (1, 7, 1), name="passing"),
+        box((1, 7, 0), (2, 8, 1), name="passed"),
+    ]  # fmt: skip
+    return assembly(blocks, supports=["ground", "stop", "passed"], friction=0.6)
+
+
+def test_what_falls_past_an_edge_falls_though_another_edge_holds_its_neighbour():
+    asm = pushed_past_and_into_edges()
+    along = np.array([2.0, -1.0, 0.0]) / np.sqrt(5)
+    limit = limit_load(asm, along)
+    assert limit.outcome is LoadOutcome.LIMIT
+    assert limit.upper == pytest.approx(0.6, rel=1e-4)
+    assert limit.lower == pytest.approx(0.6, rel=1e-4)
+    moving = np.abs(limit.mechanism).max(axis=1) > 1e-3
+    assert [name for name, moves in zip(asm.names, moving, strict=True) if moves] == ["passing"]
+    verdict = assess(asm, loads=0.63 * acceleration(asm, along))
+    assert verdict.outcome is Outcome.UNSTABLE
+    assert rim_warnings(posed(asm), verdict.mechanism) == []
+
+
+def test_what_only_edges_hold_is_undecided():
+    blocks = [box((-5, -5, -1), (9, 15, 0), name="ground"), box((0, 0, 0), (1, 1, 1)), box((1, -1, 0), (2, 0, 1))]
+    asm = assembly(blocks, supports=[0, 2], friction=0.6)
+    along = np.array([2.0, -1.0, 0.0]) / np.sqrt(5)
+    limit = limit_load(asm, along)
+    assert limit.outcome is LoadOutcome.UNDECIDED
+    assert limit.lower == pytest.approx(0.6, rel=1e-4)
+    assert limit.upper > 0.7
 
 
 def test_a_block_between_two_walls_falls_freely_unless_something_is_in_its_way():

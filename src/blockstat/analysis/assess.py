@@ -13,7 +13,7 @@ from blockstat.analysis.coulomb import FAMILY, CoulombState, coulomb_state
 from blockstat.analysis.decision import decide, outcome_of
 from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, gap_warnings, pose, timed
 from blockstat.analysis.reserve import loaded_slivers, neutral_blocks, neutral_warning, sliver_warning, without
-from blockstat.analysis.rims import falling_freely, overlap_warnings, rim_warnings, with_rims
+from blockstat.analysis.rims import falling_freely, judged_with_rims, overlap_warnings, rim_warnings
 from blockstat.analysis.verdict import Outcome, Verdict, unit_motion
 from blockstat.certificate.check import Certificate, check
 from blockstat.contact.interfaces import GAP, Interfaces
@@ -191,9 +191,12 @@ def judged(
         verdict = _with_reserve(problem, verdict, checked, loads, _second(solver))
     if verdict.outcome is Outcome.UNSTABLE and (warnings := rim_warnings(problem, verdict.mechanism)):
         options = {"friction": None, "gravity": None, "loads": loads, "gap": problem.gap}
-        rimmed = pose(problem.assembly, interfaces=with_rims(problem), **options)
-        held = judged(replace(rimmed, overlapping=problem.overlapping), loads=loads, solver=solver, score=False)
-        verdict = _beyond_doubt(verdict, held, warnings)
+
+        def judge(joints: Interfaces) -> Verdict:
+            rimmed = pose(problem.assembly, interfaces=joints, **options)
+            return judged(replace(rimmed, overlapping=problem.overlapping), loads=loads, solver=solver, score=False)
+
+        verdict = _beyond_doubt(verdict, judged_with_rims(problem, verdict.mechanism, judge), warnings)
     if flow == "associated":
         return verdict
     return replace(_with_state(problem, verdict, state), falling=falling)

@@ -16,7 +16,7 @@ from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.coulomb import multiplier_brackets
 from blockstat.analysis.decision import Bound, decide, narrowed, outcome_of, proven_bounds
 from blockstat.analysis.problem import Problem, cases_of, crushes, free_fall, pose, timed
-from blockstat.analysis.rims import overlap_warnings, rim_warnings, with_rims
+from blockstat.analysis.rims import judged_with_rims, overlap_warnings, rim_warnings
 from blockstat.analysis.verdict import Outcome, fastest_first, first_words, moving_joints, unit_motion
 from blockstat.certificate.bracket import ROUNDING, Bracket, Progress, is_closed
 from blockstat.contact.interfaces import GAP, Interfaces
@@ -342,7 +342,9 @@ def _beyond_doubt(problem: Problem, found: LimitLoad, load: Floats, options: dic
         warnings = rim_warnings(problem, motion)
         if not warnings:
             return found
-        held = limit_load(problem.assembly, load, interfaces=with_rims(problem), **options)
+        held = judged_with_rims(
+            problem, motion, lambda joints: limit_load(problem.assembly, load, interfaces=joints, **options)
+        )
         upper, mechanism = held.upper, held.mechanism
     closed = is_closed(found.lower, upper, options["tolerance"])
     if closed if found.outcome is LoadOutcome.LIMIT else upper == found.upper == -np.inf:

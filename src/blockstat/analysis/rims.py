@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Protocol, TypeVar
+
 import numpy as np
 
 from blockstat.analysis.problem import Problem, crushes
@@ -9,12 +12,22 @@ from blockstat.certificate.falling import falling_blocks
 from blockstat.contact.interfaces import Interfaces
 from blockstat.contact.penetration import overlaps
 from blockstat.contact.point_law import point_law
-from blockstat.contact.unresolved import unresolved_contacts
+from blockstat.contact.unresolved import Unresolved, unresolved_contacts
 from blockstat.geometry.polyhedron import point_velocity
 from blockstat.typing import Floats, Ints
 
 #: Speeds below this fraction of the fastest corner are rounding.
 SLOW = 1e-6
+#: Programs that hold only what mechanisms have asked for; the next one holds all.
+ROUNDS = 4
+
+
+class _Judged(Protocol):
+    @property
+    def mechanism(self) -> Floats: ...
+
+
+Judged = TypeVar("Judged", bound=_Judged)
 
 
 def overlap_warnings(problem: Problem, mechanism: Floats) -> list[str]:
@@ -68,9 +81,22 @@ def rim_warnings(problem: Problem, mechanism: Floats) -> list[str]:
     resist a motion in which the blocks pass each other. They pass where they open about one of the normals by more than
     rounding. Blocks that share a sliver too narrow for a patch do not pass: there, each normal may resist.
     """
+    found = _resisting(problem, mechanism)
+    if not len(found.pair):
+        return []
+    pairs = np.unique(found.pair, axis=0)
+    first, second = (problem.assembly.names[i] for i in pairs[0])
+    return [
+        f'"{first}" and "{second}" touch only {found.reason[0]}, where forces have no definite direction ({len(pairs)} '
+        "such pairs would be driven into each other), so instability is not proven"
+    ]
+
+
+def _resisting(problem: Problem, mechanism: Floats) -> Unresolved:
+    """The contacts without a unique normal at which a mechanism drives blocks into each other."""
     assembly, rims = problem.assembly, problem.interfaces.rims
     if rims is None or not len(rims):
-        return []
+        return unresolved_contacts(assembly, problem.interfaces, pairs=np.empty((0, 2), dtype=np.int64))
     a, b = rims.T
     apart = (
         mechanism[b, :3] - mechanism[a, :3] + np.cross(mechanism[a, 3:], assembly.centroid[a] - assembly.centroid[b])
@@ -82,7 +108,7 @@ def rim_warnings(problem: Problem, mechanism: Floats) -> list[str]:
     else:
         found = problem.unresolved().among(moving, assembly.n_blocks)
     if not len(found.pair):
-        return []
+        return found
     corners = found.as_corners()
     one, two = (point_velocity(assembly, mechanism, corners.pair[:, side], corners.point) for side in (0, 1))
     opening = np.einsum("nj,nj->n", corners.frame[:, 0], two - one)
@@ -90,16 +116,7 @@ def rim_warnings(problem: Problem, mechanism: Floats) -> list[str]:
     np.maximum.at(passing, found.contact, opening)
     np.minimum.at(closing, found.contact, opening)
     grazes = np.where(_slivers(problem, found.pair), True, passing <= SLOW)
-    resists = grazes & (closing < -SLOW)
-    if not resists.any():
-        return []
-    pairs = np.unique(found.pair[resists], axis=0)
-    first, second = (assembly.names[i] for i in pairs[0])
-    reason = found.reason[resists.argmax()]
-    return [
-        f'"{first}" and "{second}" touch only {reason}, where forces have no definite direction ({len(pairs)} such '
-        "pairs would be driven into each other), so instability is not proven"
-    ]
+    return found.only(grazes & (closing < -SLOW))
 
 
 def falling_freely(problem: Problem) -> Ints:
@@ -137,18 +154,38 @@ def _slivers(problem: Problem, pairs: Ints) -> np.ndarray:
     return np.isin(pairs @ [n, 1], slivers)
 
 
-def with_rims(problem: Problem) -> Interfaces:
-    """Return the interfaces of a problem with all that contacts without a unique normal could carry.
+def judged_with_rims(problem: Problem, mechanism: Floats, judge: Callable[[Interfaces], Judged]) -> Judged:
+    """Judge again with what contacts without a unique normal could carry, as far as mechanisms ask for it.
+
+    What falls with these contacts, falls, if its mechanism drives no blocks into each other at the others.
 
     Parameters
     ----------
     problem
         The posed problem.
+    mechanism
+        As in `rim_warnings`; it drives blocks into each other.
+    judge
+        Returns an answer with a `mechanism` for the interfaces with more contacts. It is asked first with those at
+        which the given mechanism drives blocks into each other, then also with those at which the mechanism of its
+        answer does so, and with all of them after `ROUNDS` rounds.
 
     Returns
     -------
-    Interfaces
-        What falls with these, falls.
+    object
+        The last answer. Its mechanism holds at all contacts.
     """
-    found = unresolved_contacts(problem.assembly, problem.interfaces, gap=problem.gap)
-    return found.beside(problem.interfaces)
+    assembly, joints, n = problem.assembly, problem.interfaces, problem.assembly.n_blocks
+    held = _pairs_at(problem, mechanism)
+    for _ in range(ROUNDS):
+        found = judge(unresolved_contacts(assembly, joints, gap=problem.gap, pairs=held).beside(joints))
+        more = _pairs_at(problem, found.mechanism)
+        more = more[~np.isin(more @ [n, 1], held @ [n, 1])]
+        if not len(more):
+            return found
+        held = np.concatenate([held, more])
+    return judge(unresolved_contacts(assembly, joints, gap=problem.gap).beside(joints))
+
+
+def _pairs_at(problem: Problem, mechanism: Floats) -> Ints:
+    return np.unique(_resisting(problem, mechanism).pair, axis=0)

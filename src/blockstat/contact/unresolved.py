@@ -55,7 +55,21 @@ class Unresolved:
         Unresolved
             The contacts of these pairs alone.
         """
-        chosen = np.isin(self.pair @ [n_blocks, 1], pairs @ [n_blocks, 1])
+        return self.only(np.isin(self.pair @ [n_blocks, 1], pairs @ [n_blocks, 1]))
+
+    def only(self, chosen: Ints) -> Unresolved:
+        """Return some of the contacts.
+
+        Parameters
+        ----------
+        chosen : array of bool, shape (n,)
+            Which.
+
+        Returns
+        -------
+        Unresolved
+            These contacts alone.
+        """
         normals = chosen[self.contact]
         reason = tuple(word for word, is_chosen in zip(self.reason, chosen, strict=True) if is_chosen)
         place = np.cumsum(chosen) - 1
