@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
 #: Names that are spelled in another way now, and those of modules that are rooms now.
 NAMES = {
-    "blockstat.animate.write_mechanism": "blockstat.write_mechanism",
-    "blockstat.animate.write_motion": "blockstat.write_motion",
     "blockstat.heal": "blockstat.repair",
     "blockstat.model.build": "blockstat.build",
     "blockstat.plot.picture": "blockstat.plot",
@@ -34,6 +32,7 @@ NAMES = {
     "blockstat.solve.certificate.cone_room": "blockstat.certificate.check.cone_slack",
     "blockstat.solve.certificate.opening_room": "blockstat.certificate.check.opening_slack",
     "blockstat.solve.certificate.room_of": "blockstat.certificate.check.point_slack",
+    "blockstat.solve.dual.solve": "blockstat.solve.penalty.solve_penalty",
     "blockstat.utilisation.picture_of_utilisation": "blockstat.plot_utilisation",
     "dynsim.first_motion.cosine": "dynsim.first_motion_cosine",
 }
