@@ -121,7 +121,7 @@ if TYPE_CHECKING:
     from blockstat.view.thrust_lines import plot_thrust
     from blockstat.view.utilisation import plot_reserve_map, plot_utilisation, utilisation
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 # fmt: off
 __all__ = [
     "Assembly", "Assessment", "Block", "Bonds", "Bracket", "BracketOutcome", "Building", "Candidate",

@@ -212,6 +212,7 @@ def test_the_command_repairs_a_file_that_is_refused(tmp_path, command):
     answer = run(command, path, "-o", target, "--gap", "0.005")
     assert answer.returncode == 0, answer.stderr
     told = [RepairOutcome.REPAIRED.value, 'block "stone0": 1 faces turned', "2 of 3 blocks unchanged"]
+    assert ("blockstat heal is now blockstat repair" in answer.stderr) == (command == "heal")
     assert answer.stdout.splitlines() == [*told, f"{target}: 3 blocks, in m, z up"]
     assert assess(read(target)).outcome.word == "stable"
     wrong = run(command, path, "-o", target, "--gap", "7")

@@ -4,6 +4,7 @@ import re
 import subprocess
 import sys
 from datetime import date
+from importlib.metadata import version
 
 import numpy as np
 import pytest
@@ -34,7 +35,8 @@ def test_the_page_says_what_was_assumed(page):
     text = words(page)
     for fact in (
         "friction 0.6 ", "density 2000 kg/m3", "gravity 9.81 m/s2", "upward axis z", "units of the file m;",
-        "gap faces count as touching up to", "weight of the free blocks 19.62 kN", "2026-01-02", "blockstat 0.1.0",
+        "gap faces count as touching up to", "weight of the free blocks 19.62 kN", "2026-01-02",
+        f"blockstat {version('blockstat')}",
         "joint laws none", "supports ground",
     ):  # fmt: skip
         assert fact in text

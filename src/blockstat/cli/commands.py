@@ -112,6 +112,7 @@ def convert(
 @app.command("heal", hidden=True)  # the name of this command before it was `repair`
 @app.command("repair")
 def repair_command(
+    context: typer.Context,
     file: FileArgument,
     output: Annotated[Path, typer.Option("-o", "--output", help="Where to write the repaired blocks.")],
     gap: Annotated[
@@ -129,6 +130,8 @@ def repair_command(
     from blockstat.geometry_repair.repair import repair
     from blockstat.io.files import write
 
+    if context.info_name == "heal":
+        typer.echo("blockstat heal is now blockstat repair, and goes with 0.3", err=True)
     chosen = supports.split(",") if supports else None
     assembly, report = repair(file, gap=GAP if gap is None else gap, supports=chosen, units=units, up=up)
     doubt(assembly, file)

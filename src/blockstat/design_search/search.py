@@ -37,6 +37,7 @@ from blockstat.design_search.walk import WALKS, expected
 from blockstat.errors import InputError, check_choice, known_options
 from blockstat.imperfection.imperfections import Imperfections
 from blockstat.spec import Scene
+from blockstat.system.old_names import renamed_options
 
 __all__ = [
     "BY_STATICS", "ERROR", "PRUNED", "STRATEGIES", "UNASKED", "Candidate", "Dynamic", "FailureTarget", "Margin",
@@ -47,6 +48,7 @@ STRATEGIES = ("paper", "pruned", "gradient", "pareto", "robust")
 OVER = ("line", "grid")
 
 
+@renamed_options(ahead="speculative")
 @known_options
 def search(
     building: Scene,

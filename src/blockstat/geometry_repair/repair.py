@@ -26,6 +26,7 @@ from blockstat.geometry_repair.surface import RepairedSurface, repair_surface
 from blockstat.io.parts import Parts
 from blockstat.joint import JointLaw
 from blockstat.result import Result, Sentence, plain
+from blockstat.system.old_names import renamed_options
 from blockstat.typing import Floats
 
 MERGE = 1e-4  #: vertices closer than this, relative to the diagonal of their block's box, are one
@@ -145,6 +146,7 @@ class RepairReport(Result):
         }
 
 
+@renamed_options(weld="merge")
 @known_options
 def repair(
     source: Assembly | Iterable[Block] | str | Path,

@@ -9,7 +9,7 @@ docstring, and a line in `kinds.KINDS`. That line makes it a kind of element in 
 the reference of the scene language come from the signature and the docstring. Export it here to hand it to users, and
 draw it in the gallery.
 
-This room imports `geometry`, `io` (elements may come from files) and the root.
+This room imports `geometry`, `io` (elements may come from files), `system` (old names) and the root.
 """
 
 from blockstat.model.arches.arch import arch, jack_arch, rib
@@ -25,6 +25,7 @@ from blockstat.model.vaults.sail_fan import fan_vault, sail_vault
 from blockstat.model.walling.arc_wall import arc_wall
 from blockstat.model.walling.run import Buttress, Coping, Opening, Run, Through
 from blockstat.model.walling.walls import walls
+from blockstat.system.old_names import old_names
 
 __all__ = [
     "Buttress",
@@ -55,3 +56,4 @@ __all__ = [
     "surface_points",
     "walls",
 ]
+__getattr__ = old_names(__name__)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from blockstat.system.old_names import NAMES, keep_old_modules, moved
+
 TYPE_CHECKING = False  # as typing has it, which takes longer to import than this module
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -9,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def on_demand(package: str, homes: Mapping[str, str], scope: dict[str, Any]) -> Callable[[str], Any]:
-    """Return the function `__getattr__` of a package (PEP 562).
+    """Return the function `__getattr__` of a package (PEP 562), and let its old modules be imported.
 
     Parameters
     ----------
@@ -23,8 +25,10 @@ def on_demand(package: str, homes: Mapping[str, str], scope: dict[str, Any]) -> 
     Returns
     -------
     callable
-        It returns one of the names, or a module of the package, and raises AttributeError for anything else.
+        It returns one of the names, what a name of version 0.1 stands for, or a module of the package, and raises
+        AttributeError for anything else.
     """
+    keep_old_modules(package)
 
     def get(name: str) -> Any:
         from importlib import import_module
@@ -32,6 +36,8 @@ def on_demand(package: str, homes: Mapping[str, str], scope: dict[str, Any]) -> 
         if name in homes:
             scope[name] = getattr(import_module(f"{package}.{homes[name]}"), name)
             return scope[name]
+        if f"{package}.{name}" in NAMES:
+            return moved(package, name)
         if not name.startswith("_"):
             try:
                 return import_module(f"{package}.{name}")
