@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,12 +15,13 @@ from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.limit_load import LoadOutcome, limit_load
 from blockstat.analysis.verdict import Outcome
 from blockstat.chance.first_order import FirstOrder
-from blockstat.chance.population import population_of
+from blockstat.chance.population import Population, population_of
 from blockstat.chance.trials import Trials, judge_all
 from blockstat.chance.variables import Random
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, check_choice, check_seed, known_options
 from blockstat.result import Result, Sentence
+from blockstat.system.workers import in_stretches
 from blockstat.typing import Floats
 
 if TYPE_CHECKING:
@@ -256,12 +258,13 @@ def fragility(
     seed: int = 0,
     gap: float | str = GAP,
     interfaces: Interfaces | None = None,
+    jobs: int | None = None,
 ) -> Floats:
     """Draw limit load multipliers: the share of them below a value is the probability of falling at that value.
 
     Parameters
     ----------
-    assembly, uncertain, loads, draws, seed, gap, interfaces
+    assembly, uncertain, loads, draws, seed, gap, interfaces, jobs
         As in `reliability`.
     load
         As in `blockstat.limit_load`.
@@ -280,9 +283,15 @@ def fragility(
         raise InputError('the multiplier itself is what "push" would be; leave it out')
     population, load = population_of(assembly, uncertain, load, loads, gap=gap, interfaces=interfaces)
     check_seed(seed)
-    found = np.zeros(draws)
-    for k, normal in enumerate(np.random.default_rng(seed).standard_normal((draws, population.size))):
+    normals = np.random.default_rng(seed).standard_normal((draws, population.size))
+    return np.sort(np.array(in_stretches(partial(_multipliers, population, load), normals, jobs), dtype=float))
+
+
+def _multipliers(population: Population, load: Any, normals: Floats) -> list[float]:
+    """The multiplier that each of some draws carries."""
+    found = []
+    for normal in normals:
         draw = population.realise(normal)
         limit = limit_load(draw.assembly, load, loads=draw.loads, interfaces=draw.interfaces)
-        found[k] = 0.0 if limit.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE else limit.lower
-    return np.sort(found)
+        found.append(0.0 if limit.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE else limit.lower)
+    return found

@@ -25,6 +25,7 @@ from blockstat.errors import InputError
 from blockstat.loads import as_load
 from blockstat.system.lock import locked
 from blockstat.system.rows import append_rows, kept_rows
+from blockstat.system.workers import as_they_come, count_workers
 from blockstat.typing import Floats, Ints
 
 #: Draws that a process is given at a time.
@@ -142,6 +143,10 @@ class Trials:
         return digest.hexdigest()[:16]
 
 
+#: What a process is given: what is drawn, the numbers of draws, their normal variables, and evidence of earlier ones.
+Task = tuple[Trials, Ints, Floats, list[Known]]
+
+
 def judge_all(
     trials: Trials, draws: int, file: str | Path | None, jobs: int | None, progress: Progress | None
 ) -> list[Row]:
@@ -188,46 +193,34 @@ def judge_all(
 
 def _batches(trials: Trials, draws: int, rows: Mapping[int, Row], jobs: int | None) -> Iterator[list[Row]]:
     """Rows of the draws that have none, as they come."""
-    from joblib import Parallel, delayed, effective_n_jobs
-
-    asked: Any = jobs  # for None the rule of joblib
-    workers = effective_n_jobs(asked)
+    workers = count_workers(jobs)
     missing = np.setdiff1d(np.arange(draws), list(rows))
     normal = trials.normals(draws)
     parts = [missing[i : i + BATCH] for i in range(0, len(missing), BATCH)]
     known: list[Known] = []
 
-    def task(part: Ints) -> tuple[Trials, Ints, Floats, list[Known]]:
+    def task(part: Ints) -> Task:
         return trials, part, normal[part], list(known)
 
-    if workers == 1:
+    if not workers:
         for part in parts:
-            fresh, known = judge_batch(*task(part), everything=True)
+            fresh, known = judge_batch(task(part), everything=True)
             yield fresh
         return
     # No more batches under way than workers: the later one is sent, the more evidence goes with it.
-    options: Any = {"return_as": "generator_unordered", "batch_size": 1, "pre_dispatch": workers}
-    judged_parts: Any = Parallel(n_jobs=jobs, **options)(delayed(judge_batch)(*task(part)) for part in parts)
-    for fresh, gained in judged_parts:
+    for fresh, gained in as_they_come(judge_batch, (task(part) for part in parts), jobs, ahead=workers):
         known.extend(gained)
         yield fresh
 
 
-def judge_batch(
-    trials: Trials, numbers: Ints, normals: Floats, known: list[Known], *, everything: bool = False
-) -> tuple[list[Row], list[Known]]:
+def judge_batch(task: Task, *, everything: bool = False) -> tuple[list[Row], list[Known]]:
     """Give the verdicts on some draws, in a process of its own.
 
     Parameters
     ----------
-    trials
-        What is drawn.
-    numbers
-        Of the draws.
-    normals
-        Their standard normal variables, shape (n, size).
-    known
-        Evidence of earlier draws.
+    task
+        What is drawn, the numbers of the draws, their standard normal variables, shape (n, size), and evidence of
+        earlier draws.
     everything
         Return all evidence there is, not what is new.
 
@@ -238,6 +231,7 @@ def judge_batch(
     evidence : list of Known
         What was solved for.
     """
+    trials, numbers, normals, known = task
     evidence = NearbyEvidence(known) if trials.reuse else None
     rows = [trials.judge(int(k), normal, evidence) for k, normal in zip(numbers, normals, strict=True)]
     if evidence is None:

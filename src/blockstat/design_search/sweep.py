@@ -25,6 +25,7 @@ from blockstat.result import Result, Sentence
 from blockstat.spec import Scene, build, parameters, scene_from, with_values
 from blockstat.system.lock import locked
 from blockstat.system.rows import append_rows, kept_rows, read_rows
+from blockstat.system.workers import as_they_come
 
 Values = Mapping[str, float]
 #: Evaluates a design: plain values, of which a line of the file is made.
@@ -293,8 +294,6 @@ def _swept(
     progress: Callable[[int], None] | None,
 ) -> SweepResult:
     """Append the rows that are missing to the file."""
-    from joblib import Parallel, delayed
-
     head = {"scene": scene.name, "digest": _digest(scene, measure)}
     done = _opened(path, head, list(parameters(scene)))
     data = msgspec.to_builtins(scene)
@@ -310,9 +309,8 @@ def _swept(
                 raise InputError(f"{path}: row {number} is of another design; move the file away or choose another")
 
     computed = 0
-    tasks = (delayed(_evaluated)(data, part, measure) for part in _batched(missing(), batch))
-    options: Any = {"return_as": "generator_unordered", "batch_size": 1}  # rows as they come
-    finished: Any = Parallel(n_jobs=-1 if jobs is None else jobs, **options)(tasks)
+    tasks = ((data, part, measure) for part in _batched(missing(), batch))
+    finished = as_they_come(_evaluated, tasks, -1 if jobs is None else jobs)
     with path.open("a") as file:
         for rows in finished:
             append_rows(file, rows)
@@ -323,10 +321,9 @@ def _swept(
     return SweepResult(path, counted, computed, sum(row.get("static") == ERROR for row in rows), failures(rows))
 
 
-def _evaluated(
-    data: dict[str, Any], part: list[tuple[int, dict[str, float]]], measure: Measure
-) -> list[dict[str, Any]]:
-    """Rows of a batch, in a process of its own."""
+def _evaluated(task: tuple[dict[str, Any], list[tuple[int, dict[str, float]]], Measure]) -> list[dict[str, Any]]:
+    """Rows of a batch of a scene, by a measure, in a process of its own."""
+    data, part, measure = task
     scene, memory, rows = scene_from(data), Memory(), []
     for number, values in part:
         begin = process_time()

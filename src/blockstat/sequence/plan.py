@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from pathlib import Path
 from time import process_time
 from typing import TYPE_CHECKING, Any
@@ -16,9 +17,10 @@ from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.contact.interfaces import GAP
 from blockstat.errors import InputError, check_choice, known_options, no_such
 from blockstat.result import Result, finite
-from blockstat.sequence.props import Falsework, FalseworkOutcome, Prop, falls_on_props, held_by_props
+from blockstat.sequence.props import Falsework, FalseworkOutcome, Prop, on_props
 from blockstat.sequence.states import Whole
 from blockstat.system.reading import text_of
+from blockstat.system.workers import in_stretches
 from blockstat.system.writing import written_whole
 
 if TYPE_CHECKING:
@@ -391,6 +393,7 @@ def assess_plan(
     gap: float | str = GAP,
     reserve: bool = False,
     tilt: bool = False,
+    jobs: int | None = None,
 ) -> PlanVerdict:
     """Judge every step of a plan.
 
@@ -406,6 +409,8 @@ def assess_plan(
         Whether the least friction at which every step stands is sought, too. It takes the time of a second run.
     tilt : bool, optional
         Whether the tilt of the ground at which each step falls is sought, too, in four directions.
+    jobs : int, optional
+        As of `assess_states`; the search of the least friction is done by this process alone.
 
     Returns
     -------
@@ -433,32 +438,26 @@ def assess_plan(
     states = [whole.state_of(*state, f"step {k}") for k, state in enumerate(plan.states())]
     if plan.props and (reserve or tilt):
         raise InputError(f"{'reserve' if reserve else 'tilt'}=True is for plans without props")
-    began = process_time()
-    verdicts = tuple(whole.assess(*state, flow=flow) for state in states)
-    propped = [_on_props(whole, plan, k, verdict, states[k]) for k, verdict in enumerate(verdicts)]
-    seconds = process_time() - began - whole.searching
-    outcomes, falsework = zip(*propped, strict=True) if propped else ((), ())
+    judged = in_stretches(partial(_judged, whole, plan, flow, tilt), list(enumerate(states)), jobs)
+    verdicts, outcomes, falsework, tilts, seconds = zip(*judged, strict=True) if judged else ((),) * 5
     worst = next((outcome for outcome in outcomes if outcome is not Outcome.STABLE), Outcome.STABLE)
     least = least_friction(whole, states) if reserve else None
-    tilts = tuple(whole.tilt(*state) for state in states) if tilt else None
-    return PlanVerdict(worst, plan, verdicts, outcomes, whole.assembly.friction, least, seconds, falsework, tilts)
+    given = whole.assembly.friction, least, sum(seconds), falsework, tilts if tilt else None
+    return PlanVerdict(worst, plan, verdicts, outcomes, *given)
 
 
-def _on_props(
-    whole: Whole, plan: Plan, step: int, verdict: Verdict, state: tuple[np.ndarray, np.ndarray]
-) -> tuple[Outcome, Falsework | None]:
-    """The outcome of a step with its props, and their least total force where it does not stand without them."""
-    assembly, (present, fixed) = whole.assembly, state
-    standing = [plan.props[name] for name in plan.standing_props()[step]] if plan.props else []
-    there, held = ([name for name, on in zip(assembly.names, mask, strict=True) if on] for mask in (present, fixed))
-    props = [prop for prop in standing if prop.block not in held]  # a held block loads no prop
-    if verdict.outcome is Outcome.STABLE or not props:
-        return verdict.outcome, None
-    options: dict[str, Any] = {"interfaces": whole.interfaces, "gap": whole.gap, "least": "total"}
-    problem, found, twist = held_by_props(assembly, (there, held), props, **options)
-    if found.outcome is FalseworkOutcome.HELD:
-        return Outcome.STABLE, found
-    return Outcome.UNSTABLE if falls_on_props(problem, props, twist) else Outcome.UNDECIDED, found
+def _judged(
+    whole: Whole, plan: Plan, flow: str, tilt: bool, states: list[tuple[int, tuple[np.ndarray, np.ndarray]]]
+) -> list[tuple[Verdict, Outcome, Falsework | None, float, float]]:
+    """The verdict on each of some steps, its outcome and falsework on its props, its tilt and the process time."""
+    props, found = [[plan.props[name] for name in names] for names in plan.standing_props()], []
+    for step, state in states:
+        began, searched = process_time(), whole.searching
+        verdict = whole.assess(*state, flow=flow)
+        outcome, falsework = on_props(whole, props[step], verdict, state)
+        seconds = process_time() - began - (whole.searching - searched)
+        found.append((verdict, outcome, falsework, whole.tilt(*state) if tilt else np.nan, seconds))
+    return found
 
 
 def least_friction(whole: Whole, states: list[Any]) -> tuple[float, float]:

@@ -19,7 +19,7 @@ from scipy import sparse
 
 from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.problem import Problem
-from blockstat.analysis.verdict import Verdict
+from blockstat.analysis.verdict import Outcome, Verdict
 from blockstat.certificate.check import FORCE_LIMIT, force_errors, power
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError, check_choice, known_options
@@ -355,6 +355,41 @@ def falls_on_props(problem: Problem, props: Sequence[Prop], twist: Floats) -> bo
     work, closing = power(problem.program, unit)
     pushed = -float((pushes_of(problem, props).T @ unit).min(initial=0.0))
     return work > max(closing, pushed) * FORCE_LIMIT * problem.program.total_load
+
+
+def on_props(
+    whole: Whole, props: Sequence[Prop], verdict: Verdict, state: tuple[np.ndarray, np.ndarray]
+) -> tuple[Outcome, Falsework | None]:
+    """Return the outcome of a state with its props.
+
+    Parameters
+    ----------
+    whole : Whole
+        The assembly.
+    props : sequence of Prop
+        What stands.
+    verdict : Verdict
+        On the state without props.
+    state : (array of bool, array of bool)
+        Masks as `Whole.state_of` gives them.
+
+    Returns
+    -------
+    outcome : Outcome
+        Stable where some forces in the props hold it.
+    found : Falsework or None
+        Their least total where it does not stand without them.
+    """
+    names, (present, fixed) = whole.assembly.names, state
+    there, held = ([name for name, on in zip(names, mask, strict=True) if on] for mask in (present, fixed))
+    props = [prop for prop in props if prop.block not in held]  # a held block loads no prop
+    if verdict.outcome is Outcome.STABLE or not props:
+        return verdict.outcome, None
+    options: dict[str, Any] = {"interfaces": whole.interfaces, "gap": whole.gap, "least": "total"}
+    problem, found, twist = held_by_props(whole.assembly, (there, held), props, **options)
+    if found.outcome is FalseworkOutcome.HELD:
+        return Outcome.STABLE, found
+    return Outcome.UNSTABLE if falls_on_props(problem, props, twist) else Outcome.UNDECIDED, found
 
 
 @known_options

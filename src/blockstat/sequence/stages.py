@@ -15,6 +15,7 @@ to the face of a block that looks down most (`blockstat.centring`).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import msgspec
@@ -28,6 +29,7 @@ from blockstat.result import Result, finite
 from blockstat.sequence.props import Falsework, FalseworkOutcome, centring, held_by_props
 from blockstat.sequence.states import Whole
 from blockstat.system.faults import faults
+from blockstat.system.workers import in_stretches
 from blockstat.typing import Ints
 
 if TYPE_CHECKING:
@@ -171,7 +173,12 @@ def _blocks(assembly: Assembly, groups: tuple[str, ...], where: str) -> Ints:
 
 @known_options
 def assess_stages(
-    assembly: Assembly, *, friction: float | None = None, flow: str = "associated", gap: float | str = GAP
+    assembly: Assembly,
+    *,
+    friction: float | None = None,
+    flow: str = "associated",
+    gap: float | str = GAP,
+    jobs: int | None = None,
 ) -> StagesVerdict:
     """Judge the construction stages that a scene gives its assembly.
 
@@ -182,6 +189,8 @@ def assess_stages(
     friction, flow, gap
         As of `assess_states`. A stage on a centring is judged by limit analysis whatever the flow: it stands if some
         forces of the centring hold it.
+    jobs : int, optional
+        As of `assess_states`.
 
     Returns
     -------
@@ -208,7 +217,7 @@ def assess_stages(
     if not stages:
         raise InputError(f'"{assembly.name}" has no stages; write them as [[stages]] in its scene file')
     whole = Whole(assembly, friction=friction, gap=gap)
-    present, found = assembly.support.copy(), []
+    present, states = assembly.support.copy(), []
     for stage in stages:
         new = _blocks(assembly, stage.place, stage.name)
         levels = _courses(assembly, new) if stage.courses and len(new) else [new]
@@ -220,7 +229,8 @@ def assess_stages(
                 else stage.name
             )
             on = _blocks(assembly, stage.centring, stage.name)
-            found.append(_judged(whole, name, present.copy(), on[present[on]], flow))
+            states.append((name, present.copy(), on[present[on]]))
+    found = in_stretches(partial(_judged, whole, flow), states, jobs)
     worst = next((stage.outcome for stage in found if stage.outcome is not Outcome.STABLE), Outcome.STABLE)
     return StagesVerdict(worst, tuple(found))
 
@@ -233,7 +243,12 @@ def _courses(assembly: Assembly, blocks: Ints) -> list[Ints]:
     return [blocks[part] for part in np.split(order, np.flatnonzero(step) + 1)]
 
 
-def _judged(whole: Whole, name: str, present: np.ndarray, on: Ints, flow: str) -> StageVerdict:
+def _judged(whole: Whole, flow: str, states: list[tuple[str, np.ndarray, Ints]]) -> list[StageVerdict]:
+    """The verdicts on some stages, each by its name, the blocks that are there, and those on a centring."""
+    return [_verdict(whole, flow, *state) for state in states]
+
+
+def _verdict(whole: Whole, flow: str, name: str, present: np.ndarray, on: Ints) -> StageVerdict:
     """The verdict on a stage with some blocks on a centring."""
     assembly, free = whole.assembly, int((present & ~whole.assembly.support).sum())
     if not len(on):

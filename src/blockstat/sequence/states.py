@@ -10,8 +10,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from functools import cached_property
-from itertools import pairwise
+from functools import cached_property, partial
 from time import process_time
 from typing import TYPE_CHECKING, Any
 
@@ -34,6 +33,7 @@ from blockstat.program.penalty import PenaltyProgram, penalty_program
 from blockstat.program.planar import find_plane
 from blockstat.sequence.nearby import AT_REST, nearby_evidence, nearby_optimum, unbalanced
 from blockstat.solve.answer import Answer, Status
+from blockstat.system.workers import in_stretches
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def assess_states(
     gap: float | str = GAP,
     interfaces: Interfaces | None = None,
     score: bool = True,
-    jobs: int = 1,
+    jobs: int | None = None,
 ) -> list[Verdict]:
     """Judge states of an assembly in which some blocks are present and some of these are held.
 
@@ -79,7 +79,9 @@ def assess_states(
     score : bool, optional
         False ends at the first mechanism found: a state that falls then has no score (nan).
     jobs : int, optional
-        Processes side by side, each with a stretch of the states: neighbours share their evidence.
+        Processes side by side, by default one. Under `joblib.parallel_config(backend="dask")`, or another backend,
+        states go to all of its workers instead. Each gets a stretch of them at a time: neighbours share their
+        evidence.
 
     Returns
     -------
@@ -109,18 +111,9 @@ def assess_states(
     ['stable', 'stable', 'unstable']
     """
     check_choice("flow", flow, FLOWS)
-    if jobs < 1:
-        raise InputError(f"jobs is {jobs}; at least one process judges the states")
     whole = Whole(assembly, friction=friction, gap=gap, interfaces=interfaces)
     named = [whole.state_of(present, held, f"state {k}") for k, (present, held) in enumerate(states)]
-    if min(jobs, len(named)) <= 1:
-        return whole.assess_all(named, flow, score)
-    from joblib import Parallel, delayed
-
-    places = np.linspace(0, len(named), min(jobs, len(named)) + 1).round().astype(int)
-    tasks = (delayed(whole.assess_all)(named[a:b], flow, score) for a, b in pairwise(places.tolist()))
-    parts: Any = Parallel(n_jobs=jobs)(tasks)
-    return [verdict for part in parts for verdict in part]
+    return in_stretches(partial(whole.assess_all, flow=flow, score=score), named, jobs)
 
 
 class Whole:
