@@ -78,7 +78,7 @@ JOBS: Sequence[Job] = (
     result("experiments_measured", 0.1, "experiments.compare"),
     result("scatter", 0.1, "experiments.scatter"),
     result("architecture", 0.1, "pages.architecture", "docs/architecture.png"),
-    pictures("pictures", 1, "pages.pictures", "docs/chapel*.png"),
+    pictures("pictures", 1, "pages.pictures", "docs/chapel*.png", "docs/nave.png"),
     pictures("screenshots", 5, "pages.screenshots", "docs/app-*.png"),
     result("compare_verdicts", 2.5, "comparisons.huts", fewer="--scenes 10"),
     result("glue", 1.5, "dynamics.glue"),

@@ -68,8 +68,9 @@ def parts(found: dict) -> dict[str, str]:
 
 
 def summary(rows: list[dict]) -> str:
-    """One line each on the largest wall and the largest chapel that every solver decided."""
-    return "\n".join(largest(scene, [row for row in rows if row["scene"] == scene]) for scene in ("wall", "chapel"))
+    """One line each on the largest wall, chapel and falling wall that every solver decided."""
+    kinds = ("wall", "chapel", "falling")
+    return "\n".join(largest(scene, [row for row in rows if row["scene"] == scene]) for scene in kinds)
 
 
 def largest(scene: str, rows: list[dict]) -> str:
@@ -77,14 +78,15 @@ def largest(scene: str, rows: list[dict]) -> str:
     decided = {row["size"]: [r for r in rows if r["size"] == row["size"] and "seconds" in r] for row in rows}
     solvers = {row["solver"] for row in rows}
     sizes = [size for size, found in decided.items() if {row["solver"] for row in found} == solvers]
+    name = {"falling": "wall that falls"}.get(scene, f"{scene} that stands")
     if not sizes:
-        return f"- No {scene} was decided by every solver."
+        return f"- No {name} was decided by every solver."
     best = {row["solver"]: row for row in decided[max(sizes)]}
     own = best["blockstat"]
     others = [(name, f"{row['ratio']:.1f} times") for name, row in best.items() if name != "blockstat"]
     (first, ratio), *rest = others
     times = ", ".join([f"{first} takes {ratio} as long", *map(" ".join, rest)])
-    return f"- A {scene} of {own['blocks']:,} blocks: blockstat takes {own['seconds']:.2f} s; {times}."
+    return f"- A {name}, {own['blocks']:,} blocks: blockstat takes {own['seconds']:.2f} s; {times}."
 
 
 def alone_cells(cell: dict) -> list:

@@ -22,6 +22,8 @@ def main() -> None:
     pictures.append(plot_stone_sensitivity(limit, ACROSS, DOCS / "chapel-stone.png"))
     found = reserve_map(limit_load(assembly, ACROSS, optimum=True), ACROSS)
     pictures += [plot_reserve_map(found, what, DOCS / f"chapel-by-{what}.png") for what in LABELS]
+    nave = build(load_scene(EXAMPLES / "nave.toml")).with_(name="nave, pushed across")
+    pictures.append(plot_mechanism(limit_load(nave, ACROSS), DOCS / "nave.png"))
     print(*pictures, sep="\n")
 
 
