@@ -3,8 +3,8 @@
     python extras/dist.py [--python python3.11]
 
 The build sees the files that git has and no others. The wheel is built from the sdist, so what the build needs is in
-it. An sdist holds all that git has but for hidden files, so that tests, evidence and pages can be run from it; a wheel
-holds the two packages, their types and the examples. The tools stand in an environment of their own in build/dist.
+it. An sdist holds all that git has, so that tests, evidence and pages can be run from it; a wheel holds the two
+packages, their types and the examples. The tools stand in an environment of their own in build/dist.
 """
 
 import argparse
@@ -24,7 +24,7 @@ PAGE = ROOT / "docs" / "quick_start.md"
 TOOLS = ("build>=1.2", "twine>=6")
 #: What setuptools adds to an sdist.
 ADDED = ("PKG-INFO", "setup.cfg", "src/blockstat.egg-info/")
-PACKAGES = ("blockstat/", "dynsim/")
+TYPES = ("blockstat/py.typed", "dynsim/py.typed")
 #: Says in an environment where the packages come from, and what a reader would ask first.
 WHERE = """
 import blockstat, dynsim, importlib.metadata, sys
@@ -35,12 +35,11 @@ assert all(module.__file__.startswith(sys.prefix) for module in (blockstat, dyns
 
 
 def tracked(root: Path) -> set[str]:
-    """The files that git has, less hidden ones and links to directories (whose files are listed elsewhere)."""
+    """The files that git has, less links to directories, whose files are listed elsewhere."""
     found = subprocess.run(["git", "-C", root, "ls-files", "-z"], capture_output=True, text=True)
     if found.returncode:
         raise SystemExit("make dist packs what git has: run it in a clone of the repository")
-    names = {name for name in found.stdout.split("\0") if name and not name.startswith(".")}
-    return {name for name in names if (root / name).is_file()}
+    return {name for name in found.stdout.split("\0") if (root / name).is_file()}
 
 
 def copied(root: Path, names: set[str], place: Path) -> Path:
@@ -62,13 +61,12 @@ def wrong_in_sdist(held: set[str], names: set[str]) -> list[str]:
 
 def wrong_in_wheel(held: set[str], names: set[str]) -> list[str]:
     """What a wheel lacks of the packages, their types and the examples, and what it holds beside them."""
-    needed = {name.removeprefix("src/") for name in names if name.startswith("src/")}
+    needed = {name.removeprefix("src/") for name in names if name.startswith("src/")} | set(TYPES)
     scenes = {Path(name).name for name in names if name.startswith("examples/") and name.endswith((".toml", ".obj"))}
     share = {name.rpartition("/")[2] for name in held if ".data/data/share/blockstat/examples/" in name}
     own = {name for name in held if ".dist-info/" not in name and ".data/" not in name}
     return (
         [f"the wheel lacks {name}" for name in sorted(needed - held)]
-        + [f"the wheel lacks {package}py.typed" for package in PACKAGES if f"{package}py.typed" not in held]
         + [f"the wheel lacks the example {name}" for name in sorted(scenes - share)]
         + [f"the wheel holds {name}" for name in sorted(own - needed)]
     )
