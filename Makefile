@@ -1,7 +1,9 @@
-# `make` lists the targets. All of them set up .venv by themselves, with the first Python that has wheels of all extras.
+# `make` lists the targets. All but `make dist` set up .venv by themselves, with the first Python that has wheels of all
+# extras.
 # `make PYTHON=...` takes another, and builds the environment anew.
 PYTHON ?= $(shell for p in python3.11 python3.10 "$$(uv python find 3.11 2>/dev/null)"; do \
   "$$p" -c "" 2>/dev/null && echo "$$p" && break; done)
+NO_PYTHON = Python 3.11 or 3.10 is needed: install uv and run 'uv python install 3.11', or give make PYTHON=/path/to/python
 VENV ?= .venv
 SHELL := /bin/bash
 BIN := $(VENV)/bin
@@ -15,7 +17,7 @@ export BLOCKSTAT_COMPAS_PYTHON := $(COMPAS)
 ONLY ?=
 MISSING ?=
 
-.PHONY: help demo test test-all notebooks lint benchmark evidence evidence-quick fuzz mutants coverage validation pages docs lock wheel blender clean
+.PHONY: help demo test test-all notebooks lint benchmark evidence evidence-quick fuzz mutants coverage validation pages docs lock wheel dist blender clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*  ## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 20
@@ -79,6 +81,10 @@ PYTHONS ?= $(PYTHON)
 wheel: $(STAMP)  ## build the wheel and test the statics from it with each of PYTHONS
 	$(BIN)/python extras/try_wheel.py $(PYTHONS)
 
+# Tools and environments stand in build/dist, and .venv is not needed; pip fetches what is.
+dist:  ## build wheel and sdist into dist/, check them, and run the quick start from each
+	@$(if $(PYTHON),$(PYTHON) extras/dist.py,echo "$(NO_PYTHON)"; false)
+
 blender: $(STAMP)  ## build the zips of the Blender extension in build/blender
 	$(BIN)/python extras/blender/build.py
 
@@ -88,7 +94,7 @@ clean:  ## remove what was built or installed
 # requirements.lock holds the versions that the tests ran with, and the hashes of their files.
 $(STAMP): pyproject.toml requirements.lock
 ifeq ($(PYTHON),)
-	@echo "Python 3.11 or 3.10 is needed: install uv and run 'uv python install 3.11', or give make PYTHON=/path/to/python"
+	@echo "$(NO_PYTHON)"
 	@false
 endif
 	@echo "1 of 3: a virtual environment in $(VENV) with $(PYTHON)"

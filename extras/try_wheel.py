@@ -46,20 +46,23 @@ def copied() -> Path:
     return tree
 
 
+def fresh(python: str, place: Path, *what: str | Path) -> Path | None:
+    """The Python of a new environment in which these are installed; None where that fails."""
+    own = place / "bin" / "python" if os.name != "nt" else place / "Scripts" / "python.exe"
+    install = (own, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *what)
+    return None if run(python, "-m", "venv", "--clear", place) or run(*install) else own
+
+
 def tried(python: str, wheel: Path, tree: Path, given: argparse.Namespace) -> int:
     """The status of the tests with one Python."""
     place = PLACE / Path(python).name if "/" not in python else PLACE / Path(python).parent.parent.name
-    own = place / "bin" / "python" if os.name != "nt" else place / "Scripts" / "python.exe"
-    # A checkout on PYTHONPATH would count as installed.
-    environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
-    what = f"{wheel}[{given.extras}]" if given.extras else wheel
-    install = (own, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", what, *NEEDED)
-    if run(python, "-m", "venv", "--clear", place) or run(*install, env=environment):
+    own = fresh(python, place, f"{wheel}[{given.extras}]" if given.extras else wheel, *NEEDED)
+    if own is None:
         return 1
     where = "import blockstat, sys; print(sys.version.split()[0], blockstat.__file__)"
-    run(own, "-c", where, cwd=tree, env=environment)
+    run(own, "-c", where, cwd=tree)
     words = ("-m", "pytest", *given.tests, *(() if given.slow else ("-m", "not slow")), "-p", "no:cacheprovider")
-    return run(own, *words, cwd=tree, env=environment)
+    return run(own, *words, cwd=tree)
 
 
 def main() -> None:
@@ -69,6 +72,7 @@ def main() -> None:
     parser.add_argument("--extras", metavar="NAME,...")
     parser.add_argument("--slow", action="store_true", help="Run the slow tests, too.")
     given = parser.parse_args()
+    os.environ.pop("PYTHONPATH", None)  # a checkout there would count as installed
     wheel, tree = built(), copied()
     status = {python: tried(python, wheel, tree, given) for python in given.pythons}
     for python, found in status.items():

@@ -1,7 +1,5 @@
 """The README and docs/: their code runs and prints what they show, and the reference leaves nothing public out."""
 
-import contextlib
-import io
 import pkgutil
 import re
 from pathlib import Path
@@ -10,6 +8,7 @@ import pytest
 
 import blockstat
 import dynsim
+import run_page
 
 DOCS = Path(__file__).parents[1] / "docs"
 PAGES = [DOCS.parent / "README.md", DOCS / "quick_start.md", *sorted((DOCS / "howto").glob("*.md"))]
@@ -17,26 +16,13 @@ PAGES = [DOCS.parent / "README.md", DOCS / "quick_start.md", *sorted((DOCS / "ho
 GUIDES = [DOCS.parent / "CONTRIBUTING.md", DOCS / "architecture.md", DOCS / "evidence.md"]
 FILE = re.compile(r"`((?:src|evidence|tests|docs|examples|blockstat|dynsim)/[\w./]*)`")
 NAME = re.compile(r"`((?:blockstat|dynsim)(?:\.\w+)+)[`(]")
-#: Code, and what it prints.
-BLOCK = re.compile(r"```(python|text)\n(.*?)```", re.DOTALL)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_code_prints_what_the_page_shows(page, root, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "examples").symlink_to(root / "examples")
-    scope: dict = {}
-    printed = ""
-    for kind, content in BLOCK.findall(page.read_text()):
-        if kind == "text":
-            assert printed == content
-            printed = ""
-            continue
-        assert not printed, "the page does not show what this prints"
-        with contextlib.redirect_stdout(io.StringIO()) as output:
-            exec(compile(content, str(page), "exec"), scope)
-        printed = output.getvalue()
-    assert not printed
+    run_page.run_page(page.read_text(), str(page), commands=False)
 
 
 def test_the_reference_has_every_public_name_once():

@@ -23,7 +23,9 @@ def test_one_version_everywhere():
     manifest = tomllib.loads((ROOT / "extras/blender/blockstat_extension/blender_manifest.toml").read_text())
     cited = re.search(r"^version: (.*)$", citation, re.MULTILINE)[1]
     assert {PROJECT["version"], blockstat.__version__, cited, manifest["version"]} == {blockstat.__version__}
-    assert re.search(r"^date-released: \d{4}-\d\d-\d\d$", citation, re.MULTILINE)
+    date = re.search(r"^date-released: (\d{4}-\d\d-\d\d)$", citation, re.MULTILINE)[1]
+    released = re.findall(r"^## (?!Unreleased)(.*)$", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
+    assert released[0] == f"{cited} - {date}"
 
 
 def test_conda_has_what_pip_has():
