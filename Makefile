@@ -17,7 +17,7 @@ export BLOCKSTAT_COMPAS_PYTHON := $(COMPAS)
 ONLY ?=
 MISSING ?=
 
-.PHONY: help demo test test-all notebooks lint benchmark evidence evidence-quick fuzz mutants coverage validation pages docs lock wheel dist blender clean
+.PHONY: help demo test test-all notebooks lint benchmark evidence evidence-quick fuzz mutants coverage validation pages docs lock wheel dist release blender clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*  ## \(.*\)/  make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 20
@@ -84,6 +84,10 @@ wheel: $(STAMP)  ## build the wheel and test the statics from it with each of PY
 # Tools and environments stand in build/dist, and .venv is not needed; pip fetches what is.
 dist:  ## build wheel and sdist into dist/, check them, and run the quick start from each
 	@$(if $(PYTHON),$(PYTHON) extras/dist.py,echo "$(NO_PYTHON)"; false)
+
+release: $(STAMP)  ## refuse figures that come from another source than this one, then make dist
+	$(BIN)/python -m pytest -m release tests/test_evidence.py
+	$(MAKE) dist
 
 blender: $(STAMP)  ## build the zips of the Blender extension in build/blender
 	$(BIN)/python extras/blender/build.py

@@ -30,6 +30,14 @@ def cases() -> Path:
     return CASES
 
 
+def pytest_collection_modifyitems(config, items):
+    """Leave out what holds of a release alone unless it is asked for: `pytest -m release`."""
+    if "release" not in config.option.markexpr:
+        for item in items:
+            if item.get_closest_marker("release"):
+                item.add_marker(pytest.mark.skip(reason="holds of a release: pytest -m release"))
+
+
 # The same examples on every run of CI, new ones everywhere else.
 settings.register_profile("ci", derandomize=True)
 if os.environ.get("CI"):

@@ -8,7 +8,6 @@ import sys
 
 import pytest
 
-import blockstat
 from evidence import paths, results
 from evidence.bisection import bisect
 from evidence.jobs import JOBS, Job
@@ -162,12 +161,10 @@ def test_the_time_of_a_job_counts_the_processes_it_waits_for(elsewhere):
 
 
 @pytest.mark.skipif(sys.version_info >= (3, 12), reason="hashes are of the syntax trees of Python 3.10 and 3.11")
-@pytest.mark.skipif(
-    bool(re.search(r"dev|rc", blockstat.__version__)), reason="between releases the foot of a page says so"
-)
+@pytest.mark.release
 @pytest.mark.parametrize("job", JOBS, ids=NAMES)
 def test_the_figures_of_a_release_come_from_its_source(job):
-    assert stamps.current(job), "run make evidence MISSING=1, or give the version .dev0 as long as the source changes"
+    assert stamps.current(job), "run make evidence MISSING=1"
     assert not stamps.stamps()[job.name].commit.endswith("+"), "figures come from sources that are in no commit"
 
 
