@@ -50,7 +50,7 @@ JOBS: Sequence[Job] = (
     page("fuzz", 20, "fuzz.run --scenes 20000 --limits 500 --jobs 2 --write docs/fuzz.md"),
     page("sequences", 30, "pages.sequences --write"),
     page("gallery", 1, "pages.gallery", "docs/gallery/*.png"),
-    page("scenes", 0.1, "pages.scene_language"),
+    page("scenes", 0.1, "pages.scene_language", "docs/scenes/*.md"),
     page("speed_error", 9, "benchmarks.speed_error --write", "docs/speed-error.png"),
     page("bullet", 10, "dynamics.bullet --write", "docs/bullet.png"),
     page("paper", 5, "dynamics.paper --write", "docs/paper.png"),
