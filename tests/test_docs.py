@@ -17,8 +17,10 @@ PAGES = [DOCS.parent / "README.md", DOCS / "quick_start.md", *sorted((DOCS / "ho
 GUIDES = [DOCS.parent / "CONTRIBUTING.md", DOCS / "architecture.md", DOCS / "evidence.md"]
 FILE = re.compile(r"`((?:src|evidence|tests|docs|examples|blockstat|dynsim)/[\w./]*)`")
 NAME = re.compile(r"`((?:blockstat|dynsim)(?:\.\w+)+)[`(]")
-#: Code, and what it prints.
-BLOCK = re.compile(r"```(python|text)\n(.*?)```", re.DOTALL)
+#: Code, what it prints, and scene files.
+BLOCK = re.compile(r"```(python|text|toml)\n(.*?)```", re.DOTALL)
+#: The first line of a scene file that the code of a page reads.
+NAMED = re.compile(r"# (\w+\.toml)\n")
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
@@ -28,6 +30,10 @@ def test_code_prints_what_the_page_shows(page, root, tmp_path, monkeypatch):
     scope: dict = {}
     printed = ""
     for kind, content in BLOCK.findall(page.read_text()):
+        if kind == "toml":
+            if file := NAMED.match(content):
+                Path(file[1]).write_text(content)
+            continue
         if kind == "text":
             assert printed == content
             printed = ""

@@ -44,8 +44,8 @@ The tables below are of {tests} tests in {files} of {all} test files. `make muta
 """
 EQUIVALENT_HEAD = """# Equivalent mutants
 
-This page is printed by `make mutants`. These mutants of [the samples](mutants.md) survive, because they do nothing. Each
-has its reason (`evidence/mutation/equivalents.toml`), its place in `src` and the number of tests that reach it.
+This page is printed by `make mutants`. These mutants of [the samples](mutants.md) survive, because they do nothing.
+Each has its reason (`evidence/mutation/equivalents.toml`), its place in `src` and the number of tests that reach it.
 """
 
 
