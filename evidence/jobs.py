@@ -59,7 +59,8 @@ JOBS: Sequence[Job] = (
     ),
     page("sequences", 30, "pages.sequences --write", fewer="--only chapel bridge canopy"),
     page("gallery", 1, "pages.gallery", "docs/gallery/*.png"),
-    page("scenes", 0.1, "pages.scene_language"),
+    page("scenes", 0.1, "pages.scene_language", "docs/scenes/*.md"),
+    page("command_line", 0.1, "pages.command_line", "docs/command_line/*.md"),
     page("speed_error", 9, "benchmarks.speed_error --write", "docs/speed-error.png", fewer="--no-bullet"),
     page(
         "bullet", 10, "dynamics.bullet --write", "docs/bullet.png", "docs/results/bullet.md",
@@ -78,7 +79,9 @@ JOBS: Sequence[Job] = (
     result("experiments_measured", 0.1, "experiments.compare"),
     result("scatter", 0.1, "experiments.scatter"),
     result("architecture", 0.1, "pages.architecture", "docs/architecture.png"),
-    pictures("pictures", 1, "pages.pictures", "docs/chapel*.png", "docs/nave.png"),
+    pictures(
+        "pictures", 2, "pages.pictures", "docs/chapel*.png", "docs/nave.png", "docs/facade-*.png", "docs/bridge-*.png"
+    ),
     pictures("screenshots", 5, "pages.screenshots", "docs/app-*.png"),
     result("compare_verdicts", 2.5, "comparisons.huts", fewer="--scenes 10"),
     result("glue", 1.5, "dynamics.glue"),

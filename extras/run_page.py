@@ -16,10 +16,13 @@ from pathlib import Path
 
 #: A block of Python, what it prints, or a command in an indented block, less its comment.
 STEP = re.compile(
-    r"^```(?P<kind>python|text)\n(?P<content>.*?)^```"
+    r"^```(?P<kind>python|text|toml)\n(?P<content>.*?)^```"
     r"|^    (?P<command>(?:mkdir -p \S+ && )?(?:blockstat|dynsim) [^\n]*?)(?:\s+#[^\n]*)?$",
     re.DOTALL | re.MULTILINE,
 )
+
+#: The first line of a scene file that the code of a page reads.
+NAMED = re.compile(r"# (\w+\.toml)\n")
 
 
 class PageError(Exception):
@@ -27,7 +30,7 @@ class PageError(Exception):
 
 
 def steps(text: str) -> list[tuple[str, str]]:
-    """Kinds ("python", "text" or "command") and contents, in the order of the page."""
+    """Kinds ("python", "text", "toml" or "command") and contents, in the order of the page."""
     return [
         ("command", found["command"]) if found["command"] else (found["kind"], found["content"])
         for found in STEP.finditer(text)
@@ -35,11 +38,17 @@ def steps(text: str) -> list[tuple[str, str]]:
 
 
 def run_page(text: str, name: str, *, commands: bool) -> int:
-    """Run a page and count its steps. The text block behind a Python block is what that must print."""
+    """Run a page and count its steps.
+
+    The text block behind a Python block is what that must print. A scene that begins with its name is written first.
+    """
     scope: dict = {}
     printed, done = "", 0
     for kind, content in steps(text):
-        if kind == "text":
+        if kind == "toml":
+            if file := NAMED.match(content):
+                Path(file[1]).write_text(content, encoding="utf-8")
+        elif kind == "text":
             if printed != content:
                 raise PageError(f"{name} shows\n{content}and this is printed:\n{printed}")
             printed = ""

@@ -1,6 +1,7 @@
 """Mutation testing itself: which mutations are made, which tests meet them, and what the page says."""
 
 import ast
+import re
 
 import pytest
 
@@ -9,7 +10,7 @@ from evidence.mutation import reach as reaching
 from evidence.mutation.judge import KILLED, SURVIVED, UNREACHED, Judgement
 from evidence.mutation.mutations import ROOMS, SOURCE, Mutation, changed_lines, files
 from evidence.mutation.reach import Reach, deciding_line
-from evidence.mutation.run import equivalents, page
+from evidence.mutation.run import equivalents, equivalents_page, page
 
 CODE = """
 def share(values: list[int | None], most: float = 1.0) -> float | None:
@@ -121,9 +122,18 @@ def test_the_page_counts_by_room_and_shows_survivors():
     assert "| `blockstat/io` | 4 | 1 | 1 | 1 | 1 | 33.3 % | 0.0 % |" in text
     assert "| `dynsim/judge` | 1 | 1 | 0 | 0 | 0 | 100.0 % | 100.0 % |" in text
     assert "| all | 5 | 2 | 1 | 1 | 1 | 50.0 % | 25.0 % |" in text
-    left, same = text.split("### Survivors")[1].split("### Equivalent mutants")
+    _, left = text.split("### Survivors of sample 7\n")
     assert left.count("```diff") == 2
     assert "+y" in left
     assert "no test reaches it" in left
-    assert "It does nothing." in same
-    assert "+w" in same
+    assert "+w" not in left
+
+
+def test_equivalent_mutants_of_one_reason_are_one_block_of_diffs():
+    found = [judged(KILLED, "x"), judged(SURVIVED, "y"), judged(UNREACHED, "z"), judged(SURVIVED, "w")]
+    known = {("blockstat/io/a.py", "if a:", after): "It does nothing." for after in "xyw"}
+    text = equivalents_page(found, known)
+    (block,) = re.findall(r"It does nothing\.\n\n```diff\n(.*?)```", text, re.S)
+    assert block.splitlines()[1::3] == ["-if a:", "-if a:"]
+    assert block.splitlines()[2::3] == ["+y", "+w"]
+    assert block.startswith("@@ blockstat/io/a.py, line 3; 4 tests reach it, 2 were run @@")

@@ -49,7 +49,10 @@ marks {share:.0%} of the static limit.
 
 {ratios}
 
-![Bullet's limit over the static limits]({folder}/limits.png)
+![two plots of dots along a diagonal, those of the right one closer to it]({folder}/limits.png)
+
+*Bullet's limit over the static limit: over that of force fields alone, and over that without dilatancy. On the diagonal
+both are equal.*
 
 {doubted} of them carried over {over:.0%} more in Bullet than statics without dilatancy allow. These are the limits in
 Bullet with time steps of {finer:g} ms:
@@ -70,7 +73,9 @@ at the rate of friction: for a single block the cosine is 1 / sqrt(1 + mu^2), {s
 mechanisms are nearly critical, as in a stack in which every joint is at its limit, the two may begin with different
 ones.
 
-![histogram of the cosines]({folder}/cosines.png)
+![a histogram with its highest bar at one, stacked in the colours of six families]({folder}/cosines.png)
+
+*How many scenes have which cosine, by family.*
 
 ## Every disagreement, by its cause
 
@@ -165,6 +170,8 @@ def causes(rows: Comparisons, assemblies: dict[str, Assembly], folder: Path, pag
         picture = folder / f"cause-{cause.word.replace('_', '-')}.png"
         contact_sheet([(row, assemblies[row.name]) for row in own], picture)
         title = f"### {cause.word.replace('_', ' ').capitalize()}: {len(own)}"
-        link = f"![{len(own)} assemblies]({picture.relative_to(page.parent)})"
-        sections += [title, f"{cause.value[0].upper()}{cause.value[1:]}.", link, figures(own)]
+        alt = "a drawing of a room of blocks" if len(own) == 1 else f"drawings of {len(own)} rooms and walls of blocks"
+        link = f"![{alt}, those that moved in red]({picture.relative_to(page.parent)})"
+        caption = "*The blocks after the fall in Bullet, or in the fall that statics predict. Red ones moved furthest.*"
+        sections += [title, f"{cause.value[0].upper()}{cause.value[1:]}.", link, caption, figures(own)]
     return "\n\n".join(sections)

@@ -136,7 +136,9 @@ def resolution_section(rows: list[dict]) -> list[str]:
 def page(found: dict) -> str:
     lines = [
         "# Bullet: error and cost", "", "Written by `python -m evidence.dynamics.bullet --write`.", "",
-        "![error against cost of each preset](bullet.png)", "",
+        "![two plots in the colours of three presets: dots of error over seconds, and rising lines](bullet.png)", "",
+        "*Left: the error of each limit against the seconds of its bisection. Right: the seconds of one verdict "
+        "against the number of blocks.*", "",
         "The error is the multiple of the known limit at which a scene ceases to stand, minus 1. Below 0 the scene "
         "falls too early, which is on the safe side. Seconds are the process time of the whole bisection.", "",
         head(["scene", *(name for p in PRESETS for name in (f"{p} error", "s"))]),

@@ -37,7 +37,15 @@ They run in the order of their time, up to {seconds:g} s of tests a mutant. A mu
 hangs, and counts as killed. "At first sight" is what the tests killed before any was written for a survivor of the
 sample: it says how the tests do on mutants that nobody has looked at.
 
+[Equivalent mutants](mutants_equivalent.md) do nothing, so no test can notice them. That page has each of them with the
+reason.
+
 The tables below are of {tests} tests in {files} of {all} test files. `make mutants SEED=2` takes another sample.
+"""
+EQUIVALENT_HEAD = """# Equivalent mutants
+
+This page is printed by `make mutants`. These mutants of [the samples](mutants.md) survive, because they do nothing.
+Each has its reason (`evidence/mutation/equivalents.toml`), its place in `src` and the number of tests that reach it.
 """
 
 
@@ -70,14 +78,17 @@ def main() -> None:
 
     used = sum(seconds >= 0 for seconds in tests.seconds.values())
     parts = [HEAD.format(seconds=options.seconds, tests=used, files=len(paths), all=len(test_files()))]
+    judged: list[Judgement] = []
     for seed in options.seed:
         with ThreadPoolExecutor(options.jobs) as pool:
             found = [result for result in pool.map(one, sample(options.sample, seed, options.rooms)) if result]
         parts.append(page(found, options.sample, seed, equivalents(), kept.first))
-    text = "\n".join(parts)
-    print(text)
+        judged += found
+    text, same = "\n".join(parts), equivalents_page(judged, equivalents())
+    print(text, same, sep="\n")
     if options.write:
         options.write.write_text(text)
+        options.write.with_stem(f"{options.write.stem}_equivalent").write_text(same)
 
 
 class Kept:
@@ -120,16 +131,12 @@ def page(
     known: Mapping[tuple[str, str, str], str],
     first: Mapping[str, Judgement],
 ) -> str:
-    """The table of a sample by room, the survivors as diffs, and the equivalent ones with their reasons.
+    """The table of a sample by room, and the survivors as diffs that are not equivalent.
 
     `first` are the first judgements by the key of the mutation, for those that were judged again.
     """
-
-    def reason(row: Judgement) -> str | None:
-        return known.get(_named(row))
-
-    same = [row for row in found if row.outcome != KILLED and reason(row)]
-    left = [row for row in found if row.outcome != KILLED and not reason(row)]
+    same = [row for row in found if row.outcome != KILLED and _named(row) in known]
+    left = [row for row in found if row.outcome != KILLED and _named(row) not in known]
     rooms = [room for room in ROOMS if any(row.room == room for row in found)]
     rows = [_counts(f"`{room}`", [row for row in found if row.room == room], same, first) for room in rooms]
     names = [
@@ -139,11 +146,21 @@ def page(
     text = f"## Sample {seed}\n\n{len(found)} of {asked} mutants were judged.\n\n"
     text += table(names, [*rows, _counts("all", found, same, first)]) + "\n"
     if left:
-        text += "\n### Survivors\n" + "".join(f"\n{_diff(row)}" for row in left)
-    if same:
-        text += "\n### Equivalent mutants\n"
-        text += "".join(f"\n{reason(row)}\n\n{_diff(row)}" for row in same)
+        text += f"\n### Survivors of sample {seed}\n" + "".join(f"\n{_diff(row)}" for row in left)
     return text
+
+
+def equivalents_page(found: Sequence[Judgement], known: Mapping[tuple[str, str, str], str]) -> str:
+    """The equivalent mutants as diffs, those of one reason together."""
+    reasons: dict[str, list[Judgement]] = {}
+    for row in {row.key: row for row in found}.values():  # two samples may share some
+        if row.outcome != KILLED and _named(row) in known:
+            reasons.setdefault(known[_named(row)], []).append(row)
+    parts = [EQUIVALENT_HEAD]
+    for reason, rows in reasons.items():
+        diffs = "\n".join(f"@@ {_place(row)}; {_reached(row)} @@\n{_changed(row)}" for row in rows)
+        parts.append(f"{reason}\n\n```diff\n{diffs}\n```\n")
+    return "\n".join(parts)
 
 
 def _named(row: Judgement) -> tuple[str, str, str]:
@@ -164,9 +181,20 @@ def _counts(
 
 
 def _diff(row: Judgement) -> str:
-    lines = [f"-{line}" for line in row.before.splitlines()] + [f"+{line}" for line in row.after.splitlines()]
-    tests = f"{row.tests} tests reach it, {row.tried} were run" if row.tests else "no test reaches it"
-    return "\n".join([f"`{row.key.split(':')[0]}`, line {row.line}; {tests}:", "", "```diff", *lines, "```", ""])
+    name, line = _place(row).split(", ")
+    return f"`{name}`, {line}; {_reached(row)}:\n\n```diff\n{_changed(row)}\n```\n"
+
+
+def _place(row: Judgement) -> str:
+    return f"{row.key.split(':')[0]}, line {row.line}"
+
+
+def _reached(row: Judgement) -> str:
+    return f"{row.tests} tests reach it, {row.tried} were run" if row.tests else "no test reaches it"
+
+
+def _changed(row: Judgement) -> str:
+    return "\n".join([f"-{line}" for line in row.before.splitlines()] + [f"+{line}" for line in row.after.splitlines()])
 
 
 if __name__ == "__main__":

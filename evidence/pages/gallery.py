@@ -76,7 +76,8 @@ def main() -> None:
         scene = load_scene(path)
         words = f"[{path.stem}](../examples/{path.name}): {scene.description}"
         options = None if asked.keep_pictures else VIEWS.get(path.stem, {})
-        text += shown(f"scene-{path.stem}", words, path.stem, build(scene), options, found[path.stem])
+        alt = f"{path.stem.replace('_', ' ')}: {scene.description}"
+        text += shown(f"scene-{path.stem}", words, alt, build(scene), options, found[path.stem])
     text += ELEMENTS_HEAD + COLUMNS
     for name, words, build_element, options in ELEMENTS:
         text += shown(name, words, words, build_element(), None if asked.keep_pictures else options, found[name])

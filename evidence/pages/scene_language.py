@@ -1,6 +1,7 @@
-"""Write docs/scenes.md, the reference of the scene language, from the structs that read it."""
+"""Write docs/scenes.md and docs/scenes, the reference of the scene language, from the structs that read it."""
 
 import inspect
+from collections.abc import Sequence
 from typing import Any, Literal, get_args, get_origin
 
 import msgspec
@@ -57,17 +58,37 @@ at = [0, 0, 1.5]
   of the copy follows, as in `piers.1.pier` and `piers.2.pier`.
 - Elements that overlap are an error that names them.
 
+| page | subject |
+|---|---|
+| this page | the keys of a composition and of every element, ranges |
+{{pages}}
+
 In Python the same tables are dicts: `blockstat.build(blockstat.scene_from({{"name": ..., "elements": {{...}}}}))`. You
 may also call the builders of `blockstat.model`, and compose their blocks with `moved` and `assemble`.
 """
+WRITTEN = "Written by `make evidence ONLY=scenes`. [Scene files](../scenes.md) has the forms of a scene.\n"
+#: Kinds of element by the page that has them, with the subject of the page.
+ELEMENTS = {
+    "walls": ("Walls and buttresses", ("walls", "arc_wall", "buttress", "flying_buttress")),
+    "arches": ("Arches, piers and columns", ("arch", "jack_arch", "rib", "pier", "column", "box")),
+    "vaults": (
+        "Vaults, domes and meshes",
+        ("barrel", "groin", "pavilion", "dome", "drum", "sail", "fan", "freeform", "mesh_vault", "mesh"),
+    ),
+}
+#: The other pages: title and subject.
+OTHERS = {
+    "loads": ("Material, joints, loads, ties and stages", "what both forms of a scene have"),
+    "short_form": ("The short form", "a rectangular building with a barrel vault"),
+}
 
-LOADS = """### `loads.NAME`
+LOADS = """## `loads.NAME`
 
 A load has a `kind` and the parameters of the function of `blockstat` that makes it. It acts only in cases that name it.
 Coordinates are those of the whole building. `group` takes groups inside a group along.
 """
 
-CASES = """### `cases.NAME`
+CASES = """## `cases.NAME`
 
 A combination of loads, for `--case NAME` and `blockstat cases`.
 
@@ -77,6 +98,18 @@ A combination of loads, for `--case NAME` and `blockstat cases`.
 | `live` | none | a number by the name of each load that a limit analysis multiplies |
 | `weight` | 1 | factor on the weight of the blocks |
 | `description` | none | one line |
+"""
+
+STAGES = """## `stages`
+
+In which stages the building is made, for `blockstat sequence --stages`; one table each, in their order.
+
+| key | default | |
+|---|---|---|
+| `name` | needed | of the stage |
+| `place` | none | groups put in at its beginning |
+| `centring` | none | groups that rest on a centring at its end |
+| `courses` | false | whether it is judged after each course |
 """
 
 TIED = """A wall with a tie between two anchor plates, and the thrust of a roof:
@@ -136,7 +169,7 @@ def load_kinds() -> str:
             if key not in OURS
         ]
         first = (inspect.getdoc(make) or "").split("\n\n")[0]
-        parts.append(f'#### kind = "{name}"\n\n{first}\n\n{table(["key", "default", ""], rows)}\n')
+        parts.append(f'### kind = "{name}"\n\n{first}\n\n{table(["key", "default", ""], rows)}\n')
     return "\n".join(parts)
 
 
@@ -165,7 +198,7 @@ def default(field: msgspec.structs.FieldInfo) -> str:
     value = field.default
     if value is msgspec.NODEFAULT:
         value = field.default_factory()
-    return "see below" if isinstance(value, msgspec.Struct) else shown(value)
+    return "a table" if isinstance(value, msgspec.Struct) else shown(value)
 
 
 def shown(value: Any) -> str:
@@ -185,28 +218,57 @@ def section(title: str, kind: type, level: int = 3, **options) -> str:
     return f"{'#' * level} {title}\n\n{inspect.getdoc(kind)}\n\n{keys(kind, **options)}\n"
 
 
-def page() -> str:
-    """The whole reference."""
-    placing = frozenset(Element.__struct_fields__)
-    parts = [HEAD, section("Compositions", Composition, 2), "## Elements\n"]
-    parts.append(section("Every element", Element))
-    parts.append(section("`repeat`", Repeat, 4))
-    for tag, kind in elements.KINDS.items():
-        parts.append(section(f'kind = "{tag}"', kind, without=placing))
+def first_page() -> str:
+    """The forms of a scene, and what every element has."""
+    rows = [f"| [{title}](scenes/{name}.md) | {', '.join(f'`{kind}`' for kind in kinds)} |"
+            for name, (title, kinds) in ELEMENTS.items()]  # fmt: skip
+    rows.append(
+        f"| [{OTHERS['loads']}](scenes/loads.md) | both forms: material, joints, loads, cases, ties, chance, stages |"
+    )
+    rows.append(f"| [{OTHERS['short_form']}](scenes/short_form.md) | a rectangular building with a barrel vault |")
+    parts = [HEAD.replace("{pages}", "\n".join(rows)), section("Compositions", Composition, 2)]
+    parts += [section("Every element", Element, 2), section("`repeat`", Repeat), section("A range", Range, 2)]
+    below = "\n".join(f"scenes/{name}" for name in (*ELEMENTS, *OTHERS))
+    return "\n".join([*parts, f"```{{toctree}}\n:hidden:\n\n{below}\n```\n"])
+
+
+def elements_page(title: str, kinds: Sequence[str]) -> str:
+    """The keys of some kinds of element."""
+    parts = [f"# {title}\n\n{WRITTEN}"]
+    for tag in kinds:
+        parts.append(section(f'kind = "{tag}"', elements.KINDS[tag], 2, without=frozenset(Element.__struct_fields__)))
         if tag == "walls":
-            parts.append(section("`runs.NAME`", run.Run, 4, without=frozenset({"name"})))
+            parts.append(section("`runs.NAME`", run.Run, without=frozenset({"name"})))
             shared = (("buttresses", run.Buttress), ("openings", run.Opening), ("coping", run.Coping))
-            parts += [section(f"`{name}`", own, 4) for name, own in (*shared, ("through", run.Through))]
-    parts.append("## Both forms\n")
-    parts += [section("`material`", Material), section("`joints`", Joint)]
-    parts += [load_kinds(), CASES, section("`ties.NAME`", material.TieTable), TIED]
-    parts += [section("`uncertain.KEY`", material.Uncertain), section("A range", Range)]
-    parts.append(section("The short form", chapel.Building, 2))
-    short = (("brick", chapel.Brick), ("wall", chapel.Wall), ("doors.WALL, windows.WALL", chapel.Opening),
-             ("buttresses.WALL", chapel.Buttress), ("vault", chapel.Vault))  # fmt: skip
-    parts += [section(f"`{name}`", kind) for name, kind in short]
+            parts += [section(f"`{name}`", own) for name, own in (*shared, ("through", run.Through))]
     return "\n".join(parts)
 
 
+def loads_page() -> str:
+    """The keys that both forms of a scene have."""
+    parts = [f"# {OTHERS['loads'][0]}\n\n{WRITTEN}"]
+    parts += [section("`material`", Material, 2), section("`joints`", Joint, 2)]
+    parts += [load_kinds(), CASES, section("`ties.NAME`", material.TieTable, 2), TIED]
+    parts += [section("`uncertain.KEY`", material.Uncertain, 2), STAGES]
+    return "\n".join(parts)
+
+
+def short_form_page() -> str:
+    """The keys of a rectangular building with a barrel vault."""
+    parts = [f"# {OTHERS['short_form'][0]}\n\n{WRITTEN}", section("The building", chapel.Building, 2)]
+    short = (("brick", chapel.Brick), ("wall", chapel.Wall), ("doors.WALL, windows.WALL", chapel.Opening),
+             ("buttresses.WALL", chapel.Buttress), ("vault", chapel.Vault))  # fmt: skip
+    return "\n".join([*parts, *(section(f"`{name}`", kind, 2) for name, kind in short)])
+
+
+def pages() -> dict[str, str]:
+    """The whole reference, by file in docs."""
+    found = {"scenes.md": first_page()}
+    found |= {f"scenes/{name}.md": elements_page(title, kinds) for name, (title, kinds) in ELEMENTS.items()}
+    return found | {"scenes/loads.md": loads_page(), "scenes/short_form.md": short_form_page()}
+
+
 if __name__ == "__main__":
-    (DOCS / "scenes.md").write_text(page())
+    for name, text in pages().items():
+        (DOCS / name).parent.mkdir(exist_ok=True)
+        (DOCS / name).write_text(text)

@@ -1,4 +1,4 @@
-"""docs/scenes.md is what the scene language says, and the scene language is what the builders take."""
+"""docs/scenes.md and docs/scenes are what the scene language says, and the scene language is what the builders take."""
 
 import re
 
@@ -10,6 +10,7 @@ from blockstat.loading.cases import KINDS
 from blockstat.model import kinds
 from blockstat.model.quantities import Length, Three
 from blockstat.model.walling.run import Run
+from blockstat.sequence.stages import Stage
 from blockstat.spec import elements
 from blockstat.spec.element import Element
 from blockstat.spec.meanings import meanings
@@ -17,9 +18,21 @@ from evidence.pages import fill, scene_language
 
 
 def test_reference_is_up_to_date(root):
-    assert fill.without_foot((root / "docs" / "scenes.md").read_text()) == scene_language.page(), (
-        "run make evidence ONLY=scenes"
-    )
+    pages = scene_language.pages()
+    shown = {name: fill.without_foot((root / "docs" / name).read_text()) for name in pages}
+    assert shown == pages, "run make evidence ONLY=scenes"
+    written = {f"scenes/{path.name}" for path in (root / "docs" / "scenes").iterdir()}
+    assert written == {name for name in pages if "/" in name}
+
+
+def test_every_kind_of_element_is_on_one_page():
+    shown = [kind for _, kinds in scene_language.ELEMENTS.values() for kind in kinds]
+    assert sorted(shown) == sorted(elements.KINDS)
+
+
+def test_every_key_of_a_stage_is_shown():
+    shown = re.findall(r"^\| `(\w+)`", scene_language.STAGES, re.M)
+    assert tuple(shown) == Stage.__struct_fields__
 
 
 def cairn(shape: str = "round", *, stones: Three, height: Length = 2.0, **options) -> list:
@@ -67,9 +80,9 @@ def test_every_key_of_an_element_has_a_meaning(tag):
 
 
 def test_every_key_of_a_load_has_a_meaning_and_the_tied_wall_stands_by_its_tie(root, tmp_path):
-    assert scene_language.load_kinds().count("#### kind") == len(KINDS)
-    written = [text for text in re.findall(r"```toml\n(.*?)```", (root / "docs" / "scenes.md").read_text(), re.DOTALL)]
-    (tied,) = (text for text in written if "[ties." in text)
+    assert scene_language.load_kinds().count("### kind") == len(KINDS)
+    page = (root / "docs" / "scenes" / "loads.md").read_text()
+    (tied,) = (text for text in re.findall(r"```toml\n(.*?)```", page, re.DOTALL) if "[ties." in text)
     (tmp_path / "tied.toml").write_text(tied)
     wall = build(load_scene(tmp_path / "tied.toml"))
     thrust = load_case(wall, "thrust").loads
