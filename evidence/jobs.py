@@ -52,6 +52,7 @@ JOBS: Sequence[Job] = (
     page("gallery", 1, "pages.gallery", "docs/gallery/*.png"),
     page("scenes", 0.1, "pages.scene_language"),
     page("speed_error", 9, "benchmarks.speed_error --write", "docs/speed-error.png"),
+    result("choosing", 7, "choosing.page", "docs/choosing.png"),
     page("bullet", 10, "dynamics.bullet --write", "docs/bullet.png"),
     page("paper", 5, "dynamics.paper --write", "docs/paper.png"),
     page(
