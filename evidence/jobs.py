@@ -62,6 +62,7 @@ JOBS: Sequence[Job] = (
     page("scenes", 0.1, "pages.scene_language", "docs/scenes/*.md"),
     page("command_line", 0.1, "pages.command_line", "docs/command_line/*.md"),
     page("speed_error", 9, "benchmarks.speed_error --write", "docs/speed-error.png", fewer="--no-bullet"),
+    result("choosing", 7, "choosing.page", "docs/choosing.png"),
     page(
         "bullet", 10, "dynamics.bullet --write", "docs/bullet.png", "docs/results/bullet.md",
         fewer="--sizes S --presets fast default",

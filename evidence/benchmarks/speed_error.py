@@ -237,6 +237,7 @@ PAGE = """# Speed against error
 
 Written by `python -m evidence.benchmarks.speed_error --write`. Each method computes the limit load multiplier of each
 scene once. Seconds are process time from the assembly in memory to the multiplier, with the search for joints.
+[How exact, for how long](choosing.md) has the same for numbers that you choose: tolerances, steps, resolutions, draws.
 
 - The references have six digits, so they cause errors of a few 1e-6. The reference of the chapels is the proven bracket
   of blockstat.

@@ -14,6 +14,7 @@ from blockstat import Assembly, Block, InputError, JointLaw, Tie, box, capacity,
 from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.path import PathEnd
 from blockstat.model import assemble
+from evidence.references.linkages import ARCHES, PORTALS
 from evidence.scenes.small import running_bond
 
 WITHIN = 1e-3
@@ -213,28 +214,6 @@ def test_a_wall_bends_below_a_slab_that_can_only_rise():
     assert curve.displacement[-1] == pytest.approx(0.125, rel=1e-3)
 
 
-ARCHES = {
-    (10, 0.20): (
-        [0.267648025, 0.237494612, 0.208649229, 0.180913162, 0.154115420]
-        + [0.128106907, 0.102755827, 0.077944014, 0.053563936],
-        0.053679464,
-        [0.053679464],
-    ),
-    (20, 0.20): (
-        [0.260125176, 0.235725730, 0.196969252, 0.168786828, 0.141954193]
-        + [0.105535254, 0.077979759, 0.051287154, 0.025331462],
-        0.039342556,
-        [0.008418042, 0.022195129],
-    ),
-    (20, 0.15): (
-        [0.137146788, 0.125147093, 0.113339235, 0.101712026, 0.090254884]
-        + [0.078957783, 0.067811205, 0.056806103, 0.045933860],
-        0.015107185,
-        [0.014390927],
-    ),
-}
-
-
 @pytest.mark.parametrize("shape", ARCHES, ids=str)
 def test_arches_jump_to_other_hinges(shape):
     values, end, jumps = ARCHES[shape]
@@ -265,22 +244,6 @@ def test_a_coarse_arch_opens_its_hinges_by_the_angles_of_a_four_bar_linkage():
     # Joint 1 is below the second voussoir, which turns by its opening.
     assert 2 * np.arcsin(turn[1] / 2) == pytest.approx(0.094712, rel=WITHIN)
     assert curve.points[-1].pose.displacement[4, [0, 2]] == pytest.approx([0.077908337, -0.025817563], rel=WITHIN)
-
-
-PORTALS = {
-    5.0: (
-        [0.041027727, 0.036539410, 0.032036904, 0.027518816, 0.022983718]
-        + [0.018430139, 0.013856566, 0.009261437, 0.004643138],
-        0.041139882,
-        [],
-    ),
-    2.5: (
-        [0.122419690, 0.108232519, 0.094801503, 0.081383136, 0.067957706]
-        + [0.054505153, 0.041004891, 0.027435622, 0.013775118],
-        0.084788749,
-        [0.009017518],
-    ),
-}
 
 
 @pytest.mark.parametrize("height", PORTALS, ids=str)
