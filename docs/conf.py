@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from pathlib import Path
 
 from docutils import nodes
@@ -63,10 +64,11 @@ default_role = "code"
 
 #: Links as a Git host needs them, and as the built pages need them.
 LINKS = {
-    "](../notebooks/": "](notebooks/",
     "](search.md": "](design_search.md",
     "](../search.md": "](../design_search.md",
 }
+#: A link to a notebook. MyST follows docs/notebooks out of the pages and finds none there; the role of Sphinx does not.
+NOTEBOOK = re.compile(r"\[([^]]*)\]\((?:\.\./notebooks/)?(\w+)\.ipynb\)")
 
 
 class _Docstring(napoleon.NumpyDocstring):
@@ -82,6 +84,7 @@ napoleon.NumpyDocstring = _Docstring
 def _links(app, docname, source):
     for written, built in LINKS.items():
         source[0] = source[0].replace(written, built)
+    source[0] = NOTEBOOK.sub(r"{doc}`\1 </notebooks/\2>`", source[0])
 
 
 def _plain_data(app, what, name, obj, options, lines):

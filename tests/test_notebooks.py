@@ -16,10 +16,11 @@ def text(cell: dict) -> str:
     return "".join(cell["source"])
 
 
-def test_the_ten_are_there():
+def test_they_are_there():
     assert {path.stem for path in NOTEBOOKS} == {
         "first_wall", "openings_and_buttresses", "vaults_and_meshes", "limit_load_and_mechanism", "static_dynamic",
-        "search", "paper", "speed_error", "building_a_cathedral", "how_sure",
+        "search", "paper", "speed_error", "capacity", "construction_sequence", "building_a_cathedral", "experiments",
+        "how_sure", "reliability",
     }  # fmt: skip
 
 
@@ -40,3 +41,9 @@ def test_it_opens_with_what_is_learnt_and_ends_with_a_figure(path):
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_it_checks_what_it_claims(path):
     assert any(line.startswith("assert ") for cell in cells(path, "code") for line in text(cell).splitlines())
+
+
+def test_the_pages_list_each_of_them_once():
+    lines = (Path(__file__).parents[1] / "docs" / "index.md").read_text().splitlines()
+    listed = [line for line in lines if line.startswith("notebooks/")]
+    assert sorted(listed) == [f"notebooks/{path.stem}" for path in NOTEBOOKS]
