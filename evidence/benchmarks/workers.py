@@ -111,7 +111,7 @@ def works(size: float) -> list[Work]:
 def workers(count: int) -> Iterator[tuple[distributed.Client, float]]:
     """So many workers of one thread on this machine, and the seconds until they have imported the package."""
     began = perf_counter()
-    options = {"n_workers": count, "threads_per_worker": 1, "dashboard_address": None}
+    options = {"n_workers": count, "threads_per_worker": 1, "dashboard_address": ":0"}
     with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster, set_as_default=False) as client:
         client.wait_for_workers(count)
         client.run(ready)
@@ -130,12 +130,19 @@ def timed(work: Work, way: str, clients: dict[str, distributed.Client]) -> Spent
         client = clients.get(way)
         if client is not None:
             stack.enter_context(joblib.parallel_config(backend="dask", client=client))
-        before = 0.0 if client is None else sum(client.run(process_time).values())
+        before = process_of(client)
         clock, process = perf_counter(), process_time()
         answer = work.run(None if client is not None else COUNT[way])
         clock, process = perf_counter() - clock, process_time() - process
-        after = 0.0 if client is None else sum(client.run(process_time).values())
-        return Spent(clock, process + after - before, answer)
+        return Spent(clock, process + process_of(client) - before, answer)
+
+
+def process_of(client: distributed.Client | None) -> float:
+    """Process time of all workers."""
+    if client is None:
+        return 0.0
+    spent: Any = client.run(process_time)
+    return sum(spent.values())
 
 
 def measured(work: Work, repeat: int, clients: dict[str, distributed.Client]) -> dict:

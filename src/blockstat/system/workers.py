@@ -86,7 +86,7 @@ def _on_dask(client: Any, function: Callable[[Any], T], tasks: Iterable[Any], ah
 
     # A task goes along with the function: dask looks for tasks of its own in arguments.
     calls = (client.submit(partial(function, task), pure=False) for task in tasks)
-    running = as_completed(list(islice(calls, ahead)))
+    running = as_completed(list(islice(calls, ahead)), loop=client.loop)
     for future in running:
         yield future.result()
         running.update(list(islice(calls, 1)))
