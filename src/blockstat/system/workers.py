@@ -1,13 +1,15 @@
 """Independent tasks side by side: on processes of this machine, or where joblib is told to send them.
 
-A task is one argument, a tuple where there are several. Where an argument itself is a large array, the backend of
-joblib for dask leaves it on one worker, from which others fetch it, and a worker that dies takes it along.
+Tasks for dask go to its client directly. By the backend of joblib a large array that is an argument would lie on one
+worker alone, which takes it along when it dies; a task that no worker survives would be waited for without end; and a
+cluster of one worker would get no task.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from itertools import pairwise
+from functools import partial
+from itertools import islice
 from typing import Any, TypeVar
 
 from blockstat.errors import InputError
@@ -47,7 +49,7 @@ def count_workers(jobs: int | None) -> int:
 
 
 def as_they_come(
-    function: Callable[[Any], T], tasks: Iterable[Any], jobs: int | None, *, ahead: int | str = "2 * n_jobs"
+    function: Callable[[Any], T], tasks: Iterable[Any], jobs: int | None, *, ahead: int | None = None
 ) -> Iterator[T]:
     """Call a function for each task, side by side, and yield the answers in the order in which they come.
 
@@ -59,8 +61,8 @@ def as_they_come(
         What it is called with. They are read as they are needed.
     jobs : int or None
         As of `count_workers`; -1 for one a core.
-    ahead : int or str, optional
-        Tasks that are sent before the first answer, as joblib writes it.
+    ahead : int, optional
+        Tasks that are sent before the first answer, by default two a worker.
 
     Returns
     -------
@@ -68,10 +70,26 @@ def as_they_come(
         What the function returns.
     """
     from joblib import Parallel, delayed
+    from joblib.parallel import get_active_backend
 
-    options: Any = {"return_as": "generator_unordered", "batch_size": 1, "pre_dispatch": ahead}
+    backend: Any = get_active_backend()[0]
+    if hasattr(backend, "client"):
+        return _on_dask(backend.client, function, tasks, ahead or 2 * backend.effective_n_jobs(jobs))
+    options: Any = {"return_as": "generator_unordered", "batch_size": 1, "pre_dispatch": ahead or "2 * n_jobs"}
     found: Any = Parallel(n_jobs=jobs, **options)(delayed(function)(task) for task in tasks)
     return found
+
+
+def _on_dask(client: Any, function: Callable[[Any], T], tasks: Iterable[Any], ahead: int) -> Iterator[T]:
+    """The same by a client of dask. Others do the tasks of a worker that dies; a task that kills four is an error."""
+    from distributed import as_completed
+
+    # A task goes along with the function: dask looks for tasks of its own in arguments.
+    calls = (client.submit(partial(function, task), pure=False) for task in tasks)
+    running = as_completed(list(islice(calls, ahead)), loop=client.loop)
+    for future in running:
+        yield future.result()
+        running.update(list(islice(calls, 1)))
 
 
 def in_stretches(function: Callable[[Any], list[T]], items: Sequence[Any] | Floats, jobs: int | None) -> list[T]:
@@ -100,12 +118,14 @@ def in_stretches(function: Callable[[Any], list[T]], items: Sequence[Any] | Floa
     workers = count_workers(jobs)
     if not workers or len(items) < 2:
         return function(items)
-    from joblib import Parallel, delayed
-
     n = min(STRETCHES * workers, len(items))
-    stretches = [items[a:b] for a, b in pairwise(len(items) * k // n for k in range(n + 1))]
+    stretches = [(k, items[len(items) * k // n : len(items) * (k + 1) // n]) for k in range(n)]
     # The last ones first: later states of a building have more blocks.
-    tasks = (delayed(function)(stretch) for stretch in reversed(stretches))
-    options: Any = {"batch_size": 1}
-    found: Any = Parallel(n_jobs=jobs, **options)(tasks)
-    return [answer for answers in reversed(found) for answer in answers]
+    found = dict(as_they_come(partial(_numbered, function), reversed(stretches), jobs))
+    return [answer for k in range(n) for answer in found[k]]
+
+
+def _numbered(function: Callable[[Any], list[T]], stretch: tuple[int, Any]) -> tuple[int, list[T]]:
+    """What a function returns for a stretch, with its number."""
+    number, items = stretch
+    return number, function(items)
