@@ -60,6 +60,18 @@ def test_a_random_push_asks_for_its_quantile(probability):
     assert found.summary()["failure"]["draws"] == 400
 
 
+def test_a_design_that_the_descent_leaves_a_little_too_light_is_made_heavier():
+    """The rounds settle on one arch whose worst point lacks more than is allowed: ask for more, not for ever the same."""
+    ring = {"kind": "arch", "span": 1.8, "depth": 0.5, "voussoirs": 20}
+    ring["thickness"] = {"value": 0.5, "min": 0.12, "max": 0.5, "step": 0.01}
+    uncertain = {"edge": Random("uniform", 0, 0.02), "push": Random("normal", 0.15, 0.04)}
+    target = FailureTarget(0.01, uncertain, **ALONG)
+    arch = scene_from({"name": "arch", "elements": {"ring": ring}})
+    found = search(arch, verify=None, strategy="robust", target=target)
+    assert found.outcome.word == "found"
+    assert 0.009 < found.assured.first.probability <= 0.01
+
+
 def test_two_random_variables_share_what_they_ask_for():
     """b - 2 delta = push, both normal: beta = (b - .02 - .2) / sqrt(.05^2 + .008^2)."""
     uncertain = {"push": Random("normal", 0.2, 0.05), "edge": Random("normal", 0.01, 0.004)}

@@ -29,11 +29,13 @@ from blockstat.errors import InputError
 from blockstat.typing import Floats
 
 #: Points on the sphere and designs at most, and the multiplier that a design may lack at its worst point.
-POINTS, ROUNDS, LACKING = 12, 8, 1e-4
+POINTS, ROUNDS, LACKING = 12, 12, 1e-4
 #: A point on the sphere has settled when it moves by less.
 CLOSE = 1e-4
 #: How much further out the next point is where draws contradict the first order, in standard deviations.
 FURTHER = 0.1
+#: How much further out it is, in terms of what the design lacks, where the descent leaves a design too light.
+OVER = 1.5
 
 
 @dataclass(frozen=True)
@@ -191,11 +193,18 @@ def lightest_assured(evaluator: Evaluator, target: FailureTarget) -> tuple[Value
             return None, None
         assembly = evaluator.make(best)
         population = Population(assembly, find_interfaces(assembly, gap=target.gap), None, uncertain)
+        before = place
         place, value = _worst(population, direction, beta)
-        if value < -LACKING:
+        if value < -LACKING and np.linalg.norm(place - before) > CLOSE:
             continue
         first = first_order(assembly, uncertain, direction, interfaces=population.interfaces)
         about = first if first.outcome.word == "found" else None
+        if value < -LACKING:
+            # The design is as the descent leaves it, a little lighter than its worst point asks for: aim further out.
+            short = target.beta - first.beta
+            if about is None or short > 0:
+                beta += FURTHER if about is None else OVER * short
+                continue
         options = {"load": direction, "interfaces": population.interfaces, "draws": target.draws}
         found = reliability(assembly, uncertain, about=about, **options)
         if found.interval[0] <= target.probability:
