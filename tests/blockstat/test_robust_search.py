@@ -61,7 +61,7 @@ def test_a_random_push_asks_for_its_quantile(probability):
 
 
 def test_a_design_that_the_descent_leaves_a_little_too_light_is_made_heavier():
-    """The rounds settle on one arch whose worst point lacks more than is allowed: ask for more, not for ever the same."""
+    """The rounds settle on one arch whose worst point lacks more than is allowed."""
     ring = {"kind": "arch", "span": 1.8, "depth": 0.5, "voussoirs": 20}
     ring["thickness"] = {"value": 0.5, "min": 0.12, "max": 0.5, "step": 0.01}
     uncertain = {"edge": Random("uniform", 0, 0.02), "push": Random("normal", 0.15, 0.04)}
