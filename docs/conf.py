@@ -29,6 +29,7 @@ html_static_path = ["_static"]
 html_css_files = ["pages.css"]
 html_theme_options = {"navigation_with_keys": True}
 html_copy_source = False
+smartquotes = False  # quotes and dashes of options stay as one types them
 html_math_renderer = "mathml"  # browsers show it without a script from another server
 
 myst_enable_extensions = ["dollarmath", "html_image"]
