@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import re
 from pathlib import Path
 
 from docutils import nodes
@@ -54,6 +53,8 @@ napoleon_use_param = False
 napoleon_use_rtype = False
 napoleon_use_ivar = True  # attributes in a section are members too, which need no second entry
 
+# Two rooms have a `Plan` each; an annotation with that name is a link to neither.
+suppress_warnings = ["ref.python"]
 autodoc_default_options = {"members": True}
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
@@ -62,16 +63,13 @@ TypeAliasForwardRef.__repr__ = lambda self: self.name  # otherwise tuples of Flo
 python_use_unqualified_type_names = True
 python_maximum_signature_line_length = 100
 default_role = "code"
-# Two rooms have a `Plan` each; an annotation with that name is a link to neither.
-suppress_warnings = ["ref.python"]
 
-#: Links as a Git host needs them, and as the built pages need them. docs/notebooks is a link, which MyST would follow.
+#: Links as a Git host needs them, and as the built pages need them.
 LINKS = {
-    r"\[([^\]]*)\]\((?:\.\./)+notebooks/(\w+)\.ipynb\)": r"{doc}`\1 </notebooks/\2>`",
-    r"(?<=\]\()\.\./search\.md": "../design_search.md",
+    "](../notebooks/": "](notebooks/",
+    "](search.md": "](design_search.md",
+    "](../search.md": "](../design_search.md",
 }
-#: The same for pages in docs itself: howto/search.md is another page.
-LINKS_HERE = {r"(?<=\]\()search\.md": "design_search.md"}
 
 
 class _Docstring(napoleon.NumpyDocstring):
@@ -85,8 +83,8 @@ napoleon.NumpyDocstring = _Docstring
 
 
 def _links(app, docname, source):
-    for written, built in (LINKS if "/" in docname else LINKS | LINKS_HERE).items():
-        source[0] = re.sub(written, built, source[0])
+    for written, built in LINKS.items():
+        source[0] = source[0].replace(written, built)
 
 
 def _plain_data(app, what, name, obj, options, lines):
