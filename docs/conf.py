@@ -29,6 +29,7 @@ html_static_path = ["_static"]
 html_css_files = ["pages.css"]
 html_theme_options = {"navigation_with_keys": True}
 html_copy_source = False
+smartquotes = False  # quotes and dashes of options stay as one types them
 html_math_renderer = "mathml"  # browsers show it without a script from another server
 
 myst_enable_extensions = ["dollarmath", "html_image"]
@@ -53,6 +54,8 @@ napoleon_use_param = False
 napoleon_use_rtype = False
 napoleon_use_ivar = True  # attributes in a section are members too, which need no second entry
 
+# Two rooms have a `Plan` each; an annotation with that name is a link to neither.
+suppress_warnings = ["ref.python"]
 autodoc_default_options = {"members": True}
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"

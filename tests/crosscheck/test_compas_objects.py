@@ -245,7 +245,7 @@ def test_other_objects_are_refused_with_their_type():
 def test_the_guide_prints_what_it_shows(root, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     page, scope = (root / "docs" / "howto" / "compas.md").read_text(), {}
-    blocks = re.findall(r"```py\n(.*?)```(?:\s+```txt\n(.*?)```)?", page, re.DOTALL)
+    blocks = re.findall(r"```py\n(.*?)```(?:\s+```output\n(.*?)```)?", page, re.DOTALL)
     assert blocks
     for code, shown in blocks:
         with contextlib.redirect_stdout(io.StringIO()) as printed:
