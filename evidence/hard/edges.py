@@ -99,7 +99,7 @@ CASES = (
     Case("edge along edge", "the same with a ledge at one end", lambda: between_supports(0, 0.5), UNDECIDED, FITS),
     Case("edge along edge", "body on a plinth and along a ridge", lambda: keel_on_a_ridge(0), UNDECIDED, FITS),
     Case("edge along edge", "corner on a corner", corner_on_corner, UNDECIDED, "no normal, any force or none"),
-    Case("edge along edge", "block 1e-5 wider than its opening", lambda: between_supports(1e-5), STABLE, "two bearings"),
+    Case("edge along edge", "block 1e-5 wider than that", lambda: between_supports(1e-5), STABLE, "two bearings"),
     Case("edge along edge", "block 1e-5 narrower", lambda: between_supports(-1e-5), UNSTABLE, "touches nothing"),
     Case("edge along edge", "block beside a support", beyond_an_edge, UNSTABLE, "turns about the edge, or falls past"),
     Case("edge along edge", "two cubes on a floor", two_cubes, STABLE, "each rests on the floor"),
@@ -130,11 +130,11 @@ FIGURES = (
 SECTION = Section(
     "Edges and corners",
     """The limits of blocks on edges and corners follow from statics: the resultant of weight and push passes through
-the line about which the block turns, or leaves the friction cones. `evidence/scenes/edges.py` has the formula of
-each. An edge along an edge, or a corner on a corner, has no unique normal, so no force is known there. Where a block
-stands or falls with such a contact, undecided is right. Where it does so whatever the contact carries, it is not.
-The judge of the [random scenes](fuzz.md) agrees with the truth about every scene of convex blocks but the first
-fourteen, which are nearer to their limits than it can tell (`tests/hard`).""",
+the line about which the block turns, or leaves the friction cones. `evidence/scenes/edges.py` has the formula of each.
+An edge along an edge, or a corner on a corner, has no unique normal, so no force is known there. Where a block stands
+or falls with such a contact, undecided is right. Where it does so whatever the contact carries, it is not. The judge
+of the [random scenes](fuzz.md) agrees with the truth about every scene of convex blocks but the first fourteen, which
+are nearer to their limits than it can tell (`tests/hard`).""",
     CASES,
     FIGURES,
 )

@@ -9,6 +9,7 @@ the intrados and the extrados in turn.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -118,7 +119,7 @@ class FourBar:
         return float(rate[1] / rate[0])
 
     def thrust(self, turn: float) -> dict[int, float]:
-        """Where the resultant meets each joint that is no hinge: 0 at the intrados, 1 at the extrados."""
+        """Where the resultant meets each joint: 0 at the intrados, 1 at the extrados, and there at the hinges."""
         area, bars, centre = self.ring.masses[0], self.bars(turn), self.pose(turn)
         force = np.column_stack([self.multiplier(turn) * area, -area])
         first = self.hinges[0]
@@ -130,7 +131,7 @@ class FourBar:
             moments.append(-sum(cross(centre[k] - place, force[k]) for k in range(first, joint)))
         reaction = np.linalg.solve(arms, moments)
         found = {}
-        for joint in set(range(len(area) + 1)) - set(self.hinges):
+        for joint in range(len(area) + 1):
             inner, outer = (self._place(bars, joint, side) for side in "IE")
             sign, between = (1, range(first, joint)) if joint > first else (-1, range(joint, first))
             total = reaction + sign * force[list(between)].sum(axis=0)
@@ -147,8 +148,9 @@ class FourBar:
         return there + turned(point - rest, angle)
 
     def slack(self, turn: float) -> float:
-        """How far inside the joints the thrust is, in thicknesses, where it is nearest to an edge."""
-        return min(min(place, 1 - place) for place in self.thrust(turn).values())
+        """How far inside the joints but the hinges the thrust is, in thicknesses, where it is nearest to an edge."""
+        places = {joint: place for joint, place in self.thrust(turn).items() if joint not in self.hinges}
+        return min(min(place, 1 - place) for place in places.values())
 
     def change(self, *, start: float = SMALL, largest: float = 0.5, steps: int = 400) -> tuple[str, float]:
         """How this mechanism ends, "jump" (the thrust leaves) or "zero" (of the multiplier), and at which turn."""
@@ -170,7 +172,7 @@ def _between(before: Array, after: Array) -> float:
     return float(np.arctan2(cross(before, after), before @ after))
 
 
-def root(function, low: float, high: float) -> float:
+def root(function: Callable[[float], float], low: float, high: float) -> float:
     """Where a function that is positive at the lower end changes its sign."""
     for _ in range(100):
         middle = (low + high) / 2
@@ -181,7 +183,7 @@ def root(function, low: float, high: float) -> float:
 def first_mechanism(ring: Ring) -> FourBar:
     """The four hinges with which the thrust stays inside all joints: the mechanism of the limit load, by enumeration.
 
-    Hinges move one place at a time towards where the thrust is furthest outside.
+    Hinges move by one place at a time to where the thrust is least outside.
     """
     count = len(ring.angle) - 1
     hinges = [0, count * 4 // 10, count * 7 // 10, count]
@@ -195,11 +197,11 @@ def first_mechanism(ring: Ring) -> FourBar:
     raise ValueError("no mechanism found")
 
 
-def _neighbours(hinges: list[int], count: int):
+def _neighbours(hinges: list[int], count: int) -> Iterator[tuple[int, int, int, int]]:
     for step in product((-1, 0, 1), repeat=4):
-        near = [joint + move for joint, move in zip(hinges, step, strict=True)]
-        if near[0] >= 0 and near[3] <= count and all(a < b for a, b in zip(near[:-1], near[1:], strict=True)):
-            yield tuple(near)
+        a, b, c, d = (joint + move for joint, move in zip(hinges, step, strict=True))
+        if 0 <= a < b < c < d <= count:
+            yield a, b, c, d
 
 
 @dataclass(frozen=True, eq=False)

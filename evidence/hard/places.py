@@ -169,6 +169,7 @@ JUMPS = tuple(
         word="jump",
         bracket=False,
         flaw=flaw,
+        slow=True,
     )
     for n, thickness in ((12, 0.17), (20, 0.15))
     for name, make, push, flaw in (
@@ -192,12 +193,14 @@ CASES = tuple(
 )  # fmt: skip
 SECTION = Section(
     "UTM coordinates and millimetres",
-    f"""The scenes are moved to (500000, 4600000, 200) m, put into millimetres, and both. A verdict, a score and a limit
-load do not know about it. What changes is the rounding: neighbouring numbers at 4.6e6 m are {np.spacing(UTM.max()):.1e}
-m apart (machine epsilon times 4.6e6 m, rounded to a power of two), so that the base of 0.37 m of the block is known to
-{ROUNDING:.1e} of itself. The answers may be off by that and by {SOLVER:.0e} for the bracket, twice as much for the arch,
-in which two joints move. So eight digits survive. In millimetres the sides are whole numbers where they are whole in
-the drawing, and lose nothing.""",
+    f"""The scenes are moved to (500000, 4600000, 200) m, put into millimetres, and both. A verdict, a score and a
+limit load do not know about it. What changes is the rounding: neighbouring numbers at 4.6e6 m are
+{np.spacing(UTM.max()):.1e} m apart (machine epsilon times 4.6e6 m, rounded to a power of two), so that the base of
+0.37 m of the block is known to {ROUNDING:.1e} of itself. The answers may be off by that and by {SOLVER:.0e} for the
+bracket, twice as much for the arch, in which two joints move. So eight digits survive. In millimetres the sides are
+whole numbers where they are whole in the drawing, and lose nothing. Capacity curves move blocks by finite
+displacements: that of a block ends where its centroid is over its toe, and the hinges of an arch change where its
+linkage says (`evidence/hard/linkages.py`).""",
     CASES,
     (*FIGURES, *JUMPS),
 )
