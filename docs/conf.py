@@ -71,7 +71,7 @@ LINKS = {
     "](../search.md": "](../design_search.md",
 }
 #: A link to a notebook. MyST follows docs/notebooks out of the pages and finds none there; the role of Sphinx does not.
-NOTEBOOK = re.compile(r"\[([^]]*)\]\((?:\.\./notebooks/)?(\w+)\.ipynb\)")
+NOTEBOOK = re.compile(r"\[([^][]*)\]\((?:\.\./notebooks/)?(\w+)\.ipynb\)")
 
 
 class _Docstring(napoleon.NumpyDocstring):

@@ -119,10 +119,10 @@ class Settings:
     def window(self) -> float:
         """Time in which the smallest imbalance that is to be seen moves a block visibly [s].
 
-        Weight that is out of balance by a share e of it moves some block by at least e g t^2 / 2 in a time t: the
-        power of the weight along the mechanism is e sum(m g |u|), its inertia is sum(m u^2), so the block that moves
-        most has an acceleration of e g sum(m |u|) max|u| / sum(m u^2) >= e g. The window solves
-        e g t^2 / 2 = `SHOWN` times the threshold of blocks of 0.3 m: half a second for 1e-3, 1.6 s for 1e-4. Where
+        Weight that is out of balance by a share e of it moves some block by at least e g t^2 / 2 in a time t. The power
+        of the weight along the mechanism is `e sum(m g |u|)`, and its inertia is `sum(m u^2)`. So the block that moves
+        most has an acceleration of `e g sum(m |u|) max|u| / sum(m u^2) >= e g`. The window solves
+        `e g t^2 / 2 = SHOWN` times the threshold of blocks of 0.3 m: half a second for 1e-3, 1.6 s for 1e-4. Where
         blocks lie still a run ends after half of it (see `dynsim.judge.rest`).
         """
         return sqrt(2 * SHOWN * THRESHOLD / (9.81 * self.resolution))

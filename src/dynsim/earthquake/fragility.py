@@ -150,7 +150,7 @@ def fit_fragility(lower: ArrayLike, upper: ArrayLike, *, confidence: float = 0.9
     -----
     The likelihood of a record is `Phi(ln(upper / theta) / beta) - Phi(ln(lower / theta) / beta)`: a bracket is an
     interval-censored observation, a record that never fell a block a right-censored one. It is log-concave in
-    (1 / beta, ln(theta) / beta) [3]_, so the maximum is the only one.
+    (1 / beta, ln(theta) / beta), so the maximum is the only one.
 
     The confidence region is that of the likelihood ratio: it holds all parameters whose log-likelihood is within c / 2
     of the maximum. The intervals and the band are the ranges of theta, beta and P over it. A bootstrap over records was
