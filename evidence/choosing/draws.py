@@ -144,6 +144,6 @@ def advice(rows: list[Sampled], first: First) -> str:
         f"- {many.draws // few.draws} times the draws divide the interval by {few.interval / many.interval:.1f}. With "
         f"{many.draws} draws about the design point it is {many.interval / last.interval:.1f} times narrower than with "
         f"as many about the mean, for {last.seconds / many.seconds:.1f} times the seconds. The first-order estimate "
-        f"takes {first.seconds:.2f} s and is off by {100 * first.error:.0f} %. Choose the draws by the interval, which comes "
-        "with each estimate: a run with `file` goes on from the rows of a shorter one."
+        f"takes {first.seconds:.2f} s and is off by {100 * first.error:.0f} %. Choose the draws by the interval, which "
+        "comes with each estimate: a run with `file` goes on from the rows of a shorter one."
     )
