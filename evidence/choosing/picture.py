@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -14,6 +14,7 @@ from evidence.choosing.limits import Bracketed
 from evidence.choosing.runs import Judged
 from evidence.plotting import COLOURS, panels
 
+T = TypeVar("T")
 TITLES = {
     "limits": ("Limit load, by tolerance", "error of the lower bound"),
     "curves": ("Capacity curve, by steps and tolerance", "error, share of the multiplier at rest"),
@@ -49,7 +50,7 @@ def draw(
     return figure
 
 
-def _coloured(names: Iterable[str]) -> Iterable[tuple[str, str]]:
+def _coloured(names: Iterable[T]) -> Iterable[tuple[T, str]]:
     return zip(dict.fromkeys(names), COLOURS, strict=False)
 
 
@@ -73,7 +74,7 @@ def _runs(axis: Any, rows: Sequence[Judged]) -> None:
     """Filled: seen to stand beyond the limit; hollow: seen to fall before it; a preset is a star."""
     for name, colour in _coloured(row.scene for row in rows):
         own = [row for row in rows if row.scene == name]
-        line = [row for row in own if not row.preset]
+        line = [row for row in own if not row.preset or row.setting == "default"]
         axis.plot([r.seconds for r in line], [_size(r) for r in line], "-", color=colour, label=name)
         for row in own:
             face = colour if row.missed >= 0 else "white"
