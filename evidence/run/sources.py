@@ -63,7 +63,7 @@ def used_by(module: str) -> frozenset[str]:
     for node in ast.walk(tree):
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in aliases:
             wholes.add(f"{aliases[node.value.id]}.{node.attr}")
-        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and file_of(node.value):
+        elif isinstance(node, ast.Constant) and str(node.value).startswith("evidence.") and file_of(node.value):
             wholes.add(node.value)  # the module of a process that is started
     return frozenset(home for whole in wholes if (home := defined_in(whole)) and home != module)
 
