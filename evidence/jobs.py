@@ -100,7 +100,7 @@ JOBS: Sequence[Job] = (
     result("rubble", 0.1, "comparisons.rubble"),
     result("contacts", 0.5, "benchmarks.contacts"),
     result("sweep", 0.3, "benchmarks.sweep"),
-    result("workers", 4, "benchmarks.workers"),
+    result("workers", 4, "choosing.workers"),
     result("live_page", 1.5, "benchmarks.live_page"),
     result("proofs", 6, "checks.proofs"),
     result("chance", 8, "checks.chance", fewer="--draws 400"),

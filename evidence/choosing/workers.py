@@ -1,10 +1,10 @@
 """What one and two workers of dask gain: a sweep, a reliability, a fragility and a plan of building.
 
-    python -m evidence.benchmarks.workers [--size 1.0] [--repeat 2] [--json] [--write FILE]
+    python -m evidence.choosing.workers [--size 0.6] [--repeat 3] [--json] [--write FILE]
 
-Clock time beside that of the same call in one process without dask, in the same run, the shortest of `--repeat`. Ways
-take turns, so that other programs on the machine slow all of them down. Every answer is compared with the one of one
-process. Process time is that of the workers and of the caller, which is also the scheduler here.
+Clock time beside that of the same call in one process without dask just before. Ways take turns, so that other programs
+on the machine slow all of them down, and the median of `--repeat` turns counts. Every answer is compared with that of
+one process. Process time is that of the workers and of the caller, which is also the scheduler here.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import median
 from time import perf_counter, process_time
 from typing import Any
 
@@ -146,17 +147,19 @@ def process_of(client: distributed.Client | None) -> float:
 
 
 def measured(work: Work, repeat: int, clients: dict[str, distributed.Client]) -> dict:
-    """The shortest clock time and the least process time of each way."""
+    """The medians over some turns: seconds in one process, and of each way its efficiency and added process time."""
     runs: dict[str, list[Spent]] = {way: [] for way in COUNT}
     for _ in range(repeat):
         for way, found in runs.items():
             found.append(timed(work, way, clients))
     answers = [spent.answer for found in runs.values() for spent in found]
+    turns = {way: list(zip(runs[ALONE], found, strict=True)) for way, found in runs.items()}
     return {
         "name": work.name, "scene": work.scene, "blocks": work.blocks, "parts": work.parts,
         "same": all(answer == answers[0] for answer in answers),
-        "clock": {way: min(spent.clock for spent in found) for way, found in runs.items()},
-        "process": {way: min(spent.process for spent in runs[way]) for way in (ALONE, ONE, TWO)},
+        "seconds": median(spent.clock for spent in runs[ALONE]),
+        "efficiency": {way: median(a.clock / b.clock / COUNT[way] for a, b in turns[way]) for way in COUNT},
+        "added": {way: median(b.process / a.process - 1 for a, b in turns[way]) for way in (ONE, TWO)},
     }  # fmt: skip
 
 
@@ -164,11 +167,10 @@ def efficiency(rows: list[dict]) -> str:
     """A line a call: how much of each process is used, and what process time is added."""
 
     def line(row: dict) -> list[str]:
-        clock, process = row["clock"], row["process"]
-        used = [f"{100 * clock[ALONE] / (COUNT[way] * clock[way]):.0f} %" for way in (PROCESSES, ONE, TWO)]
-        more = [f"{100 * (process[way] / process[ALONE] - 1):+.0f} %" for way in (ONE, TWO)]
+        used = [f"{100 * row['efficiency'][way]:.0f} %" for way in (PROCESSES, ONE, TWO)]
+        more = [f"{100 * row['added'][way]:+.0f} %" for way in (ONE, TWO)]
         same = "yes" if row["same"] else "NO"
-        return [row["name"], row["scene"], row["blocks"], row["parts"], f"{clock[ALONE]:.1f}", *used, *more, same]
+        return [row["name"], row["scene"], row["blocks"], row["parts"], f"{row['seconds']:.1f}", *used, *more, same]
 
     heads = ["call", "scene", "blocks", "parts", "one process [s]", PROCESSES, ONE, TWO]
     heads += [f"process time, {ONE}", f"process time, {TWO}", "same answers"]
@@ -177,8 +179,8 @@ def efficiency(rows: list[dict]) -> str:
 
 def main() -> None:
     parser = results.parser(__doc__)
-    parser.add_argument("--size", type=float, default=1.0, help="of the calls")
-    parser.add_argument("--repeat", type=int, default=2)
+    parser.add_argument("--size", type=float, default=0.6, help="of the calls")
+    parser.add_argument("--repeat", type=int, default=3)
     options = parser.parse_args()
     load = os.getloadavg()[0]
     chosen = works(options.size)
