@@ -44,7 +44,7 @@ def run(job: Job, quick: bool = False) -> Stamp | str:
     old = [str(path.relative_to(paths.DOCS.parent)) for path in files if path.stat().st_mtime < begin - 1]
     if old or not files:
         return f"did not write {', '.join(old or job.writes)}"
-    minutes = [round(seconds / 60, 2) for seconds in (usage.ru_utime + usage.ru_stime, time() - begin)]
+    minutes = [round(seconds / 60, 4) for seconds in (usage.ru_utime + usage.ru_stime, time() - begin)]
     return Stamp(*commit, sources, *minutes)
 
 
