@@ -87,6 +87,11 @@ def test_an_unknown_part_is_told():
         fill.filled("<!-- results: glue kritical -->\n<!-- end -->")
 
 
+def test_a_result_that_is_missing_is_told_with_its_job():
+    with pytest.raises(ValueError, match=r"no docs/results/no_such\.md: run make evidence ONLY=no-such"):
+        fill.filled("<!-- results: no_such part -->\n<!-- end -->")
+
+
 @pytest.fixture
 def elsewhere(tmp_path, monkeypatch):
     """Jobs run and write in a directory of their own; they depend on nothing."""

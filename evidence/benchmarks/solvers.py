@@ -18,7 +18,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from evidence import results
 from evidence.benchmarks import solver_tables
@@ -85,11 +85,11 @@ def compared(rows: list[dict]) -> list[dict]:
     return rows
 
 
-def alone(limit: float) -> list[dict]:
+def alone(limit: float, sizes: Iterable[int]) -> list[dict]:
     """Ours on walls too large for the others."""
     return [
         run("evidence.benchmarks.cell", "wall", size, "blockstat", limit=limit) | {"scene": "wall", "size": size}
-        for size in ALONE
+        for size in sizes
     ]
 
 
@@ -110,6 +110,7 @@ def options() -> argparse.Namespace:
     parser.add_argument("--limit", type=float, default=60.0, help="wall seconds of a cell")
     parser.add_argument("--compas", help="Python of an environment with compas_cra")
     parser.add_argument("--profile", nargs=2, metavar=("SCENE", "SIZE"))
+    parser.add_argument("--alone", type=int, nargs="+", default=ALONE, help="walls of blockstat alone, with --large")
     parser.add_argument("--large", action="store_true", help="the large scenes instead")
     return parser.parse_args()
 
@@ -131,7 +132,7 @@ def main() -> None:
             if not given.json:
                 print(solver_tables.cell_line(row), flush=True)
     if given.large:
-        found["alone"] = alone(20 * given.limit)
+        found["alone"] = alone(20 * given.limit, given.alone)
     elif given.write:
         found["resolve"] = run("evidence.benchmarks.resolve")
         found["profiles"] = profiles()

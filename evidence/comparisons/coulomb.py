@@ -162,10 +162,14 @@ def engine_says(asm: Assembly, engine: str, minutes: float, settings: Settings) 
     return said
 
 
-def fill(number: int, engines: Sequence[str], most: int, minutes: float, settings: Settings) -> dict[str, Found]:
+def fill(
+    number: int, engines: Sequence[str], most: int, minutes: float, settings: Settings, largest: int | None
+) -> dict[str, Found]:
     """Find what is missing, keep it, and return what there is of all assemblies."""
     rows, names, sources = known(), [], digest("evidence.comparisons.coulomb")
     for asm in assemblies(number):
+        if largest is not None and asm.n_blocks > largest:
+            continue
         names.append(asm.name)
         own = rows.setdefault(asm.name, {})
         if own.get("sources") != sources:
@@ -286,6 +290,7 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, default=20.0)
     parser.add_argument("--resolution", type=float, default=Settings().resolution)
     parser.add_argument("--random", type=int, default=60)
+    parser.add_argument("--largest", type=int, metavar="BLOCKS", help="leave out larger assemblies")
     parser.add_argument("--write", type=Path, metavar="FILE")
     parser.add_argument("--monotone", action="store_true")
     parser.add_argument("--cost", action="store_true")
@@ -303,7 +308,7 @@ def main() -> None:
         cost()
         return
     settings = Settings(resolution=options.resolution)
-    rows = fill(options.random, engines, options.most, options.minutes, settings)
+    rows = fill(options.random, engines, options.most, options.minutes, settings, options.largest)
     whole = table(HEAD, [[name, *cells(row)] for name, row in rows.items()])
     parts = {"summary": summary(rows), "verdicts": whole, "silent": silent(rows), "limits": limits()}
     print("\n\n".join(parts.values()))

@@ -42,13 +42,15 @@ def predictions() -> dict[str, dict[tuple[str, float], float]]:
 
 
 def main() -> None:
-    options = results.parser(__doc__).parse_args()
+    parser = results.parser(__doc__)
+    parser.add_argument("--walls", type=int, metavar="N", help="so many alone, the first of the folder")
+    options = parser.parse_args()
     if not FILE.is_file():
         print(f"{FILE} is absent; the predictions stay as they are")
         options.write.touch()
         return
     rows = []
-    for wall in walls():
+    for wall in walls()[: options.walls]:
         by_friction = [forces(wall, friction) for friction in FRICTIONS]
         rows.append([wall.name, *(f"{found[kind]:.3f}" for kind in range(len(KINDS)) for found in by_friction)])
     heads = ["wall", *(f"{kind} {friction:g}" for kind in KINDS for friction in FRICTIONS)]

@@ -57,7 +57,7 @@ class Unresolved:
         """
         return self.only(np.isin(self.pair @ [n_blocks, 1], pairs @ [n_blocks, 1]))
 
-    def only(self, chosen: Ints) -> Unresolved:
+    def only(self, chosen: np.ndarray) -> Unresolved:
         """Return some of the contacts.
 
         Parameters
