@@ -52,7 +52,7 @@ def pictures(name: str, minutes: float, module: str, *writes: str) -> Job:
 JOBS: Sequence[Job] = (
     page("validation", 1, "pages.validation"),
     page("dynamics_validation", 3, "pages.dynamics_validation"),
-    page("hard", 2, "pages.hard"),
+    page("hard", 4, "pages.hard"),
     page(
         "fuzz", 20, "fuzz.run --scenes 20000 --limits 500 --jobs 2 --write docs/fuzz.md",
         fewer="--scenes 300 --limits 20",

@@ -240,7 +240,7 @@ CASES = (
     *(plates(thickness) for thickness in (1e-2, 1e-4, 1e-6)),
     Case("slivers", "needle 4000 times longer than thick", needle, STABLE, "a block at rest"),
     Case("redundant", "slab on 400 tiles that meet in corners", lambda: tiles(20), STABLE, "a block at rest"),
-    Case("redundant", "slab on 60 columns, .99 of the limit", pushed(lambda: colonnade(60), 0.198), STABLE, "b/h"),
+    Case("redundant", "slab on 60 columns, 0.99 of the limit", pushed(lambda: colonnade(60), 0.198), STABLE, "b/h"),
     Case("redundant", "slab on 60 columns, 1.01 of the limit", pushed(lambda: colonnade(60), 0.202), UNSTABLE, "b/h"),
     Case("coincident corners", "eight cubes about one point", eight_cubes, STABLE, "two layers at rest"),
     Case("coincident corners", "sixty wedges about one line", lambda: cake(60), STABLE, "wedges at rest"),
@@ -275,7 +275,7 @@ CASES = (
         for angle in (1e-1, 1e-3, 1e-6)
     ),
     Case("friction", "level ground without friction", lambda: stack(3), STABLE, "weight alone", {"friction": 0.0}),
-    Case("friction", "infinite friction, .999 of tipping", pushed(lambda: stack(1, 0.5, 2.0), 0.25 * 0.999), STABLE,
+    Case("friction", "infinite friction, 0.999 of tipping", pushed(lambda: stack(1, 0.5, 2.0), 0.25 * 0.999), STABLE,
          "b/h", {"friction": np.inf}),
     Case("friction", "infinite friction, 1.001 of tipping", pushed(lambda: stack(1, 0.5, 2.0), 0.25 * 1.001), UNSTABLE,
          "b/h", {"friction": np.inf}),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -87,7 +88,7 @@ class FigureRow:
     def judged(self) -> str:
         """Right, wide (the bracket holds the truth, but less sharply than is stated), off, or wrong."""
         figure, found = self.figure, self.found
-        if found.word in ("crash", "rejected"):
+        if found.word in ("crash", "hang", "rejected"):
             return found.word
         if found.word != figure.word:
             return "off"
@@ -123,6 +124,8 @@ def figure_row(figure: Figure) -> FigureRow:
         found = Found("refused", nan, nan, (str(error),))
     except AssertionError as error:
         found = Found("rejected", nan, nan, (f"independent check: {error}",))
+    except TimeoutError as error:
+        found = Found("hang", nan, nan, (str(error),))
     except Exception as error:
         found = Found("crash", nan, nan, (f"{type(error).__name__}: {error}",))
     return FigureRow(figure, found, process_time() - begin)
@@ -133,6 +136,24 @@ def stages_row(stages: Stages) -> StagesRow:
     begin = process_time()
     found = assess_plan(stages.make(), stages.plan)
     return StagesRow(stages, tuple(outcome.word for outcome in found.outcomes), process_time() - begin)
+
+
+def patient(ask: Callable[[], Found], seconds: int) -> Callable[[], Found]:
+    """The question, given up after so many seconds; in the main thread alone."""
+
+    def give_up(*_: Any) -> None:
+        raise TimeoutError(f"no answer in {seconds} s")
+
+    def asked() -> Found:
+        before = signal.signal(signal.SIGALRM, give_up)
+        signal.alarm(seconds)
+        try:
+            return ask()
+        finally:
+            signal.alarm(0)
+            signal.signal(signal.SIGALRM, before)
+
+    return asked
 
 
 def limit(make: Make, load: Any, **options: Any) -> Callable[[], Found]:

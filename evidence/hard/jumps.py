@@ -13,7 +13,7 @@ from evidence.hard.ties import held_at_the_top, holds
 from evidence.scenes.small import arch, assembly, box, stack
 
 ASIDE = (-1e-6, 0.0, 1e-6)  #: how far from the geometry at which two mechanisms tie, relative
-ARCHES = ((10, 0.2), (20, 0.2), (9, 0.24), (16, 0.18), (24, 0.3))  #: voussoirs and t / R
+ARCHES = ((20, 0.2), (24, 0.3))  #: voussoirs and t / R
 LOWER = float(np.sqrt(0.48))  #: width of a lower course that tips with an upper one of .4, both 1 high [m]
 
 
@@ -97,7 +97,7 @@ TIES = (
         Figure(f"pillar with a tie that bears 1 {e:+.0e} times {bears:g} of its weight",
                limit(lambda e=e, bears=bears: held_at_the_top(bears * (1 + e)), (1, 0, 0), optimum=True),
                holds(bears * (1 + e)), "b / h + 2 T / W, mu + T / W, 2 mu + b / h", TEN)
-        for bears in (0.45, 0.95) for e in ASIDE
+        for bears in (0.45, 0.95) for e in ASIDE if e or bears < 0.5
     ),
 )  # fmt: skip
 CURVES = (
@@ -112,7 +112,7 @@ CURVES = (
                at_change(lambda n=n, thickness=thickness: arch(n, thickness, friction=3.0), (1, 0, 0), "mean",
                          what=what),
                lambda n=n, thickness=thickness, what=what: thrust_leaves(n, thickness, what), "four-bar linkage",
-               word="jump", bracket=False, slow=n > 10 or what == "before")
+               word="jump", bracket=False, slow=True)
         for n, thickness in ARCHES
         for name, what in (("mean displacement at", "parameter"), ("multiplier before", "before"))
     ),
@@ -130,13 +130,13 @@ SETTLEMENTS = (
                settles(lambda n=n, thickness=thickness: arch(n, thickness, friction=0.9), AWAY),
                lambda n=n, thickness=thickness: Spread(semicircle(n, thickness)).collapse, "three-hinged arch",
                word="collapse", bracket=False, slow=n > 10)
-        for n, thickness in ((10, 0.15), (20, 0.15), (20, 0.2), (40, 0.2))
+        for n, thickness in ((10, 0.15), (20, 0.2))
     ),
     *(
         Figure(f"lintel with a bearing of {bearing:.0e} m whose support moves away{how}",
                settles(lambda bearing=bearing: lintel(bearing, 0.7), AWAY, **options), bearing, "its bearing", 1e-3,
                word="collapse", bracket=False, flaw="" if options else STEP, slow=bool(options))
-        for bearing in (0.1, 1e-2, 1e-3)
+        for bearing in (0.1, 1e-3)
         for how, options in (("", {}), (", followed over twice that", {"displacement": 2 * bearing}))
         if not options or bearing > 1e-3
     ),
@@ -147,7 +147,6 @@ SETTLEMENTS = (
                bracket=False, flaw=flaw, slow=bool(options))
         for bearing, how, options, flaw in (
             (4e-2, "", {}, PAST),
-            (2e-2, "", {}, ""),
             (2e-2, ", 150 steps", {"steps": 150}, PAST),
             (1e-2, "", {}, ""),
             (1e-3, "", {}, STEP),

@@ -81,7 +81,7 @@ CASES = (
     *(
         Case("thin beds", f"stone on a bed of {bed:.0e} m that ends {end} its centroid",
              lambda bed=bed, cover=cover: pillar(bed, 1, cover=cover), right, "weight inside the bed or not")
-        for bed in BEDS for end, cover, right in (("1 mm beyond", 0.251, STABLE), ("1 mm before", 0.249, UNSTABLE))
+        for bed in BEDS[::2] for end, cover, right in (("1 mm beyond", 0.251, STABLE), ("1 mm before", 0.249, UNSTABLE))
     ),
     Case("thin beds", "stone on a bed of 1e-07 m", lambda: pillar(1e-7, 1), REFUSED, "stated: it is flat"),
     *(
@@ -105,13 +105,13 @@ FIGURES = (
     *(
         Figure(f"the same with a friction of 0.05 on beds of {bed:.0e} m",
                limit(lambda bed=bed: pillar(bed, slip=0.05), (1, 0, 0)), 0.05, "slides on a bed")
-        for bed in BEDS
+        for bed in BEDS[::2]
     ),
     *(
         Figure(f"three stones on beds of {bed:.0e} m turn until the whole is over its toe",
                end_of_curve(lambda bed=bed: pillar(bed, 3), (1, 0, 0), "mean"), WIDE / 2, "b / 2", word="zero",
-               bracket=False, slow=bed > 1e-5)
-        for bed in BEDS
+               bracket=False)
+        for bed in BEDS[2:]
     ),
     *(
         Figure(f"limit load of {number} plates of 1e-04 m",
@@ -123,13 +123,13 @@ FIGURES = (
         Figure(f"arch with beds of {bed:.0e} R: hinge to the other face of its bed",
                at_change(lambda bed=bed: bedded_arch(bed), (1, 0, 0), "mean"), lambda bed=bed: first_jump(bed),
                "four-bar linkage", word="jump", bracket=False, slow=True)
-        for bed in (1e-2, 1e-3, 1e-4)
+        for bed in (1e-2, 1e-4)
     ),
     *(
         Figure(f"arch with beds of {bed:.0e} R: collapse",
                end_of_curve(lambda bed=bed: bedded_arch(bed), (1, 0, 0), "mean"), lambda bed=bed: last_jump(bed),
                "four-bar linkage", word="collapse", bracket=False, flaw=flaw, slow=not flaw)
-        for bed, flaw in ((1e-2, ""), (1e-3, ""), (1e-4, ""), (1e-5, NOISE), (5e-6, ""))
+        for bed, flaw in ((1e-2, ""), (1e-4, ""), (1e-5, NOISE), (5e-6, ""))
     ),
 )  # fmt: skip
 SECTION = Section(

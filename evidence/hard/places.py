@@ -114,31 +114,36 @@ def first_multiplier() -> float:
 #: load W sqrt(1 + a^2).
 SCORE = np.sqrt(2) / 4 / np.sqrt(1 + (2 * WIDE / HIGH) ** 2)
 KEELS = edges.crossed_keels(np.deg2rad(30))
-FIGURES = tuple(
-    figure
-    for where in PLACES
-    for figure in (
+FIGURES = (
+    *(
         Figure(f"block, limit of its push to the north, {where.name}",
                limit(lambda where=where: where.moved(lambda: column(1)), NORTH, optimum=True),
-               WIDE / HIGH, "b / h", where.within),
-        Figure(f"the same, its score under twice that push, {where.name}", score(where), SCORE,
-               "least tension of the heel", where.within, word="unstable", bracket=False),
-        Figure(f"column of ten courses, {where.name}",
-               limit(lambda where=where: where.moved(lambda: column(10)), NORTH, optimum=True),
-               WIDE / HIGH, "b / h", where.within),
-        Figure(f"block with a tie, {where.name}",
-               limit(lambda where=where: where.moved(tied), NORTH, optimum=True),
-               WIDE / HIGH + 0.2, "b / h + 2 T / W", where.within),
-        Figure(f"arch of ten voussoirs, {where.name}",
-               limit(lambda where=where: where.moved(lambda: arch(10, 0.2)), (1, 0, 0), optimum=True),
-               first_multiplier, "four-bar linkage", 2 * where.within),
-        Figure(f"keels across ridges, {where.name}",
-               limit(lambda where=where: where.moved(lambda: KEELS.scene), KEELS.direction, optimum=True),
-               KEELS.limit, "a / (z cos 30)", where.within),
+               WIDE / HIGH, "b / h", where.within)
+        for where in PLACES
+    ),
+    *(
+        Figure(f"block, its score under twice that push, {where.name}", score(where), SCORE,
+               "least tension of the heel", where.within, word="unstable", bracket=False)
+        for where in PLACES
+    ),
+    *(
+        Figure(f"{name}, {where.name}",
+               limit(lambda where=where, make=make: where.moved(make), push, optimum=True), truth, why,
+               joints * where.within)
+        for name, make, push, truth, why, joints in (
+            ("column of ten courses", lambda: column(10), NORTH, WIDE / HIGH, "b / h", 1),
+            ("block with a tie", tied, NORTH, WIDE / HIGH + 0.2, "b / h + 2 T / W", 1),
+            ("arch of ten voussoirs", lambda: arch(10, 0.2), (1, 0, 0), first_multiplier, "four-bar linkage", 2),
+            ("keels across ridges", lambda: KEELS.scene, KEELS.direction, KEELS.limit, "a / (z cos 30)", 1),
+        )
+        for where in PLACES[1::2]
+    ),
+    *(
         Figure(f"capacity curves of {BLOCKS} blocks pushed to the north that end at half their width, {where.name}",
                half_their_width(where), BLOCKS, "b / 2", word="zero", bracket=False,
-               flaw=POSES if where.far else "", slow=True),
-    )
+               flaw=POSES if where.far else "", slow=True)
+        for where in PLACES
+    ),
 )  # fmt: skip
 
 
@@ -187,7 +192,7 @@ def pushed(where: Where, share: float) -> Make:
 CASES = tuple(
     Case("far away", f"block at 1 {sign} {ratio:.0e} of its limit, {where.name}",
          pushed(where, 1 + factor * ratio), right, "tips at b / h", near=ratio <= 1e-7)
-    for where in PLACES[1:]
+    for where in PLACES[1::2]
     for ratio in (1e-6, 1e-7)
     for sign, factor, right in (("-", -1, STABLE), ("+", 1, UNSTABLE))
 )  # fmt: skip

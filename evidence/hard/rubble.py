@@ -116,11 +116,11 @@ class Heap:
         return (inner + outer) / 2
 
 
-def far(make: Callable[[], Assembly], seed: int = 0) -> Callable[[], Assembly]:
-    """A scene turned at random and moved to UTM coordinates."""
+def far(make: Callable[[], Assembly]) -> Callable[[], Assembly]:
+    """A scene turned about all axes and moved to UTM coordinates."""
 
     def made() -> Assembly:
-        asm, turn = make(), Rotation.random(random_state=seed).as_matrix()
+        asm, turn = make(), Rotation.from_euler("xyz", (0.3, 0.7, 1.1)).as_matrix()
         return asm.with_(vertices=asm.vertices @ turn.T + UTM, gravity=turn @ asm.gravity)
 
     return made
@@ -154,7 +154,7 @@ CASES = (
         Case("in a trough", f"30 {kind}, one end open, pushed out by {push:.0e} of their weight",
              pushed(lambda fill=fill: in_a_trough(fill(0, 30, TROUGH), closed=False), push), UNSTABLE,
              "nothing holds them along the floor")
-        for kind, fill, _ in FILLS for push in (1e-3, 1e-6)
+        for kind, fill, _ in FILLS for push in (1e-6,)
     ),
     *(
         Case("free-standing", named(heap), heap.assembly, right, "the judge")
@@ -170,7 +170,7 @@ FIGURES = (
         Figure(f"{number} {kind} in a trough, pulled up",
                limit(lambda fill=fill, number=number: in_a_trough(fill(0, number, TROUGH)), (0, 0, 1)), 1.0,
                "up to their weight")
-        for kind, fill, _ in FILLS for number in (30, 100)
+        for kind, fill, numbers in FILLS for number in numbers[1:2]
     ),
     *(
         Figure(f"{named(heap)}: limit of a push", limit(heap.assembly, (1, 0, 0)), heap.carries,

@@ -104,7 +104,7 @@ STAGES = (
     *(
         Stages(f"the same at {reserve:+.0e} m on a prop until it is weighted",
                lambda reserve=reserve: counterweighted(reserve), ON_A_PROP, (STABLE, STABLE), "the prop pushes or not")
-        for reserve in SIGNED
+        for reserve in SIGNED[-2:]
     ),
     *(
         Stages(f"cube on a held one, its centroid {reserve:+.0e} m behind the edge; then hold both, lower, upper, none",
@@ -130,17 +130,17 @@ FIGURES = (
     *(
         Figure(f"least force of the prop at {reserve:+.0e} m [weights]", push_of_the_prop(reserve),
                max(-reserve, 0.0) / PROPPED, "moments about the edge", 1e-9, scale=1.0, word="held", bracket=False)
-        for reserve in (*SIGNED, -1e-9)
+        for reserve in (-1e-3, -1e-5, -1e-7, -1e-9)
     ),
     *(
         Figure(f"orders of placing the cube at {reserve:+.0e} m and its weight", orders(reserve), float(reserve > 0),
                "weight over the table or not", scale=1.0, word="decided", bracket=False)
-        for reserve in SIGNED
+        for reserve in SIGNED[-2:]
     ),
     *(
         Figure(f"least friction of a plan on a slope of tangent {steepness:g}", least_friction(steepness), steepness,
                "tangent of the slope", word="stable")
-        for steepness in (0.3, 0.6)
+        for steepness in (0.3,)
     ),
 )  # fmt: skip
 SECTION = Section(

@@ -8,7 +8,7 @@ import numpy as np
 
 from blockstat import Assembly, Tie, capacity
 from evidence.hard.cases import STABLE, UNSTABLE, Case
-from evidence.hard.figures import DIGITS, TEN, Figure, Found, Section, limit
+from evidence.hard.figures import TEN, Figure, Found, Section, limit, patient
 from evidence.hard.linkages import turned
 from evidence.scenes.small import assembly, box
 
@@ -107,6 +107,7 @@ def named(ratio: float, bears: float | None) -> str:
 TOTAL = "2e-9 of the whole weight count as no width, and the heavy block is nearly all of it"
 LOOSE = "the upper bound lies above what its mechanism proves"
 DIGITS_LOST = "the lower bound has five digits, fewer than the tie adds"
+ENDLESS = "`narrowed` takes an upper bound that goes up and down by its last digit for progress, without end"
 FLAWS = {
     (1e6, 1e-6): LOOSE,
     (1e8, 1.0): TOTAL,
@@ -118,22 +119,24 @@ CASES = tuple(
          lambda ratio=ratio, bears=bears: pair(ratio, bears), right, "b / h + T / W",
          {"loads": pulls(ratio, bears) * (1 + factor * share) * LIGHT},
          near=share * pulls(ratio, bears) <= 1e-9 * ratio)
-    for ratio in RATIOS for bears in (np.inf, 1.0, None) for share in ((1e-3, 1e-5) if ratio > 1e6 else (1e-5,))
+    for ratio in RATIOS[1:] for bears in (np.inf, 1.0, None) for share in ((1e-3, 1e-5) if ratio > 1e6 else (1e-5,))
     for sign, factor, right in (("-", -1, STABLE), ("+", 1, UNSTABLE))
 )  # fmt: skip
 FIGURES = (
     *(
         Figure(f"push on a {named(ratio, bears)}", limit(lambda ratio=ratio, bears=bears: pair(ratio, bears), LIGHT),
                pulls(ratio, bears), "b / h + T / W", flaw=FLAWS.get((ratio, bears), ""))
-        for ratio in RATIOS for bears in (np.inf, 1.0, 1e-6, None)
+        for ratio in RATIOS for bears in (np.inf, 1.0, 1e-6, None) if ratio > 1e4 or bears == 1.0
     ),
+    Figure(f"acceleration of a {named(1e8, 1.0)}, pushed by 1 - 1e-05 of its limit",
+           patient(limit(lambda: pair(1e8, 1.0), (1, 0, 0), loads=pulls(1e8, 1.0) * (1 - 1e-5) * LIGHT), 20),
+           pulls(1e8, 1.0) * 1e-5, "what is left of b / h + T / W", flaw=ENDLESS, slow=True),
     *(
-        Figure(f"pillar {ratio:.0e} times heavier than the anchor of its tie{how}",
-               limit(lambda ratio=ratio: anchored(ratio), ratio * LIGHT, **options),
-               WIDE / HIGH + FRICTION * 0.5 / ratio, "b / h + 2 mu w z / (W h)", within,
-               flaw=DIGITS_LOST if options and ratio == 1e5 else "")
-        for ratio in (1e4, 1e5, 1e8)
-        for how, options, within in (("", {}, DIGITS), (", optimum", {"optimum": True}, TEN))
+        Figure(f"pillar {ratio:.0e} times heavier than the anchor of its tie",
+               limit(lambda ratio=ratio: anchored(ratio), ratio * LIGHT, optimum=True),
+               WIDE / HIGH + FRICTION * 0.5 / ratio, "b / h + 2 mu w z / (W h)", TEN,
+               flaw=DIGITS_LOST if ratio == 1e5 else "")
+        for ratio in (1e5, 1e8)
     ),
     *(
         Figure(f"pillar whose tie bears {bears:.0e} of its weight",
@@ -144,13 +147,13 @@ FIGURES = (
     *(
         Figure(f"column with a tendon of {force:.0e} of its weight",
                limit(lambda force=force: tendon(force), (1, 0, 0)), WIDE / HIGH * (1 + force), "b / h (1 + F / W)")
-        for force in (1e-4, 1.0, 1e4, 1e8)
+        for force in (1e4, 1e8)
     ),
     *(
         Figure(f"end of the capacity curve of a {named(ratio, bears)}", end(ratio, bears),
                lambda bears=bears: upright(bears), "moments about the toe as it turns", word="zero", bracket=False,
                flaw=TOTAL if ratio > 1e6 else "", slow=ratio < 1e8)
-        for ratio in RATIOS for bears in (0.5, 1e-2)
+        for ratio in RATIOS for bears in (0.5,)
     ),
 )  # fmt: skip
 SECTION = Section(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
 from collections.abc import Iterable
 from time import process_time
@@ -20,6 +21,12 @@ from evidence.tables import table
 
 SECTIONS = tuple(module.SECTION for module in (edges, places, layers, rubble, ties, jumps, steps))
 PILES = 10_000
+#: What tells the two sides of a limit apart, and what stands for both in their common line.
+SIDES = (
+    (re.compile(r"0\.999|1\.001"), "1 ± 1e-03"),
+    (re.compile(r"0\.99\b|1\.01\b"), "1 ± 1e-02"),
+    (re.compile(r"(?<=\b1 )[-+](?= \d)|(?<= )[-+](?=\de-)"), "±"),
+)
 SAID = 2  #: warnings of a figure that are shown
 HEAD = """# Hard cases
 
@@ -28,10 +35,11 @@ from, and the answer of blockstat. A verdict may be undecided where the scene is
 joint of almost no width; no verdict may be wrong. Where a case is closer to its limit than 1e-9 of the weight, which
 is the tolerance of the certificates, both answers count as right. The residual is the largest unbalanced force on a
 block, relative to its load. A figure is "wide" where its bracket holds the truth but not as sharply as is stated,
-"off" where it has no bracket and differs by more, and "WRONG" where a bracket excludes the truth. "Off by" is relative
-to the truth, but to the weight for forces of props. The independent checks in `evidence/checks` and
-`evidence/opinion`, which take only blocks, joints and joint laws from blockstat, confirm every answer that is not
-"rejected". Each row is a test (`tests/hard`); those in the next table are expected to fail.
+"off" where it has no bracket and differs by more, "WRONG" where a bracket excludes the truth, and a "hang" where there
+is no answer in 20 s. "Off by" is relative to the truth, but to the weight for forces of props. The independent checks
+in `evidence/checks` and `evidence/opinion`, which take only blocks, joints and joint laws from blockstat, confirm
+every answer that is not "rejected". Each row is a test (`tests/hard`). A row with ± is two, one on either side of a
+limit, and where its cells differ the first is the side that stands. The tests of the next table are expected to fail.
 
 """
 VERDICTS = ["family", "case", "true", "from", "answer", "", "by", "residual", "s", "what the user is told"]
@@ -94,13 +102,27 @@ def verdicts(cases: Iterable[Case]) -> str:
     return told_table(VERDICTS, (verdict_cells(outcome(case)) for case in cases))
 
 
+def both_sides(name: str) -> str:
+    """A name that is the same on either side of a limit."""
+    for sign, either in SIDES:
+        name = sign.sub(either, name)
+    return name
+
+
 def told_table(names: list[str], rows: Iterable[list[str]]) -> str:
-    """A table, each line of which is printed as soon as it is known."""
-    kept = []
-    for cells in rows:
-        kept.append(cells)
+    """A table, each line of which is printed as soon as it is known; the two sides of a limit become one line."""
+    kept: dict[tuple[str, ...], list[list[str]]] = {}
+    first = names.index("true")
+    for number, cells in enumerate(rows):
         print(*cells, sep=" | ", flush=True)
-    return table(names, kept) + "\n"
+        # Figures of two sides differ in more than their word.
+        sides = tuple(map(both_sides, cells[:first])) if names is not FIGURES else (str(number),)
+        kept.setdefault(sides, []).append(cells)
+    lines = []
+    for sides, group in kept.items():
+        rest = ["; ".join(filter(None, dict.fromkeys(texts))) for texts in zip(*group, strict=True)]
+        lines.append(rest if len(group) == 1 else [*sides, *rest[first:]])
+    return table(names, lines) + "\n"
 
 
 def section(family: Section, short: list[FigureRow]) -> str:
