@@ -69,7 +69,7 @@ def page(path: Path) -> str:
     if not jobs:
         return text
     said = foot(jobs) if DOCS != quick.DOCS else f"{foot(jobs)}\n\n{quick.SAID}"
-    return f"{text.rstrip()}\n\n<!-- made -->\n\n{said}\n\n<!-- end -->\n"
+    return f"{text.rstrip()}\n\n<!-- made -->\n{said}\n<!-- end -->\n"
 
 
 def main() -> None:
