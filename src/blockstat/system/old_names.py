@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from types import ModuleType
 
 TYPE_CHECKING = False  # as typing has it, which takes longer to import than this module
 if TYPE_CHECKING:
@@ -126,7 +125,7 @@ def old_names(room: str) -> Callable[[str], Any]:
     return get
 
 
-class _OldModule(ModuleType):
+class _OldModule(type(sys)):  # the class of modules, without an import of types
     def __getattr__(self, name: str) -> Any:
         return moved(self.__name__, name)
 
