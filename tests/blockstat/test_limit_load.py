@@ -7,6 +7,7 @@ import pytest
 from blockstat import LoadOutcome, limit_load
 from blockstat.analysis import limit_load as module
 from blockstat.solve.answer import Status
+from evidence.hard import ties
 from evidence.scenes.small import stack
 
 
@@ -52,3 +53,10 @@ def test_the_bracket_without_dilatancy_is_told_and_kept_when_it_is_stopped():
     assert (found.lower, found.upper) == (whole.lower, whole.upper)
     assert found.coulomb_kinds == (told[1][1:],)
     assert "stopped before every kind of joints" in found.explain()
+
+
+def test_a_bracket_that_only_rounding_narrows_ends():
+    """Beside a block 1e8 times as heavy the bounds of mechanisms waver by their last digit; it went on without end."""
+    pushed = limit_load(ties.pair(1e8, 1.0), (1, 0, 0), loads=1.25 * (1 - 1e-5) * ties.LIGHT)
+    assert pushed.outcome is LoadOutcome.UNDECIDED
+    assert 0.0 <= pushed.lower <= pushed.upper < np.inf
