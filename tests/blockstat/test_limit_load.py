@@ -59,4 +59,4 @@ def test_a_bracket_that_only_rounding_narrows_ends():
     """Beside a block 1e8 times as heavy the bounds of mechanisms waver by their last digit; it went on without end."""
     pushed = limit_load(ties.pair(1e8, 1.0), (1, 0, 0), loads=1.25 * (1 - 1e-5) * ties.LIGHT)
     assert pushed.outcome is LoadOutcome.UNDECIDED
-    assert 0.0 <= pushed.lower <= pushed.upper < np.inf
+    assert 0.0 <= pushed.lower <= pushed.upper < float("inf")
