@@ -1,5 +1,6 @@
 """What a settlement path tells where nothing resists, where it is broken off, and where it cannot begin."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -115,3 +116,16 @@ def test_joints_whose_points_change_as_they_open_are_refused(law, words):
         settle_to_collapse(portal(joints=[JointLaw(("*", "*"), **law)]), SINKS, displacement=0.05, steps=1)
     rough = settle_to_collapse(portal(joints=[JointLaw(("*", "*"), friction=0.9)]), SINKS, displacement=0.05, steps=1)
     assert rough.outcome is not PathOutcome.COLLAPSE
+
+
+def test_a_fall_in_which_nothing_moves_is_lost_and_no_error():
+    """A lintel on a bearing of .1 m whose right support sinks: it slips off at 2 sqrt(e - e^2 / 4)."""
+    blocks = [
+        box((0, 0, -1), (1, 1, 0), name="left"), box((2.9, 0, -1), (4, 1, 0), name="right"),
+        box((0.5, 0, 0), (3, 1, 0.5), name="lintel"),
+    ]  # fmt: skip
+    lintel = Assembly.from_blocks(blocks, supports=["left", "right"], friction=0.7)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        path = settle_to_collapse(lintel, {"right": (0, 0, -1)}, steps=200)
+    assert path.collapse is None or path.collapse == pytest.approx(2 * (0.1 - 0.0025) ** 0.5, rel=0.01)

@@ -81,6 +81,8 @@ def fall(
         step = min(2 * step, longest)
         moved = np.linalg.norm(trial.pose.displacement - start.pose.displacement, axis=1)
         most = np.flatnonzero(moved > FALLING_TOGETHER * moved.max())
+        if not len(most):  # nothing has moved
+            raise NoRootError
         if trial.limit.multiplier is None and fallen > FALLEN * float(trial.linkage.assembly.size[most].max()):
             if settles:
                 break
