@@ -156,7 +156,7 @@ SETTLEMENTS = (
     ),
     Figure("lintel with a bearing of 1e-01 m whose support sinks, 200 steps: answers",
            answers(settles(lambda: lintel(0.1), DOWN, steps=200)), 1.0, "a question that may be asked", word="answer",
-           bracket=False, flaw="the largest of no numbers is asked for in `finite_steps/fall.py`"),
+           bracket=False),
 )  # fmt: skip
 SECTION = Section(
     "Jumps of mechanisms",
