@@ -36,7 +36,7 @@ ASSUMED_FORCE = 10.0
 CLOSE = 1e-8
 #: Where in a bracket a verdict is asked for; the next one where the verdict before it told nothing.
 FRACTIONS = (0.5, 0.25, 0.75)
-#: A verdict has told something where the bracket is narrower than this of the narrowest so far.
+#: A verdict has told something where it raises the lower bound, or leaves less than this of the bracket.
 NARROWER = 0.95
 
 
@@ -329,7 +329,7 @@ def narrowed(
     tuple
         The bounds and the iterations spent. They are wider than the tolerance where a verdict is undecided.
     """
-    spent, tried, ceiling, moves, least = 0, 0, high, np.zeros_like(load), high.value - low.value
+    spent, tried, ceiling, moves = 0, 0, high, np.zeros_like(load)
     while low.value < most and not is_closed(low.value, high.value, tolerance) and tried < len(FRACTIONS):
         trial = low.value + FRACTIONS[tried] * (high.value - low.value)
         if np.isinf(high.value):
@@ -338,7 +338,7 @@ def narrowed(
         answer = solve_penalty(loaded, solver=solver, motions=motions)
         answer = decide(loaded, answer, solver=solver, motions=motions)
         spent += answer.iterations
-        word, before = outcome_of(answer.certificate), low.value
+        word, before = outcome_of(answer.certificate), (low, high)
         if word is Outcome.STABLE:
             low = Bound(trial, answer.force)
         elif word is Outcome.UNSTABLE:
@@ -347,10 +347,9 @@ def narrowed(
         bounds = [_bound_by(program, load, twist, low) for twist in (moves, answer.twist)]
         nearest = min(bounds, key=lambda bound: bound.value)
         moves, high = nearest.evidence, min(ceiling, nearest, key=lambda bound: bound.value)
-        width = high.value - low.value
-        # The bound of a mechanism moves with the lower one: what shrinks by rounding alone would go on without end.
-        narrower = low.value > before if np.isinf(width) else width < NARROWER * least
-        tried, least = 0 if narrower else tried + 1, min(least, width)
+        # Beside the same forces the upper bound goes up and down by rounding alone, which would go on without end.
+        narrower = high.value - low.value < NARROWER * (before[1].value - before[0].value)
+        tried = 0 if low.value > before[0].value or narrower else tried + 1
     return low, high, spent
 
 
