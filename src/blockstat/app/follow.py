@@ -109,9 +109,10 @@ class Follower:
         return Worker(evaluate_designs, report=self._reported, limits=self._limits)
 
     def _give_up(self) -> None:
-        """End an evaluator that took too long over the newest question."""
+        """End an evaluator that took too long over the newest question; an answer of it on its way is dropped."""
         if self._evaluator is not None:
             self._evaluator.stop()
+            self._evaluator = None
         self._answered = self._began
         self._tell(Failed(self._answered, f"this design cannot be judged here: {self._limits.too_long}"))
 
