@@ -52,7 +52,7 @@ def pictures(name: str, minutes: float, module: str, *writes: str) -> Job:
 JOBS: Sequence[Job] = (
     page("validation", 1, "pages.validation"),
     page("dynamics_validation", 3, "pages.dynamics_validation"),
-    page("hard", 4, "pages.hard"),
+    page("hard", 4, "pages.hard", fewer="--fast --piles 500"),
     page(
         "fuzz", 20, "fuzz.run --scenes 20000 --limits 500 --jobs 2 --write docs/fuzz.md",
         fewer="--scenes 300 --limits 20",
@@ -85,7 +85,7 @@ JOBS: Sequence[Job] = (
     ),
     pictures("screenshots", 5, "pages.screenshots", "docs/app-*.png"),
     result("compare_verdicts", 2.5, "comparisons.huts", fewer="--scenes 10"),
-    result("glue", 1.5, "dynamics.glue"),
+    result("glue", 1.5, "dynamics.glue", fewer="--scenes 20"),
     result("stiffness", 2, "dynamics.stiffness"),
     result("settlements", 1.5, "checks.settlements"),
     result("panel", 3, "checks.panel", fewer="--step 0.05 --draws 2"),

@@ -18,7 +18,6 @@ UTM = np.array([500_000.0, 4_600_000.0, 200.0])
 WIDE, HIGH = 0.37, 1.3  #: of a block whose sides are no sums of powers of two [m]
 ROUNDING = float(np.spacing(UTM.max()) / WIDE)  #: of a side along the northing: two ends by half a spacing each
 BLOCKS = 10
-POSES = "displaced poses lose their digits far from the origin"
 SOLVER = 2e-9  #: of a bracket: both of its ends are proven to 1e-9 of the loads
 
 
@@ -140,8 +139,7 @@ FIGURES = (
     ),
     *(
         Figure(f"capacity curves of {BLOCKS} blocks pushed to the north that end at half their width, {where.name}",
-               half_their_width(where), BLOCKS, "b / 2", word="zero", bracket=False,
-               flaw=POSES if where.far else "", slow=True)
+               half_their_width(where), BLOCKS, "b / 2", word="zero", bracket=False, slow=True)
         for where in PLACES
     ),
 )  # fmt: skip
@@ -173,13 +171,12 @@ JUMPS = tuple(
         "four-bar linkage",
         word="jump",
         bracket=False,
-        flaw=flaw,
         slow=True,
     )
     for n, thickness in ((12, 0.17), (20, 0.15))
-    for name, make, push, flaw in (
-        ("at the origin", lambda make: make, (1, 0, 0), ""),
-        ("facing north at UTM coordinates", facing_north, NORTH, POSES),
+    for name, make, push in (
+        ("at the origin", lambda make: make, (1, 0, 0)),
+        ("facing north at UTM coordinates", facing_north, NORTH),
     )
 )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import math
 import re
 from collections import Counter
@@ -125,13 +126,13 @@ def told_table(names: list[str], rows: Iterable[list[str]]) -> str:
     return table(names, lines) + "\n"
 
 
-def section(family: Section, short: list[FigureRow]) -> str:
-    """A family of cases; figures that fall short are added to a list."""
+def section(family: Section, short: list[FigureRow], fast: bool) -> str:
+    """A family of cases, without its slow figures if it is to be fast; those that fall short are added to a list."""
     parts = [f"## {family.title}\n\n{family.text}\n"]
     if family.cases:
         parts.append(verdicts(family.cases))
     if family.figures:
-        rows = [figure_row(figure) for figure in family.figures]
+        rows = [figure_row(figure) for figure in family.figures if not (fast and figure.slow)]
         short += [row for row in rows if row.judged != "right"]
         parts.append(told_table(FIGURES, map(figure_cells, rows)))
     if family.stages:
@@ -149,14 +150,14 @@ def shortfalls(short: list[FigureRow]) -> str:
     return f"## What falls short\n\n{table(SHORT, rows)}\n"
 
 
-def piles() -> str:
-    """Verdicts on random piles, counted; a wrong proof raises AssertionError."""
+def piles(number: int) -> str:
+    """Verdicts on so many random piles, counted; a wrong proof raises AssertionError."""
     begin, words = process_time(), Counter()
-    for seed in range(PILES):
+    for seed in range(number):
         words[assess(pile(seed)).outcome.word] += 1
-    counts = ", ".join(f"{number:,} {word}" for word, number in words.most_common())
+    counts = ", ".join(f"{count:,} {word}" for word, count in words.most_common())
     return (
-        f"## Random piles\n\nThe verdicts on {PILES:,} random piles of 1 to 15 blocks (`evidence/hard/piles.py`) "
+        f"## Random piles\n\nThe verdicts on {number:,} random piles of 1 to 15 blocks (`evidence/hard/piles.py`) "
         f"are: {counts}. The piles have any friction from zero to infinite and mass ratios up to 1e5 from density "
         "alone. They are sheared, turned and tilted, and their size is from millimetres to kilometres. The "
         "independent check rejected no proof, every answer was a number, and none took long: "
@@ -165,12 +166,16 @@ def piles() -> str:
 
 
 def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--fast", action="store_true", help="without the slow figures")
+    parser.add_argument("--piles", type=int, default=PILES, help="how many random piles")
+    options = parser.parse_args()
     for checks in (independent, derived, brackets, building, curves):
         checks.install()
     short: list[FigureRow] = []
     first = f"## Single scenes\n\n{verdicts(CASES)}"
-    families = [section(family, short) for family in SECTIONS]
-    (DOCS / "hard.md").write_text(HEAD + "\n".join([shortfalls(short), first, *families, piles()]))
+    families = [section(family, short, options.fast) for family in SECTIONS]
+    (DOCS / "hard.md").write_text(HEAD + "\n".join([shortfalls(short), first, *families, piles(options.piles)]))
 
 
 if __name__ == "__main__":

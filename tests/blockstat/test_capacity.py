@@ -5,7 +5,7 @@ import sys
 import numpy as np
 import pytest
 
-from blockstat import Assembly, box, capacity, plot_capacity, settle_to_collapse, write, write_path
+from blockstat import Assembly, Tie, box, capacity, plot_capacity, settle_to_collapse, write, write_path
 
 
 def wall():
@@ -105,3 +105,20 @@ def test_a_film_that_cannot_be_written_is_refused_before_the_work(tmp_path, name
     assert answer.returncode == 2
     assert name.split("/")[0] in answer.stderr
     assert "limit load" not in answer.stderr
+
+
+@pytest.mark.parametrize("load", [(1, 0, 0), (0, 1, 0), (-1, 0, 0), (1, 0.6, 0)])
+@pytest.mark.parametrize("control", ["block", ("block", (0.1, 0.37, 1.0)), "mean"])
+def test_a_curve_does_not_know_where_the_origin_is(load, control):
+    """A pillar with a tie, a load at its top and one at its side, at the origin and at UTM coordinates."""
+    ends = []
+    for o in (np.zeros(3), np.array([5e5, 4.6e6, 200]), np.array([499999.37, 4599999.11, -73.3])):
+        blocks = [box(o - (5, 5, 1), o + (5, 5, 0), name="ground"), box(o, o + (0.37, 0.37, 1.3), name="block")]
+        tie = Tie(("ground", "block"), (tuple(o + (0.1, -2, 0)), tuple(o + (0.1, 0, 1))), greatest=300.0)
+        pillar = Assembly.from_blocks(blocks, supports=["ground"], friction=0.7, ties=[tie])
+        at = control if isinstance(control, str) else (control[0], o + control[1])
+        loads = [("block", o + (0.2, 0.2, 1.3), (0, 0, -500.0)), ("block", o + (0.37, 0.3, 0.9), (-20.0, 0, 0))]
+        curve = capacity(pillar, load, control=at, loads=loads, steps=10)
+        ends.append([curve.lower[0], curve.displacement[-1], curve.lower[len(curve.lower) // 2]])
+        assert curve.outcome.word == "zero"
+    np.testing.assert_allclose(ends[1:], ends[:1] * 2, rtol=1e-6)

@@ -1,10 +1,10 @@
 """What a settlement path tells where nothing resists, where it is broken off, and where it cannot begin."""
 
-import warnings
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from blockstat import Assembly, InputError, JointLaw, box, settle, settle_to_collapse
 from blockstat.studies import settling_path
@@ -118,14 +118,45 @@ def test_joints_whose_points_change_as_they_open_are_refused(law, words):
     assert rough.outcome is not PathOutcome.COLLAPSE
 
 
-def test_a_fall_in_which_nothing_moves_is_lost_and_no_error():
-    """A lintel on a bearing of .1 m whose right support sinks: it slips off at 2 sqrt(e - e^2 / 4)."""
+def lintel(bearing, origin=(0, 0, 0)):
+    """A lintel of 2.5 m on a wall that ends at 1 m, and on a right one on which it has a bearing."""
+    o = np.array(origin)
     blocks = [
-        box((0, 0, -1), (1, 1, 0), name="left"), box((2.9, 0, -1), (4, 1, 0), name="right"),
-        box((0.5, 0, 0), (3, 1, 0.5), name="lintel"),
+        box(o + (0, 0, -1), o + (1, 1, 0), name="left"), box(o + (3 - bearing, 0, -1), o + (4, 1, 0), name="right"),
+        box(o + (0.5, 0, 0), o + (3, 1, 0.5), name="lintel"),
     ]  # fmt: skip
-    lintel = Assembly.from_blocks(blocks, supports=["left", "right"], friction=0.7)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        path = settle_to_collapse(lintel, {"right": (0, 0, -1)}, steps=200)
-    assert path.collapse is None or path.collapse == pytest.approx(2 * (0.1 - 0.0025) ** 0.5, rel=0.01)
+    return Assembly.from_blocks(blocks, supports=["left", "right"], friction=0.7)
+
+
+def slides_at_the_left(turn):
+    """Friction that is needed at the left, less that there is, of a lintel that slides at the right; weight 1.
+
+    It turns about the edge of the left wall, a quarter of the lintel from its end. The three forces are concurrent.
+    """
+    sine, cosine = np.sin(turn), np.cos(turn)
+    arm = 0.75 * cosine + 0.25 * sine
+    right = arm / (2 * cosine + 0.7 * 2 * sine)
+    normal = -0.7 * right * sine + (1 - right) * cosine
+    along = 0.7 * right * cosine + (1 - right) * sine
+    return along - 0.7 * normal
+
+
+@pytest.mark.parametrize(("bearing", "steps"), [(0.04, 30), (0.02, 150), (0.01, 30)])
+@pytest.mark.parametrize("origin", [(0, 0, 0), (5e5, 4.6e6, 200)])
+def test_a_lintel_whose_support_sinks_falls_when_its_corner_is_at_the_edge(bearing, steps, origin):
+    """It has turned by t with 2 (1 - cos t) = e, so the support has sunk by 2 sin t."""
+    assert slides_at_the_left(np.arccos(1 - bearing / 2)) < 0
+    path = settle_to_collapse(lintel(bearing, origin), {"right": (0, 0, -1)}, steps=steps)
+    assert path.collapse == pytest.approx(2 * (bearing - bearing**2 / 4) ** 0.5, rel=0.01)
+
+
+@pytest.mark.parametrize("steps", [30, 200])
+def test_a_lintel_on_a_longer_bearing_begins_to_slide_at_the_other_wall(steps):
+    """From there on its corner stays where it is, at a = 2 cos t from the left wall, and the lintel is pulled off that.
+
+    Its end is at the left edge at 2.5 cos u = a; the support has then sunk by a tan u.
+    """
+    away = 2 * np.cos(brentq(slides_at_the_left, 0, 0.6))
+    assert 2 - away < 0.1
+    path = settle_to_collapse(lintel(0.1), {"right": (0, 0, -1)}, steps=steps)
+    assert path.collapse == pytest.approx(away * np.tan(np.arccos(away / 2.5)), rel=0.01)

@@ -17,8 +17,9 @@ from blockstat.large_displacement.capacity_curve import CapacityCurve, CapacityO
 from blockstat.large_displacement.displaced.contact_status import contact_status
 from blockstat.large_displacement.displaced.control import read_control
 from blockstat.large_displacement.displaced.loads import read_loads
+from blockstat.large_displacement.displaced.local_origin import control_about, structure_about_middle
 from blockstat.large_displacement.displaced.pose import Pose, rest_pose
-from blockstat.large_displacement.displaced.structure import Structure, why_not_followed
+from blockstat.large_displacement.displaced.structure import why_not_followed
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks
 from blockstat.large_displacement.finite_steps.whole_path import follow_path, warnings_on_steps
 from blockstat.large_displacement.linkage.follower import LinkageFollower
@@ -135,9 +136,10 @@ def capacity(
     dead, live = read_loads(assembly, loads), read_loads(assembly, load, live=True)
     wrenches = live.wrenches(assembly, start), dead.wrenches(assembly, start)
     limit = _checked_limit_load(assembly, *wrenches, gap, interfaces, solver)
-    structure = Structure(limit.assembly, limit.interfaces, dead, live, solver)
     moved = read_control(limit, live, control)
-    linkage = linkage_at_rest(structure, limit.mechanism, moved, associated=flow == "associated")
+    structure, origin = structure_about_middle(limit.assembly, limit.interfaces, dead, live, solver)
+    near = control_about(moved, origin)
+    linkage = linkage_at_rest(structure, limit.mechanism, near, associated=flow == "associated")
     states = StateSolver(structure, structure.multiplier)
     step = _first_step(states, linkage, start, limit, displacement or np.inf, steps)
     follower = LinkageFollower(states, _mechanism_of_limit_load, displacement or np.inf, step, tolerance)

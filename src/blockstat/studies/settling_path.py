@@ -14,6 +14,7 @@ from blockstat.errors import InputError, known_options
 from blockstat.large_displacement.displaced.contact_pairs import gaps
 from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED_AT_REST, contact_status
 from blockstat.large_displacement.displaced.loads import read_loads
+from blockstat.large_displacement.displaced.local_origin import structure_about_middle
 from blockstat.large_displacement.displaced.pose import Pose, rest_pose
 from blockstat.large_displacement.displaced.structure import Structure, why_not_followed
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks
@@ -215,7 +216,7 @@ def settle_to_collapse(
     first = settle(assembly, moves, loads=at_rest, gap=gap, interfaces=interfaces, solver=solver)
     if reason := why_not_followed(first.assembly, first.interfaces):
         raise InputError(reason)
-    structure = Structure(first.assembly, first.interfaces, dead, None, solver)
+    structure, _ = structure_about_middle(first.assembly, first.interfaces, dead, None, solver)
     motion = np.where(first.assembly.support[:, None], 0.0, first.mechanism) / first.displacement
     linkage = linkage_at_rest(structure, motion, None, drive=_drive(first))
     size = float(np.ptp(assembly.vertices[~assembly.support[assembly.vertex_block]], axis=0).max())

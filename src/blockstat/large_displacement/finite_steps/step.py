@@ -8,7 +8,7 @@ import numpy as np
 
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE, gaps, pair_points, rejoined
 from blockstat.large_displacement.displaced.control import conjugate_control
-from blockstat.large_displacement.displaced.face_overlap import with_overlap_points
+from blockstat.large_displacement.displaced.face_overlap import overlap_points, with_overlap_points
 from blockstat.large_displacement.displaced.pose import Pose
 from blockstat.large_displacement.finite_steps.contact_projection import projected_onto_zero_gap
 from blockstat.large_displacement.finite_steps.trial_state import (
@@ -28,6 +28,8 @@ MAX_MACRO_BLOCK_GAP = 1e-3
 #: The projection keeps contacts open whose gap is larger than this. Relative to the step. Chosen: a step of that length
 #: cannot close them.
 PROJECTION_REACH = 10
+#: An overlap of faces with fewer corners, those nearer to each other than `CORNER_TOLERANCE` being one, has no area.
+AREA_CORNERS = 3
 
 
 def stepped(trial: TrialState, step: float) -> TrialState:
@@ -52,6 +54,7 @@ def stepped(trial: TrialState, step: float) -> TrialState:
     held = None if structure.live is None else conjugate_control(structure)
     target = 0.0 if held is None else held.value(linkage.assembly, pose)
     parameter = trial.parameter + length * trial.support_rate
+    linkage = _without_lost_bearings(linkage, pose, parameter)
     closed = projected_onto_zero_gap(linkage, pose, parameter, PROJECTION_REACH * step, held, target)
     residual = np.zeros(structure.interfaces.n_interfaces)
     np.maximum.at(residual, linkage.contacts.joint, closed.residual_gap)
@@ -97,6 +100,27 @@ def trial_state_at(
     if structure.live is not None:
         return with_limit_state(trial, guess, macro_blocks)
     return replace(trial, limit=settling_state(trial.configuration, guess=guess, rough=True), macro_blocks=None)
+
+
+def _without_lost_bearings(linkage: Linkage, pose: Pose, parameter: float) -> Linkage:
+    """The linkage without the joints that slide and whose faces overlap in no area any more.
+
+    Their gaps are those of planes without end. A projection onto them would draw a block that has slid off its support
+    back onto the edge.
+    """
+    contacts, interfaces = linkage.contacts, linkage.structure.interfaces
+    joints = np.unique(contacts.joint[linkage.sliding])
+    lost = [
+        k
+        for k in joints[interfaces.area[joints] > 0]
+        if overlap_points(linkage.assembly, interfaces, contacts, int(k), pose, parameter).number < AREA_CORNERS
+    ]
+    if not lost:
+        return linkage
+    kept = np.flatnonzero(~np.isin(contacts.joint, lost))
+    return replace(
+        linkage, contacts=contacts.select(kept), sticking=linkage.sticking[kept], sliding=linkage.sliding[kept]
+    )
 
 
 def _with_active_set(linkage: Linkage, pose: Pose, parameter: float, tolerance: Floats) -> Linkage:

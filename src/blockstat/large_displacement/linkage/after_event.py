@@ -144,6 +144,9 @@ class AfterEvent:
         linkage, point, assembly = state.linkage, state.point, self.solver.structure.assembly
         tolerance = JUST_CLOSED_GAP * float(assembly.size.max())
         closed = np.flatnonzero(open_gaps(self.solver, linkage, point) <= tolerance)
+        if not len(closed):  # the linkage has no pose beyond
+            yield PathEnd.LOST
+            return
         contacts = rejoined(assembly, linkage.contacts, closed, point.pose, point.parameter)
         sticking = linkage.sticking.copy()
         sticking[closed] = True
