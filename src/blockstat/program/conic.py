@@ -4,10 +4,11 @@ Twists u of the blocks, with A the equilibrium matrix of a `PenaltyProgram`, w i
 
     minimise 1/2 u'P u + cost'u   subject to   A'u + offset in K*,   at_most_one'u <= 1,   pinned'u = 1.
 
-Every point becomes one triple of a second-order cone, (g_n / mu, g_1, g_2). Where friction is nothing or infinite it
-becomes a half-line g_n >= 0 and zeros g_t = 0. In a prismatic scene every pair of points becomes two half-lines,
-g_n + mu g_t >= 0 and g_n - mu g_t >= 0. The upper bound of a point's force is an unknown y >= 0 and the lower bound is
-an unknown z >= 0, with g + (y - z) n in K*.
+Here g = A'u + offset are the rates of the contact points, with a normal part g_n and tangential parts g_1 and g_2, and
+P is the square of those rates that the penalty counts. Every point becomes one triple of a second-order cone,
+(g_n / mu, g_1, g_2). Without friction it becomes a half-line g_n >= 0; with infinite friction, zeros g_t = 0 are added.
+In a prismatic scene every pair of points becomes two half-lines, g_n + mu g_t >= 0 and g_n - mu g_t >= 0. The upper
+bound of a point's force is an unknown y >= 0 and the lower bound is an unknown z >= 0, with g + (y - z) n in K*.
 """
 
 from __future__ import annotations

@@ -106,6 +106,24 @@ class Structure:
         """
         return float((self.dead_load(pose) * motion).sum()) + self.tie_power(pose, motion)
 
+    def part_of_live_power(self, pose: Pose, motion: Floats, blocks: Ints) -> float:
+        """Return the part of the power of the live load in a motion that is on some blocks.
+
+        Parameters
+        ----------
+        pose, motion
+            As in `tie_power`.
+        blocks
+            Their numbers.
+
+        Returns
+        -------
+        float
+            1 where it is all of it.
+        """
+        power: Floats = (self.live_load(pose) * motion).sum(axis=1)
+        return float(power[blocks].sum() / power.sum())
+
     def multiplier(self, pose: Pose, motion: Floats) -> float:
         """Return the multiplier of virtual work, under which all loads together do no work in a motion.
 

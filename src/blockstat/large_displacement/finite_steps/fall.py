@@ -9,10 +9,11 @@ import numpy as np
 
 from blockstat.large_displacement.finite_steps.step import stepped, trial_state_at
 from blockstat.large_displacement.finite_steps.trial_state import TrialState
+from blockstat.large_displacement.linkage.jump import FALLING_TOGETHER, MAX_PART_FALLEN
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.path import PathEvent, PathPoint
 from blockstat.large_displacement.linkage.root_finding import NoRootError
-from blockstat.typing import Floats, Ints
+from blockstat.typing import Ints
 
 #: The first and shortest step of a fall. Relative to the longest step. Chosen: contacts that stop a fall may be near.
 FALL_STEP = 1.0 / 4.0
@@ -23,12 +24,6 @@ MAX_STEPS = 2000
 #: Blocks that have fallen so far without being stopped have left the structure. Relative to their size. Chosen: a block
 #: that has fallen by half its size has lost its bearing.
 FALLEN = 0.5
-#: Blocks fall together that move by more than this. Relative to the block that moves most. Chosen: others are dragged
-#: along.
-FALLING_TOGETHER = 0.5
-#: The curve ends when more than this part of the work of the live load, or of the control, was on blocks that have
-#: left. Chosen: what remains is then another structure.
-MAX_PART_LEFT = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,9 +82,9 @@ def fall(
             if settles:
                 break
             yield FallenBlocks(trial.parameter, most)
-            gone += _part_of_work(trial, last, most)
+            gone += trial.structure.part_of_live_power(last.pose, last.tangent, most)
             rest = _without_blocks(standing, most)
-            if rest is None or gone > MAX_PART_LEFT:
+            if rest is None or gone > MAX_PART_FALLEN:
                 break
             none = np.zeros_like(rest.structure.interfaces.area)
             trial = trial_state_at(rest, standing.pose, standing.parameter, none, macro_blocks=standing.macro_blocks)
@@ -118,12 +113,6 @@ def _jump(start: TrialState, end: TrialState, last: PathPoint, after: float | No
     return PathEvent("jump", end.parameter, last.value, after, tuple(sorted(opened)), tuple(sorted(shut)))
 
 
-def _part_of_work(trial: TrialState, last: PathPoint, blocks: Ints) -> float:
-    """The part of the work of the live load that it does on some blocks, in the motion of a point."""
-    power: Floats = (trial.structure.live_load(last.pose) * last.tangent).sum(axis=1)
-    return float(power[blocks].sum() / power.sum())
-
-
 def _without_blocks(trial: TrialState, blocks: Ints) -> Linkage | None:
     """The linkage without blocks, which become supports without contacts.
 
@@ -135,7 +124,7 @@ def _without_blocks(trial: TrialState, blocks: Ints) -> Linkage | None:
     gone[blocks] = True
     support = linkage.assembly.support | gone
     weight = np.linalg.norm(control.along, axis=1)
-    if support.all() or weight[gone[control.block]].sum() > MAX_PART_LEFT * weight.sum():
+    if support.all() or weight[gone[control.block]].sum() > MAX_PART_FALLEN * weight.sum():
         return None
     structure = replace(linkage.structure, assembly=replace(linkage.assembly, support=support))
     kept = np.flatnonzero(~gone[linkage.contacts.pair].any(axis=1))

@@ -12,7 +12,7 @@ from blockstat.large_displacement.displaced.contact_pairs import JUST_CLOSED_GAP
 from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED
 from blockstat.large_displacement.displaced.pose import Pose
 from blockstat.large_displacement.linkage.event_location import open_gaps
-from blockstat.large_displacement.linkage.jump import JumpEnd, jump
+from blockstat.large_displacement.linkage.jump import FALLING_TOGETHER, MAX_PART_FALLEN, JumpEnd, jump
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.path import FindMechanism, PathEnd, PathEvent, PathPoint, PathState
 from blockstat.large_displacement.linkage.state_solver import StateSolver
@@ -68,6 +68,9 @@ class AfterEvent:
             landing = jump(state.linkage, point.pose, point.parameter, mechanism, point.tangent)
             opened += landing.opened
             if landing.linkage is None:
+                if landing.fell and self._stands_without_the_fallen(before, landing):
+                    yield end  # by finite steps the curve goes on without them
+                    return
                 end = PathEnd.COLLAPSE if landing.fell else end
                 break
             shut += landing.shut
@@ -86,6 +89,15 @@ class AfterEvent:
             mechanism = state.forces.mechanism
         yield _event("jump", before, None, opened, shut)
         yield end
+
+    def _stands_without_the_fallen(self, before: PathState, landing: JumpEnd) -> bool:
+        """Whether a fall has left most of what the live load moves where it was."""
+        if self.solver.structure.live is None:
+            return False
+        pose, tangent = before.point.pose, before.point.tangent
+        moved = np.linalg.norm(landing.pose.displacement - pose.displacement, axis=1)
+        fallen = np.flatnonzero(moved > FALLING_TOGETHER * moved.max())
+        return self.solver.structure.part_of_live_power(pose, tangent, fallen) <= MAX_PART_FALLEN
 
     def _landed(self, landing: JumpEnd, linkage: Linkage, before: PathPoint) -> tuple[Linkage, PathPoint] | None:
         """The linkage after a jump and its first point: the one that has landed, or the mechanism that begins there."""

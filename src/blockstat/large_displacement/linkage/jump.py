@@ -29,6 +29,12 @@ FIRST_STEP, MIN_STEP = 1e-3, 1e-9
 #: Blocks that have moved so far without a contact that closes have fallen. Relative to the extent of the assembly.
 #: Chosen: what is still in the way after that was no part of the structure's equilibrium.
 FALLEN = 0.5
+#: Blocks fall together that move by more than this. Relative to the block that moves most. Chosen: others are dragged
+#: along.
+FALLING_TOGETHER = 0.5
+#: A curve ends when more than this part of the work of the live load was on blocks that have fallen. Chosen: what
+#: remains is then another structure.
+MAX_PART_FALLEN = 0.5
 #: Accuracy of the length at which a contact closes. Relative to the step. Chosen: near rounding.
 CLOSING_ACCURACY = 1e-12
 
@@ -38,7 +44,7 @@ class JumpEnd:
     """Where a jump ends."""
 
     linkage: Linkage | None  #: with the contacts that have closed sticking; None where nothing stops the fall
-    pose: Pose
+    pose: Pose  #: without a linkage: as far as the fall was followed
     opened: list[int]  #: joints that open, numbers of interfaces
     shut: list[int]  #: joints that close
     #: without a linkage: whether the blocks have fallen (`FALLEN`); if not, the fall could not be followed
@@ -102,7 +108,7 @@ def jump(linkage: Linkage, pose: Pose, parameter: float, mechanism: Floats, tang
         travelled, pose = travelled + step, there
         direction = _unit(assembly, pose, motion_at_fixed_parameter(falling, pose, parameter, direction))
         step = min(2 * step, MAX_STEP * extent)
-    return replace(lost, fell=travelled >= FALLEN * extent)
+    return replace(lost, pose=pose, fell=travelled >= FALLEN * extent)
 
 
 def _gaps_at(linkage: Linkage, parameter: float) -> Callable[[Pose], Floats]:
