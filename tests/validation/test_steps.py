@@ -14,6 +14,7 @@ from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.path import PathEnd
 from blockstat.model import Run, walls
 from dynsim import simulate
+from evidence.dynamics.capacity import scenes
 from evidence.references.walls import ZERO_DILATANCY, wall
 from evidence.scenes.small import arch, u_wall
 from walls import grounded
@@ -186,3 +187,15 @@ def test_macro_blocks_give_the_same_curve_as_all_blocks(monkeypatch):
     assert (found[:, 1] >= known[:, 1] - 1e-3 * known[0, 1]).all()  # fewer motions: a higher upper bound
     assert (found[:, 1] > known[:, 1] + 1e-3).any()
     assert ["macro-blocks" in " ".join(curve.warnings) for curve in (coarse, fine)] == [True, False]
+
+
+def test_a_multiplier_that_leaps_below_zero_is_no_zero():
+    """The arch slides; just before the end of its curve it still carries most of what it carried at rest."""
+    scene, direction = next((asm, push) for name, asm, push in scenes(16) if name == "arch 15")
+    curve = capacity(scene, direction, control="mean", steps=40)
+    end = float(curve.displacement[-1])
+    before = capacity(scene, direction, control="mean", steps=40, displacement=(1 - 1e-4) * end)
+    assert before.outcome.word == "reached"
+    assert before.lower[-1] > 0.5 * before.lower[0]
+    assert curve.outcome.word == "collapse"
+    assert curve.lower[-1] > 0.5 * curve.lower[0]

@@ -21,6 +21,10 @@ ROOT_ACCURACY = 1e-14
 #: A contact that is closed after this part of a step closes at the beginning of the step. Chosen: too small a part for
 #: the gap to have opened and closed in it.
 AT_ONCE = 1e-6
+#: Where a multiplier changes its sign it is zero if it is below this. Relative to that at the beginning of the step.
+#: Chosen: far above what `ROOT_ACCURACY` leaves. Where it is more, the multiplier leaps: the contacts of a joint that
+#: slides change there, or the linkage has no pose beyond.
+CONTINUOUS = 1e-6
 #: How well a loss of equilibrium is located. Relative to the path's tolerance times the step. Chosen: the forces just
 #: before it and just after it show what changes.
 LIMIT_ACCURACY = 1e-2
@@ -67,7 +71,7 @@ def first_kinematic_event(
     Returns
     -------
     event : str, PathEnd or None
-        "closing", `PathEnd.ZERO`, or None for no event.
+        "closing", `PathEnd.ZERO`, `PathEnd.LOST` where the multiplier leaps below zero, or None for no event.
     point : PathPoint
         At the event; the given one where there is none.
     """
@@ -87,9 +91,15 @@ def first_kinematic_event(
     if ends_at_zero and found.value < 0:
         if state.point.value <= 0:
             return PathEnd.ZERO, state.point
-        at = solver.point_at(state, root_of(_value_of(solver, state), start, found.parameter, _accuracy(found)))
-        if at is not None:
-            event, found = PathEnd.ZERO, replace(at, value=0.0)
+        accuracy = _accuracy(found)
+        root = root_of(_value_of(solver, state), start, found.parameter, accuracy)
+        at = solver.point_at(state, root)
+        if at is not None and abs(at.value) <= CONTINUOUS * state.point.value:
+            return PathEnd.ZERO, replace(at, value=0.0)
+        before = solver.point_at(state, root - AT_ONCE * (root - start))
+        if before is None or before.value <= 0:
+            return PathEnd.LOST, state.point
+        return PathEnd.LOST, before
     return event, found
 
 
