@@ -68,15 +68,15 @@ def parts(found: dict) -> dict[str, str]:
 
 
 def summary(rows: list[dict]) -> str:
-    """One line each on the largest wall, chapel and falling wall that every solver decided."""
+    """One line each on the largest wall, chapel and falling wall that every solver decided which is installed."""
     kinds = ("wall", "chapel", "falling")
     return "\n".join(largest(scene, [row for row in rows if row["scene"] == scene]) for scene in kinds)
 
 
 def largest(scene: str, rows: list[dict]) -> str:
-    """The largest of the scenes of a kind that every solver decided."""
+    """The largest of the scenes of a kind that every solver decided which is installed."""
     decided = {row["size"]: [r for r in rows if r["size"] == row["size"] and "seconds" in r] for row in rows}
-    solvers = {row["solver"] for row in rows}
+    solvers = {row["solver"] for row in rows if row.get("word") != "not installed"}
     sizes = [size for size, found in decided.items() if {row["solver"] for row in found} == solvers]
     name = {"falling": "wall that falls"}.get(scene, f"{scene} that stands")
     if not sizes:
