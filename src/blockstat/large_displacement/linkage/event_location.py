@@ -21,9 +21,9 @@ ROOT_ACCURACY = 1e-14
 #: A contact that is closed after this part of a step closes at the beginning of the step. Chosen: too small a part for
 #: the gap to have opened and closed in it.
 AT_ONCE = 1e-6
-#: Where a multiplier changes its sign it is zero if it is below this. Relative to that at the beginning of the step.
-#: Chosen: far above what `ROOT_ACCURACY` leaves. Where it is more, the multiplier leaps: the contacts of a joint that
-#: slides change there, or the linkage has no pose beyond.
+#: Where a multiplier changes its sign it is zero if it is below this. Relative to its change in the step. Chosen: far
+#: above what `ROOT_ACCURACY` leaves. Where it is more, the multiplier leaps: the contacts of a joint that slides change
+#: there, or the linkage has no pose beyond.
 CONTINUOUS = 1e-6
 #: How well a loss of equilibrium is located. Relative to the path's tolerance times the step. Chosen: the forces just
 #: before it and just after it show what changes.
@@ -94,7 +94,7 @@ def first_kinematic_event(
         accuracy = _accuracy(found)
         root = root_of(_value_of(solver, state), start, found.parameter, accuracy)
         at = solver.point_at(state, root)
-        if at is not None and abs(at.value) <= CONTINUOUS * state.point.value:
+        if at is not None and abs(at.value) <= CONTINUOUS * (state.point.value - found.value):
             return PathEnd.ZERO, replace(at, value=0.0)
         before = solver.point_at(state, root - AT_ONCE * (root - start))
         if before is None or before.value <= 0:

@@ -32,8 +32,8 @@ FALLEN = 0.5
 #: Blocks fall together that move by more than this. Relative to the block that moves most. Chosen: others are dragged
 #: along.
 FALLING_TOGETHER = 0.5
-#: A curve ends when more than this part of the work of the live load was on blocks that have fallen. Chosen: what
-#: remains is then another structure.
+#: A curve ends when more than this part of the work of the live load, or of the control, was on blocks that have
+#: fallen. Chosen: what remains is then another structure.
 MAX_PART_FALLEN = 0.5
 #: Accuracy of the length at which a contact closes. Relative to the step. Chosen: near rounding.
 CLOSING_ACCURACY = 1e-12
