@@ -118,13 +118,14 @@ def against_finest(name: str, scene: Assembly, steps: Sequence[int] = STEPS) -> 
     ]  # fmt: skip
 
 
-def measured() -> tuple[list[Followed], list[Followed]]:
-    """Curves of the linkages, and of the walls."""
+def measured(most: int = max(STEPS)) -> tuple[list[Followed], list[Followed]]:
+    """Curves of the linkages, and of the walls with so many steps at most."""
+    numbers = [number for number in STEPS if number <= most]
     linkages = [row for one in known() for row in against_known(one)]
     walls = [
         row
         for name, (courses, bricks) in WALLS.items()
-        for row in against_finest(name, running_bond(courses, bricks).with_(friction=0.65))
+        for row in against_finest(name, running_bond(courses, bricks).with_(friction=0.65), numbers)
     ]
     return linkages, walls
 

@@ -1,6 +1,7 @@
 """How exact, for how long: the tables of docs/choosing.md and its picture.
 
-    python -m evidence.choosing.page [--only limits curves runs draws] [--json] [--write docs/results/choosing.md]
+    python -m evidence.choosing.page [--only limits curves runs draws] [--steps N] [--json]
+        [--write docs/results/choosing.md]
 
 Seconds are process time. `--write` takes all four parts, and draws docs/choosing.png.
 """
@@ -9,6 +10,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import asdict
+from functools import partial
 from typing import Any
 
 from evidence.choosing import curves, draws, limits, runs
@@ -48,10 +50,12 @@ def main() -> None:
     """Measure, print, and write what the options ask."""
     options = parser(__doc__)
     options.add_argument("--only", nargs="+", choices=list(TITLES), default=list(TITLES))
+    options.add_argument("--steps", type=int, default=max(curves.STEPS), metavar="N", help="of the walls, at most")
     chosen = options.parse_args()
     if chosen.write and set(chosen.only) != set(TITLES):
         options.error("--write takes all parts; leave --only out")
-    measure = {"limits": limits.measured, "curves": curves.measured, "runs": runs.measured, "draws": draws.measured}
+    walls = partial(curves.measured, chosen.steps)
+    measure = {"limits": limits.measured, "curves": walls, "runs": runs.measured, "draws": draws.measured}
     found: dict[str, Any] = {}
     for name in chosen.only:
         print(name, file=sys.stderr, flush=True)

@@ -84,7 +84,7 @@ def solve(program: ConicProgram, early: EarlyEnd = AT_THE_OPTIMUM) -> Answer:
         state = _start(program, kkt) if first.least is None else _start_at(program, kkt, first.least)
     except ArithmeticError:
         return _read(program, 0 * program.cost, 0 * program.bound, Status.STALLED, first.factorisations)
-    answer = _iterate(program, kkt, early, state)
+    answer = _iterate(program, kkt, early, state, watched=early.twist is not None)
     return replace(answer, iterations=first.factorisations + answer.iterations)
 
 
@@ -99,7 +99,7 @@ def _solve_inside(program: ConicProgram, early: EarlyEnd) -> Answer:
     if opening is None:
         return _read(program, 0 * program.cost, 0 * program.bound, Status.STALLED, factorisations)
     state = _start_inside(program, kkt, opening, early.inside)
-    answer = _iterate(program, kkt, early, state, CORRECTORS)
+    answer = _iterate(program, kkt, early, state, watched=True, rough=True)
     return replace(answer, iterations=factorisations + answer.iterations)
 
 
@@ -108,8 +108,14 @@ def _read(program: ConicProgram, x: Floats, z: Floats, status: Status, iteration
     return read_answer(program, x, z, status, iterations, "interior-point", slack)
 
 
-def _iterate(program: ConicProgram, kkt: KktSolver, early: EarlyEnd, state: _State, correctors: int = 0) -> Answer:
-    """Predictor and corrector until the answer is good, or gets no better."""
+def _iterate(
+    program: ConicProgram, kkt: KktSolver, early: EarlyEnd, state: _State, *, watched: bool, rough: bool = False
+) -> Answer:
+    """Predictor and corrector until the answer is good, or gets no better.
+
+    watched : an iterate may prove what is asked long before the end, so that steps with correctors of centrality pay.
+    rough : what a solve leaves of equilibrium is balanced by who watches.
+    """
     best, best_error, least, waited, asked = state, np.inf, np.inf, 0, ASK
     iteration = 0
     for iteration in range(MOST_ITERATIONS):
@@ -142,7 +148,10 @@ def _iterate(program: ConicProgram, kkt: KktSolver, early: EarlyEnd, state: _Sta
             break
         try:
             with np.errstate(over="raise", invalid="raise", divide="raise"):
-                state = _step(program, kkt, state, rest, error, correctors)
+                # What a solve may leave; near the end the errors count, and correctors would only add to them.
+                refined = ROUGH if rough else max(REFINED, min(FIRM * error, ROUGH))
+                correctors = CORRECTORS if watched and refined == ROUGH else 0
+                state = _step(program, kkt, state, rest, refined, correctors)
         except (ArithmeticError, np.linalg.LinAlgError):
             break
     return _answer(program, best, Status.ALMOST_SOLVED if best_error < ALMOST else Status.STALLED, iteration)
@@ -326,11 +335,10 @@ class _Newton:
 
 
 def _step(
-    program: ConicProgram, kkt: KktSolver, v: _State, rest: _Residuals, error: float, correctors: int = 0
+    program: ConicProgram, kkt: KktSolver, v: _State, rest: _Residuals, refined: float, correctors: int
 ) -> _State:
-    """One predictor and corrector from an iterate of some error, and correctors of centrality."""
-    # What a solve leaves of equilibrium is balanced where a bracket is proven on the way.
-    newton = _Newton(program, kkt, v, rest, ROUGH if correctors else max(REFINED, min(FIRM * error, ROUGH)))
+    """One predictor and corrector from an iterate, with solves as good as `refined`, and correctors of centrality."""
+    newton = _Newton(program, kkt, v, rest, refined)
     unit, mu = newton.cones.unit, _complementarity(kkt, v)
     # A few cones that the predictor would leave say little of the rest, and correctors see to them.
     sigma = (1.0 - newton.longest(newton.predictor, FEW if correctors else 0.0)) ** 3
