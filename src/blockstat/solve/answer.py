@@ -59,7 +59,9 @@ class EarlyEnd:
     #: Forces inside the cones, or on their boundaries, shape (m, 3), from which phase one looks for forces in balance
     #: before the iteration (see `blockstat.solve.phase_one`). None leaves phase one out.
     guess: Floats | None = None
-    brief: bool = False  #: whether phase one ends where forces are not found easily
+    #: Whether the first proof is all that is asked: phase one ends where forces are not found easily, and the iteration
+    #: takes steps that a mechanism among its twists comes sooner by (see `blockstat.solve.interior_point`).
+    brief: bool = False
     stands: bool = False  #: whether forces are expected, so that phase one looks for them longer
     optimise: bool = True  #: whether the iteration follows where phase one finds none
     #: Told twist, forces and multiplier of each iterate; True ends with `ACCEPTED`. The iteration then starts at

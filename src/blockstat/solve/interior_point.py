@@ -34,7 +34,9 @@ LARGE = 1e3  #: multipliers beyond this change the proximal term of their own no
 #: 1996): each asks for a step so much longer, and for products s o z within a factor of NEAR of their target.
 #: FEW of the cones may hinder the predictor without a say in the target. A corrector costs about a tenth of an
 #: iteration (COST), so the next is made where the last has made the step longer by more than that.
-CORRECTORS, FURTHER, NEAR, FEW, COST = 8, 0.3, 0.3, 3e-3, 0.1
+#: Where the first mechanism is all that is asked, BRIEF of them keep the twists inside the cones, so that the first
+#: that gains work is one.
+CORRECTORS, BRIEF, FURTHER, NEAR, FEW, COST = 8, 2, 0.3, 0.3, 3e-3, 0.1
 #: A start inside: the gap between the bounds, in weights that move as fast as the load, and the first multiplier.
 FIRST_GAP, FIRST_MULTIPLIER, DEEP = 1.0, 0.1, 1e-3
 #: Far from the end solves need not be as good: a share of the iterate's own error, at most the second.
@@ -84,7 +86,7 @@ def solve(program: ConicProgram, early: EarlyEnd = AT_THE_OPTIMUM) -> Answer:
         state = _start(program, kkt) if first.least is None else _start_at(program, kkt, first.least)
     except ArithmeticError:
         return _read(program, 0 * program.cost, 0 * program.bound, Status.STALLED, first.factorisations)
-    answer = _iterate(program, kkt, early, state, watched=early.twist is not None)
+    answer = _iterate(program, kkt, early, state, correctors=BRIEF if early.brief else 0)
     return replace(answer, iterations=first.factorisations + answer.iterations)
 
 
@@ -99,7 +101,7 @@ def _solve_inside(program: ConicProgram, early: EarlyEnd) -> Answer:
     if opening is None:
         return _read(program, 0 * program.cost, 0 * program.bound, Status.STALLED, factorisations)
     state = _start_inside(program, kkt, opening, early.inside)
-    answer = _iterate(program, kkt, early, state, watched=True, rough=True)
+    answer = _iterate(program, kkt, early, state, correctors=CORRECTORS, rough=True)
     return replace(answer, iterations=factorisations + answer.iterations)
 
 
@@ -109,12 +111,12 @@ def _read(program: ConicProgram, x: Floats, z: Floats, status: Status, iteration
 
 
 def _iterate(
-    program: ConicProgram, kkt: KktSolver, early: EarlyEnd, state: _State, *, watched: bool, rough: bool = False
+    program: ConicProgram, kkt: KktSolver, early: EarlyEnd, state: _State, *, correctors: int, rough: bool = False
 ) -> Answer:
     """Predictor and corrector until the answer is good, or gets no better.
 
-    watched : an iterate may prove what is asked long before the end, so that steps with correctors of centrality pay.
-    rough : what a solve leaves of equilibrium is balanced by who watches.
+    correctors : of centrality, at most so many a step; they pay where an iterate proves what is asked before the end.
+    rough : what a solve leaves of equilibrium is balanced by who is told the iterates.
     """
     best, best_error, least, waited, asked = state, np.inf, np.inf, 0, ASK
     iteration = 0
@@ -148,9 +150,7 @@ def _iterate(
             break
         try:
             with np.errstate(over="raise", invalid="raise", divide="raise"):
-                # What a solve may leave; near the end the errors count, and correctors would only add to them.
                 refined = ROUGH if rough else max(REFINED, min(FIRM * error, ROUGH))
-                correctors = CORRECTORS if watched and refined == ROUGH else 0
                 state = _step(program, kkt, state, rest, refined, correctors)
         except (ArithmeticError, np.linalg.LinAlgError):
             break
