@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from blockstat import Memory, Outcome, assess, build, limit_load, with_values
+from blockstat import Memory, Outcome, assess, build, limit_load, load_scene, with_values
 from blockstat.analysis.problem import pose
 from blockstat.solve.answer import Status
 from blockstat.solve.penalty import solve_penalty
 from blockstat.spec import scene_from
+from evidence.paths import EXAMPLES
 from evidence.scenes.small import HUT, arch, running_bond, stack
 
 
@@ -91,3 +92,16 @@ def test_the_first_mechanism_comes_before_the_one_of_least_adhesion():
     assert early.iterations < full.iterations
     assert np.isnan(early.adhesion).all()
     assert np.isfinite(full.adhesion).all()
+
+
+def test_the_first_mechanism_of_a_building_takes_a_fraction_of_the_iterations_of_its_score():
+    # Iterates that are kept inside the cones are mechanisms as soon as they gain work. Those that are not have to wait
+    # until they close by less than the certificate lets pass, next to the optimum.
+    tower = build(load_scene(EXAMPLES / "tower.toml"))
+    problem = pose(tower, friction=None, gravity=(4.0, 0, -9.81), loads=None, gap=0.001, interfaces=None)
+    early, full = (
+        solve_penalty(problem.program, solver="interior-point", motions=problem.motions, score=score)
+        for score in (False, True)
+    )
+    assert early.status is Status.MECHANISM
+    assert 3 * early.iterations < full.iterations
