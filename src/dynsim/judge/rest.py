@@ -99,6 +99,10 @@ class RestDetection:
     The time t is that since release, from `SOONEST` times T = `Settings.window` on, and never more than T. The velocity
     of an imbalance grows as t and the error of a trend shrinks as t^(3/2): where blocks lie still the run ends early,
     and where noise could hide an imbalance it goes on.
+
+    For e g stands 2 `SHOWN` times the default threshold / T^2, as contact noise grows with the blocks. Both are the
+    same for blocks of 0.3 m. Smaller blocks are judged more strictly, larger ones less: where most are longer than
+    `SAFE` times 0.3 m, an imbalance of e may pass for rest.
     """
 
     def __init__(self, threshold: float, window: float) -> None:
