@@ -100,9 +100,9 @@ class RestDetection:
     of an imbalance grows as t and the error of a trend shrinks as t^(3/2): where blocks lie still the run ends early,
     and where noise could hide an imbalance it goes on.
 
-    For e g stands 2 `SHOWN` times the default threshold / T^2, as contact noise grows with the number of courses. At the
-    scale of the simulation (see `dynsim.engine.world`) it is e g up to 1.5 times e g for few courses, and `SAFE` times
-    e g for more than 160.
+    For e g stands 2 `SHOWN` times the default threshold / T^2, as contact noise grows with the courses. At the scale of
+    the simulation (see `dynsim.engine.world`) that is e g to 1.5 times e g for few courses, and `SAFE` times e g only
+    for more than 160.
     """
 
     def __init__(self, threshold: float, window: float) -> None:
