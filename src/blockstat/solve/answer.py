@@ -59,8 +59,8 @@ class EarlyEnd:
     #: Forces inside the cones, or on their boundaries, shape (m, 3), from which phase one looks for forces in balance
     #: before the iteration (see `blockstat.solve.phase_one`). None leaves phase one out.
     guess: Floats | None = None
-    #: Whether the first proof is all that is asked: phase one ends where forces are not found easily, and the iteration
-    #: takes steps that a mechanism among its twists comes sooner by (see `blockstat.solve.interior_point`).
+    #: Whether the first proof is all that is asked: phase one ends where forces are not found easily, and the steps of
+    #: the iteration keep its twists inside the cones, where a mechanism is found sooner.
     brief: bool = False
     stands: bool = False  #: whether forces are expected, so that phase one looks for them longer
     optimise: bool = True  #: whether the iteration follows where phase one finds none
