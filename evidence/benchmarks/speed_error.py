@@ -269,8 +269,8 @@ def advice(points: list[Point]) -> str:
 
     return ADVICE.format(
         tail="Polygons lose accuracy wherever the motion is not along their sides: the error of the octagon is up to "
-        f"{100 * worst('8-gon'):.1g} %, and that of blockstat up to {worst('blockstat'):.0e}. A loose tolerance loses "
-        f"accuracy everywhere: the error at 1e-3 is up to {worst('Clarabel primal, 1e-03'):.0e}. Bullet is the most "
+        f"{100 * worst('8-gon'):.2g} %, and that of blockstat up to {worst('blockstat'):.1e}. A loose tolerance loses "
+        f"accuracy everywhere: the error at 1e-3 is up to {worst('Clarabel primal, 1e-03'):.2g}. Bullet is the most "
         "expensive, and answers another question."
     )
 

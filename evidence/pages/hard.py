@@ -36,7 +36,8 @@ from, and the answer of blockstat. A verdict may be undecided where the scene is
 joint of almost no width; no verdict may be wrong. Where a case is closer to its limit than 1e-9 of the weight, which
 is the tolerance of the certificates, both answers count as right. The residual is the largest unbalanced force on a
 block, relative to its load. A figure is "wide" where its bracket holds the truth but not as sharply as is stated,
-"off" where it has no bracket and differs by more, "WRONG" where a bracket excludes the truth, and a "hang" where there
+"off" where it has no bracket and differs by more or has another outcome than the true one, "WRONG" where a bracket
+excludes the truth, "rejected" where an independent check refuses what is given as its proof, and a "hang" where there
 is no answer in 20 s. "Off by" is relative to the truth, but to the weight for forces of props. The independent checks
 in `evidence/checks` and `evidence/opinion`, which take only blocks, joints and joint laws from blockstat, confirm
 every answer that is not "rejected". Each row is a test (`tests/hard`). A row with ± is two, one on either side of a
