@@ -23,7 +23,7 @@ from collections.abc import Iterable, Iterator
 from evidence import results
 from evidence.benchmarks import solver_tables
 from evidence.paths import ROOT
-from evidence.run.runner import THREADS
+from evidence.run.threads import THREADS
 
 SCENES = ("wall", "along", "vault", "chapel", "falling")
 SOLVERS = ("cvxpy", "clarabel-primal", "clarabel-dual", "structured", "blockstat", "compas-rbe")

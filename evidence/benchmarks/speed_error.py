@@ -170,8 +170,10 @@ BULLET = tuple(
 MARKERS = "o*sPX<>^vDdph8H"
 
 
-def measure(with_bullet: bool) -> Iterator[Point]:
+def measure(with_bullet: bool, largest: int) -> Iterator[Point]:
     for scene in scenes():
+        if scene.assembly.n_blocks > largest:
+            continue
         reference = scene.reference
         if reference is None:
             found = limit_load(scene.assembly, scene.load)
@@ -280,9 +282,10 @@ def main() -> None:
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--write", action="store_true")
     parser.add_argument("--no-bullet", action="store_true")
+    parser.add_argument("--largest", type=int, default=10**6, metavar="N", help="scenes of so many blocks at most")
     options = parser.parse_args()
     points = []
-    for point in measure(not options.no_bullet):
+    for point in measure(not options.no_bullet, options.largest):
         points.append(point)
         print(f"{point.family}, {point.scene}: {point.way} {point.error:.1e} {point.seconds:.3f} s", file=sys.stderr)
     if options.write:

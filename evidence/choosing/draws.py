@@ -108,12 +108,13 @@ def to_first_order(case: Known) -> First:
     return First(abs(found.probability / case.exact - 1), seconds)
 
 
-def measured() -> tuple[list[Sampled], First]:
-    """All runs, and the first-order estimate of the block."""
+def measured(most: int = max(DRAWS)) -> tuple[list[Sampled], First]:
+    """All runs of so many draws at most, and the first-order estimate of the block."""
     case = KNOWN[-1]
-    rows = probabilities(case) + probabilities(case, about=DESIGN) + medians()
+    number, of_medians = ({n: seeds for n, seeds in all_of.items() if n <= most} for all_of in (DRAWS, MEDIANS))
+    rows = probabilities(case, number) + probabilities(case, number, DESIGN) + medians(of_medians)
     chapel = build(load_scene(EXAMPLES / "chapel.toml"))
-    return rows + building(chapel, CHAPEL, list(DRAWS)), to_first_order(case)
+    return rows + building(chapel, CHAPEL, list(number)), to_first_order(case)
 
 
 def rows_table(rows: list[Sampled], first: First) -> str:

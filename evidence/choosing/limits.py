@@ -60,9 +60,10 @@ def series(name: str, assembly: Assembly, load: Load, tolerances: Sequence[float
     return rows
 
 
-def measured() -> list[Bracketed]:
-    """All scenes."""
-    return [row for name, (make, load) in SCENES.items() for row in series(name, make(), load)]
+def measured(least: float = min(TOLERANCES)) -> list[Bracketed]:
+    """All scenes, with tolerances down to the least."""
+    asked = [tolerance for tolerance in TOLERANCES if tolerance >= least]
+    return [row for name, (make, load) in SCENES.items() for row in series(name, make(), load, asked)]
 
 
 def rows_table(rows: Sequence[Bracketed]) -> str:

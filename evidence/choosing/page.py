@@ -1,7 +1,7 @@
 """How exact, for how long: the tables of docs/choosing.md and its picture.
 
-    python -m evidence.choosing.page [--only limits curves runs draws] [--steps N] [--json]
-        [--write docs/results/choosing.md]
+    python -m evidence.choosing.page [--only limits curves runs draws] [--steps N] [--draws N]
+        [--tolerance T] [--json] [--write docs/results/choosing.md]
 
 Seconds are process time. `--write` takes all four parts, and draws docs/choosing.png.
 """
@@ -51,11 +51,17 @@ def main() -> None:
     options = parser(__doc__)
     options.add_argument("--only", nargs="+", choices=list(TITLES), default=list(TITLES))
     options.add_argument("--steps", type=int, default=max(curves.STEPS), metavar="N", help="of the walls, at most")
+    options.add_argument("--draws", type=int, default=max(draws.DRAWS), metavar="N", help="at most")
+    options.add_argument("--tolerance", type=float, default=min(limits.TOLERANCES), metavar="T", help="at least")
     chosen = options.parse_args()
     if chosen.write and set(chosen.only) != set(TITLES):
         options.error("--write takes all parts; leave --only out")
-    walls = partial(curves.measured, chosen.steps)
-    measure = {"limits": limits.measured, "curves": walls, "runs": runs.measured, "draws": draws.measured}
+    measure = {
+        "limits": partial(limits.measured, chosen.tolerance),
+        "curves": partial(curves.measured, chosen.steps),
+        "runs": runs.measured,
+        "draws": partial(draws.measured, chosen.draws),
+    }
     found: dict[str, Any] = {}
     for name in chosen.only:
         print(name, file=sys.stderr, flush=True)

@@ -126,13 +126,15 @@ def misses(rows: list[tuple[dict[str, Any], Predicted]]) -> str:
 
 
 def main() -> None:
-    options = results.parser(__doc__).parse_args()
+    parser = results.parser(__doc__)
+    parser.add_argument("--walls", type=int, metavar="N", help="so many alone, the first of the folder")
+    options = parser.parse_args()
     if not FILE.is_file():
         print(f"{FILE} is absent; the comparison stays as it is")
         options.write.touch()
         return
     predicted = predictions()
-    rows = [(test, predicted[test["id"]]) for test in tests()]
+    rows = [(test, predicted[test["id"]]) for test in tests()[: options.walls]]
     heads = ["wall", "test", "failure", "axial [kN]", "measured [kN]", *KINDS, "plus / associated", "minus"]
     parts = {
         "walls": table(heads, (wall_row(*row) for row in rows)),

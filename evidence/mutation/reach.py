@@ -17,7 +17,7 @@ from pathlib import Path
 
 from evidence.mutation.mutations import SOURCE, Mutation
 from evidence.paths import ROOT
-from evidence.run.runner import THREADS
+from evidence.run.threads import THREADS
 
 OUT = ROOT / "out" / "mutation"
 FOLDERS = ("blockstat", "crosscheck", "validation", "property", "dynsim")

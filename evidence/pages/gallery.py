@@ -57,10 +57,13 @@ def small(path: Path) -> None:
 
 
 def shown(name: str, words: str, alt: str, assembly: Assembly, options: dict | None, found: Found) -> str:
-    """Draw an assembly unless options are None; a row of a table. alt : for who does not see the picture."""
+    """Draw an assembly unless options are None; a row of a table.
+
+    alt : for who does not see the picture; found : nothing of a scene that a quick run left out.
+    """
     if options is not None:
         small(plot(assembly, DOCS / "gallery" / f"{name}.png", **options))
-    figures = (assembly.n_blocks, found["interfaces"], *verdicts(found))
+    figures = (assembly.n_blocks, found.get("interfaces", "-"), *verdicts(found))
     print(f"{name}:", *figures, flush=True)
     return row([f'<img src="gallery/{name}.png" height="180" alt="{alt}">', words, *figures]) + "\n"
 
@@ -77,10 +80,11 @@ def main() -> None:
         words = f"[{path.stem}](../examples/{path.name}): {scene.description}"
         options = None if asked.keep_pictures else VIEWS.get(path.stem, {})
         alt = f"{path.stem.replace('_', ' ')}: {scene.description}"
-        text += shown(f"scene-{path.stem}", words, alt, build(scene), options, found[path.stem])
+        text += shown(f"scene-{path.stem}", words, alt, build(scene), options, found.get(path.stem, {}))
     text += ELEMENTS_HEAD + COLUMNS
     for name, words, build_element, options in ELEMENTS:
-        text += shown(name, words, words, build_element(), None if asked.keep_pictures else options, found[name])
+        seen = None if asked.keep_pictures else options
+        text += shown(name, words, words, build_element(), seen, found.get(name, {}))
     (DOCS / "gallery.md").write_text(text)
 
 

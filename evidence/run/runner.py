@@ -14,10 +14,10 @@ from evidence import paths
 from evidence.jobs import Job
 from evidence.run import stamps
 from evidence.run.stamps import Stamp
+from evidence.run.threads import THREADS
 from evidence.tables import table
 
 OUT = paths.ROOT / "out" / "evidence"
-THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "RAYON_NUM_THREADS")
 SIDE_BY_SIDE = 2
 
 
