@@ -11,9 +11,10 @@ import pytest
 from evidence import paths, results
 from evidence.bisection import bisect
 from evidence.jobs import JOBS, Job
-from evidence.pages import fill
+from evidence.pages import fill, gallery
 from evidence.run import runner, sources, stamps
 from evidence.run.runner import chosen, listed, run_all
+from evidence.scenes.small import assembly, box
 from evidence.tables import table
 
 ROOT = paths.ROOT
@@ -140,6 +141,17 @@ def test_the_foot_names_the_commit_and_its_date(elsewhere):
     lines = stamps.foot([writer("one"), writer("two")]).splitlines()
     assert [line.partition(":")[0] for line in lines] == ["*Figures of one", "*Figures of two"]
     assert "not noted" in lines[1]
+
+
+def test_scenes_that_a_quick_run_left_out_have_a_row_without_verdicts():
+    cube = assembly([box((0, 0, -1), (1, 1, 0)), box((0, 0, 0), (1, 1, 1))])
+    cells = gallery.shown("cube", "A cube", "a cube", cube, None, {}).split("|")[2:-1]
+    assert [cell.strip() for cell in cells] == ["A cube", "2", *5 * ["-"]]
+
+
+def test_as_many_walls_are_compared_in_a_quick_run_as_are_predicted():
+    fewer = {job.name: job.fewer for job in JOBS}
+    assert fewer["experiments-measured"] == fewer["experiments"]
 
 
 def test_a_quick_run_gives_the_options_for_fewer_scenes(elsewhere):
