@@ -62,7 +62,7 @@ JOBS: Sequence[Job] = (
     page("scenes", 0.1, "pages.scene_language", "docs/scenes/*.md"),
     page("command_line", 0.1, "pages.command_line", "docs/command_line/*.md"),
     page("speed_error", 9, "benchmarks.speed_error --write", "docs/speed-error.png", fewer="--no-bullet --largest 350"),
-    result("choosing", 7, "choosing.page", "docs/choosing.png", fewer="--steps 20 --draws 400 --tolerance 1e-5"),
+    result("choosing", 7, "choosing.page", "docs/choosing.png", fewer="--steps 20 --draws 100 --tolerance 1e-5"),
     page(
         "bullet", 10, "dynamics.bullet --write", "docs/bullet.png", "docs/results/bullet.md",
         fewer="--sizes S --presets fast default",
@@ -70,14 +70,14 @@ JOBS: Sequence[Job] = (
     page("paper", 5, "dynamics.paper --write", "docs/paper.png", fewer="--seconds 1 --walls 1"),
     page(
         "comparison", 15, "comparisons.verdicts --jobs 1 --write docs/comparison.md", "docs/comparison/*.png",
-        "docs/results/comparison.md", fewer="--scenes 24 --limits 2",
+        "docs/results/comparison.md", fewer="--scenes 12 --limits 2",
     ),
     result(
         "coulomb", 40, "comparisons.coulomb --engines bullet --most 1200 --minutes 10", "docs/results/coulomb.json",
         fewer="--engines none --random 8 --largest 300",
     ),
-    result("experiments", 12, "experiments.predict", fewer="--walls 3"),
-    result("experiments_measured", 0.1, "experiments.compare", fewer="--walls 3"),
+    result("experiments", 12, "experiments.predict", fewer="--walls 2"),
+    result("experiments_measured", 0.1, "experiments.compare", fewer="--walls 2"),
     result("scatter", 0.1, "experiments.scatter"),
     result("architecture", 0.1, "pages.architecture", "docs/architecture.png"),
     pictures(
@@ -85,7 +85,7 @@ JOBS: Sequence[Job] = (
     ),
     pictures("screenshots", 5, "pages.screenshots", "docs/app-*.png"),
     result("compare_verdicts", 2.5, "comparisons.huts", fewer="--scenes 10"),
-    result("glue", 1.5, "dynamics.glue", fewer="--scenes 20"),
+    result("glue", 1.5, "dynamics.glue", fewer="--scenes 10"),
     result("stiffness", 2, "dynamics.stiffness", fewer="--walls 1"),
     result("settlements", 1.5, "checks.settlements"),
     result("panel", 3, "checks.panel", fewer="--step 0.05 --draws 2"),
@@ -106,5 +106,5 @@ JOBS: Sequence[Job] = (
     result("proofs", 6, "checks.proofs", fewer="--only sizes"),
     result("chance", 8, "checks.chance", fewer="--draws 100"),
     result("solvers", 11, "benchmarks.solvers", fewer="--sizes 100 --limit 10"),
-    result("solvers_large", 10, "benchmarks.solvers --large --limit 300", fewer="--limit 10 --alone 1000"),
+    result("solvers_large", 10, "benchmarks.solvers --large --limit 300", fewer="--limit 6 --alone 1000"),
 )  # fmt: skip

@@ -133,7 +133,7 @@ def main() -> None:
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--write", action="store_true")
     parser.add_argument("--seconds", type=float, default=3.0, help="simulated at most by the buttress loop")
-    parser.add_argument("--walls", type=int, default=len(WALLS), metavar="N", help="so many of the thicknesses")
+    parser.add_argument("--walls", type=int, default=len(WALLS), metavar="N", help="the thinnest so many")
     parser.add_argument("--figures", type=Path, help="of an earlier run with --json")
     options = parser.parse_args()
     from evidence.dynamics.paper_page import page, picture
@@ -141,7 +141,7 @@ def main() -> None:
     if options.figures:
         found = json.loads(options.figures.read_text())
     else:
-        found = figures(options.seconds, WALLS[: options.walls])
+        found = figures(options.seconds, WALLS[-options.walls :])
     print(json.dumps(found, indent=1) if options.json else page(found))
     if options.write:
         PAGE.write_text(page(found))
