@@ -76,8 +76,8 @@ JOBS: Sequence[Job] = (
         "coulomb", 40, "comparisons.coulomb --engines bullet --most 1200 --minutes 10", "docs/results/coulomb.json",
         fewer="--engines none --random 8 --largest 300",
     ),
-    result("experiments", 12, "experiments.predict", fewer="--walls 2"),
-    result("experiments_measured", 0.1, "experiments.compare", fewer="--walls 2"),
+    result("experiments", 12, "experiments.predict", fewer="--walls 3"),
+    result("experiments_measured", 0.1, "experiments.compare", fewer="--walls 3"),
     result("scatter", 0.1, "experiments.scatter"),
     result("architecture", 0.1, "pages.architecture", "docs/architecture.png"),
     pictures(
