@@ -79,7 +79,7 @@ ones.
 
 ## Every disagreement, by its cause
 
-{disagreements} scenes differ in one of the two comparisons, and {neither} have an outcome that is neither standing nor
+{disagreements} scenes differ in one of the two comparisons, and of {neither} the outcome is neither standing nor
 falling. Further runs look for the cause: runs with small pushes, a run with time steps of at most half the finest, and
 a run that lasts ten times as long (`dynsim.comparison.causes`). The pictures show the blocks after the fall in Bullet,
 or the fall that statics predict.

@@ -9,13 +9,15 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from time import process_time
+from typing import Any
 
 import tomllib
 
-from blockstat import assess, build, limit_load
+from blockstat import Assembly, assess, build, limit_load
 from blockstat.spec import scene_from
 from dynsim import Settings, verify
 from dynsim.settings import PRESETS
@@ -51,7 +53,7 @@ def errors(preset: str) -> list[dict]:
     return rows
 
 
-def chapel(size: str, wall: float):
+def chapel(size: str, wall: float) -> Assembly:
     length, height, voussoirs = CHAPELS[size]
     scene = tomllib.loads((EXAMPLES / "chapel.toml").read_text())
     scene["brick"] = {"length": length, "height": height}
@@ -77,18 +79,21 @@ def statics(sizes: list[str]) -> list[dict]:
     rows = []
     for size in sizes:
         for expected, wall in WALLS.items():
-            assembly = chapel(size, wall)
-            begin = process_time()
-            verdict = assess(assembly, score=False)
-            seconds, begin = process_time() - begin, process_time()
-            score = assess(assembly)
-            scored, begin = process_time() - begin, process_time()
-            limit = limit_load(assembly, ACROSS)
-            rows.append({"blocks": assembly.n_blocks, "expected": expected, "verdict": verdict.outcome.word,
+            verdict, seconds = timed(lambda blocks: assess(blocks, score=False), size, wall)
+            score, scored = timed(assess, size, wall)
+            limit, limited = timed(lambda blocks: limit_load(blocks, ACROSS), size, wall)
+            rows.append({"blocks": verdict.assembly.n_blocks, "expected": expected, "verdict": verdict.outcome.word,
                          "seconds": seconds, "score": score.score, "scored": scored, "lower": limit.lower,
-                         "upper": limit.upper, "limit": process_time() - begin})  # fmt: skip
+                         "upper": limit.upper, "limit": limited})  # fmt: skip
             print(rows[-1], file=sys.stderr, flush=True)
     return rows
+
+
+def timed(answer: Callable[[Assembly], Any], size: str, wall: float) -> tuple[Any, float]:
+    """An answer on blocks of which nothing is known yet, and its process time [s]."""
+    blocks = chapel(size, wall)
+    begin = process_time()
+    return answer(blocks), process_time() - begin
 
 
 def headline(found: dict) -> str:

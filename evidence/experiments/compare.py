@@ -100,6 +100,8 @@ def means(rows: list[tuple[dict[str, Any], Predicted]]) -> str:
 def sides(rows: list[tuple[dict[str, Any], Predicted]]) -> str:
     """Means of the two directions of the cyclic tests apart."""
     both = [(test, forces["associated", 0.7]) for test, forces in rows if test["peak"]["minus_kN"] is not None]
+    if not both:
+        return "None of the walls was pushed to and fro."
     plus, minus = ([test["peak"][f"{side}_kN"] / force for test, force in both] for side in ("plus", "minus"))
     more = [b / a for a, b in zip(plus, minus, strict=True)]
     return (
