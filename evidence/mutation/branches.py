@@ -20,6 +20,7 @@ from typing import Any
 from evidence.mutation.mutations import ROOMS, SOURCE
 from evidence.mutation.reach import OPTIONS
 from evidence.paths import ROOT
+from evidence.run.stamps import measured_now
 from evidence.tables import table
 
 OUT = ROOT / "out" / "coverage"
@@ -66,7 +67,7 @@ def main() -> None:
     for room in options.list:
         print(f"\n{room}\n" + "\n".join(untaken(files, room)))
     if options.write:
-        options.write.write_text(page(files))
+        options.write.write_text(f"{page(files)}\n{measured_now()}\n")
 
 
 def measure(jobs: int) -> None:

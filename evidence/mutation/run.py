@@ -23,6 +23,7 @@ import tomllib
 from evidence.mutation.judge import KILLED, UNREACHED, Judgement, Jury
 from evidence.mutation.mutations import ROOMS, Mutation, files, sample
 from evidence.mutation.reach import OUT, reach, test_files
+from evidence.run.stamps import measured_now
 from evidence.tables import table
 
 EQUIVALENTS = Path(__file__).with_name("equivalents.toml")
@@ -87,8 +88,9 @@ def main() -> None:
     text, same = "\n".join(parts), equivalents_page(judged, equivalents())
     print(text, same, sep="\n")
     if options.write:
-        options.write.write_text(text)
-        options.write.with_stem(f"{options.write.stem}_equivalent").write_text(same)
+        foot = f"\n{measured_now()}\n"
+        options.write.write_text(text + foot)
+        options.write.with_stem(f"{options.write.stem}_equivalent").write_text(same + foot)
 
 
 class Kept:

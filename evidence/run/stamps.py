@@ -50,6 +50,12 @@ def head() -> tuple[str, str]:
         return "unknown", "unknown"
 
 
+def measured_now() -> str:
+    """The foot of a page that is no job's: its figures come from the source as it is."""
+    commit, date = head()
+    return f"*The figures of this page are of commit `{commit}` of {date}.*"
+
+
 def sources_of(job: Job) -> str:
     """The hash of what a job depends on now."""
     return digest(shlex.split(job.command)[1])
