@@ -22,8 +22,9 @@ Written by `make evidence ONLY=comparison`. There are {scenes} scenes of {least}
 references and {randoms} random scenes (seed {seed}). Each gets three verdicts: by statics with exact friction cones
 (`blockstat.assess`), by statics without dilatancy and self-stress (`flow="coulomb"`), and by Bullet (`dynsim.verify`).
 `dynsim.compare` makes the same table of any assemblies, and `python -m evidence.comparisons.cases DIRECTORY` makes it
-of files. The verdicts took {seconds} process seconds: force fields {static:.1f}, Coulomb {coulomb:.1f}, Bullet
-{dynamic:.0f}.
+of files. The random families are walls (four without a roof, on tilted ground), huts (four walls and a barrel vault),
+chapels (a vaulted nave with openings and buttresses), arches and portals of `evidence/scenes/families.py`. The verdicts
+took {seconds} process seconds: force fields {static:.1f}, Coulomb {coulomb:.1f}, Bullet {dynamic:.0f}.
 
 Bullet agrees with force fields alone on {agree} scenes, and with Coulomb friction on {agree_coulomb}. Of {excluded}
 scenes that statics exclude, {stood} stood in Bullet. `dynsim` refuses these scenes, so they are not compared:
@@ -45,7 +46,7 @@ These scenes are built at a multiple of their known limit (`evidence/references/
 
 {limit_count} random scenes that stand are subject to a growing horizontal acceleration. The tables compare
 `blockstat.limit_load` with the middle of the bracket by `dynsim.limit`, which is 1 % wide. In the picture a dashed line
-marks {share:.0%} of the static limit.
+marks {share:.0%} of the static limit. "Furthest" is the largest difference of the two limits.
 
 {ratios}
 
@@ -79,10 +80,9 @@ ones.
 
 ## Every disagreement, by its cause
 
-{disagreements} scenes differ in one of the two comparisons, and of {neither} the outcome is neither standing nor
-falling. Further runs look for the cause: runs with small pushes, a run with time steps of at most half the finest, and
-a run that lasts ten times as long (`dynsim.comparison.causes`). The pictures show the blocks after the fall in Bullet,
-or the fall that statics predict.
+{disagreements} scenes differ in one of the two comparisons. Scenes of which a verdict is undecided or creeps, and the
+others agree, are listed too: {neither}. Further runs look for the cause: runs with small pushes, a run with time steps
+of at most half the finest, and a run that lasts ten times as long (`dynsim.comparison.causes`).
 
 {causes}
 """
@@ -171,7 +171,7 @@ def causes(rows: Comparisons, assemblies: dict[str, Assembly], folder: Path, pag
         contact_sheet([(row, assemblies[row.name]) for row in own], picture)
         title = f"### {cause.word.replace('_', ' ').capitalize()}: {len(own)}"
         alt = "a drawing of a room of blocks" if len(own) == 1 else f"drawings of {len(own)} rooms and walls of blocks"
-        link = f"![{alt}, those that moved in red]({picture.relative_to(page.parent)})"
-        caption = "*The blocks after the fall in Bullet, or in the fall that statics predict. Red ones moved furthest.*"
+        link = f"![{alt}]({picture.relative_to(page.parent)})"
+        caption = "*At the end of the run in Bullet, or in the fall that statics predict. Red blocks moved furthest.*"
         sections += [title, f"{cause.value[0].upper()}{cause.value[1:]}.", link, caption, figures(own)]
     return "\n\n".join(sections)

@@ -173,7 +173,7 @@ def plot(found: dict, path: Path) -> None:
             if cost:
                 x, y = [r["blocks"] for r in cost], [r["seconds"] for r in cost]
                 axes[1].plot(x, y, style, color=colour, label=f"{preset}, {expected}")
-    axes[0].set(xscale="log", xlabel="process seconds of a bisection", ylabel="error of the limit [%]", ylim=(0, None))
+    axes[0].set(xscale="log", xlabel="process seconds of a bisection", ylabel="size of the error [%]", ylim=(0, None))
     axes[1].set(xscale="log", yscale="log", xlabel="blocks", ylabel="process seconds of a verdict")
     for axis in axes:
         axis.grid(alpha=0.3)

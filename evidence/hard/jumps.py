@@ -166,7 +166,7 @@ hinges at the same displacement. Place and multipliers of the jump are those of 
 knows plane geometry alone. An arch on spreading supports has three hinges, is determinate, and falls where its thrust
 reaches the extrados of a springing. A lintel slides on the support that carries less, and falls when its bearing is
 used up. When that support sinks by s, the lintel turns about the edge of the other one, 2 m away, and draws its end
-back by 2 - sqrt(4 - s^2). It is the far end that slides, up to a bearing of 6 cm: the force on the near end stays in
+back by 2 - sqrt(4 - s^2). It is this end that slides, up to a bearing of 6 cm: the force on the other end stays in
 its friction cone, which turns with the lintel.""",
     (),
     (*TIES, *CURVES, *SETTLEMENTS),

@@ -199,10 +199,10 @@ SECTION = Section(
 limit load do not know about it. What changes is the rounding: neighbouring numbers at 4.6e6 m are
 {np.spacing(UTM.max()):.1e} m apart (machine epsilon times 4.6e6 m, rounded to a power of two), so that the base of
 0.37 m of the block is known to {ROUNDING:.1e} of itself. The answers may be off by that and by {SOLVER:.0e} for the
-bracket, twice as much for the arch, in which two joints move. So eight digits survive. In millimetres the sides are
-whole numbers where they are whole in the drawing, and lose nothing. Capacity curves move blocks by finite
-displacements: that of a block ends where its centroid is over its toe, and the hinges of an arch change where its
-linkage says (`evidence/hard/linkages.py`).""",
+bracket, twice as much for the arch, in which two joints move. So eight digits survive, and seven in the place of a
+jump. In millimetres the sides are whole numbers where they are whole in the drawing, and lose nothing. Capacity curves
+move blocks by finite displacements: that of a block ends where its centroid is over its toe, and the hinges of an arch
+change where its linkage says (`evidence/hard/linkages.py`).""",
     CASES,
     (*FIGURES, *JUMPS),
 )

@@ -160,10 +160,11 @@ SECTION = Section(
     """A light block of weight 1 tips about its toe under a push of b / h. A tie at half its height adds its force, up
 to what it bears or to the friction of the heavy block at its other end. A pillar with a tie at its top slides at its
 foot where the tie is strong enough, and tips back over its heel where it is stronger. A tendon of constant force
-presses like a weight. As the light block turns, its yielding tie follows its ends, and moments about the toe give the
-push. The tolerance of a bracket and of a proof of instability is relative to the weight of the whole assembly, 2e-9
-and 1e-9 of it. Beside a block that is 1e8 times heavier that is a fifth of the light block's weight, and the answers
-show it: they are wide or undecided.""",
+presses like a weight. A heavy pillar of width b, height h and weight W is tied at a quarter z of its height to an
+anchor of weight w, which slides at mu w. As the light block turns, its yielding tie follows its ends, and moments
+about the toe give the push. The tolerance of a bracket and of a proof of instability is relative to the weight of the
+whole assembly, 2e-9 and 1e-9 of it. Beside a block that is 1e8 times heavier that is a fifth of the light block's
+weight, and the answers show it: they are wide or undecided.""",
     CASES,
     FIGURES,
 )

@@ -27,6 +27,7 @@ those that share no block each ask for one more. Friction is that of the scenes,
 
 {table}
 
+- "Blocks" are those without the supports.
 - "Free" counts the courses after which nothing needs to be held, the last one among them.
 - The basilica is built in stages: its walls and its apse by courses, then its vault along the nave, ring by ring.
 - Seconds are process time, the search for joints included, of one process. With `--journal` a run that was stopped goes

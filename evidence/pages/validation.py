@@ -26,7 +26,8 @@ column gives the kind of the reference:
 - d: derived by one method.
 
 The bracket is the distance between the value that is proven to stand and the value that is proven to fall. For zero
-dilatancy and Coulomb angles it is the width of the bisection. Every row is a test to the digits given, and its name is
+dilatancy and Coulomb angles it is the width of the bisection. The error is the value of blockstat less the reference,
+and s are seconds of process time. Every row is a test to the digits given, and its name is
 made of the first two columns:
 
     pytest "tests/validation/test_references.py::test_reference[P Ferris & Tin-Loi W1, associated]"
