@@ -11,6 +11,12 @@ from extras import links
 #: A command as pages show it: indented, perhaps on several lines, with a remark behind it.
 SHOWN = re.compile(r"^    ((?:blockstat|dynsim) (?:.*\\\n)*.*)$", re.MULTILINE)
 BY_HAND = [page for page in links.pages() if "command_line" not in str(page)]
+TASKS = [page for page in BY_HAND if page.parent.name == "howto" or page.stem in ("README", "quick_start")]
+FILE = r"[\w./-]+\.(?:json|jsonl|toml|obj|glb|csv)"
+#: Where a page writes a file: by an option, in a string of Python, or at the top of a file that it shows.
+WRITTEN = re.compile(rf'(?:-o|--journal|--film) ({FILE})|"({FILE})"|^# ({FILE})$', re.MULTILINE)
+#: Files that the reader has: of an own model, records of shakes, and what another page writes.
+GIVEN = {"falls": r"gate\.glb", "facade": r"motion\.csv", "ida": r"wave.*\.csv", "code_check": r"facade\.toml"}
 
 
 def test_the_reference_is_up_to_date(root):
@@ -46,3 +52,15 @@ def test_the_commands_on_a_page_have_the_options_that_it_shows(page):
         options = {option for own in known[name].params for option in (*own.opts, *own.secondary_opts)}
         used = {word.partition("=")[0] for word in words if re.match(r"--?[a-z]", word)}
         assert used <= options, f"{shown}: there is no {', '.join(used - options)}"
+
+
+@pytest.mark.parametrize("page", TASKS, ids=lambda page: page.stem)
+def test_the_files_that_commands_of_a_task_read_are_written_before(page, root):
+    text = page.read_text()
+    for shown in SHOWN.finditer(text):
+        command = shown[1].partition(" #")[0]
+        written = {name for match in WRITTEN.findall(text[: shown.start()]) for name in match}
+        results = {name for match in WRITTEN.findall(command) for name in match}
+        for name in set(re.findall(FILE, command)) - results:
+            given = re.fullmatch(GIVEN.get(page.stem, "none"), name)
+            assert name in written or (root / name).exists() or given, f"{shown[1]}: {name} is written nowhere before"
