@@ -137,7 +137,7 @@ def cost(draws: int, rows: Path | None) -> list[list[object]]:
         ["draws", found.draws],
         ["probability of falling", f"{found.probability:.4f} ({low:.4f} to {high:.4f})"],
         ["undecided", found.undecided],
-        ["decided by earlier evidence", f"{found.reused / found.draws:.1%}"],
+        ["decided by earlier evidence", f"{found.reused / found.draws:.0%}"],
         *(clock if rows is None else []),
         ["process time of all draws [s]", f"{found.seconds:.0f}"],
         ["mean of all draws, earlier evidence tried first [ms]", f"{1e3 * found.seconds / found.draws:.1f}"],
