@@ -32,7 +32,15 @@ class Stamp:
     clock: float  #: [min]
 
     def __str__(self) -> str:
-        return f"commit `{self.commit}` of {self.date}"
+        return _source(self.commit, self.date)
+
+
+def _source(commit: str, date: str) -> str:
+    return f"commit `{commit}` of {date}"
+
+
+def _foot(source: str) -> str:
+    return f"*The figures of this page are of {source}.*"
 
 
 def head() -> tuple[str, str]:
@@ -53,7 +61,7 @@ def head() -> tuple[str, str]:
 def measured_now() -> str:
     """The foot of a page that is no job's: its figures come from the source as it is."""
     commit, date = head()
-    return f"*The figures of this page are of commit `{commit}` of {date}.*"
+    return _foot(_source(commit, date))
 
 
 def sources_of(job: Job) -> str:
@@ -92,5 +100,5 @@ def foot(jobs: Iterable[Job]) -> str:
             words += ", and the source has changed since"
         lines.setdefault(words, []).append(job.name)
     if len(lines) == 1:
-        return f"*The figures of this page are of {next(iter(lines))}.*"
+        return _foot(next(iter(lines)))
     return "\n".join(f"*Figures of {', '.join(names)}: {words}.*  " for words, names in lines.items()).rstrip()

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from blockstat import InputWarning, JointLaw, write
+from blockstat import Assembly, InputWarning, JointLaw, box, write
 from blockstat.cli import examples, progress
 from blockstat.cli.commands import app
 from blockstat.cli.options import INTERRUPTED, _show_warning, _status
@@ -115,17 +115,21 @@ def angle(word, out):
     ("made", "options", "words"),
     [
         # Stones of width 1 in a tower of height 3 tip at tan = 1/3: 18.4349 degrees.
-        (stack(3, name="tower"), ("--axis", "y"), r"tower: stands up to 18\.4349\d+ degrees about y, falls at 18\.43"),
-        (stack(3, name="tower"), ("--axis", "z"), "tower: stands at every angle about z\n"),
-        (stack(3, name="tower", gravity=(0.4, 0, -1)), ("--axis", "y"), "tower: does not stand as it is\n"),
-        (stack(1, friction=0.3, name="tower"), ("--axis", "y", "--flow", "coulomb"), "tower: Limit: "),
+        (stack(3, name="tower"), ("--axis", "y"), r"Limit: .*\nStable at a tilt of 18\.4349\d+ deg\.\nNot stable at a tilt of 18\.43"),
+        (stack(3, name="tower"), ("--axis", "z"), r"Always stands: .*\nStable at a tilt of 180 deg\."),
+        (stack(3, name="tower", gravity=(0.4, 0, -1)), ("--axis", "y"), r"Never stands: .*\nNot stable at a tilt of 0 deg\.\n$"),
+        (stack(1, friction=0.3, name="tower"), ("--axis", "y", "--flow", "coulomb"), "Limit: "),
     ],
 )  # fmt: skip
 def test_each_answer_on_a_tilt_has_its_own_words(run, tmp_path, made, options, words):
     status, out, _ = run("tilt", write(made, tmp_path / "tower.json"), *options)
     assert status == 0
-    assert re.match(words, out)
+    head, basis, answer = out.split("\n", 2)
+    assert re.fullmatch(rf"tower: \d blocks, tilted about {options[1]}", head)
+    assert basis.startswith("Friction ")
+    assert re.match(words, answer)
     assert ("In stiff joints" in out) is ("coulomb" in options)
+    assert ("Friction is associated" in out) is ("coulomb" not in options and "Never" not in words)
 
 
 def test_a_probability_is_said_in_words_with_the_design_point_before_it(run, places):
@@ -159,7 +163,7 @@ def test_the_least_friction_is_said_in_words(run, tmp_path):
     lean = write(stack(1, 1.0, 0.5, name="slab", gravity=(0.4, 0, -1)), tmp_path / "slab.json")
     status, out, _ = run("friction", lean)
     assert status == 0
-    assert out.startswith("slab: 2 blocks\nLimit: ")
+    assert re.match(r"slab: 2 blocks\nFriction .*\nLimit: ", out)
     # It slides where friction is less than the slope of the load.
     assert float(re.search(r"Stable at a friction of ([\d.]+)\.\n", out)[1]) == pytest.approx(0.4, abs=1e-4)
 
@@ -168,7 +172,31 @@ def test_a_settlement_is_said_in_words_up_to_the_collapse(run, places):
     status, out, _ = run("settle", places["post"], "--move", "ground:0,0,-0.001")
     assert status == 0
     assert out.startswith("post: 2 blocks\nFriction 0.7, ")
-    assert "\nFurther on. " in out
+    assert "\nFurther on. Follows: " in out
+
+
+def test_a_settlement_is_followed_as_far_as_is_asked(run, places):
+    # Two posts carry a lintel of 3 m, on joints of 1 m. As the right one sinks by s, the lintel turns by about s / 2.
+    beam = [box((0, 0, 0), (1, 1, 1), name="left"), box((2, 0, 0), (3, 1, 1), name="right")]
+    beam = Assembly.from_blocks([*beam, box((0, 0, 1), (3, 1, 2), name="lintel")], supports=["left", "right"])
+    scene = write(beam.with_(name="beam"), places["folder"] / "beam.json")
+    command = ["settle", scene, "--move", "right:0,0,-0.01", "--steps", 4]
+    status, out, _ = run(*command, "--until", 0)
+    assert status == 0
+    assert "Joints that open, to first order in the movement: 2." in out
+    assert out.splitlines()[-1] == "Not followed further: --until 0."
+    picture = places["folder"] / "beam.png"
+    status, out, _ = run(*command, "--until", 0.02, "-o", picture)
+    assert status == 0
+    assert "Further on. Reached: " in out
+    assert "\nMovement 20 mm; " in out
+    assert out.splitlines()[-1] == f"output: {picture}"
+    assert picture.stat().st_size > 0
+    assert json.loads(run(*command, "--until", 0, "--json")[1])["path"] is None
+    for option in (["--until", -1], ["--until", "nan"], ["--steps", 0]):
+        status, _, error = run(*command, *option)
+        assert status == 2
+        assert option[0] in error
 
 
 @pytest.mark.parametrize(("law", "words"), [({"compression": 1e9}, "crush at their hinges"), ({"cells": 2}, "cells")])

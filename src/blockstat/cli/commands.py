@@ -303,14 +303,9 @@ def tilt_command(
         kinds = {"kinds_deg": found.summary()["kinds"]} if found.kinds else {}
         worst = {"imperfections": found.worst} if found.worst else {}
         print_json({"file": str(file), **angles, **kinds, **inputs(assembly, units=units, gap=near), **worst})
-    elif flow == "coulomb":
-        typer.echo(f"{assembly.name}: {found.explain()}")
-    elif stands is None:
-        typer.echo(f"{assembly.name}: does not stand as it is")
-    elif falls is None:
-        typer.echo(f"{assembly.name}: stands at every angle about {axis}")
-    else:
-        typer.echo(f"{assembly.name}: stands up to {stands:.6f} degrees about {axis}, falls at {falls:.6f}")
+        return
+    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, tilted about {axis}")
+    typer.echo(f"{said(assembly, units=units, gap=near)}\n{found.explain()}")
 
 
 app.command("app")(app_command)

@@ -25,6 +25,7 @@ from blockstat.cli.options import (
     numbers,
     print_json,
     said,
+    written,
 )
 from blockstat.cli.options import load as load_assembly
 from blockstat.cli.progress import at_work, shown_progress
@@ -99,6 +100,7 @@ def capacity_command(
         return
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {found.timings['total']:.2f} s")
     typer.echo(f"{said(assembly, units=units, gap=near)}\n{found.explain()}")
+    written(files)
 
 
 def code_check_command(

@@ -7,7 +7,7 @@ import json
 import math
 import sys
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -363,6 +363,18 @@ def said(assembly: Assembly, *, units: str | None = None, gap: float | str | Non
         f"Friction {assembly.friction:g}{laws}, density {density} kg/m3, weight {plain(found['weight'] / 1e3, 4)} kN, "
         f"coordinates in {found['units']}, joints closed to {near}."
     )
+
+
+def written(files: Mapping[str, str]) -> None:
+    """Print the names of files that a command has written, one a line.
+
+    Parameters
+    ----------
+    files : mapping of str
+        By their key, as `drawn` returns them.
+    """
+    for key, path in files.items():
+        typer.echo(f"{key}: {path}")
 
 
 def print_json(value: Any) -> None:

@@ -27,6 +27,7 @@ from blockstat.cli.options import (
     lengths,
     print_json,
     said,
+    written,
 )
 from blockstat.cli.options import load as load_assembly
 from blockstat.cli.progress import at_work
@@ -86,6 +87,7 @@ def over_the_horizon(
         return
     basis = said(assembly, units=units, gap=gap)
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
+    written(files)
 
 
 def settle_command(
@@ -106,6 +108,15 @@ def settle_command(
     units: Units = None,
     up: Up = None,
     gap: Gap = None,
+    until: Annotated[
+        float | None,
+        typer.Option(
+            metavar="D",
+            help="How far the part that moves furthest is followed [m]; 0: only how it begins to move. "
+            "By default until collapse.",
+        ),
+    ] = None,
+    steps: Annotated[int, typer.Option(metavar="N", help="About how many points the path has.")] = 30,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Also draw it (.png, .svg, .pdf).")] = None,
     film: Film = None,
     as_json: AsJson = False,
@@ -120,17 +131,30 @@ def settle_command(
     moves = dict(_move(text) for text in move)
     if len(moves) < len(move):
         raise InputError("--move names a part twice; give its whole displacement once")
+    if until is not None and not until >= 0:
+        raise InputError(f"--until is {until:g}; it must be a length in metres, or 0")
+    if steps < 1:
+        raise InputError(f"--steps is {steps}; it must be at least 1")
     near = gap_of(gap)
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     for displacement in moves.values():
         doubt_movement(assembly, "--move", displacement)
     with at_work(f"settling {assembly.n_blocks:,} blocks") as say:
         found = settle(assembly, moves, gap=near)
-        reason = why_not_followed(found.assembly, found.interfaces)
+        reason = "--until 0" if until == 0 else why_not_followed(found.assembly, found.interfaces)
         if reason and film is not None:
             raise InputError(f"--film: {reason}")
-        say("following the settlement until collapse")
-        path = None if reason else settle_to_collapse(assembly, moves, interfaces=found.interfaces)
+        path = None
+        if not reason:
+            say("following the settlement")
+            path = settle_to_collapse(
+                assembly,
+                moves,
+                interfaces=found.interfaces,
+                displacement=until,
+                steps=steps,
+                progress=lambda there, reaction: say(f"{there:.4g} m: {reaction:.4g} N"),
+            )
     files = drawn(output=(plot_settlement, found, output), film=(write_path, path, film))
     if as_json:
         further = {"collapse": path and path.collapse, "path": path and path.summary()}
@@ -141,6 +165,7 @@ def settle_command(
     basis = said(assembly, units=units, gap=near)
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
     typer.echo(f"Further on. {path.explain()}" if path else f"Not followed further: {reason}.")
+    written(files)
 
 
 def friction_command(
@@ -156,15 +181,16 @@ def friction_command(
 ) -> None:
     """Find the least coefficient of friction with which an assembly stands, whatever its own is."""
     from blockstat.analysis.tilt_friction import friction_limit
-    from blockstat.contact.interfaces import GAP
 
+    near = gap_of(gap)
     assembly = load_assembly(file, friction=None, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     with at_work(f"trying frictions of {assembly.n_blocks:,} blocks"):
-        found = friction_limit(assembly, gap=GAP if gap is None else gap_of(gap), flow=flow)
+        found = friction_limit(assembly, gap=near, flow=flow)
     if as_json:
-        print_json({"file": str(file), **inputs(assembly, units=units), **found.summary()})
+        print_json({"file": str(file), **inputs(assembly, units=units, gap=near), **found.summary()})
         return
-    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{found.explain()}")
+    basis = said(assembly, units=units, gap=near)
+    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
 
 
 def tie_command(
@@ -210,15 +236,14 @@ def tie_command(
     tied = assembly.with_(ties=[*assembly.ties, tie])
     with at_work(f"tying {assembly.n_blocks:,} blocks"):
         found = tie_range(tied, len(assembly.ties), gap=near)
-    if output is not None:
-        write(tied, output)
+    files = drawn(output=(write, tied, output))
     if as_json:
-        written = {} if output is None else {"output": str(output)}
-        print_json({"file": str(file), **inputs(assembly, units=units, gap=near), **found.summary(), **written})
+        print_json({"file": str(file), **inputs(assembly, units=units, gap=near), **found.summary(), **files})
         return
     typer.echo(
         f"{assembly.name}: {assembly.n_blocks} blocks\n{said(assembly, units=units, gap=near)}\n{found.explain()}"
     )
+    written(files)
 
 
 def report_command(

@@ -21,7 +21,7 @@ from blockstat.large_displacement.displaced.local_origin import control_about, s
 from blockstat.large_displacement.displaced.pose import Pose, rest_pose
 from blockstat.large_displacement.displaced.structure import why_not_followed
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks
-from blockstat.large_displacement.finite_steps.whole_path import follow_path, warnings_on_steps
+from blockstat.large_displacement.finite_steps.whole_path import check_path_options, follow_path, warnings_on_steps
 from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_rest
 from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState
@@ -130,7 +130,7 @@ def capacity(
     began = process_time()
     check_choice("solver", solver, CHOICES)
     check_choice("flow", flow, FLOWS)
-    _check_numbers(steps=steps, tolerance=tolerance, displacement=displacement)
+    check_path_options(steps=steps, tolerance=tolerance, displacement=displacement)
     assembly = assembly if friction is None else assembly.with_(friction=friction)
     start = rest_pose(assembly)
     dead, live = read_loads(assembly, loads), read_loads(assembly, load, live=True)
@@ -154,15 +154,6 @@ def capacity(
         warnings=_warnings(record, limit),
         timings=seconds,
     )
-
-
-def _check_numbers(*, steps: Any, tolerance: Any, displacement: Any) -> None:
-    if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or steps < 1:
-        raise InputError(f"steps is {steps!r}; it must be a whole number of at least 1")
-    if not (isinstance(tolerance, (int, float)) and 0 < tolerance <= 0.1):
-        raise InputError(f"tolerance is {tolerance!r}; it must be above 0 and at most 0.1")
-    if displacement is not None and not (isinstance(displacement, (int, float)) and 0 < displacement < np.inf):
-        raise InputError(f"displacement is {displacement!r}; it must be above 0")
 
 
 def _checked_limit_load(

@@ -18,7 +18,7 @@ from blockstat.large_displacement.displaced.local_origin import structure_about_
 from blockstat.large_displacement.displaced.pose import Pose, rest_pose
 from blockstat.large_displacement.displaced.structure import Structure, why_not_followed
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks
-from blockstat.large_displacement.finite_steps.whole_path import follow_path, warnings_on_steps
+from blockstat.large_displacement.finite_steps.whole_path import check_path_options, follow_path, warnings_on_steps
 from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_rest
 from blockstat.large_displacement.linkage.path import PathEvent, PathState
@@ -116,7 +116,7 @@ class SettlementPath(Result):
         lines += [f"{event.kind.capitalize()} at {1e3 * event.parameter:.6g} mm." for event in self.events]
         cracks = self.cracks()
         if cracks:
-            lines.append(f"{len(cracks)} joints are open at the end. The widest are:")
+            lines.append(f"Joints that are open at the end: {len(cracks)}. The widest are:")
             lines += [f"  {a} and {b}: {plain(1e3 * width)} mm" for (a, b), width in cracks[:limit]]
         return "\n".join([*lines, *warnings])
 
@@ -189,7 +189,7 @@ def settle_to_collapse(
     Raises
     ------
     InputError
-        As `blockstat.settle`, and for joints with compressive strength or cells.
+        As `blockstat.settle`, for joints with compressive strength or cells, and for options that cannot be used.
 
     Notes
     -----
@@ -210,6 +210,7 @@ def settle_to_collapse(
     >>> print(found.outcome.word, f"{found.collapse:.3f}")
     collapse 0.109
     """
+    check_path_options(steps=steps, tolerance=tolerance, displacement=displacement)
     assembly = assembly if friction is None else assembly.with_(friction=friction)
     dead, start = read_loads(assembly, loads), rest_pose(assembly)
     at_rest = dead.wrenches(assembly, start)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from blockstat.analysis.verdict import corner_speed
+from blockstat.errors import InputError
 from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE
 from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly
 from blockstat.large_displacement.finite_steps.fall import FallenBlocks
@@ -84,6 +85,27 @@ def _step_follower(follower: LinkageFollower, linkage: Linkage, start: PathPoint
     return StepFollower(follower.solver.structure, follower.end, step, longest, change, follower.tolerance)
 
 
+def check_path_options(*, steps: Any, tolerance: Any, displacement: Any) -> None:
+    """Refuse options of a path that cannot be followed.
+
+    Parameters
+    ----------
+    steps, tolerance, displacement
+        As in `blockstat.capacity`.
+
+    Raises
+    ------
+    InputError
+        That names the option.
+    """
+    if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or steps < 1:
+        raise InputError(f"steps is {steps!r}; it must be a whole number of at least 1")
+    if not (isinstance(tolerance, (int, float)) and 0 < tolerance <= 0.1):
+        raise InputError(f"tolerance is {tolerance!r}; it must be above 0 and at most 0.1")
+    if displacement is not None and not (isinstance(displacement, (int, float)) and 0 < displacement < np.inf):
+        raise InputError(f"displacement is {displacement!r}; it must be above 0")
+
+
 def warnings_on_steps(states: Sequence[PathState], assembly: Assembly) -> list[str]:
     """Return what a reader must know of states that were found by finite steps.
 
@@ -108,4 +130,4 @@ def warnings_on_steps(states: Sequence[PathState], assembly: Assembly) -> list[s
         text += f". Contacts that are open by up to {1e3 * largest:.2g} mm count as closed"
     if any(state.macro_blocks for state in states):
         text += ". Blocks that move together are condensed to macro-blocks, and falls depend on the length of the steps"
-    return [f"{text}. More steps show the error"]
+    return [f"{text}. A run with more steps shows the error"]
