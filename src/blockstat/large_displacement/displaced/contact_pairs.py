@@ -200,18 +200,18 @@ def edge_crossings(contacts: ContactPairs, pose: Pose, points: Floats) -> tuple[
         Unit vector from a to b, shape (n, 3); nan where no edges cross.
     """
     one, two = (np.einsum("nij,nj->ni", pose.rotation[contacts.pair[:, k]], contacts.edge[:, k]) for k in (0, 1))
-    across = np.cross(one, two)
-    sine = np.linalg.norm(across, axis=1)
+    normal = np.cross(one, two)
+    across, sine = normal.copy(), np.linalg.norm(normal, axis=1)
     crossing = sine > PARALLEL_SINE
     across[~crossing] = np.nan
     across /= np.where(crossing, sine, 1.0)[:, None]
     normal_of_a = np.einsum("nij,nj->ni", pose.rotation[contacts.pair[:, 0]], contacts.normal)
     across *= np.where(np.einsum("ni,ni->n", across, normal_of_a) < 0, -1.0, 1.0)[:, None]
     nearest, apart = points.copy(), points[:, 1] - points[:, 0]
-    for k in np.flatnonzero(crossing):
-        step = np.linalg.lstsq(np.stack([one[k], -two[k]], axis=1), apart[k], rcond=None)[0]
-        nearest[k, 0] += step[0] * one[k]
-        nearest[k, 1] += step[1] * two[k]
+    # Moved along their edges, the two points are apart along `across` alone.
+    for side, (own, other) in enumerate(((one, two), (two, one))):
+        step = np.einsum("ni,ni->n", np.cross(apart, other), normal) / np.where(crossing, sine, 1.0) ** 2
+        nearest[:, side] += np.where(crossing, step, 0.0)[:, None] * own
     return nearest, across
 
 

@@ -13,6 +13,7 @@ from blockstat.analysis.problem import pose as equilibrium_problem
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.contact.point_law import last_law
 from blockstat.large_displacement.displaced.contact_pairs import ContactPairs
+from blockstat.large_displacement.displaced.face_outlines import FaceOutlines
 from blockstat.large_displacement.displaced.joints import displaced_interfaces
 from blockstat.large_displacement.displaced.loads import PointLoads
 from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly
@@ -33,6 +34,11 @@ class Structure:
     dead: PointLoads  #: permanent loads besides the weight
     live: PointLoads | None  #: the load that the multiplier multiplies; None where supports move instead
     solver: str  #: as in `blockstat.limit_load`
+
+    @cached_property
+    def outlines(self) -> FaceOutlines:
+        """The faces of the joints at rest."""
+        return FaceOutlines(self.assembly, self.interfaces)
 
     def dead_load(self, pose: Pose) -> Floats:
         """Return the wrenches w of the permanent loads, weights included.

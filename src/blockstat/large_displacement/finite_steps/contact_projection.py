@@ -5,18 +5,17 @@ overlap by a distance of second order in the step, and contacts that slide with 
 times slip. The nearest pose that closes them, in the least squares where not all can be closed, is a quadratic program
 in the motions u of the rigid bodies:
 
-    min |g + N u|^2 + |t + T u|^2 + ridge |u|^2    subject to    gap + G u >= 0,    c'u = 0.
+    min |g + N u|^2 + |t + T u|^2 + |min(gap + G u, 0)|^2 + ridge |u|^2    subject to    c'u = 0.
 
 Here g are the gaps of closed contacts and t the slips of those that stick, both zero at the wanted pose; gap are the
-gaps of all contacts that are near; c'u is the work of the live load, if there is one. Rotations are finite, so the
-program is solved a few times.
+gaps of all contacts that are near; c'u is the work of the live load, if there is one. Overlaps are squares and no
+inequalities: where joints overlap by rounding all round a block, no motion is inside all inequalities, and a solver
+answers with one of any size. Rotations are finite, so the program is solved a few times.
 """
 
 from __future__ import annotations
 
-import importlib
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -27,16 +26,19 @@ from blockstat.large_displacement.displaced.pose import Pose
 from blockstat.large_displacement.displaced.velocity_rows import VelocityRows, as_matrix, relative_velocity_rows
 from blockstat.large_displacement.linkage.kinematics import tie_rows
 from blockstat.large_displacement.linkage.linkage import Linkage
-from blockstat.solve import clarabel
+from blockstat.linear_algebra.factor import make_factor
 from blockstat.typing import Floats, Ints
 
 #: Weight of the square of the motion beside the squares of gaps and slips, whose rates are about one. Chosen: the least
 #: motion is taken of several that close the contacts, and gaps stay a millionth of it.
 MOTION_WEIGHT = 1e-6
-#: Programs at most. Chosen: each leaves a residual of second order in that of the one before.
+#: Programs at most. Chosen: each leaves an error of second order in that of the one before.
 MAX_PROGRAMS = 5
-#: Stands in for a residual of zero where it is divided by [m].
-TINY = 1e-300
+#: An error that is not below this share of the one before is what no motion takes away. Chosen: one of second order
+#: would be far below.
+AT_THE_RESIDUAL = 0.5
+#: Changes of the contacts that overlap, at most. Chosen: few are on the way to the minimum.
+MAX_OVERLAP_CHANGES = 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,11 +74,12 @@ def projected_onto_zero_gap(
     """
     size = float(linkage.assembly.size.max())
     best, least = pose, np.inf
-    for trial in range(MAX_PROGRAMS + 1):
+    for _ in range(MAX_PROGRAMS + 1):
         rows = _ContactRows(linkage, pose, parameter, reach)
-        if rows.error < least:
-            best, least = pose, rows.error
-        if rows.error <= ZERO_GAP * size or trial == MAX_PROGRAMS:
+        before, least = least, min(rows.error, least)
+        if rows.error < before:
+            best = pose
+        if rows.error <= ZERO_GAP * size or rows.error > AT_THE_RESIDUAL * before:
             break
         motion = _closing_motion(linkage, pose, rows, held, target)
         if motion is None:
@@ -137,26 +140,32 @@ class _ContactRows:
 def _closing_motion(
     linkage: Linkage, pose: Pose, rows: _ContactRows, held: Control | None, target: float
 ) -> Floats | None:
-    """The motion of the bodies that closes contacts, shape (6 n_bodies,) [m]; None where the program has no answer."""
+    """The motion of the bodies that closes contacts, shape (6 n_bodies,) [m]; None where none is found.
+
+    The objective is quadratic between changes of the contacts that overlap. So each minimum with the overlaps of the
+    one before is a system of equations, and the minimum is found where these stay the same.
+    """
     n, length = linkage.n_bodies, linkage.length
-    near = sparse.csc_array(as_matrix([rows.gap_rates], n, length))
-    others = sparse.csc_array(as_matrix([rows.slip_rates, rows.tie_rates], n, length))
-    wanted = sparse.csc_array(sparse.vstack([near[np.flatnonzero(rows.closed)], others]))
-    missing = -np.concatenate([rows.gap[rows.closed], rows.slip, rows.lengthening])
-    unit = max(rows.error, TINY)  # so that gaps are about one in the program
-    constraint, bound, cones = -near, rows.gap / unit, _cones(len(rows.gap), held)
+    near = sparse.csr_array(as_matrix([rows.gap_rates], n, length))
+    others = sparse.csr_array(as_matrix([rows.slip_rates, rows.tie_rates], n, length))
+    fixed = others.T @ others + MOTION_WEIGHT * sparse.eye_array(6 * n)
+    pull = -(others.T @ np.concatenate([rows.slip, rows.lengthening]))
+    counts, motion = rows.closed | (rows.gap < 0), np.zeros(6 * n)
+    away, row = 0.0, None
     if held is not None:
-        row = held.row(linkage.assembly, pose, linkage.body, rows.origin)
-        constraint = sparse.csc_array(sparse.vstack([sparse.csc_array(as_matrix([row], n, length)), -near]))
-        bound = np.append((target - held.value(linkage.assembly, pose)) / unit, bound)
-    square = sparse.csc_array(sparse.triu(wanted.T @ wanted + MOTION_WEIGHT * sparse.eye_array(6 * n)))
-    answer = clarabel.run(square, -(wanted.T @ missing) / unit, constraint, bound, cones)
-    motion = np.array(answer.x) * unit
-    return motion if np.isfinite(motion).all() and str(answer.status) in ("Solved", "AlmostSolved") else None
-
-
-def _cones(inequalities: int, held: Control | None) -> list:
-    """The cones of Clarabel: one equation if a displacement is held, then the inequalities."""
-    solver: Any = importlib.import_module("clarabel")
-    equation = [] if held is None else [solver.ZeroConeT(1)]
-    return [*equation, *([solver.NonnegativeConeT(inequalities)] if inequalities else [])]
+        away = target - held.value(linkage.assembly, pose)
+        row = as_matrix([held.row(linkage.assembly, pose, linkage.body, rows.origin)], n, length)
+        row = np.asarray(sparse.csr_array(row).todense())[0]
+    for _ in range(MAX_OVERLAP_CHANGES):
+        own = near[np.flatnonzero(counts)]
+        factor = make_factor()
+        factor.update(sparse.csr_array(sparse.triu(fixed + own.T @ own)))
+        motion = factor.solve(pull - own.T @ rows.gap[counts])
+        if row is not None:
+            along = factor.solve(row)
+            motion = motion + (away - row @ motion) / (row @ along) * along
+        now = rows.closed | (rows.gap + near @ motion < 0)
+        if (now == counts).all():
+            break
+        counts = now
+    return motion if np.isfinite(motion).all() else None

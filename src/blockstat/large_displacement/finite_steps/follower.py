@@ -131,7 +131,7 @@ class StepFollower:
         Joints that slid get new contact points. On the linkage each of them was a corner of one block only, and the
         joints may slide back.
         """
-        assembly, faces = self.structure.assembly, self.structure.interfaces
+        faces = self.structure.interfaces
         guess, macro_blocks = None, None
         if self._condenses:
             guess = start.tangent
@@ -139,7 +139,7 @@ class StepFollower:
             macro_blocks = macro_blocks_of(here, guess, RIGID_JOINT_SPEEDS[0])
         joints = np.unique(linkage.contacts.joint[linkage.sliding])
         joints = joints[faces.area[joints] > 0]
-        contacts = with_overlap_points(assembly, faces, linkage.contacts, joints, start.pose, start.parameter)
+        contacts = with_overlap_points(self.structure, linkage.contacts, joints, start.pose, start.parameter)
         none = np.zeros(faces.n_interfaces)
         linkage = replace(linkage, contacts=contacts)
         return trial_state_at(linkage, start.pose, start.parameter, none, guess, macro_blocks)

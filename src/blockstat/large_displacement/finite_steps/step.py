@@ -110,12 +110,12 @@ def _without_lost_bearings(linkage: Linkage, pose: Pose, parameter: float) -> Li
     """
     contacts, interfaces = linkage.contacts, linkage.structure.interfaces
     joints = np.unique(contacts.joint[linkage.sliding])
-    lost = [
-        k
-        for k in joints[interfaces.area[joints] > 0]
-        if overlap_points(linkage.assembly, interfaces, contacts, int(k), pose, parameter).number < AREA_CORNERS
-    ]
-    if not lost:
+    joints = joints[interfaces.area[joints] > 0]
+    if not len(joints):
+        return linkage
+    overlap = overlap_points(linkage.structure, contacts, joints, pose, parameter).joint
+    lost = joints[np.bincount(overlap, minlength=interfaces.n_interfaces)[joints] < AREA_CORNERS]
+    if not len(lost):
         return linkage
     kept = np.flatnonzero(~np.isin(contacts.joint, lost))
     return replace(
@@ -136,7 +136,7 @@ def _with_active_set(linkage: Linkage, pose: Pose, parameter: float, tolerance: 
     joints = np.unique(contacts.joint[closed & (slip > CORNER_TOLERANCE * float(assembly.size.max()))])
     has_area = interfaces.area[joints] > 0
     if has_area.any():
-        contacts = with_overlap_points(assembly, interfaces, contacts, joints[has_area], pose, parameter)
+        contacts = with_overlap_points(linkage.structure, contacts, joints[has_area], pose, parameter)
         closed = gaps(assembly, contacts, pose, parameter) <= tolerance[contacts.joint]
     on_edges = np.flatnonzero(closed & np.isin(contacts.joint, joints[~has_area]))
     if len(on_edges):

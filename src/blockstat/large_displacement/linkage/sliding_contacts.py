@@ -51,9 +51,8 @@ def with_new_sliding_contacts(linkage: Linkage, pose: Pose, parameter: float, mo
     if not len(joints):
         return linkage
     kept = ~np.isin(contacts.joint, joints)
-    parts = [contacts.select(np.flatnonzero(kept))]
-    parts += [overlap_points(linkage.assembly, interfaces, contacts, int(k), pose, parameter) for k in joints]
-    merged = concatenate(parts)
+    found = overlap_points(linkage.structure, contacts, joints, pose, parameter)
+    merged = concatenate([contacts.select(np.flatnonzero(kept)), found])
     new = np.arange(merged.number) >= kept.sum()
     gap = np.where(new, gaps(linkage.assembly, merged, pose, parameter), np.inf)
     # With associated flow a joint that has slid is open; its contacts are where it is least open.
@@ -66,9 +65,9 @@ def with_new_sliding_contacts(linkage: Linkage, pose: Pose, parameter: float, mo
     support_rate = 1.0 if linkage.control is None else 0.0
     here = touching.configuration(pose, parameter)
     sticking, sliding = contact_status(here, motion, support_rate, associated=linkage.associated)
-    found = replace(touching, sticking=was_sticking | (sticking & new), sliding=was_sliding | (sliding & new))
-    two_corners = found.sliding & merged.corner.all(axis=1) & new
-    return _one_sided(found, pose, parameter, motion, two_corners) if two_corners.any() else found
+    renewed = replace(touching, sticking=was_sticking | (sticking & new), sliding=was_sliding | (sliding & new))
+    two_corners = renewed.sliding & merged.corner.all(axis=1) & new
+    return _one_sided(renewed, pose, parameter, motion, two_corners) if two_corners.any() else renewed
 
 
 def _one_sided(linkage: Linkage, pose: Pose, parameter: float, motion: Floats, rows: np.ndarray) -> Linkage:
@@ -76,7 +75,7 @@ def _one_sided(linkage: Linkage, pose: Pose, parameter: float, motion: Floats, r
 
     The overlap of the faces at a pose a little further on shows which corner that is.
     """
-    assembly, contacts, interfaces = linkage.assembly, linkage.contacts, linkage.structure.interfaces
+    assembly, contacts = linkage.assembly, linkage.contacts
     speed = float(corner_speed(displaced_assembly(assembly, pose), motion).max(initial=0.0))
     if linkage.control is None:
         speed = max(speed, float(np.linalg.norm(contacts.drive, axis=2).max()))
@@ -87,10 +86,10 @@ def _one_sided(linkage: Linkage, pose: Pose, parameter: float, motion: Floats, r
     after = parameter + length * (linkage.control is None)
     corner = contacts.corner.copy()
     now = pair_points(assembly, contacts, pose, parameter).mean(axis=1)
-    for joint in np.unique(contacts.joint[rows]):
-        ahead = overlap_points(assembly, interfaces, contacts, int(joint), there, after)
-        if not ahead.number:
-            continue
+    joints = np.unique(contacts.joint[rows])
+    all_ahead = overlap_points(linkage.structure, contacts, joints, there, after)
+    for joint in np.unique(all_ahead.joint):
+        ahead = all_ahead.select(np.flatnonzero(all_ahead.joint == joint))
         place = pair_points(assembly, ahead, there, after).mean(axis=1)
         own = np.flatnonzero(rows & (contacts.joint == joint))
         distance = np.linalg.norm(now[own, None] - place, axis=2)
