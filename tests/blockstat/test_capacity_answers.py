@@ -7,7 +7,7 @@ import pytest
 
 from blockstat import InputError, JointLaw, capacity
 from blockstat.large_displacement.linkage.path import PathEvent
-from evidence.scenes.small import assembly, box, running_bond
+from evidence.scenes.small import assembly, box, running_bond, u_wall
 
 ALONG = (1.0, 0.0, 0.0)
 TOP = (0.25, 0.5, 2.0)
@@ -166,3 +166,11 @@ def test_a_curve_of_joints_with_cells_is_refused():
     wall = running_bond(4, 4, joints=[JointLaw(("*", "*"), cells=4)])
     with pytest.raises(InputError, match="joints that are divided into cells are not followed as they open"):
         capacity(wall, (1, 0, 0))
+
+
+def test_finite_steps_leave_no_contact_open():
+    """All round the blocks of a wall joints overlap by rounding: no motion is inside all their inequalities."""
+    curve = capacity(u_wall(5).with_(friction=0.6), (0, -1, 0), steps=10, displacement=1.0)
+    assert curve.outcome.word == "reached"
+    assert any("finite steps" in text for text in curve.warnings)
+    assert not [text for text in curve.warnings if "open by up to" in text]

@@ -9,7 +9,7 @@ import typer
 
 from blockstat.cli.cases import Case, LoadsFile, cases_command, chosen_case, load_and_loads
 from blockstat.cli.chance import reliability_command
-from blockstat.cli.displacement import capacity_command, code_check_command
+from blockstat.cli.displacement import capacity_command, code_check_command, settle_command
 from blockstat.cli.examples import example_command
 from blockstat.cli.imperfect import Imperfect, imperfections_of
 from blockstat.cli.options import (
@@ -41,7 +41,6 @@ from blockstat.cli.studies import (
     over_the_horizon,
     prove_command,
     report_command,
-    settle_command,
     tie_command,
 )
 from blockstat.errors import InputError

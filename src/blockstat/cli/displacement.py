@@ -1,4 +1,4 @@
-"""Commands beyond the limit load: the capacity curve, and the code check of a mechanism."""
+"""Commands beyond the limit load: the capacity curve, settlements, and the code check of a mechanism."""
 
 from __future__ import annotations
 
@@ -19,9 +19,11 @@ from blockstat.cli.options import (
     Tilt,
     Units,
     Up,
+    doubt_movement,
     drawn,
     gap_of,
     inputs,
+    lengths,
     numbers,
     print_json,
     said,
@@ -37,6 +39,27 @@ F0 = Annotated[float | None, typer.Option(help="F0 of the spectrum; 2.5 by defau
 Tc = Annotated[float | None, typer.Option(help="TC* of the spectrum [s]; 0.3 by default.")]
 Confidence = Annotated[float | None, typer.Option("--fc", help="Confidence factor FC; 1.35 by default.")]
 Behaviour = Annotated[float | None, typer.Option("--q", help="Behaviour factor q; 2 by default.")]
+
+
+FORM = "NAME:DX,DY,DZ or X0,Y0,Z0,X1,Y1,Z1:DX,DY,DZ"
+Moves = Annotated[
+    list[str],
+    typer.Option(
+        metavar="NAME:DX,DY,DZ",
+        help="How a part of the supports moves, in metres or as in 0,0,'-10 mm': NAME is a support, a group of "
+        "supports, or a block or a group that stands on them; six lengths in its place are a box. "
+        "May be given several times.",
+    ),
+]
+Until = Annotated[
+    float | None,
+    typer.Option(
+        metavar="D",
+        help="How far the part that moves furthest is followed [m]; 0: only how it begins to move. "
+        "By default until collapse.",
+    ),
+]
+Steps = Annotated[int, typer.Option(metavar="N", help="About how many points the curve or the path has.")]
 
 
 def capacity_command(
@@ -66,7 +89,7 @@ def capacity_command(
     displacement: Annotated[
         float | None, typer.Option(metavar="D", help="Where to stop [m]; by default where the multiplier is zero.")
     ] = None,
-    steps: Annotated[int, typer.Option(metavar="N", help="About how many points the curve has.")] = 30,
+    steps: Steps = 30,
     tolerance: Annotated[float, typer.Option(metavar="T", help="Of the curve between its points.")] = 1e-4,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Also draw it (.png, .svg, .pdf).")] = None,
     film: Film = None,
@@ -100,6 +123,69 @@ def capacity_command(
         return
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {found.timings['total']:.2f} s")
     typer.echo(f"{said(assembly, units=units, gap=near)}\n{found.explain()}")
+    written(files)
+
+
+def settle_command(
+    file: FileArgument,
+    move: Moves,
+    friction: Friction = None,
+    gravity: Gravity = None,
+    tilt: Tilt = None,
+    supports: Supports = None,
+    units: Units = None,
+    up: Up = None,
+    gap: Gap = None,
+    until: Until = None,
+    steps: Steps = 30,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Also draw it (.png, .svg, .pdf).")] = None,
+    film: Film = None,
+    as_json: AsJson = False,
+) -> None:
+    """Let parts of the supports move: what follows, which joints open, the force on them, and when it falls."""
+    from blockstat.large_displacement.displaced.structure import why_not_followed
+    from blockstat.studies.foundations import settle
+    from blockstat.studies.settling_path import settle_to_collapse
+    from blockstat.view.settling import film_path, plot_settlement, write_path
+
+    film = None if film is None else film_path(film)
+    moves = dict(_move(text) for text in move)
+    if len(moves) < len(move):
+        raise InputError("--move names a part twice; give its whole displacement once")
+    if until is not None and not until >= 0:
+        raise InputError(f"--until is {until:g}; it must be a length in metres, or 0")
+    if steps < 1:
+        raise InputError(f"--steps is {steps}; it must be at least 1")
+    near = gap_of(gap)
+    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
+    for displacement in moves.values():
+        doubt_movement(assembly, "--move", displacement)
+    with at_work(f"settling {assembly.n_blocks:,} blocks") as say:
+        found = settle(assembly, moves, gap=near)
+        reason = "--until 0" if until == 0 else why_not_followed(found.assembly, found.interfaces)
+        if reason and film is not None:
+            raise InputError(f"--film: {reason}")
+        path = None
+        if not reason:
+            say("following the settlement")
+            path = settle_to_collapse(
+                assembly,
+                moves,
+                interfaces=found.interfaces,
+                displacement=until,
+                steps=steps,
+                progress=lambda there, reaction: say(f"{there:.4g} m: {reaction:.4g} N"),
+            )
+    files = drawn(output=(plot_settlement, found, output), film=(write_path, path, film))
+    if as_json:
+        further = {"collapse": path and path.collapse, "path": path and path.summary()}
+        print_json(
+            {"file": str(file), **inputs(assembly, units=units, gap=near), **found.summary(), **further, **files}
+        )
+        return
+    basis = said(assembly, units=units, gap=near)
+    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
+    typer.echo(f"Further on. {path.explain()}" if path else f"Not followed further: {reason}.")
     written(files)
 
 
@@ -185,3 +271,12 @@ def _point(control: str | None) -> Any:
     """A control with a point of its block, or as it is."""
     block, colon, point = (control or "").rpartition(":")
     return (block, numbers(point, 3, "--control", "BLOCK:X,Y,Z")) if colon else control
+
+
+def _move(text: str) -> tuple[Any, list[float]]:
+    """The part and the displacement of one --move."""
+    where, colon, displacement = text.rpartition(":")
+    if not colon or not where:
+        raise InputError(f'--move is "{text}"; it must read {FORM}')
+    moved = lengths(displacement, 3, "--move", FORM)
+    return (tuple(lengths(where, 6, "--move", FORM)) if "," in where else where), moved

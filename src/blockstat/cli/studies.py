@@ -1,4 +1,4 @@
-"""Commands beside the verdict: the limit load over the horizon, settlements, the report, proof files."""
+"""Commands beside the verdict: the limit load over the horizon, the report, proof files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from blockstat.cli.displacement import F0, Ag, Behaviour, Confidence, Soil, Tc, 
 from blockstat.cli.options import (
     AsJson,
     FileArgument,
-    Film,
     Friction,
     Gap,
     Gravity,
@@ -20,7 +19,6 @@ from blockstat.cli.options import (
     Tilt,
     Units,
     Up,
-    doubt_movement,
     drawn,
     gap_of,
     inputs,
@@ -37,8 +35,6 @@ from blockstat.system.writing import written_whole
 if TYPE_CHECKING:
     from blockstat.analysis.limit_load import LimitLoad
     from blockstat.assembly import Assembly
-
-FORM = "NAME:DX,DY,DZ or X0,Y0,Z0,X1,Y1,Z1:DX,DY,DZ"
 
 
 def over_the_horizon(
@@ -87,84 +83,6 @@ def over_the_horizon(
         return
     basis = said(assembly, units=units, gap=gap)
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
-    written(files)
-
-
-def settle_command(
-    file: FileArgument,
-    move: Annotated[
-        list[str],
-        typer.Option(
-            metavar="NAME:DX,DY,DZ",
-            help="How a part of the supports moves, in metres or as in 0,0,'-10 mm': NAME is a support, a group of "
-            "supports, or a block or a group that stands on them; six lengths in its place are a box. "
-            "May be given several times.",
-        ),
-    ],
-    friction: Friction = None,
-    gravity: Gravity = None,
-    tilt: Tilt = None,
-    supports: Supports = None,
-    units: Units = None,
-    up: Up = None,
-    gap: Gap = None,
-    until: Annotated[
-        float | None,
-        typer.Option(
-            metavar="D",
-            help="How far the part that moves furthest is followed [m]; 0: only how it begins to move. "
-            "By default until collapse.",
-        ),
-    ] = None,
-    steps: Annotated[int, typer.Option(metavar="N", help="About how many points the path has.")] = 30,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Also draw it (.png, .svg, .pdf).")] = None,
-    film: Film = None,
-    as_json: AsJson = False,
-) -> None:
-    """Let parts of the supports move: what follows, which joints open, the force on them, and when it falls."""
-    from blockstat.large_displacement.displaced.structure import why_not_followed
-    from blockstat.studies.foundations import settle
-    from blockstat.studies.settling_path import settle_to_collapse
-    from blockstat.view.settling import film_path, plot_settlement, write_path
-
-    film = None if film is None else film_path(film)
-    moves = dict(_move(text) for text in move)
-    if len(moves) < len(move):
-        raise InputError("--move names a part twice; give its whole displacement once")
-    if until is not None and not until >= 0:
-        raise InputError(f"--until is {until:g}; it must be a length in metres, or 0")
-    if steps < 1:
-        raise InputError(f"--steps is {steps}; it must be at least 1")
-    near = gap_of(gap)
-    assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
-    for displacement in moves.values():
-        doubt_movement(assembly, "--move", displacement)
-    with at_work(f"settling {assembly.n_blocks:,} blocks") as say:
-        found = settle(assembly, moves, gap=near)
-        reason = "--until 0" if until == 0 else why_not_followed(found.assembly, found.interfaces)
-        if reason and film is not None:
-            raise InputError(f"--film: {reason}")
-        path = None
-        if not reason:
-            say("following the settlement")
-            path = settle_to_collapse(
-                assembly,
-                moves,
-                interfaces=found.interfaces,
-                displacement=until,
-                steps=steps,
-                progress=lambda there, reaction: say(f"{there:.4g} m: {reaction:.4g} N"),
-            )
-    files = drawn(output=(plot_settlement, found, output), film=(write_path, path, film))
-    if as_json:
-        further = {"collapse": path and path.collapse, "path": path and path.summary()}
-        print_json(
-            {"file": str(file), **inputs(assembly, units=units, gap=near), **found.summary(), **further, **files}
-        )
-        return
-    basis = said(assembly, units=units, gap=near)
-    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
-    typer.echo(f"Further on. {path.explain()}" if path else f"Not followed further: {reason}.")
     written(files)
 
 
@@ -368,15 +286,6 @@ def write_report(
     with written_whole(output) as place:
         place.write_text(text, encoding="utf-8")
     typer.echo(str(output))
-
-
-def _move(text: str) -> tuple[Any, list[float]]:
-    """The part and the displacement of one --move."""
-    where, colon, displacement = text.rpartition(":")
-    if not colon or not where:
-        raise InputError(f'--move is "{text}"; it must read {FORM}')
-    moved = lengths(displacement, 3, "--move", FORM)
-    return (tuple(lengths(where, 6, "--move", FORM)) if "," in where else where), moved
 
 
 def prove_command(

@@ -15,5 +15,6 @@ The words of these rooms:
 - macro-block: blocks that move as one rigid body.
 - associated flow: a joint that slides opens by friction times slip. Non-associated flow ("coulomb"): it does not open.
 
-This room imports `analysis`, `certificate`, `contact`, `geometry`, `program`, `solve` and the root.
+This room imports `analysis`, `certificate`, `contact`, `geometry`, `linear_algebra`, `program`, `solve`
+and the root.
 """

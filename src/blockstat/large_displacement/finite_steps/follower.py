@@ -49,8 +49,8 @@ MAX_DEVIATION = 1e-3
 #: The shortest step, relative to `StepFollower.step`. Chosen: across a change of the mechanism the value changes much
 #: in any step.
 MIN_STEP = 1.0 / 16.0
-#: A step is lengthened by this factor at most. Where macro-blocks are used, it aims at the second, a part of the
-#: largest change of the value. Chosen: trials that have to be repeated with a shorter step are dear there.
+#: A step is lengthened by this factor at most, and aims at the second, a part of the largest change of the value.
+#: Chosen: a trial that has to be repeated with a shorter step costs as much as one that is kept.
 MOST_LENGTHENING, AIMED_CHANGE = 2.0, 0.9
 #: Steps of a path at most. Chosen: a path without end is broken off.
 MAX_STEPS = 2000
@@ -177,9 +177,9 @@ class StepFollower:
             step /= 2
 
     def _next_length(self, before: PathPoint, after: TrialState, step: float, scale: float) -> float:
-        """Length of the next step [m]: longer, unless it would change the multiplier of macro-blocks too much."""
+        """Length of the next step [m]: longer, unless it would change the multiplier too much."""
         factor = MOST_LENGTHENING
-        if after.macro_blocks is not None and after.limit.multiplier is not None:
+        if after.limit.multiplier is not None:
             # `before` has the multiplier of the state before `after`.
             change = abs(after.limit.multiplier - before.value)
             factor = min(factor, AIMED_CHANGE * self.change * scale / max(change, TINY))
