@@ -74,24 +74,6 @@ def finite(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
-def counted(number: int, word: str) -> str:
-    """Return a number with its word, in the plural where it is one.
-
-    Parameters
-    ----------
-    number : int
-        How many.
-    word : str
-        The word for one.
-
-    Returns
-    -------
-    str
-        Such as "1 joint" or "2 joints".
-    """
-    return f"{number} {word}" + ("" if number == 1 else "s")
-
-
 def plain(value: float, digits: int = 3) -> str:
     """Return a number as engineers write it: significant digits, thousands apart, no power of ten for large numbers.
 

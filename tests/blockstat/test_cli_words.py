@@ -183,7 +183,7 @@ def test_a_settlement_is_followed_as_far_as_is_asked(run, places):
     command = ["settle", scene, "--move", "right:0,0,-0.01", "--steps", 4]
     status, out, _ = run(*command, "--until", 0)
     assert status == 0
-    assert "Joints that open, to first order in the movement: 2." in out
+    assert "\n2 joints open, to first order in the movement." in out
     assert out.splitlines()[-1] == "Not followed further: --until 0."
     picture = places["folder"] / "beam.png"
     status, out, _ = run(*command, "--until", 0.02, "-o", picture)

@@ -253,7 +253,7 @@ def test_joints_that_hardly_move_beside_the_fastest_are_not_told():
     assert words_of(b0=(0, 0, 1, 0, 0, 0), b2=(0, 0, 0.021, 0, 0, 0)) == ["Parts at ground | b0, ground | b2."]
     assert words_of(b0=(0, 0, 1, 0, 0, 0), b2=(0, 0, 0.019, 0, 0, 0)) == ["Parts at ground | b0."]
     twists = {"b0": (-1, 0, 1, 0, 0, 0), "b1": (0, 2, 2, 0, 0, 0), "b2": (1, -2, 3, 0, 0, 0)}
-    assert words_of(limit=2, **twists) == ["Parts at ground | b2, ground | b1 and 1 joint more."]
+    assert words_of(limit=2, **twists) == ["Parts at ground | b2, ground | b1 and 1 joints more."]
     assert words_of(limit=3, **twists) == ["Parts at ground | b2, ground | b1, ground | b0."]
 
 

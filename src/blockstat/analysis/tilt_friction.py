@@ -11,7 +11,7 @@ import numpy as np
 
 from blockstat.analysis.assess import FLOWS, judged
 from blockstat.analysis.coulomb import FAMILY
-from blockstat.analysis.limit_load import DILATES, LoadOutcome, limit_load
+from blockstat.analysis.limit_load import LoadOutcome, limit_load
 from blockstat.analysis.problem import pose
 from blockstat.analysis.verdict import Outcome
 from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
@@ -89,8 +89,6 @@ class Bracket(Result):
             ends = ", ".join(f"{stands:.6g}" for stands, _ in self.kinds)
             to = "up to" if self.parameter == "tilt" else "down to"
             lines.append(f"In stiff joints, elastic ones and both in one a Coulomb state is found {to} {ends}{unit}.")
-        elif not math.isnan(self.stands):
-            lines.append(DILATES)
         return "\n".join(lines)
 
     @property

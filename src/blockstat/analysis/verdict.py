@@ -13,7 +13,7 @@ from blockstat.contact.interfaces import Interfaces
 from blockstat.contact.point_law import joint_friction, point_law
 from blockstat.geometry.polyhedron import point_velocity
 from blockstat.program.bonds import Bonds
-from blockstat.result import Result, Sentence, counted, finite
+from blockstat.result import Result, Sentence, finite
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -281,7 +281,7 @@ def motion_words(assembly: Assembly, interfaces: Interfaces, mechanism: Floats, 
 def _joints(assembly: Assembly, interfaces: Interfaces, joints: list[int], limit: int) -> str:
     """Names of the two blocks of some joints."""
     named = ", ".join(f"{assembly.names[a]} | {assembly.names[b]}" for a, b in interfaces.pair[joints[:limit]])
-    return named + (f" and {counted(len(joints) - limit, 'joint')} more" if len(joints) > limit else "")
+    return named + (f" and {len(joints) - limit} joints more" if len(joints) > limit else "")
 
 
 def fastest_first(assembly: Assembly, mechanism: Floats) -> Ints:

@@ -37,6 +37,7 @@ from blockstat.cli.pictures import app_command, plot_command
 from blockstat.cli.progress import at_work, shown_progress
 from blockstat.cli.sequence import sequence
 from blockstat.cli.studies import (
+    dilates,
     friction_command,
     over_the_horizon,
     prove_command,
@@ -304,7 +305,7 @@ def tilt_command(
         print_json({"file": str(file), **angles, **kinds, **inputs(assembly, units=units, gap=near), **worst})
         return
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, tilted about {axis}")
-    typer.echo(f"{said(assembly, units=units, gap=near)}\n{found.explain()}")
+    typer.echo(f"{said(assembly, units=units, gap=near)}\n{found.explain()}{dilates(found)}")
 
 
 app.command("app")(app_command)

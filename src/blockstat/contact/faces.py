@@ -155,23 +155,6 @@ def outline_hull(points: Floats) -> Floats:
     return _ring(shapely.MultiPoint(points).convex_hull)
 
 
-def outline_hull_order(points: Floats) -> Ints:
-    """Return which of planar points are the corners of their convex hull.
-
-    Parameters
-    ----------
-    points : array of float, shape (n, 2)
-        Points [m].
-
-    Returns
-    -------
-    array of int, shape (k,)
-        Their numbers, counter-clockwise.
-    """
-    corner = outline_hull(points)
-    return np.linalg.norm(corner[:, None] - points, axis=2).argmin(axis=1)
-
-
 def _ring(polygon: Any) -> Floats:
     """Corners of a polygon, counter-clockwise, the first not repeated."""
     from shapely.geometry.polygon import orient

@@ -48,8 +48,7 @@ def check_geometry(blocks: Polyhedra, names: Sequence[str]) -> None:
         for block in np.flatnonzero(flat).tolist()
     ]
     wrong += [
-        f'block "{names[block]}": all its faces point inwards; list the corners counter-clockwise seen from outside, '
-        "or use `blockstat repair`"
+        f'block "{names[block]}": all its faces point inwards; list the corners counter-clockwise seen from outside'
         for block in np.flatnonzero(~flat & (blocks.volume < 0)).tolist()
     ]
     if wrong:

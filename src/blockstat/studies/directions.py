@@ -114,17 +114,7 @@ class DirectionalLimits(Result):
                 f"  {name:>{width}}  {limit.lower:.6g} to {limit.upper:.6g}{_beside(limit)}"
                 for name, limit in zip(self.names, self.limits, strict=True)
             ]
-        return "\n".join([*lines, *(f"Warning: {text}" for text in (*self.warnings, *self._reasons()))])
-
-    def _reasons(self) -> list[str]:
-        """Why some directions are undecided, each reason once."""
-        towards: dict[str, list[str]] = {}
-        for name, limit in zip(self.names, self.limits, strict=True):
-            if limit.outcome is LoadOutcome.UNDECIDED:
-                for text in limit.warnings:
-                    if text not in self.warnings:
-                        towards.setdefault(text, []).append(name)
-        return [f"undecided towards {', '.join(names)}: {text}" for text, names in towards.items()]
+        return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
 
     def summary(self) -> dict[str, Any]:
         """Return plain values for JSON; infinite bounds are None.

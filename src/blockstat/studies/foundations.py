@@ -22,7 +22,7 @@ from blockstat.joint import fits
 from blockstat.program.bonds import KINDS
 from blockstat.program.conic import conic_program
 from blockstat.program.equilibrium import Columns
-from blockstat.result import Result, Sentence, counted, finite, plain
+from blockstat.result import Result, Sentence, finite, plain
 from blockstat.solve.dispatch import solve
 from blockstat.typing import Floats, Ints
 
@@ -144,7 +144,7 @@ class Settlement(Result):
         lines = [self.outcome.value, f"Force on the moving supports along the movement: {self.reaction:.6g} N."]
         for name, moved, joints, reaction in self.foundations:
             lines.append(
-                f"{name} moves by ({_numbers(1e3 * moved)}) mm with {counted(len(joints), 'joint')} on it, and carries "
+                f"{name} moves by ({_numbers(1e3 * moved)}) mm with {len(joints)} joints on it, and carries "
                 f"({_numbers(reaction)}) N."
             )
         speed = corner_speed(self.assembly, self.mechanism)
@@ -157,7 +157,7 @@ class Settlement(Result):
         cracks = [crack for crack in self.cracks() if crack.opening > SHUT * self.displacement]
         if cracks and self.foundations:
             lines.append(
-                f"Joints that open, to first order in the movement: {len(cracks)}. Of these, joints that slide open "
+                f"{len(cracks)} joints open, to first order in the movement. Of these, joints that slide open "
                 "by friction times slip, as dilatant friction has it. The widest are:"
             )
             lines += [f"  {a} and {b}: {plain(1e3 * width)} mm" for (a, b), width, _ in cracks[:limit]]

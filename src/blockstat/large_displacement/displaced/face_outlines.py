@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from blockstat.contact.faces import outline_hull_order
+from blockstat.contact.faces import outline_hull
 from blockstat.contact.interfaces import Interfaces
 from blockstat.typing import Floats, Ints
 
@@ -57,7 +57,9 @@ class FaceOutlines:
     def _outline(self, joint: int, side: int) -> Floats:
         """The convex hull in the joint's plane of the corners of one face, shape (n, 3) [m]."""
         corner = self._corners(joint, side)
-        outline: Floats = corner[outline_hull_order((corner - corner[0]) @ self._interfaces.frame[joint, 1:].T)]
+        flat = (corner - corner[0]) @ self._interfaces.frame[joint, 1:].T
+        nearest = np.linalg.norm(outline_hull(flat)[:, None] - flat, axis=2).argmin(axis=1)
+        outline: Floats = corner[nearest]
         return outline
 
     def _corners(self, joint: int, side: int) -> Floats:

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
+from blockstat.analysis.verdict import corner_speed
+from blockstat.large_displacement.displaced.pose import displaced_assembly
 from blockstat.large_displacement.finite_steps.trial_state import (
     RIGID_JOINT_SPEEDS,
     TrialState,
@@ -16,9 +20,9 @@ from blockstat.large_displacement.statics.macro_blocks import common_refinement,
 #: Macro-blocks hold where the multiplier of all blocks is smaller by this part at most. Chosen as a difference that an
 #: engineer accepts.
 MAX_MULTIPLIER_LOSS = 0.01
-#: The same as `RIGID_JOINT_SPEEDS`, smaller, for macro-blocks within which blocks fall. Chosen: each about a third
-#: of the one before.
-FALLING_JOINT_SPEEDS = (3e-4, 1e-4)
+#: Blocks fall on their own where their fastest corner moves faster than this in a fall of all blocks. Relative to the
+#: fastest. Chosen: the next is tried where macro-blocks without them still carry, then each block is one.
+FALLING_SPEEDS = (0.1, 0.01, 1e-3)
 
 
 def with_macro_blocks_that_hold(trial: TrialState) -> tuple[TrialState, LimitState]:
@@ -50,11 +54,13 @@ def with_macro_blocks_that_hold(trial: TrialState) -> tuple[TrialState, LimitSta
 
 
 def _with_falling_blocks(trial: TrialState, found: LimitState) -> tuple[TrialState, LimitState]:
-    """A trial state with macro-blocks so small that they fall where blocks fall within larger ones."""
+    """A trial state with macro-blocks from which those blocks are taken that fall within them."""
     assert trial.macro_blocks is not None
-    for speed in (*RIGID_JOINT_SPEEDS, *FALLING_JOINT_SPEEDS):
-        own = macro_blocks_of(trial.configuration, found.mechanism, speed)
-        trial = with_limit_state(trial, trial.limit.mechanism, common_refinement(trial.macro_blocks, own))
+    speed = corner_speed(displaced_assembly(trial.linkage.assembly, trial.pose), found.mechanism)
+    for share in FALLING_SPEEDS:
+        falls = speed > share * speed.max()
+        alone = np.where(falls, np.arange(len(falls)), -1)
+        trial = with_limit_state(trial, trial.limit.mechanism, common_refinement(trial.macro_blocks, alone))
         if trial.limit.multiplier is None or trial.macro_blocks is None:
             return trial, trial.limit
     return replace(trial, limit=found, macro_blocks=None), found

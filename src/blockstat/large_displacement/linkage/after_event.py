@@ -16,6 +16,7 @@ from blockstat.large_displacement.linkage.jump import FALLING_TOGETHER, MAX_PART
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.path import FindMechanism, PathEnd, PathEvent, PathPoint, PathState
 from blockstat.large_displacement.linkage.state_solver import StateSolver
+from blockstat.typing import Floats
 
 #: Jumps that may follow each other at one displacement. Chosen: where more follow, it is no linkage that moves.
 MAX_JUMPS = 20
@@ -111,8 +112,14 @@ class AfterEvent:
     ) -> tuple[Linkage, PathPoint] | None:
         """The mechanism that begins at a pose, and its first point; None where there is none."""
         begun = self.find_mechanism(linkage, pose, parameter, sticking_speed)
-        point = begun and self.solver.point(begun[0], pose, parameter, begun[1])
-        return None if begun is None or point is None else (begun[0], point)
+        return None if begun is None else self._as_linkage(*begun, pose, parameter)
+
+    def _as_linkage(
+        self, linkage: Linkage, motion: Floats, pose: Pose, parameter: float
+    ) -> tuple[Linkage, PathPoint] | None:
+        """The linkage of a mechanism, and its first point; None where the mechanism is no linkage."""
+        point = self.solver.point(linkage, pose, parameter, motion)
+        return None if point is None else (linkage, point)
 
     def _changed_mechanism(self, state: PathState, beyond: PathState) -> PathState | None:
         """The state of another mechanism where a joint ceases to slide; None where there is none.
@@ -133,12 +140,17 @@ class AfterEvent:
             if following is None:
                 continue
             found = self.solver.state(*following)
-            if not found.forces.admissible:
+            if not (found.forces.admissible and self._goes_on(found, DISTANCES_BEYOND[-1] * width)):
                 continue
             if found.forces.proven:
                 return found
             nearly = nearly or found
         return nearly
+
+    def _goes_on(self, state: PathState, distance: float) -> bool:
+        """Whether forces balance a mechanism that begins a little way on as well."""
+        point = self.solver.point_at(state, state.point.parameter + distance)
+        return point is not None and self.solver.state(point.linkage or state.linkage, point).forces.admissible
 
     def after_closing(self, state: PathState) -> Iterator[PathState | PathEvent | PathEnd]:
         """Yield what follows where a contact has closed.
@@ -163,13 +175,17 @@ class AfterEvent:
         sticking = linkage.sticking.copy()
         sticking[closed] = True
         held = replace(linkage, contacts=contacts, sticking=sticking)
-        following = self._first_point(held, point.pose, point.parameter, STICKING_SPEED)
         joints = sorted(set(contacts.joint[closed].tolist()))
-        if following is None:
+        begun = self.find_mechanism(held, point.pose, point.parameter, STICKING_SPEED)
+        if begun is None:
             yield _event("closing", state, None, [], joints)
             yield PathEnd.COLLAPSE
             return
-        found = self.solver.state(*following)
+        following = self._as_linkage(*begun, point.pose, point.parameter)
+        found = None if following is None else self.solver.state(*following)
+        if found is None or not found.forces.admissible:  # the mechanism that begins is followed by finite steps
+            yield PathEnd.LOST
+            return
         yield _event("closing", state, found, [], joints)
         yield found
 

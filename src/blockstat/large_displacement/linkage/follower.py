@@ -98,7 +98,7 @@ class LinkageFollower:
         return abs(event.parameter - other.parameter) <= self.tolerance * self.step
 
     def _pieces(self, state: PathState) -> Iterator[PathState | PathEvent | PathEnd]:
-        after, short = AfterEvent(self.solver, self.find_mechanism, self.ends_at_zero), 0
+        after, short, changed = AfterEvent(self.solver, self.find_mechanism, self.ends_at_zero), 0, False
         while True:
             start = state.point.parameter
             event, state, beyond = yield from self._piece(state)
@@ -110,12 +110,17 @@ class LinkageFollower:
                 yield PathEnd.LOST
                 return
             lost = event == "jump"
+            if lost and short and changed:  # what has begun was a mixture of mechanisms
+                yield PathEnd.LOST
+                return
+            changed = False
             for item in after.after_loss_of_equilibrium(state, beyond) if lost else after.after_closing(state):
                 yield item
                 if isinstance(item, PathEnd):
                     return
                 if isinstance(item, PathState):
                     state = item
+                changed = changed or (isinstance(item, PathEvent) and item.kind == "change")
 
     def _piece(self, state: PathState) -> Generator[PathState, None, tuple[str | PathEnd, PathState, PathState | None]]:
         """Yield the states of a piece; return the event at its end, the state there, and one just beyond it."""
