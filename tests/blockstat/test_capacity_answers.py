@@ -7,6 +7,7 @@ import pytest
 
 from blockstat import InputError, JointLaw, capacity
 from blockstat.large_displacement.linkage.path import PathEvent
+from evidence.dynamics.capacity import portal
 from evidence.scenes.small import assembly, box, running_bond, u_wall
 
 ALONG = (1.0, 0.0, 0.0)
@@ -174,3 +175,22 @@ def test_finite_steps_leave_no_contact_open():
     assert curve.outcome.word == "reached"
     assert any("finite steps" in text for text in curve.warnings)
     assert not [text for text in curve.warnings if "open by up to" in text]
+
+
+@pytest.mark.parametrize("steps", [10, 40])
+def test_a_wall_in_its_plane_ends_where_it_does_with_other_steps(steps):
+    """A contact closes on the way, after which the mechanism is no linkage: that is no collapse."""
+    panel = running_bond(5, 3).with_(friction=0.65)
+    curve, other = (capacity(panel, ALONG, steps=n) for n in (steps, 20))
+    assert curve.outcome.word == other.outcome.word == "zero"
+    assert curve.displacement[-1] == pytest.approx(other.displacement[-1], rel=1e-3)
+
+
+@pytest.mark.parametrize("steps", [20, 40, 80])
+def test_a_mixture_of_mechanisms_is_no_mechanism(steps):
+    """Where this arch on piers jumps, another mechanism carries the same, but not a little way on: it is not taken."""
+    scene = portal(3.3671793841744355, 0.5249504754356459, 1.396302702379932, 1.05465206733624, 12)
+    curve = capacity(scene.with_(friction=0.6620893458000103), ALONG, control="mean", steps=steps)
+    assert [event.kind for event in curve.events] == ["jump", "change"]
+    assert curve.outcome.word == "zero"
+    assert curve.displacement[-1] == pytest.approx(0.23195, rel=1e-4)

@@ -110,14 +110,15 @@ class StepFollower:
             trial = self._with_current_macro_blocks(trial, limit, known)
             known = trial.macro_blocks
             assert trial.limit.multiplier is not None
-            after, step = self._next(before, trial, step, scale)
+            after, taken = self._next(before, trial, step, scale)
             last = state.point
             before = replace(last, value=trial.limit.multiplier)
             end = self._end_passed(after, scale)
             if end is not None:
-                yield from self._located_end(trial, after, step, scale, end)
+                yield from self._located_end(trial, after, taken, scale, end)
                 return
-            trial, step = after, self._next_length(before, after, step, scale)
+            step = taken if taken < step else self._next_length(before, after, taken, scale)  # not again too long
+            trial = after
         yield PathEnd.LOST
 
     @property
