@@ -186,11 +186,11 @@ def test_a_wall_in_its_plane_ends_where_it_does_with_other_steps(steps):
     assert curve.displacement[-1] == pytest.approx(other.displacement[-1], rel=1e-3)
 
 
-@pytest.mark.parametrize("steps", [20, 40, 80])
-def test_a_mixture_of_mechanisms_is_no_mechanism(steps):
+def test_a_mixture_of_mechanisms_is_no_mechanism():
     """Where this arch on piers jumps, another mechanism carries the same, but not a little way on: it is not taken."""
     scene = portal(3.3671793841744355, 0.5249504754356459, 1.396302702379932, 1.05465206733624, 12)
-    curve = capacity(scene.with_(friction=0.6620893458000103), ALONG, control="mean", steps=steps)
-    assert [event.kind for event in curve.events] == ["jump", "change"]
-    assert curve.outcome.word == "zero"
-    assert curve.displacement[-1] == pytest.approx(0.23195, rel=1e-4)
+    curves = [capacity(scene.with_(friction=0.66208934580), ALONG, control="mean", steps=n) for n in (20, 40, 80)]
+    for curve in curves:
+        assert [event.kind for event in curve.events] == ["jump", "change"]
+        assert curve.outcome.word == "zero"
+        assert curve.displacement[-1] == pytest.approx(curves[0].displacement[-1], rel=1e-5)
