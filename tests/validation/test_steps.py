@@ -4,6 +4,8 @@ A step moves the fastest corner by about a thirtieth of the way, and what should
 the pose is exact, and only changes of mechanism are located to the length of a step.
 """
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -189,13 +191,26 @@ def test_macro_blocks_give_the_same_curve_as_all_blocks(monkeypatch):
     assert ["macro-blocks" in " ".join(curve.warnings) for curve in (coarse, fine)] == [True, False]
 
 
-def test_a_multiplier_that_leaps_below_zero_is_no_zero():
-    """The arch slides; just before the end of its curve it still carries most of what it carried at rest."""
+def test_an_arch_that_slides_and_jumps_ends_where_it_does_with_other_steps():
     scene, direction = next((asm, push) for name, asm, push in scenes(16) if name == "arch 15")
-    curve = capacity(scene, direction, control="mean", steps=40)
-    end = float(curve.displacement[-1])
-    before = capacity(scene, direction, control="mean", steps=40, displacement=(1 - 1e-4) * end)
-    assert before.outcome.word == "reached"
-    assert before.lower[-1] > 0.5 * before.lower[0]
-    assert curve.outcome.word == "collapse"
-    assert curve.lower[-1] > 0.5 * curve.lower[0]
+    curves = [capacity(scene, direction, control="mean", steps=steps) for steps in (20, 40)]
+    for curve in curves:
+        assert [event.kind for event in curve.events] == ["change", "jump", "jump"]
+        assert curve.outcome.word == "zero"
+    assert curves[0].displacement[-1] == pytest.approx(curves[1].displacement[-1], rel=1e-6)
+
+
+@pytest.mark.parametrize(("leap", "end"), [(0.3, PathEnd.COLLAPSE), (0.0, PathEnd.ZERO)])
+def test_a_multiplier_that_leaps_below_zero_is_no_zero(monkeypatch, leap, end):
+    """Over a step of 1 the multiplier falls from .2 to -.2 - leap; half-way it is zero, or leaps."""
+
+    def state(_, length):
+        return SimpleNamespace(limit=SimpleNamespace(multiplier=0.2 - 0.4 * length - leap * (length > 0.4)))
+
+    monkeypatch.setattr(follower, "stepped", state)
+    monkeypatch.setattr(follower, "with_macro_blocks_that_hold", lambda trial: (trial, trial.limit))
+    monkeypatch.setattr(follower, "path_state", lambda trial, limit: limit.multiplier)
+    steps = follower.StepFollower(None, end=1.0, step=1.0, longest=1.0, change=0.1, tolerance=1e-6)
+    *states, last = steps._located_end(state(None, 0.0), state(None, 1.0), 1.0, 0.2, PathEnd.ZERO)
+    assert last is end
+    assert states == pytest.approx([0.0] if end is PathEnd.ZERO else [], abs=1e-6)
