@@ -210,7 +210,12 @@ def as_load(assembly: Assembly, load: Any) -> Floats:
     InputError
         For another shape, or a load that is zero on every free block.
     """
-    values = np.asarray(load, dtype=float)
+    try:
+        values = np.asarray(load, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"load is {load!r}; three numbers (a direction) or an array of shape ({assembly.n_blocks}, 6) are needed"
+        ) from None
     if values.shape == (3,):
         return acceleration(assembly, list(values))
     if values.shape != (assembly.n_blocks, 6) or not np.isfinite(values).all():

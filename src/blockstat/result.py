@@ -100,6 +100,30 @@ def plain(value: float, digits: int = 3) -> str:
     return f"{value:,.0f}" if abs(value) >= min(1000, 10**digits) else f"{value:.{digits}g}"
 
 
+def counted(number: int, word: str) -> str:
+    """Return a number of things in words: "1 joint", "12 joints", "3,155 blocks".
+
+    Parameters
+    ----------
+    number : int
+        How many.
+    word : str
+        One of them; its plural has an s more.
+
+    Returns
+    -------
+    str
+        The number with its noun.
+
+    Examples
+    --------
+    >>> from blockstat.result import counted
+    >>> counted(1, "joint"), counted(3155, "block")
+    ('1 joint', '3,155 blocks')
+    """
+    return f"{number:,} {word}" + ("" if number == 1 else "s")
+
+
 NANOMETRE = 1e-9  #: a length below this is rounding: no block moves by less than an atom [m]
 
 

@@ -39,7 +39,14 @@ from blockstat.analysis.decision import (
     solve_margin_locally,
     upper_bound,
 )
-from blockstat.analysis.limit_load import UNBOUNDED, LimitLoad, _as_strong_as_the_weight, _beyond_bounds, bracket
+from blockstat.analysis.limit_load import (
+    DILATES,
+    UNBOUNDED,
+    LimitLoad,
+    _as_strong_as_the_weight,
+    _beyond_bounds,
+    bracket,
+)
 from blockstat.analysis.problem import pose
 from blockstat.analysis.thrust import LoadDomain, ThrustRange, admissible, support_indices
 from blockstat.analysis.tilt_friction import Bracket, BracketOutcome
@@ -367,11 +374,14 @@ def test_a_bracket_tells_both_sides_and_those_of_all_kinds():
     assert Bracket(30.0, 31.0, "tilt", "deg", ((30.0, 31.0), (20.0, 21.0))).least == (20.0, 21.0)
     plain = Bracket(1.0, math.nan)
     assert plain.least[0] == 1.0
-    assert plain.explain().splitlines() == [BracketOutcome.ALWAYS_STANDS.value, "Stable at a parameter of 1."]
+    assert plain.explain().splitlines() == [
+        BracketOutcome.ALWAYS_STANDS.value, "Stable at a parameter of 1.", DILATES,
+    ]  # fmt: skip
     assert Bracket(math.nan, 2.0).explain().splitlines()[1] == "Not stable at a parameter of 2."
     assert friction.summary() == {
         "outcome": "limit", "sentence": BracketOutcome.LIMIT.value, "parameter": "friction", "unit": "", "stands": 0.3,
         "falls": 0.2, "imperfections": "case", "kinds": [[0.5, 0.4], [0.3, 0.2], [None, 10.0]],
+        "warnings": [],
     }  # fmt: skip
     assert plain.summary()["imperfections"] is None
 

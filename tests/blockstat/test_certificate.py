@@ -57,9 +57,11 @@ def test_no_forces_are_found_for_what_falls(asm):
     assert without_optimum(program).status is Status.NO_FORCES
 
 
-def test_next_to_its_limit_an_arch_needs_the_second_attempt():
+@pytest.mark.parametrize("thickness", [0.109, 0.11])
+def test_next_to_its_limit_an_arch_needs_the_second_attempt(thickness):
     # Least thickness .1074: the forces that blocks hand down lead nowhere, the least ones lifted into their cones do.
-    program = program_of(arch(20, 0.108))
+    # (Nearer to it, as at .108, neither may: the last digits of a machine decide.)
+    program = program_of(arch(20, thickness))
     assert without_optimum(program, brief=True).status is Status.NO_FORCES
     answer = without_optimum(program)
     assert answer.status is Status.ACCEPTED

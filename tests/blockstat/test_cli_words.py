@@ -183,7 +183,7 @@ def test_a_settlement_is_followed_as_far_as_is_asked(run, places):
     command = ["settle", scene, "--move", "right:0,0,-0.01", "--steps", 4]
     status, out, _ = run(*command, "--until", 0)
     assert status == 0
-    assert "\n2 joints open, to first order in the movement." in out
+    assert "\nOpen, to first order in the movement: 2 joints." in out
     assert out.splitlines()[-1] == "Not followed further: --until 0."
     picture = places["folder"] / "beam.png"
     status, out, _ = run(*command, "--until", 0.02, "-o", picture)
@@ -245,7 +245,7 @@ def test_the_blocks_that_may_be_taken_out_are_counted_and_the_others_named(run, 
     status, out, _ = run("sequence", tower, "--remove-each")
     assert status == 0
     assert out.splitlines() == [
-        "1 of 2 blocks may be taken out now.",
+        "1 of 2 blocks may be taken out now: stone1.",
         "stone0: unstable; first to move: stone1",
     ]
     assert [path.name for path in tmp_path.iterdir()] == ["tower.json"]

@@ -268,7 +268,7 @@ def test_joints_that_are_almost_taken_are_told_where_the_verdict_is_not_stable()
     problem = posed(assembly([GROUND, *cubes([(0, 0, 0.011), (3, 0, 0.012)])], supports=["ground"]))
     assert gap_warnings(problem, Outcome.STABLE) == []
     (text,) = gap_warnings(problem, Outcome.UNSTABLE)
-    assert text.startswith("2 near joints were not taken (gap tolerance 0.01")
+    assert text.startswith("near joints that were not taken: 2 (gap tolerance 0.01")
     assert 'the closest "ground" to "c0" with 0.011 m: a larger tolerance may change the verdict' in text
     assert len(gap_warnings(problem, Outcome.UNDECIDED)) == 1
 

@@ -20,6 +20,7 @@ from blockstat import (
     write,
 )
 from blockstat.geometry_repair.trimming import trim_overlaps
+from blockstat.result import counted
 from evidence.scenes.small import arch, assembly, box, prism, running_bond, stack
 
 SIZE = 1e-3  #: of the largest gap [m]
@@ -149,7 +150,7 @@ def test_a_soup_with_faces_turned_at_random_becomes_solids():
     assert report.outcome is RepairOutcome.REPAIRED
     first = report.explain().splitlines()[1]
     assert first.startswith('block "left": 16 duplicate vertices merged (moved by up to ')
-    assert f"2 faces dropped; {turned[0]} faces turned; " in first
+    assert f"2 faces dropped; {counted(turned[0], 'face')} turned; " in first
 
 
 @pytest.mark.filterwarnings("ignore:1 blocks hold separate solids")
@@ -211,7 +212,7 @@ def test_the_command_repairs_a_file_that_is_refused(tmp_path, command):
     target = tmp_path / "clean.json"
     answer = run(command, path, "-o", target, "--gap", "0.005")
     assert answer.returncode == 0, answer.stderr
-    told = [RepairOutcome.REPAIRED.value, 'block "stone0": 1 faces turned', "2 of 3 blocks unchanged"]
+    told = [RepairOutcome.REPAIRED.value, 'block "stone0": 1 face turned', "2 of 3 blocks unchanged"]
     assert ("blockstat heal is now blockstat repair" in answer.stderr) == (command == "heal")
     assert answer.stdout.splitlines() == [*told, f"{target}: 3 blocks, in m, z up"]
     assert assess(read(target)).outcome.word == "stable"
@@ -237,7 +238,7 @@ def test_repair_needs_no_supports_and_counts_the_joints_that_it_closed(tmp_path)
     repaired, report = repair(path)
     assert not repaired.support.any()
     assert report.closed == 1
-    assert report.explain().endswith("0 of 2 blocks unchanged, 1 joints closed, vertices moved by up to 1 mm")
+    assert report.explain().endswith("0 of 2 blocks unchanged, 1 joint closed, vertices moved by up to 1 mm")
     _, again = repair(repaired)
     assert again.closed == 0
 

@@ -160,3 +160,44 @@ def test_a_lintel_on_a_longer_bearing_begins_to_slide_at_the_other_wall(steps):
     assert 2 - away < 0.1
     path = settle_to_collapse(lintel(0.1), {"right": (0, 0, -1)}, steps=steps)
     assert path.collapse == pytest.approx(away * np.tan(np.arccos(away / 2.5)), rel=0.01)
+
+
+def flat_arch(rise, unit=1.0, friction=5.0):
+    """Two blocks 1 m long between two abutments, which meet at midspan."""
+    ends = [
+        ((-1, 0, -1), (0, 1, rise)),
+        ((2, 0, -1), (3, 1, rise)),
+        ((0, 0, 0), (1, 1, rise)),
+        ((1, 0, 0), (2, 1, rise)),
+    ]
+    blocks = [
+        box(unit * np.array(low), unit * np.array(high), name=name)
+        for name, (low, high) in zip(("left", "right", "one", "other"), ends, strict=True)
+    ]
+    return Assembly.from_blocks(blocks, supports=["left", "right"], density=2000 / unit**3, friction=friction)
+
+
+@pytest.mark.parametrize(("rise", "unit"), [(0.3, 1.0), (0.6, 1.0), (0.6, 1000.0)])
+def test_three_hinges_carry_until_they_are_in_line(rise, unit):
+    # Hinges at the lower corners of the abutments and at the upper one of the crown: two bars, drawn out straight.
+    found = settle_to_collapse(flat_arch(rise, unit), {"right": (1, 0, 0)})
+    exact = 2 * (np.hypot(1, rise) - 1)
+    assert found.outcome is PathOutcome.COLLAPSE
+    assert found.collapse / unit == pytest.approx(exact, rel=1e-5)
+    assert found.collapse / unit < exact
+    # Moments of one block about its springing: the thrust times the rise left is the weight times its arm.
+    bar, crown = np.hypot(1, rise), 1 + found.displacement / unit / 2
+    left = np.sqrt(bar**2 - crown**2)
+    turn = np.arctan2(left, crown) - np.arctan2(rise, 1)
+    arm = 0.5 * np.cos(turn) - rise / 2 * np.sin(turn)
+    thrust = 2000 * 9.81 * rise * arm / left
+    np.testing.assert_allclose(found.reaction, thrust, rtol=1e-4)
+    assert not found.warnings
+
+
+def test_blocks_that_slide_from_supports_that_leave_are_not_followed_out_of_contact():
+    # The thrust at rest is that of sliding, W / mu: the blocks cannot slide down and stay in contact with both sides.
+    found = settle_to_collapse(flat_arch(0.6, friction=0.9), {"right": (1, 0, 0)})
+    assert found.outcome is PathOutcome.LOST
+    assert found.collapse is None
+    assert found.displacement[-1] < 1e-3

@@ -1,13 +1,16 @@
 """Tilts of scenes without symmetry: each way has its own limit, in closed form."""
 
 import math
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from blockstat import JointLaw, Outcome, assess, tilt_limit
-from blockstat.analysis.tilt_friction import _halve
+from blockstat import Assembly, InputError, JointLaw, Outcome, assess, friction_limit, tilt_limit
+from blockstat.analysis.limit_load import LoadOutcome
+from blockstat.analysis.tilt_friction import BracketOutcome, _close_in
 from evidence.scenes.small import assembly, box
 
 #: By a tilt about y gravity leans towards -x, about -y towards +x.
@@ -44,13 +47,83 @@ def test_a_leaning_pair_tilts_further_one_way(axis, tension):
 
 
 @pytest.mark.parametrize(("stands", "falls"), [(0.0, 1.0), (1.0, 0.0)])
-def test_a_bisection_ends_where_a_verdict_is_undecided(stands, falls):
-    def outcome(value):
+def test_a_bracket_is_left_where_a_verdict_is_undecided(stands, falls):
+    def judge(value):
         if abs(value - 0.3) < 0.1:
-            return Outcome.UNDECIDED
-        return Outcome.STABLE if (value < 0.3) == (stands < falls) else Outcome.UNSTABLE
+            return Outcome.UNDECIDED, math.nan
+        return (Outcome.STABLE if (value < 0.3) == (stands < falls) else Outcome.UNSTABLE), math.nan
 
-    found = _halve(outcome, stands, falls)
+    found = _close_in(judge, stands, falls)
     assert found == ((0.0, 0.5) if stands < falls else (0.5, 0.0))  # a quarter is undecided
-    sure = _halve(lambda value: Outcome.STABLE if value < 0.3 else Outcome.UNSTABLE, 0.0, 1.0, 1e-3)
-    assert sure[0] < 0.3 <= sure[1] <= sure[0] + 1e-3
+
+
+SCORES = {
+    "along a line": (lambda gap: 0.01 * gap, 9),
+    "along a parabola": (lambda gap: gap + 50 * gap**2, 16),
+    "at once": (lambda gap: 1.0, 25),
+    "along a root": (lambda gap: math.sqrt(gap), 45),
+    "none": (lambda gap: math.nan, 21),
+    "infinite": (lambda gap: math.inf, 21),
+}
+
+
+@pytest.mark.parametrize(("stands", "falls"), [(0.0, 1.0), (1.0, 0.0)])
+@pytest.mark.parametrize("score", SCORES)
+def test_a_bracket_is_closed_in_on_whatever_the_scores(score, stands, falls):
+    rule, most = SCORES[score]
+    tried = []
+
+    def judge(value):
+        tried.append(value)
+        gap = (value - 0.3217) * (1 if stands < falls else -1)
+        return (Outcome.STABLE, 0.0) if gap < 0 else (Outcome.UNSTABLE, rule(gap))
+
+    one, other = _close_in(judge, stands, falls, 1e-6)
+    assert min(one, other) <= 0.3217 <= max(one, other) <= min(one, other) + 1e-6
+    assert (one < other) == (stands < falls)
+    assert len(tried) <= most
+
+
+def slab_on_a_slope(*laws):
+    """A slab on a slope of .3 rad, as gravity that leans, with a wedge beside it that it does not touch."""
+    slope = [9.81 * math.sin(0.3), 0, -9.81 * math.cos(0.3)]
+    blocks = [
+        box((-1, -1, -1), (9, 2, 0), name="ground", group="ground"), box((0, 0, 0), (1, 1, 0.3), name="slab"),
+        box((6, 0, 0), (7, 1, 0.3), name="other", group="other"),
+    ]  # fmt: skip
+    return Assembly.from_blocks(blocks, supports=["ground"], gravity=slope, joints=laws)
+
+
+def test_joints_whose_law_has_a_friction_keep_it_and_that_is_said():
+    found = friction_limit(slab_on_a_slope(JointLaw(("ground", "other"), friction=0.9)))
+    assert found.value == pytest.approx(math.tan(0.3), abs=2e-6)
+    assert found.warnings == ("1 of 2 joints keep a friction of their own",)
+    assert "Warning: 1 of 2 joints keep" in found.explain()
+    assert not friction_limit(slab_on_a_slope()).warnings
+
+
+def test_friction_is_not_asked_for_where_no_joint_takes_it():
+    with pytest.raises(InputError, match="all joints have a friction of their own"):
+        friction_limit(slab_on_a_slope(JointLaw(("*", "*"), friction=0.5)))
+
+
+@pytest.mark.parametrize("ask", [lambda asm: tilt_limit(asm, "y"), friction_limit])
+def test_what_is_undecided_as_it_stands_is_not_told_to_fall(ask, monkeypatch):
+    from blockstat.analysis import tilt_friction
+
+    monkeypatch.setattr(tilt_friction, "judged", lambda *_, **__: replace(real, outcome=Outcome.UNDECIDED))
+    asm = slab_on_a_slope()
+    real = assess(asm)
+    if ask is not friction_limit:
+        asm = asm.with_(gravity=(0, 0, -9.81), friction=0.0)
+        monkeypatch.setattr(tilt_friction, "limit_load", lambda *_, **__: dead)
+        dead = SimpleNamespace(outcome=LoadOutcome.DEAD_LOAD_UNSTABLE)
+    found = ask(asm)
+    assert found.outcome is BracketOutcome.UNDECIDED
+    assert "table at" not in found.explain()
+
+
+def test_blocks_that_overlap_are_said_beside_the_tilt():
+    blocks = [box((-1, -1, -1), (2, 2, 0), name="ground"), box((0, 0, -0.02), (1, 1, 2), name="sunk")]
+    found = tilt_limit(Assembly.from_blocks(blocks, supports=["ground"], friction=1.0), "y")
+    assert any("overlap" in text for text in found.warnings), found.explain()

@@ -8,8 +8,8 @@ import pytest
 from blockstat import Assembly, Block, JointLaw, Outcome, Verdict, assess, find_interfaces
 from blockstat.analysis.coulomb import CoulombState
 from blockstat.analysis.verdict import (
+    ASSOCIATED,
     HANGS,
-    OPTIMISTIC,
     UNTRIED,
     corner_speed,
     fastest_first,
@@ -54,12 +54,12 @@ def test_a_stable_verdict_tells_its_figures_and_which_question_it_answers():
     lines = verdict().explain().splitlines()
     assert lines == [
         Outcome.STABLE.value, "Largest residual 2.0e-10 of a block's load, cones violated by 3.0e-11.",
-        "Normal forces of 3.25 times the weight in total.", OPTIMISTIC,
+        "Normal forces of 3.25 times the weight in total.", ASSOCIATED,
     ]  # fmt: skip
     rough = replace(PROOF, residual=1.1e-9)
     assert "Without rounding of the forces on a block, residuals are 1.0e-10." in verdict(certificate=rough).explain()
     assert "Without rounding" not in verdict(certificate=replace(PROOF, residual=1e-9)).explain()
-    assert OPTIMISTIC not in verdict(flow="coulomb").explain()
+    assert ASSOCIATED not in verdict(flow="coulomb").explain()
     told = verdict(outcome=Outcome.STABLE_ONLY_BY_SELF_STRESS, flow="coulomb").explain()
     assert "Normal forces of 3.25" in told
     told = verdict(worst="the case", warnings=("one", "two")).explain().splitlines()
@@ -253,7 +253,7 @@ def test_joints_that_hardly_move_beside_the_fastest_are_not_told():
     assert words_of(b0=(0, 0, 1, 0, 0, 0), b2=(0, 0, 0.021, 0, 0, 0)) == ["Parts at ground | b0, ground | b2."]
     assert words_of(b0=(0, 0, 1, 0, 0, 0), b2=(0, 0, 0.019, 0, 0, 0)) == ["Parts at ground | b0."]
     twists = {"b0": (-1, 0, 1, 0, 0, 0), "b1": (0, 2, 2, 0, 0, 0), "b2": (1, -2, 3, 0, 0, 0)}
-    assert words_of(limit=2, **twists) == ["Parts at ground | b2, ground | b1 and 1 joints more."]
+    assert words_of(limit=2, **twists) == ["Parts at ground | b2, ground | b1 and 1 joint more."]
     assert words_of(limit=3, **twists) == ["Parts at ground | b2, ground | b1, ground | b0."]
 
 

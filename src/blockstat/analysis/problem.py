@@ -431,7 +431,7 @@ def _floating_warnings(assembly: Assembly, floating: Ints, interfaces: Interface
     touched = np.unique(interfaces.pair)
     alone = np.setdiff1d(floating, touched)
     if len(alone) > 1 and not len(touched):
-        return ["no two blocks touch: " + _distances(assembly)]
+        return [_distances(assembly)]
     return [f'block "{assembly.names[i]}" touches nothing' for i in alone[:5]] + (
         [f"{len(alone) - 5} more blocks touch nothing"] if len(alone) > 5 else []
     )
@@ -444,8 +444,10 @@ def _distances(assembly: Assembly) -> str:
     one, two = (assembly.names[i] for i in pair)
     below, *pair = smallest_gap(solid, free, support)
     near, held = (assembly.names[i] for i in sorted(pair, key=lambda i: assembly.support[i]))
+    if min(between, below) <= 0:
+        return "no two blocks have a joint, but some overlap; within a gap as large as that they count as touching"
     return (
-        f'the smallest gap between two of them is {between:.3g} m ("{one}" and "{two}"), '
+        f'no two blocks touch: the smallest gap between two of them is {between:.3g} m ("{one}" and "{two}"), '
         f'and {below:.3g} m to a support ("{near}" and "{held}")'
     )
 
@@ -472,7 +474,7 @@ def gap_warnings(problem: Problem, outcome: Outcome) -> list[str]:
         least = min(near, key=lambda d: d.value / d.limit)
         a, b = assembly.names[least.a], assembly.names[least.b]
         found.append(
-            f"{len(near)} near joints were not taken (gap tolerance {gap_words(gap)}), the closest "
+            f"near joints that were not taken: {len(near)} (gap tolerance {gap_words(gap)}), the closest "
             f'"{a}" to "{b}" with {beyond(least.value, least.limit)} m: a larger tolerance may change the verdict'
         )
     loose = interfaces.gap > LOOSE * assembly.size[interfaces.pair].min(axis=1)

@@ -316,6 +316,8 @@ def standing(
     """
     check_choice("solver", solver, CHOICES)
     problem = pose(assembly, **options)
+    if not len(problem.assembly.free):
+        raise InputError(f'"{assembly.name}": all blocks are supports; none can move or carry')
     if problem.program is not None and not len(problem.floating):
         posed = {"solver": solver, "motions": problem.motions}
         found = decide(problem.program, solve_penalty(problem.program, **posed), **posed)

@@ -11,13 +11,13 @@ import numpy as np
 
 from blockstat.analysis.assess import FLOWS, judged
 from blockstat.analysis.coulomb import FAMILY
-from blockstat.analysis.limit_load import LoadOutcome, limit_load
-from blockstat.analysis.problem import pose
+from blockstat.analysis.limit_load import DILATES, LoadOutcome, limit_load
+from blockstat.analysis.problem import Problem, cases_of, gap_warnings, pose
 from blockstat.analysis.verdict import Outcome
-from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
-from blockstat.contact.point_law import LEAST_FRICTION
+from blockstat.contact.interfaces import GAP, Interfaces
+from blockstat.contact.point_law import LEAST_FRICTION, joint_friction
 from blockstat.errors import InputError, check_choice, known_options
-from blockstat.imperfection.imperfections import Imperfections, realisations
+from blockstat.imperfection.imperfections import Imperfections
 from blockstat.loads import acceleration
 from blockstat.result import Result, Sentence, finite
 from blockstat.solve.dispatch import CHOICES
@@ -31,10 +31,16 @@ AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 STEP = 5.0
 #: Bisections stop at this width (degrees, or friction).
 WIDTH = 1e-6
+#: Two values so far (of that width) on either side of a limit are a bracket of less than the width.
+BESIDE = 0.45
 #: And at this one (degrees) without dilatancy, as the programs leave 1e-4 of the friction unused.
 COULOMB_WIDTH = 1e-2
 #: The same of a friction.
 COULOMB_FRICTION = 1e-4
+
+
+#: An outcome and its score.
+Answer = tuple[Outcome, float]
 
 
 class BracketOutcome(Sentence):
@@ -43,6 +49,7 @@ class BracketOutcome(Sentence):
     LIMIT = "Limit: the assembly stands on one side of the limit and not on the other."
     ALWAYS_STANDS = "Always stands: the assembly is stable in the whole range."
     NEVER_STANDS = "Never stands: the assembly is stable nowhere in the range."
+    UNDECIDED = "Undecided: too close to the limit to prove either way, even where the assembly would stand first."
 
 
 @dataclass(frozen=True)
@@ -57,6 +64,7 @@ class Bracket(Result):
     #: elastic ones, and both; the outer values are those of the joints that bear most
     kinds: tuple[tuple[float, float], ...] = ()
     worst: str = ""  #: the case of the imperfections that this bracket is of, the worst one, in words
+    warnings: tuple[str, ...] = ()
 
     @property
     def value(self) -> float:
@@ -65,9 +73,9 @@ class Bracket(Result):
 
     @property
     def outcome(self) -> BracketOutcome:
-        """Whether there is a limit in the range."""
+        """Whether there is a limit in the range; undecided where neither side is known."""
         if math.isnan(self.stands):
-            return BracketOutcome.NEVER_STANDS
+            return BracketOutcome.UNDECIDED if math.isnan(self.falls) else BracketOutcome.NEVER_STANDS
         return BracketOutcome.ALWAYS_STANDS if math.isnan(self.falls) else BracketOutcome.LIMIT
 
     def explain(self) -> str:
@@ -89,7 +97,9 @@ class Bracket(Result):
             ends = ", ".join(f"{stands:.6g}" for stands, _ in self.kinds)
             to = "up to" if self.parameter == "tilt" else "down to"
             lines.append(f"In stiff joints, elastic ones and both in one a Coulomb state is found {to} {ends}{unit}.")
-        return "\n".join(lines)
+        elif not math.isnan(self.stands):
+            lines.append(DILATES)
+        return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
 
     @property
     def least(self) -> tuple[float, float]:
@@ -113,6 +123,7 @@ class Bracket(Result):
             "falls": finite(self.falls),
             "imperfections": self.worst or None,
             "kinds": [[finite(stands), finite(falls)] for stands, falls in self.kinds],
+            "warnings": list(self.warnings),
         }
 
 
@@ -195,76 +206,116 @@ def tilt_limit(
     unit = unit / np.linalg.norm(unit)
     check_choice("solver", solver, CHOICES)
     check_choice("flow", flow, FLOWS)
-    if not len(assembly.free):
-        return _tilts(180.0, math.nan)
-    changes = {name: value for name, value in (("friction", friction), ("gravity", gravity)) if value is not None}
-    asm = assembly.with_(**changes) if changes else assembly
-    shared = find_interfaces(asm, gap=gap) if interfaces is None else interfaces
+    problem = pose(assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
     if imperfections is not None:
         options: dict[str, Any] = {"solver": solver, "flow": flow}
         brackets = []
-        for case in realisations(asm, shared, loads, imperfections):
+        for case in cases_of(problem, loads, imperfections):
             own = tilt_limit(case.assembly, axis, loads=case.loads, interfaces=case.interfaces, **options)
             brackets.append(replace(own, worst=case.words))
-        return min(brackets, key=lambda own: -1.0 if math.isnan(own.stands) else own.stands)
+        worst = min(brackets, key=lambda own: -1.0 if math.isnan(own.stands) else own.stands)
+        return _with_warnings(worst, problem)
+    return _with_warnings(_tilt(problem, unit, loads, solver, flow), problem)
+
+
+def _with_warnings(found: Bracket, problem: Problem, *more: str) -> Bracket:
+    """A bracket with what its reader must know of the joints; of near ones where the assembly does not stand."""
+    outcome = Outcome.UNDECIDED if math.isnan(found.stands) else Outcome.STABLE
+    return replace(found, warnings=(*problem.warnings, *gap_warnings(problem, outcome), *more))
+
+
+def _tilt(problem: Problem, unit: Floats, loads: Floats | None, solver: str, flow: str) -> Bracket:
+    """The tilt about an axis of unit length that an assembly bears."""
+    asm, shared, gap = problem.assembly, problem.interfaces, problem.gap
+    if not len(asm.free):
+        return _tilts(180.0, math.nan)
     sideways = np.cross(unit, asm.gravity)
     size = float(np.linalg.norm(asm.gravity))
 
-    def outcome(degrees: float, kinds: Sequence[tuple[float, float]] = FAMILY) -> Outcome:
+    def judge(degrees: float, kinds: Sequence[tuple[float, float]] = FAMILY) -> Answer:
         turned = _rotate(asm.gravity, unit, math.radians(degrees))
         problem = pose(asm, friction=None, gravity=turned, loads=loads, gap=gap, interfaces=shared)
-        return judged(problem, loads=loads, solver=solver, flow=flow, reserve=False, kinds=kinds).outcome
+        found = judged(problem, loads=loads, solver=solver, flow=flow, reserve=False, kinds=kinds)
+        return found.outcome, found.score
 
     if np.linalg.norm(sideways) < 1e-9 * size:
-        stable = outcome(0.0) is Outcome.STABLE
-        return _tilts(180.0, math.nan) if stable else _tilts(math.nan, 0.0)
+        return _tilts(180.0, math.nan) if (first := judge(0.0)[0]) is Outcome.STABLE else _tilts(*_nowhere(first, 0.0))
     follows = loads is None and not any(law.strong for law in asm.joints)  # all forces grow with the weight
     if flow == "associated" and abs(unit @ asm.gravity) < 1e-9 * size and follows:
         limit = limit_load(asm, acceleration(asm, sideways.tolist()), interfaces=shared, solver=solver, optimum=True)
         if limit.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE:
-            return _tilts(math.nan, 0.0)
+            return _tilts(*_nowhere(judge(0.0)[0], 0.0))
         if limit.outcome is LoadOutcome.LIMIT:
             return _tilts(math.degrees(math.atan(limit.lower)), math.degrees(math.atan(limit.upper)))
     if flow == "associated":
-        return _tilts(*_scan(outcome, 180.0, WIDTH))
-    scans = [_scan(lambda degrees, k=kind: _decided(outcome(degrees, [k])), 180.0, COULOMB_WIDTH) for kind in FAMILY]
+        return _tilts(*_scan(judge, 180.0, WIDTH))
+    scans = [_scan(lambda degrees, k=kind: _decided(judge(degrees, [k])), 180.0, COULOMB_WIDTH) for kind in FAMILY]
     return _of_kinds(scans, "tilt", "deg")
 
 
-def _decided(outcome: Outcome) -> Outcome:
-    """An outcome without dilatancy: where no state is found, the limit is that of finding one."""
-    return Outcome.STABLE_ONLY_BY_SELF_STRESS if outcome is Outcome.UNDECIDED else outcome
+def _decided(answer: Answer) -> Answer:
+    """An answer without dilatancy: no state found is none, and no score leads to the limit."""
+    outcome = Outcome.STABLE_ONLY_BY_SELF_STRESS if answer[0] is Outcome.UNDECIDED else answer[0]
+    return outcome, math.nan
 
 
 def _tilts(stands: float, falls: float) -> Bracket:
     return Bracket(stands, falls, "tilt", "deg")
 
 
-def _scan(outcome: Callable[[float], Outcome], top: float, width: float) -> tuple[float, float]:
-    """First change from stable to not stable on the way up in steps, then by bisection."""
-    if outcome(0.0) is not Outcome.STABLE:
-        return math.nan, 0.0
+def _scan(judge: Callable[[float], Answer], top: float, width: float) -> tuple[float, float]:
+    """First change from stable to not stable on the way up in steps, then closed in."""
+    if (first := judge(0.0)[0]) is not Outcome.STABLE:
+        return _nowhere(first, 0.0)
     low = 0.0
     while low < top:
         high = min(low + STEP, top)
-        if outcome(high) is Outcome.STABLE:
+        if judge(high)[0] is Outcome.STABLE:
             low = high
             continue
-        return _halve(outcome, low, high, width)
+        return _close_in(judge, low, high, width)
     return top, math.nan
 
 
-def _halve(
-    outcome: Callable[[float], Outcome], stands: float, falls: float, width: float = WIDTH
+def _nowhere(first: Outcome, value: float) -> tuple[float, float]:
+    """The bracket of an assembly that does not stand at the value where it would stand first."""
+    return math.nan, math.nan if first is Outcome.UNDECIDED else value
+
+
+def _close_in(
+    judge: Callable[[float], Answer], stands: float, falls: float, width: float = WIDTH
 ) -> tuple[float, float]:
-    """Bisect between a value that stands and one that does not; undecided values count as neither and end it."""
-    while abs(falls - stands) > width:
-        middle = (stands + falls) / 2
-        found = outcome(middle)
-        if found is Outcome.UNDECIDED:
+    """Bring a value that stands and one that does not together; undecided values count as neither and end it.
+
+    The score of what falls vanishes towards the limit, nearly along a line. So the places just beside the zero of the
+    line through the last two scores are tried, and the middle wherever that has not halved the bracket.
+    """
+    scores: list[tuple[float, float]] = []
+    aims = True
+    while (wide := abs(falls - stands)) > width:
+        aim = _beside_the_zero(scores, stands, falls, width) if aims else None
+        trial = (stands + falls) / 2 if aim is None else aim
+        outcome, score = judge(trial)
+        if outcome is Outcome.UNDECIDED:
             break
-        stands, falls = (middle, falls) if found is Outcome.STABLE else (stands, middle)
+        if outcome is Outcome.STABLE:
+            stands = trial
+        else:
+            falls = trial
+            scores = [*scores[-1:], (trial, score)] if math.isfinite(score) and score > 0 else scores
+        aims = aim is None or abs(falls - stands) <= wide / 2
     return stands, falls
+
+
+def _beside_the_zero(scores: Sequence[tuple[float, float]], stands: float, falls: float, width: float) -> float | None:
+    """A value next to the zero of the line through two scores, on the side not yet known; None where there is none."""
+    if len(scores) < 2 or scores[0][1] <= scores[1][1]:
+        return None
+    (one, high), (other, low) = scores
+    zero = other + low * (other - one) / (high - low)
+    aside = math.copysign(BESIDE * width, stands - falls)
+    inside = (value for value in (zero + aside, zero - aside) if min(stands, falls) < value < max(stands, falls))
+    return next(inside, None)
 
 
 @known_options
@@ -285,7 +336,7 @@ def friction_limit(
     Parameters
     ----------
     assembly : Assembly
-        The blocks; their own coefficient of friction plays no part.
+        The blocks; their own coefficient of friction plays no part. Joints whose law has a friction keep it.
     gravity, loads, gap, interfaces, solver, flow
         As in `blockstat.assess`.
     top : float, optional
@@ -302,12 +353,13 @@ def friction_limit(
     Raises
     ------
     InputError
-        For a bad option.
+        For a bad option, and where the laws of all joints have a friction.
 
     Notes
     -----
-    More friction only adds admissible forces, so bisection is exact. With flow="coulomb" that is not a theorem; it
-    bisects for each kind of joints (`Bracket.kinds`), and "stands" is the least friction with a checked state.
+    More friction only adds admissible forces, so a bracket is closed in on exactly, by the scores of what falls and by
+    bisection. With flow="coulomb" that is not a theorem. It bisects for each kind of joints (`Bracket.kinds`), and
+    "stands" is the least friction with a checked state.
 
     Examples
     --------
@@ -324,22 +376,37 @@ def friction_limit(
     """
     check_choice("solver", solver, CHOICES)
     check_choice("flow", flow, FLOWS)
-    shared = find_interfaces(assembly, gap=gap) if interfaces is None else interfaces
+    posed = pose(assembly, friction=None, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
+    shared, told = posed.interfaces, _friction_of_laws(assembly, posed.interfaces)
     least = LEAST_FRICTION if any(law.cohesion for law in assembly.joints) else 0.0
 
-    def outcome(mu: float, kinds: Sequence[tuple[float, float]] = FAMILY) -> Outcome:
+    def judge(mu: float, kinds: Sequence[tuple[float, float]] = FAMILY) -> Answer:
         problem = pose(assembly, friction=mu, gravity=gravity, loads=loads, gap=gap, interfaces=shared)
-        return judged(problem, loads=loads, solver=solver, flow=flow, reserve=False, kinds=kinds).outcome
+        found = judged(problem, loads=loads, solver=solver, flow=flow, reserve=False, kinds=kinds)
+        return found.outcome, found.score
 
-    def bracket(stands: Callable[[float], Outcome], width: float) -> tuple[float, float]:
-        if stands(top) is not Outcome.STABLE:
-            return math.nan, top
-        return (least, math.nan) if stands(least) is Outcome.STABLE else _halve(stands, top, least, width)
+    def bracket(judge: Callable[[float], Answer], width: float) -> tuple[float, float]:
+        if (first := judge(top)[0]) is not Outcome.STABLE:
+            return _nowhere(first, top)
+        return (least, math.nan) if judge(least)[0] is Outcome.STABLE else _close_in(judge, top, least, width)
 
     if flow == "associated":
-        return Bracket(*bracket(outcome, width), "friction")
+        return _with_warnings(Bracket(*bracket(judge, width), "friction"), posed, *told)
     width = max(width, COULOMB_FRICTION)
-    return _of_kinds([bracket(lambda mu, k=kind: _decided(outcome(mu, [k])), width) for kind in FAMILY], "friction")
+    found = [bracket(lambda mu, k=kind: _decided(judge(mu, [k])), width) for kind in FAMILY]
+    return _with_warnings(_of_kinds(found, "friction"), posed, *told)
+
+
+def _friction_of_laws(assembly: Assembly, interfaces: Interfaces) -> list[str]:
+    """What is said where joints have a friction of their own, which does not vary; refused where all have."""
+    one, other = (joint_friction(assembly.with_(friction=friction), interfaces) for friction in (0.5, 1.0))
+    kept = int((one == other).sum())
+    if kept and kept == interfaces.n_interfaces:
+        raise InputError(
+            f'"{assembly.name}": all joints have a friction of their own, by "joints" or with the contacts; '
+            "leave it out where friction is asked for"
+        )
+    return [f"{kept} of {interfaces.n_interfaces} joints keep a friction of their own"] if kept else []
 
 
 def _rotate(vector: Floats, axis: Floats, angle: float) -> Floats:

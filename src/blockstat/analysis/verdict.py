@@ -13,7 +13,7 @@ from blockstat.contact.interfaces import Interfaces
 from blockstat.contact.point_law import joint_friction, point_law
 from blockstat.geometry.polyhedron import point_velocity
 from blockstat.program.bonds import Bonds
-from blockstat.result import Result, Sentence, finite
+from blockstat.result import Result, Sentence, counted, finite
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -27,9 +27,7 @@ HANGS = (
 )
 UNTRIED = "Other tightnesses of the joints were not tried (tightnesses=12)."
 #: What a plain "stable" leaves open.
-OPTIMISTIC = (
-    'This is the optimistic question. Whether friction holds without dilatancy and self-stress: flow="coulomb".'
-)
+ASSOCIATED = 'Friction is associated and self-stress counts: real joints may carry less (see flow="coulomb").'
 
 
 class Outcome(Sentence):
@@ -151,7 +149,7 @@ class Verdict(Result):
             if proof.residual > FORCE_TOLERANCE:
                 lines.append(f"Without rounding of the forces on a block, residuals are {proof.imbalance:.1e}.")
             if self.flow == "associated":
-                lines.append(OPTIMISTIC)
+                lines.append(ASSOCIATED)
         else:
             if self.score > 0:  # not where an earlier mechanism decided, and not where none is missing
                 lines.append(f"Missing adhesion (score): {self.score:.3g} of the weight.")
@@ -281,7 +279,7 @@ def motion_words(assembly: Assembly, interfaces: Interfaces, mechanism: Floats, 
 def _joints(assembly: Assembly, interfaces: Interfaces, joints: list[int], limit: int) -> str:
     """Names of the two blocks of some joints."""
     named = ", ".join(f"{assembly.names[a]} | {assembly.names[b]}" for a, b in interfaces.pair[joints[:limit]])
-    return named + (f" and {len(joints) - limit} joints more" if len(joints) > limit else "")
+    return named + (f" and {counted(len(joints) - limit, 'joint')} more" if len(joints) > limit else "")
 
 
 def fastest_first(assembly: Assembly, mechanism: Floats) -> Ints:

@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
 
 #: What each draw is asked.
-OPTIMISTIC = (
-    "A draw falls when no admissible forces balance it: the optimistic question. Without dilatancy and self-stress "
-    'more may fall, which flow="coulomb" asks.'
+ASSOCIATED = (
+    "A draw falls when no admissible forces balance it, with associated friction and self-stress. Without them more "
+    'may fall (see flow="coulomb").'
 )
 CAUTIOUS = (
     'A draw falls when no state without dilatancy and self-stress is found (flow="coulomb"); self-stress would hold {} '
@@ -83,7 +83,7 @@ class Reliability(Result):
         lines.append(f"{self.failures} of {self.draws} draws fall, {self.undecided} undecided{where}.")
         cost = 1e3 * self.seconds / self.draws
         lines.append(f"Evidence of earlier draws decided {self.reused}. A draw took {cost:.3g} ms of process time.")
-        lines.append(OPTIMISTIC if self.flow == "associated" else CAUTIOUS.format(self.self_stress))
+        lines.append(ASSOCIATED if self.flow == "associated" else CAUTIOUS.format(self.self_stress))
         return "\n".join(lines)
 
     def summary(self) -> dict[str, Any]:

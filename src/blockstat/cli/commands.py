@@ -31,13 +31,13 @@ from blockstat.cli.options import (
     print_json,
     run_app,
     said,
+    written,
 )
 from blockstat.cli.options import load as load_assembly
 from blockstat.cli.pictures import app_command, plot_command
 from blockstat.cli.progress import at_work, shown_progress
 from blockstat.cli.sequence import sequence
 from blockstat.cli.studies import (
-    dilates,
     friction_command,
     over_the_horizon,
     prove_command,
@@ -192,20 +192,24 @@ def check(
         verdict = assess(assembly, gap=near, solver=solver, flow=flow, loads=permanent, **options)
     if output is not None:
         write_verdict(verdict, output, format=format)
+    files = {"output": str(output)} if output is not None else {}
     if as_json:
         summary = verdict.summary()
         echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
-        print_json({"file": str(file), "verdict": summary.pop("outcome"), **echo, **summary})
+        print_json({"file": str(file), "verdict": summary.pop("outcome"), **echo, **summary, **files})
         return
     seconds = verdict.timings["total"]
     faces = verdict.interfaces
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, {faces.n_interfaces} interfaces, {seconds:.2f} s")
     typer.echo(said(assembly, units=units, gap=near))
     typer.echo(verdict.explain())
-    if verdict.outcome.word == "unstable":
+    if len(verdict.floating):
+        typer.echo("Blocks that nothing holds need joints (`blockstat repair`, --gap) or a support (--supports).")
+    elif verdict.outcome.word == "unstable":
         typer.echo(
             "What would make it stand: `blockstat friction`, `blockstat tie`, and the how-to page on models that fall."
         )
+    written(files)
 
 
 @app.command()
@@ -302,10 +306,11 @@ def tilt_command(
         angles = {"axis": axis, "angle_deg": stands or 0.0, "stands_deg": stands, "falls_deg": falls}
         kinds = {"kinds_deg": found.summary()["kinds"]} if found.kinds else {}
         worst = {"imperfections": found.worst} if found.worst else {}
-        print_json({"file": str(file), **angles, **kinds, **inputs(assembly, units=units, gap=near), **worst})
+        told = {"outcome": found.outcome.word, "warnings": list(found.warnings)}
+        print_json({"file": str(file), **angles, **kinds, **inputs(assembly, units=units, gap=near), **worst, **told})
         return
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks, tilted about {axis}")
-    typer.echo(f"{said(assembly, units=units, gap=near)}\n{found.explain()}{dilates(found)}")
+    typer.echo(f"{said(assembly, units=units, gap=near)}\n{found.explain()}")
 
 
 app.command("app")(app_command)

@@ -350,7 +350,7 @@ def said(assembly: Assembly, *, units: str | None = None, gap: float | str | Non
     Returns
     -------
     str
-        Friction, density, weight, units and gap.
+        Friction, density, weight, units and gap; gravity where it is not down.
     """
     from blockstat.result import plain
 
@@ -359,9 +359,11 @@ def said(assembly: Assembly, *, units: str | None = None, gap: float | str | Non
     density = f"{low:g}" if low == high else f"{low:g} to {high:g}"
     laws = f" and {len(assembly.joints)} joint laws" if assembly.joints else ""
     near = found["gap"] if isinstance(found["gap"], str) else f"{found['gap']:g} of a block"
+    x, y, z = assembly.gravity
+    leans = f"gravity ({x:.5g}, {y:.5g}, {z:.5g}) m/s2, " if (x, y) != (0, 0) or z > 0 else ""
     return (
         f"Friction {assembly.friction:g}{laws}, density {density} kg/m3, weight {plain(found['weight'] / 1e3, 4)} kN, "
-        f"coordinates in {found['units']}, joints closed to {near}."
+        f"{leans}coordinates in {found['units']}, joints closed to {near}."
     )
 
 

@@ -207,7 +207,8 @@ def _remove_each(
         print_json({**head, "removed": words, "moving": moving})
         return
     may_go = [name for name, word in words.items() if word == "stable"]
-    typer.echo(f"{len(may_go)} of {len(words)} blocks may be taken out now.")
+    named = f": {', '.join(may_go)}" if may_go else ""
+    typer.echo(f"{len(may_go)} of {len(words)} blocks may be taken out now{named}.")
     for name, others in moving.items():
         more = " ..." if len(others) > FEW else ""
         typer.echo(f"{name}: {words[name]}; first to move: {', '.join(others[:FEW])}{more}")

@@ -34,9 +34,7 @@ from blockstat.system.writing import written_whole
 
 if TYPE_CHECKING:
     from blockstat.analysis.limit_load import LimitLoad
-    from blockstat.analysis.tilt_friction import Bracket
     from blockstat.assembly import Assembly
-    from blockstat.studies.directions import DirectionalLimits
 
 
 def over_the_horizon(
@@ -85,19 +83,7 @@ def over_the_horizon(
         return
     basis = said(assembly, units=units, gap=gap)
     typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
-    for text, names in _undecided(found).items():
-        typer.echo(f"Undecided towards {', '.join(names)}: {text}.")
     written(files)
-
-
-def _undecided(found: DirectionalLimits) -> dict[str, list[str]]:
-    """The directions that are undecided, by the reason."""
-    towards: dict[str, list[str]] = {}
-    for name, limit in zip(found.names, found.limits, strict=True):
-        if limit.outcome.word == "undecided":
-            for text in limit.warnings:
-                towards.setdefault(text, []).append(name)
-    return towards
 
 
 def friction_command(
@@ -122,27 +108,7 @@ def friction_command(
         print_json({"file": str(file), **inputs(assembly, units=units, gap=near), **found.summary()})
         return
     basis = said(assembly, units=units, gap=near)
-    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}{dilates(found)}")
-
-
-def dilates(found: Bracket) -> str:
-    """Return the line on dilatant friction for a limit of tilt or friction that rests on it.
-
-    Parameters
-    ----------
-    found : Bracket
-        The limit.
-
-    Returns
-    -------
-    str
-        Empty without dilatancy, and where nothing stands.
-    """
-    from math import isnan
-
-    from blockstat.analysis.limit_load import DILATES
-
-    return "" if found.kinds or isnan(found.stands) else f"\n{DILATES}"
+    typer.echo(f"{assembly.name}: {assembly.n_blocks} blocks\n{basis}\n{found.explain()}")
 
 
 def tie_command(

@@ -36,6 +36,7 @@ TOGETHER = 1e-5
 #: Bodies of a mechanism drawn by hand, at most: a plane chain between two supports moves with four hinges.
 MACRO_BLOCKS = 3
 G = 9.81  #: [m/s2]
+LEVEL = 1e-3  #: a direction counts as horizontal whose sine with the horizon is at most this
 GREATEST = 10.0  #: no ground acceleration comes near it, in units of g
 
 
@@ -198,6 +199,9 @@ def linear_check(
     """
     if limit.outcome is not LoadOutcome.LIMIT:
         raise InputError(f"no mechanism to verify: {limit.outcome.value}")
+    gravity, along = limit.assembly.gravity, np.asarray(direction, dtype=float)
+    if abs(gravity @ along) > LEVEL * np.linalg.norm(gravity) * np.linalg.norm(along):
+        raise InputError(f"direction is {[*map(float, along)]}; the acceleration of the code is horizontal")
     for name, value in (("confidence", confidence), ("behaviour", behaviour)):
         if not (np.isfinite(value) and value >= 1):
             raise InputError(f"{name} is {value!r}; it must be at least 1")

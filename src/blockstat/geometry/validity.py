@@ -48,7 +48,8 @@ def check_geometry(blocks: Polyhedra, names: Sequence[str]) -> None:
         for block in np.flatnonzero(flat).tolist()
     ]
     wrong += [
-        f'block "{names[block]}": all its faces point inwards; list the corners counter-clockwise seen from outside'
+        f'block "{names[block]}": all its faces point inwards; list their corners counter-clockwise seen from '
+        "outside, or let `blockstat repair` turn them"
         for block in np.flatnonzero(~flat & (blocks.volume < 0)).tolist()
     ]
     if wrong:
@@ -84,7 +85,7 @@ def _surface_fault(
         votes = np.bincount(corner_face[wrong] - first)
         return (
             f'block "{names[block]}": face {votes.argmax()} is inverted against its neighbours; '
-            "list the corners counter-clockwise seen from outside"
+            "list its corners counter-clockwise seen from outside, or let `blockstat repair` turn it"
         )
     return (
         f'block "{names[block]}": its surface is open ({len(wrong)} edges without a neighbour, '

@@ -25,7 +25,7 @@ from blockstat.geometry_repair.shared_corners import settled_faces, shared_corne
 from blockstat.geometry_repair.surface import RepairedSurface, repair_surface
 from blockstat.io.parts import Parts
 from blockstat.joint import JointLaw
-from blockstat.result import Result, Sentence, plain
+from blockstat.result import Result, Sentence, counted, plain
 from blockstat.system.old_names import renamed_options
 from blockstat.typing import Floats
 
@@ -67,13 +67,13 @@ class Change:
         if self.merged:
             said.append(f"{self.merged} duplicate vertices merged (moved by up to {_mm(self.spread)})")
         if self.dropped:
-            said.append(f"{self.dropped} faces dropped")
+            said.append(f"{counted(self.dropped, 'face')} dropped")
         if self.turned:
-            said.append(f"{self.turned} faces turned")
+            said.append(f"{counted(self.turned, 'face')} turned")
         if self.warp:
             said.append(f"faces flattened that were off by up to {_mm(self.warp)}")
         if self.joined:
-            said.append(f"{self.joined} faces brought into common planes")
+            said.append(f"{counted(self.joined, 'face')} brought into common planes")
         if self.moved:
             said.append(f"vertices moved by up to {_mm(self.moved)}")
         return f'block "{self.name}": ' + "; ".join([*said, self.left] if self.left else said)
@@ -124,7 +124,7 @@ class RepairReport(Result):
         left = [f"left as they were: {self.overlaps}"] if self.overlaps else []
         furthest = max((max(change.moved, change.spread) for change in self.changes), default=0.0)
         total = [f"{same} of {len(self.changes)} blocks unchanged"]
-        total += [f"{self.closed} joints closed"] if self.closed else []
+        total += [f"{counted(self.closed, 'joint')} closed"] if self.closed else []
         total += [f"vertices moved by up to {_mm(furthest)}"] if furthest else []
         return "\n".join([self.outcome.value, *told, *left, ", ".join(total)])
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from blockstat.errors import InputError, known_options
+from blockstat.errors import InputError, InputWarning, known_options
+from blockstat.system.reading import check_file
 from blockstat.system.writing import written_whole
 
 if TYPE_CHECKING:
@@ -59,6 +61,9 @@ def _parts(path: Path, supports: Iterable[int | str] | None, units: str | None) 
         from blockstat.io.folder import folder_parts
 
         return folder_parts(path, supports=supports).scaled(metres)
+    check_file(path)
+    if not path.stat().st_size:
+        raise InputError("the file is empty")
     if path.suffix.lower() == ".json":
         from blockstat.io.compas import compas_parts, is_compas
         from blockstat.io.native import load_json, native_parts
@@ -138,6 +143,11 @@ def write(
         For a format that cannot be written, a directory that does not exist, or a unit or an axis that is not known.
         Also for an option that does not exist.
 
+    Warns
+    -----
+    InputWarning
+        Where an .stl or .ply loses names or supports.
+
     Examples
     --------
     >>> from blockstat import Assembly, box, read, write
@@ -170,7 +180,18 @@ def write(
         return path
     with written_whole(path) as place:
         blaming(path, lambda: _write_file(assembly, place, format, values or {}, frame))
+    if suffix in (".stl", ".ply") and (lost := _lost(assembly)):
+        text = f"{path}: {suffix} does not keep {' and '.join(lost)}; .obj, .glb and .json do"
+        warnings.warn(InputWarning(text), stacklevel=3)
     return path
+
+
+def _lost(assembly: Assembly) -> list[str]:
+    """What an .stl or .ply does not keep of an assembly; names that are numbers alone are no loss."""
+    numbered = all(
+        name in (f"block{i}", f"{assembly.name}.{i}", assembly.name) for i, name in enumerate(assembly.names)
+    )
+    return (["supports"] if assembly.support.any() else []) + ([] if numbered else ["names of blocks"])
 
 
 def _write_file(

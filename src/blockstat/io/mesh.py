@@ -23,6 +23,7 @@ from blockstat.io.names import distinct_names
 from blockstat.io.obj import closed_runs, read_obj, split_solids, write_obj
 from blockstat.io.parts import Parts, chosen_supports
 from blockstat.system.reading import MOST_BYTES, check_file
+from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
     import trimesh
@@ -33,6 +34,18 @@ if TYPE_CHECKING:
 Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 #: Corners closer than this fraction of a solid's size are one (GLB and STL hold seven digits).
 MERGE = 1e-6
+CORNERS = ("vertex_indices", "vertex_index")  #: what exporters of PLY call the corners of a face
+#: What trimesh says of a file, in other words; what may quote the file is not passed on.
+SAID = {
+    "Not a ply file!": ': its first line is not "ply"',
+    "Property defined before any element!": ": its header has a property before the first element",
+    "PLY is unexpected length!": ": it is cut short, or its faces differ in their number of corners; "
+    "export it in triangles or as text (ASCII)",
+    "incorrect header on GLB file": ': it does not begin with "glTF"',
+    "no initial JSON header!": ": its first part is not JSON",
+    "chunk was not expected length!": ": it is cut short",
+    "incorrect number of vertices": ": a facet has not three vertices",
+}
 
 
 def mesh_parts(path: Path, *, supports: Iterable[int | str] | None = None) -> Parts:
@@ -152,16 +165,19 @@ def loaded(path: Path, load: Callable[..., Any]) -> Any:
             return (path.parent / name).read_bytes()
 
     check_file(path)
+    if not path.stat().st_size:
+        raise InputError("the file is empty")
     if path.suffix.lower() == ".glb" and (needed := _compressions(path)):
         raise InputError(f"it needs {', '.join(needed)}; export it without compression")
     try:
         found = load(path, process=False, resolver=Beside(str(path)))
         meshes = dict(found.geometry) if isinstance(found, trimesh.Scene) else {"": found}
-        lost = {name: _lost(mesh) for name, mesh in meshes.items() if isinstance(mesh, trimesh.Trimesh)}
+        surfaces = {name: _as_written(mesh) for name, mesh in meshes.items() if isinstance(mesh, trimesh.Trimesh)}
+        lost = {name: _lost(*surface) for name, surface in surfaces.items()}
     except (InputError, MemoryError):
         raise
     except Exception as error:  # trimesh raises whatever its parsers do
-        raise InputError(f"cannot be read as a mesh ({type(error).__name__})") from None
+        raise InputError("cannot be read as a mesh" + SAID.get(str(error), "")) from None
     wrong = [
         (f'object "{name.removesuffix(path.suffix)}": ' if name else "")
         + f"a face has a corner that does not exist (face {some(faces)})"
@@ -170,6 +186,12 @@ def loaded(path: Path, load: Callable[..., Any]) -> Any:
     ]
     if wrong:
         raise InputError(*wrong)
+    if path.suffix.lower() != ".ply":
+        return found
+    ordered = {name: trimesh.Trimesh(v, _in_triangles(v, f), process=False) for name, (v, f) in surfaces.items()}
+    if not isinstance(found, trimesh.Scene):
+        return ordered.get("", found)
+    found.geometry.update(ordered)
     return found
 
 
@@ -183,10 +205,48 @@ def _compressions(path: Path) -> list[str]:
     return re.findall(r"\w+_(?:draco|meshopt)_\w+", found[1].decode("ascii", "ignore")) if found else []
 
 
-def _lost(mesh: trimesh.Trimesh) -> list[int]:
+def _as_written(mesh: trimesh.Trimesh) -> tuple[Floats, Ints | list[Ints]]:
+    """Vertices and faces as a PLY has them: trimesh puts the halves of quads and other polygons last.
+
+    One array where all faces have as many corners; these are not yet checked to exist.
+    """
+    raw: dict[str, Any] = mesh.metadata.get("_ply_raw") or {}
+    data = raw.get("face", {}).get("data")
+    names = list(data) if isinstance(data, dict) else list(getattr(data, "dtype", np.dtype(int)).names or ())
+    found = [name for name in CORNERS if name in names] or names
+    if not found:
+        return np.asarray(mesh.vertices), np.asarray(mesh.faces).reshape(-1, 3)
+    rows = data[found[0]] if isinstance(data, dict) else data[found[0]]["f1"]
+    vertices = np.column_stack([raw["vertex"]["data"][axis] for axis in "xyz"]).astype(float)
+    if np.ndim(rows) == 2:
+        return vertices, np.asarray(rows, dtype=np.int64)
+    return vertices, [np.asarray(row, dtype=np.int64).reshape(-1) for row in rows]
+
+
+def _in_triangles(vertices: Floats, faces: Ints | list[Ints]) -> Ints:
+    """Triangles that follow one another as their faces do, and use every edge of these."""
+    if isinstance(faces, np.ndarray) and faces.shape[1] == 3:
+        return faces
+    vertices = np.where(np.abs(vertices) < HUGE, vertices, 0.0)  # others are refused later
+    triangles = [_cut(vertices, face) for face in faces if len(face) > 2]
+    return np.concatenate(triangles) if triangles else np.empty((0, 3), dtype=np.int64)
+
+
+def _cut(vertices: Floats, face: Ints) -> Ints:
+    """Triangles of one face: by ears, or as a fan where these leave out a corner that is in line with others."""
+    if len(face) == 3:
+        return face[None]
+    ears = triangulate(vertices, [face])
+    if len(ears) == len(face) - 2:
+        return ears
+    return np.column_stack([np.full(len(face) - 2, face[0]), face[1:-1], face[2:]])
+
+
+def _lost(vertices: Floats, faces: Ints | list[Ints]) -> list[int]:
     """Numbers of the faces with a corner that does not exist."""
-    faces = np.asarray(mesh.faces).reshape(-1, 3)
-    return np.flatnonzero(((faces < 0) | (faces >= len(mesh.vertices))).any(axis=1)).tolist()
+    corners = np.ravel(faces) if isinstance(faces, np.ndarray) else np.concatenate(faces)
+    owner = np.repeat(np.arange(len(faces)), [len(face) for face in faces])
+    return np.unique(owner[(corners < 0) | (corners >= len(vertices))]).tolist()
 
 
 def _check_vertices(mesh: trimesh.Trimesh, label: str) -> None:

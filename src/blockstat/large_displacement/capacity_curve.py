@@ -12,7 +12,7 @@ from blockstat.contact.interfaces import Interfaces
 from blockstat.errors import InputError
 from blockstat.large_displacement.displaced.pose import Pose
 from blockstat.large_displacement.linkage.path import PathEvent
-from blockstat.result import Result, Sentence, finite
+from blockstat.result import Result, Sentence, counted, finite
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -132,7 +132,7 @@ class CapacityCurve(Result):
             self.outcome.value,
             f"Displacement: {self.control}.",
             f"Multiplier {first.lower:.6g}{most} at rest, {last.lower:.6g} at {last.displacement:.6g} m, "
-            f"{len(self.points)} points.",
+            f"{counted(len(self.points), 'point')}.",
         ]
         for event in self.events:
             after = "no admissible state follows" if event.after is None else f"to {event.after:.6g}"

@@ -205,6 +205,9 @@ def patch_load(
         )
     force = three(pressure, "pressure")
     middle = outline.mean(axis=0)
+    _, extent, axes = np.linalg.svd(outline - middle, full_matrices=False)
+    if extent[1] > 0 and not Polygon((outline - middle) @ axes[:2].T).exterior.is_simple:
+        raise InputError("patch: its edges cross; list its corners in order round it")
     vector = 0.5 * np.cross(outline - middle, np.roll(outline, -1, axis=0) - middle).sum(axis=0)
     whole = float(np.linalg.norm(vector))
     parts = []

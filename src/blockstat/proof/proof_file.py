@@ -27,7 +27,7 @@ from blockstat.proof.motions import BOUND, driven_motion
 from blockstat.proof.parallel import parallel_forces
 from blockstat.proof.rational import Exact, exact, text, written
 from blockstat.proof.structure import Structure, structure, with_normals_of_faces
-from blockstat.result import Result, Sentence
+from blockstat.result import Result, Sentence, counted
 from blockstat.solve.dispatch import CHOICES
 from blockstat.system.writing import written_whole
 from blockstat.typing import Floats
@@ -80,7 +80,7 @@ class ProofFile(Result):
         """
         data, (contacts, connectors) = self.content["data"], self._rows
         more = f", and {connectors} rows of bonds (two each) and ties" if connectors else ""
-        lines = [self.outcome.value, f"{len(data['blocks'])} blocks, {contacts} contacts{more}."]
+        lines = [self.outcome.value, f"{counted(len(data['blocks']), 'block')}, {counted(contacts, 'contact')}{more}."]
         if self.bounded:
             lines.append(f"The motion is not exact: it holds for contact forces of up to {BOUND:g} dead loads.")
         return "\n".join([*lines, f"Data {self.content['sha256']['data']}"])

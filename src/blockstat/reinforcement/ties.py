@@ -16,13 +16,14 @@ from blockstat.errors import InputError, known_options
 from blockstat.joint import Tie
 from blockstat.loads import as_load, on_block, three
 from blockstat.program.ties import tie_columns
-from blockstat.result import Result, Sentence, finite
+from blockstat.result import Result, Sentence, counted, finite
 from blockstat.typing import Floats
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
 STEEL = 7850.0  #: [kg/m3]
+ROUNDING = 1e-9  #: a least force below this part of the weight is what a solver leaves of none
 
 
 class TieOutcome(Sentence):
@@ -127,7 +128,7 @@ def tie_range(
     (10405, 'range')
     """
     if not 0 <= tie < len(assembly.ties):
-        raise InputError(f"tie is {tie!r}; the assembly has {len(assembly.ties)} ties, numbered from 0")
+        raise InputError(f"tie is {tie!r}; the assembly has {counted(len(assembly.ties), 'tie')}, numbered from 0")
     if assembly.ties[tie].constant:
         raise InputError(f"{assembly.ties[tie].label}: its force is given; there is no range to find")
     options = {"friction": friction, "gravity": gravity, "loads": loads, "gap": gap, "interfaces": interfaces}
@@ -138,7 +139,8 @@ def tie_range(
     functional[3 * column] = 1.0
     least, least_forces = extreme(problem, -functional, inside, solver)
     greatest, greatest_forces = extreme(problem, functional, inside, solver)
-    return TieRange(assembly.ties[tie], -least, greatest, least_forces, greatest_forces, problem.assembly)
+    least = -least if -least > ROUNDING * np.linalg.norm(problem.load[:, :3], axis=1).sum() else 0.0
+    return TieRange(assembly.ties[tie], least, greatest, least_forces, greatest_forces, problem.assembly)
 
 
 @known_options

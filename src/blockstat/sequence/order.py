@@ -203,7 +203,8 @@ class SafestOrder(Result):
         if self.least_friction is None:
             return self.found.explain()
         low, high = self.least_friction
-        line = f"Every step stands from a friction of {high:.5f}: reserve {self.reserve:.3f}."
+        reserve = f": reserve {self.reserve:.3f}" if high > 0 else ""
+        line = f"Every step stands from a friction of {high:.5f}{reserve}."
         if high - low > NARROW * max(high, 1.0):
             line += f" Stopped: orders that stand at less are not excluded above {low:.5f}."
         elif low > 0:

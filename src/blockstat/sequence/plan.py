@@ -379,7 +379,8 @@ class PlanVerdict(Result):
         if self.least_friction is not None:
             low, high = self.least_friction
             reserve = self.friction / high if high > 0 else float("inf")
-            lines.append(f"Every step stands from a friction of {high:.5f} (not at {low:.5f}): reserve {reserve:.3f}.")
+            below = f" (not at {low:.5f}): reserve {reserve:.3f}"
+            lines.append(f"Every step stands from a friction of {high:.5f}{below if high > 0 else ''}.")
         return "\n".join(lines)
 
 

@@ -62,6 +62,8 @@ def load_scene(path: str | Path, *, folder: str | Path | None = None) -> Scene:
     if path.suffix.lower() in BLOCKS:
         raise InputError(f"{path}: a scene file (.toml) is needed; this holds blocks, which have no parameters")
     data = _tables(path)
+    if not data:
+        raise InputError(f"{path}: the file is empty")
     data.setdefault("name", path.stem)
     elements = data.get("elements")
     for name, element in elements.items() if isinstance(elements, dict) else ():

@@ -114,7 +114,13 @@ class DirectionalLimits(Result):
                 f"  {name:>{width}}  {limit.lower:.6g} to {limit.upper:.6g}{_beside(limit)}"
                 for name, limit in zip(self.names, self.limits, strict=True)
             ]
-        return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
+        undecided: dict[str, list[str]] = {}
+        for name, limit in zip(self.names, self.limits, strict=True):
+            for text in limit.warnings if limit.outcome is LoadOutcome.UNDECIDED else ():
+                undecided.setdefault(text, []).append(name)
+        lines += [f"Undecided towards {', '.join(names)}: {text}." for text, names in undecided.items()]
+        told = [text for text in self.warnings if text not in undecided]
+        return "\n".join([*lines, *(f"Warning: {text}" for text in told)])
 
     def summary(self) -> dict[str, Any]:
         """Return plain values for JSON; infinite bounds are None.

@@ -22,7 +22,7 @@ from blockstat.joint import fits
 from blockstat.program.bonds import KINDS
 from blockstat.program.conic import conic_program
 from blockstat.program.equilibrium import Columns
-from blockstat.result import Result, Sentence, finite, plain
+from blockstat.result import Result, Sentence, counted, finite, plain
 from blockstat.solve.dispatch import solve
 from blockstat.typing import Floats, Ints
 
@@ -144,7 +144,7 @@ class Settlement(Result):
         lines = [self.outcome.value, f"Force on the moving supports along the movement: {self.reaction:.6g} N."]
         for name, moved, joints, reaction in self.foundations:
             lines.append(
-                f"{name} moves by ({_numbers(1e3 * moved)}) mm with {len(joints)} joints on it, and carries "
+                f"{name} moves by ({_numbers(1e3 * moved)}) mm with {counted(len(joints), 'joint')} on it, and carries "
                 f"({_numbers(reaction)}) N."
             )
         speed = corner_speed(self.assembly, self.mechanism)
@@ -157,8 +157,8 @@ class Settlement(Result):
         cracks = [crack for crack in self.cracks() if crack.opening > SHUT * self.displacement]
         if cracks and self.foundations:
             lines.append(
-                f"{len(cracks)} joints open, to first order in the movement. Of these, joints that slide open "
-                "by friction times slip, as dilatant friction has it. The widest are:"
+                f"Open, to first order in the movement: {counted(len(cracks), 'joint')}. Those that slide open by "
+                "friction times slip, as dilatant friction has it. The widest are:"
             )
             lines += [f"  {a} and {b}: {plain(1e3 * width)} mm" for (a, b), width, _ in cracks[:limit]]
         return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
@@ -255,7 +255,7 @@ def settle(
     """
     options = {"friction": friction, "gravity": gravity, "loads": loads, "gap": gap, "interfaces": interfaces}
     problem, inside = standing(assembly, solver=solver, otherwise=FALLS_ANYWAY, **options)
-    if not moves:
+    if not isinstance(moves, Mapping) or not moves:
         raise InputError(f'"{assembly.name}": no supports move; name them, as in {{"ground": (0, 0, -0.01)}}')
     parts, whole = [], np.zeros((problem.assembly.n_blocks, 6))
     for where, given in moves.items():

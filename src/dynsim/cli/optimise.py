@@ -106,7 +106,13 @@ def _print_result(result: SearchResult, report: Path, as_json: bool) -> None:
         )
     else:
         best = result.best_parameters
-        words = ", ".join(f"{k} = {v:g}" for k, v in best.items()) if best else "no design stood"
+        words = (
+            ", ".join(f"{k} = {v:g}" for k, v in best.items())
+            if best
+            else "no design stood"
+            if result.finished
+            else "none so far"
+        )
         if not result.finished:
             typer.echo("interrupted: the same command goes on from here")
         if failed := failures(asdict(candidate) for candidate in result.history):

@@ -74,12 +74,12 @@ def projected_onto_zero_gap(
     """
     size = float(linkage.assembly.size.max())
     best, least = pose, np.inf
-    for _ in range(MAX_PROGRAMS + 1):
+    for solved in range(MAX_PROGRAMS + 1):
         rows = _ContactRows(linkage, pose, parameter, reach)
         before, least = least, min(rows.error, least)
         if rows.error < before:
             best = pose
-        if rows.error <= ZERO_GAP * size or rows.error > AT_THE_RESIDUAL * before:
+        if rows.error <= ZERO_GAP * size or rows.error > AT_THE_RESIDUAL * before or solved == MAX_PROGRAMS:
             break
         motion = _closing_motion(linkage, pose, rows, held, target)
         if motion is None:
@@ -159,7 +159,10 @@ def _closing_motion(
     for _ in range(MAX_OVERLAP_CHANGES):
         own = near[np.flatnonzero(counts)]
         factor = make_factor()
-        factor.update(sparse.csr_array(sparse.triu(fixed + own.T @ own)))
+        try:
+            factor.update(sparse.csr_array(sparse.triu(fixed + own.T @ own)))
+        except ArithmeticError:
+            return None
         motion = factor.solve(pull - own.T @ rows.gap[counts])
         if row is not None:
             along = factor.solve(row)

@@ -110,7 +110,10 @@ class StepFollower:
             trial = self._with_current_macro_blocks(trial, limit, known)
             known = trial.macro_blocks
             assert trial.limit.multiplier is not None
-            after, taken = self._next(before, trial, step, scale)
+            try:
+                after, taken = self._next(before, trial, step, scale)
+            except NoRootError:
+                break
             last = state.point
             before = replace(last, value=trial.limit.multiplier)
             end = self._end_passed(after, scale)
@@ -159,9 +162,11 @@ class StepFollower:
         """The state after a step, and its length.
 
         The step is halved where the multiplier changes much or none is carried, and where it deviates from the straight
-        line through the two states before it.
+        line through the two states before it. On supports that move it is halved, too, where the projection leaves
+        contacts further open than a motion that keeps them closed can open them, to first order and to the speed at
+        which contacts stick: `NoRootError` where even the shortest step does.
         """
-        now = trial.limit.multiplier
+        now, size = trial.limit.multiplier, float(trial.linkage.assembly.size.max())
         assert now is not None
         slope = np.nan
         if before is not None and before.parameter != trial.parameter:
@@ -169,7 +174,11 @@ class StepFollower:
         while True:
             after = stepped(trial, step)
             value = after.limit.multiplier
-            if value is not None and abs(value - now) <= self.change * scale:
+            torn = after.left_open - trial.left_open > step * (trial.sticking_speed + step / size)
+            if torn and self.structure.live is None:  # a live load may find other blocks in contact
+                if step <= MIN_STEP * self.step:
+                    raise NoRootError
+            elif value is not None and abs(value - now) <= self.change * scale:
                 deviation = abs(value - now - slope * (after.parameter - trial.parameter))
                 if step <= self.step or deviation <= MAX_DEVIATION * scale:
                     return after, step

@@ -59,7 +59,8 @@ def stepped(trial: TrialState, step: float) -> TrialState:
     residual = np.zeros(structure.interfaces.n_interfaces)
     np.maximum.at(residual, linkage.contacts.joint, closed.residual_gap)
     guess = None if trial.limit.multiplier is None else trial.limit.mechanism
-    return trial_state_at(linkage, closed.pose, parameter, residual, guess, trial.macro_blocks)
+    after = trial_state_at(linkage, closed.pose, parameter, residual, guess, trial.macro_blocks)
+    return replace(after, left_open=float(residual.max(initial=0.0)))
 
 
 def trial_state_at(

@@ -40,6 +40,7 @@ class TrialState:
     limit: LimitState
     residual_gap: float  #: the largest gap of a contact that counts as closed [m]
     macro_blocks: Ints | None  #: macro-block of each block, -1 for blocks that do not move; None where each is one
+    left_open: float = 0.0  #: the largest gap of a contact that the projection could not close [m]
 
     @property
     def structure(self) -> Structure:
@@ -56,6 +57,11 @@ class TrialState:
         """Rate of the supports in the motion of the limit state: zero while blocks fall."""
         return float(self.linkage.control is None and self.limit.multiplier is not None)
 
+    @property
+    def sticking_speed(self) -> float:
+        """Contacts that move more slowly than this stick, relative to the fastest corner."""
+        return STICKING_SPEED if self.macro_blocks is None else RIGID_JOINT_SPEEDS[0]
+
     def moving_linkage(self) -> Linkage:
         """Return the linkage of the contacts that stick and slide in the motion of the limit state.
 
@@ -64,10 +70,9 @@ class TrialState:
         Linkage
             With the active set of the motion.
         """
-        speed = STICKING_SPEED if self.macro_blocks is None else RIGID_JOINT_SPEEDS[0]
         motion, opening = self.limit.mechanism, self.limit.opening
         sticking, sliding = contact_status(
-            self.configuration, motion, self.support_rate, sticking_speed=speed, opening=opening
+            self.configuration, motion, self.support_rate, sticking_speed=self.sticking_speed, opening=opening
         )
         return replace(self.linkage, sticking=sticking, sliding=sliding)
 

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from blockstat.analysis.verdict import corner_speed
 from blockstat.large_displacement.displaced.pose import Pose
 from blockstat.large_displacement.linkage.after_event import AfterEvent
 from blockstat.large_displacement.linkage.event_location import first_kinematic_event, loss_of_equilibrium
@@ -35,6 +36,9 @@ AIMED_DEVIATION = 0.9
 #: A step is shortened to this part of itself at least, and lengthened by this factor at most. Chosen: where the
 #: deviation does not grow with the square of the step, as at a change of mechanism, its square root misleads.
 LEAST_SHORTENING, MOST_LENGTHENING = 0.1, 10.0
+#: A linkage on moving supports is at its dead centre where its fastest corner is this many times as fast as they.
+#: Chosen: the place is then known to a millionth of the size.
+DEAD_CENTRE = 1e3
 #: Steps of one piece at most. Chosen: a path without end is broken off.
 MAX_STEPS = 100_000
 #: Stands in for a value or deviation of zero where it is divided by.
@@ -124,10 +128,10 @@ class LinkageFollower:
 
     def _piece(self, state: PathState) -> Generator[PathState, None, tuple[str | PathEnd, PathState, PathState | None]]:
         """Yield the states of a piece; return the event at its end, the state there, and one just beyond it."""
-        allowed = self.tolerance * max(abs(state.point.value), TINY)
-        step = self.step
+        first, step = abs(state.point.value), self.step
         for _ in range(MAX_STEPS):
             start = state.point
+            allowed = self.tolerance * max(first, abs(start.value), TINY)
             target = min(start.parameter + step, self.end)
             point = self.solver.point_at(state, target)
             deviation = np.inf if point is None else self._deviation(state, point)
@@ -149,6 +153,8 @@ class LinkageFollower:
                 return event, state, beyond
             if target >= self.end:
                 return PathEnd.REACHED, state, None
+            if not self.ends_at_zero and self._at_dead_centre(state):
+                return PathEnd.COLLAPSE, state, None
             factor = self._step_factor(allowed, max(deviation, TINY))
             step = min(step * min(factor, MOST_LENGTHENING), self.step)
         return PathEnd.LOST, state, None
@@ -157,6 +163,16 @@ class LinkageFollower:
     def _step_factor(allowed: float, deviation: float) -> float:
         """Step length control: the deviation grows with the square of the step."""
         return float(np.sqrt(AIMED_DEVIATION * allowed / deviation))
+
+    @staticmethod
+    def _at_dead_centre(state: PathState) -> bool:
+        """Whether supports that the assembly pushes have drawn its linkage out straight.
+
+        Beyond there it has no pose, and the thrust grows without bound before. With the movement d left, the fastest
+        corner is faster than the supports by 1 / sqrt(d), so that the movement left is 1 / `DEAD_CENTRE`^2 of the size.
+        """
+        speed = float(corner_speed(state.linkage.assembly, state.point.tangent).max())
+        return state.point.value > 0 and speed > DEAD_CENTRE
 
     def _deviation(self, state: PathState, point: PathPoint) -> float:
         """How far the value midway between two points is from the straight line between them.
