@@ -20,7 +20,7 @@ def overhang(**tie):
 
 @pytest.mark.parametrize("number", [-1, 1])
 def test_the_range_of_a_tie_that_does_not_exist_is_refused(number):
-    says = f"tie is {number}; the assembly has 1 ties, numbered from 0"
+    says = f"tie is {number}; the assembly has 1 tie, numbered from 0"
     with pytest.raises(InputError, match=says):
         tie_range(overhang(), number)
 

@@ -84,7 +84,7 @@ class DynamicLimit(Result):
             lines.append(f"Multiplier between {self.lower:.5g} and {self.upper:.5g}.")
         if np.isinf(self.static[0]) and self.static[0] > 0:
             lines.append("Statics carry the load without bound.")
-        elif np.isinf(self.static[1]):
+        elif np.isneginf(self.static[0]):
             lines.append("By statics it falls without the load, too.")
         else:
             lines.append(f"Static bracket: {self.static[0]:.5g} to {self.static[1]:.5g}.")
