@@ -107,7 +107,7 @@ def _findings(figures: dict[str, Any]) -> list[str]:
         )
     lines += [
         "- The moment of a spring has no bound here, as if its joint could never break. Statics have no such joint. "
-        "So a design that statics exclude may stand on springs, and pruning is sound for dry and bonded joints only.",
+        "So a design that statics exclude may stand on springs: do not prune with them ([search](search.md)).",
         "- The numbers of buttresses in the paper depend on a plan, heights, buttress sizes and a crack threshold that "
         "it does not give. They cannot be expected to agree.",
     ]

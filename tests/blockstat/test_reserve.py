@@ -9,7 +9,7 @@ from blockstat import Block, LoadOutcome, Outcome, Tie, acceleration, assess, fi
 from blockstat.analysis.problem import pose
 from blockstat.analysis.reserve import SLIVER, loaded_slivers, neutral_warning, sliver_warning, without
 from blockstat.analysis.rims import falling_freely, overlap_warnings, rim_warnings
-from evidence.scenes.small import assembly, box
+from evidence.scenes.small import assembly, box, prism
 
 GROUND = box((-9, -9, -1), (9, 9, 0), name="ground")
 
@@ -206,6 +206,31 @@ def test_what_only_edges_hold_is_undecided():
     assert limit.outcome is LoadOutcome.UNDECIDED
     assert limit.lower == pytest.approx(0.6, rel=1e-4)
     assert limit.upper > 0.7
+
+
+def between_wedges(friction):
+    """A light block pinched between two heavy ones that slide towards it down slopes of 45 degrees."""
+    blocks = [
+        prism([(-3, -1), (0, -1), (0, 0), (-3, 3)], 1.0, name="left"),
+        prism([(0, -1), (3, -1), (3, 3), (0, 0)], 1.0, name="right"),
+        prism([(-0.25, 0.25), (-0.25, 2), (-2, 2)], 1.0, name="one", density=2500.0),
+        prism([(0.25, 0.25), (2, 2), (0.25, 2)], 1.0, name="other", density=2500.0),
+        prism([(-0.25, 1.2), (0.25, 1.2), (0.25, 1.6), (-0.25, 1.6)], 1.0, name="pinched", density=250.0),
+    ]
+    return assembly(blocks, supports=["left", "right"], friction=friction)
+
+
+def test_a_block_that_others_lean_on_is_not_proven_to_fall():
+    # Each heavy block of weight W presses with W tan(45 deg - atan mu) = W / 3, of which friction carries a half.
+    falling = falling_freely(posed(between_wedges(0.5)))
+    assert falling.tolist() == [4]  # if the others rested without it, which they do not
+    verdict = assess(between_wedges(0.5), flow="coulomb")
+    assert verdict.outcome is Outcome.STABLE
+    assert not len(verdict.falling)
+    # Rough slopes hold the heavy blocks by themselves, and the light one falls.
+    alone = assess(between_wedges(1.2), flow="coulomb")
+    assert alone.outcome is Outcome.STABLE_ONLY_BY_SELF_STRESS
+    assert alone.falling.tolist() == [4]
 
 
 def test_a_block_between_two_walls_falls_freely_unless_something_is_in_its_way():

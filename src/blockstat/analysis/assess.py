@@ -180,7 +180,7 @@ def judged(
         answer, checked = _solved(problem, problem.program, solver, memory, timings, score, guess)
         if flow == "coulomb" and problem.slips and outcome_of(checked.certificate) is Outcome.STABLE:
             with timed(timings, "coulomb"):
-                falling = falling_freely(problem) if loads is None else NONE
+                falling = _falling_from_the_others(problem, solver) if loads is None else NONE
                 if len(falling):
                     state = _of_falling(problem, problem.program, checked.force, falling)
                 else:
@@ -200,6 +200,20 @@ def judged(
     if flow == "associated":
         return verdict
     return replace(_with_state(problem, verdict, state), falling=falling)
+
+
+def _falling_from_the_others(problem: Problem, solver: str) -> Ints:
+    """Blocks that fall freely while the others rest; none where these do not without them, and may press on them."""
+    falling = falling_freely(problem)
+    if not len(falling) or not len(np.setdiff1d(problem.assembly.free, falling)):
+        return falling
+    support = problem.assembly.support.copy()
+    support[falling] = True
+    apart = problem.interfaces.subset(np.flatnonzero(~np.isin(problem.interfaces.pair, falling).any(axis=1)))
+    as_posed: Any = {"friction": None, "gravity": None, "loads": None, "gap": problem.gap}
+    others = pose(problem.assembly.with_(support=support), interfaces=apart, **as_posed)
+    alone = judged(others, loads=None, solver=solver, flow="coulomb", reserve=False)
+    return falling if alone.outcome is Outcome.STABLE else NONE
 
 
 def _of_falling(problem: Problem, program: PenaltyProgram, force: Floats, falling: Ints) -> CoulombState:

@@ -1,10 +1,11 @@
 """Blocks that fall freely from joints that nothing has pressed: a proof that only self-stress holds them.
 
-Let a set F of free blocks accelerate by g and all others not. Between two blocks of F nothing moves. A contact of a
-block of F with another, normal n away from F, closes where `n'g > 0`. If none does, forces of nothing at all contacts
-of F satisfy the equations of motion, unilateral contact and Coulomb's law, which gives friction no more than its share
-of a normal force of nothing. So F falls, and no force that this motion makes resists it. Equilibrium needs a thrust
-that was there before, as of a block that is clamped between two others.
+Let a set F of free blocks accelerate by g and all others be in equilibrium without forces of F. Between two blocks of F
+nothing moves. A contact of a block of F with another, normal n away from F, closes where `n'g > 0`. If none does, zero
+forces at all contacts of F satisfy the equations of motion, unilateral contact and Coulomb's law. So F falls, and no
+force that this motion makes resists it. Equilibrium needs a thrust that was there before, as of a block that is clamped
+between two others. Whether the others rest without F is another question, which `blockstat.analysis.assess` asks:
+others that lean on F press on it.
 
 The union of two such sets is one. The largest remains when all blocks are taken away that press on a support, on what
 presses on one, and so on. No program is solved, and friction plays no part.
