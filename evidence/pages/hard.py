@@ -33,8 +33,9 @@ HEAD = """# Hard cases
 
 Written by `make evidence ONLY=hard`. These are scenes on which solvers fail, with the truth about each, where it comes
 from, and the answer of blockstat. A verdict may be undecided where the scene is very close to its limit, or has a
-joint of almost no width; no verdict may be wrong. Where a case is closer to its limit than 1e-9 of the load
-of a block, which is the tolerance of the certificates, both answers count as right. The residual is the largest unbalanced force on a
+joint of almost no width; no verdict may be wrong. Where a case is closer to its limit than 1e-9 of the load of a
+block, which is the tolerance of the certificates, both answers count as right.
+The residual is the largest unbalanced force on a
 block, relative to its load. A figure is "wide" where its bracket holds the truth but not as sharply as is stated,
 "off" where it has no bracket and differs by more or has another outcome than the true one, "WRONG" where a bracket
 excludes the truth, "rejected" where an independent check refuses what is given as its proof, and a "hang" where there
