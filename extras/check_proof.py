@@ -4,19 +4,80 @@ A force on block b is h n + t: n the normal from block a to b, t square to it. I
 `least` and `most`, and |t| <= (`friction` (h + apex) + `shear`) |n|. Contacts have friction; bonds have shear, for a
 force and for a `couple`; ties have neither, and are along their `ends`. PROVED stable: admissible forces balance every
 block exactly. PROVED unstable: the loads drive a motion that none of them resist, or none with h of the printed sum.
-Contacts and bonds are checked to lie where blocks touch, ties to end in the boxes of blocks; not that none is missing.
+Contacts and bonds are checked to lie on the surfaces of both blocks, ties to end in the boxes of blocks. Faces bound
+a block as triangles about the mean of their corners do; those of contacts are flat, within the printed distance too.
+NOT checked: that no contact is missing, and that blocks do not overlap. The data are to be compared with one's own.
 """
 
 import hashlib
 import json
+import re
 import sys
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from fractions import Fraction as Q
 from math import isqrt
+
+THIN = Q(1, 10**12)  # what is thinner is no solid [m]
 
 
 def need(holds, reason):
     if not holds:
         raise ValueError(reason)
+
+
+def number(given):
+    return type(given) is str and re.fullmatch(r"-?[0-9]+(\.[0-9]+|/0*[1-9][0-9]*)?", given)
+
+
+def friction(given):
+    return given == "inf" or number(given)
+
+
+def text(given):
+    return type(given) is str
+
+
+def truth(given):
+    return type(given) is bool
+
+
+def index(given):
+    return type(given) is int and given >= 0
+
+
+def place(given):  # a face [f], an edge [i, j] or a corner [i, i]
+    return fits(given, [index]) or fits(given, [index, index])
+
+
+def each(form):
+    return lambda given: type(given) is list and all(fits(x, form) for x in given)
+
+
+def fits(given, form):  # a form is a function, a list of forms, or a dictionary of forms; keys with "?" may be absent
+    if type(form) is list:
+        return type(given) is list and len(given) == len(form) and all(map(fits, given, form))
+    if type(form) is not dict:
+        return form(given)
+    forms = {key.rstrip("?"): own for key, own in form.items() if key[-1] != "?" or key[:-1] in given}
+    return type(given) is dict and given.keys() == forms.keys() and all(fits(given[k], own) for k, own in forms.items())
+
+
+VECTOR, WRENCH = [number] * 3, [number] * 6
+ROW = {"blocks": [index] * 2, "normal": VECTOR, "least?": number, "most?": number}
+PLACED = ROW | {"on": [place] * 2, "point": VECTOR}
+ROWS = {  # contacts, bonds and ties, by the key that tells them apart
+    "friction": PLACED | {"friction": friction, "apex?": number},
+    "shear": PLACED | {"shear": number, "couple?": truth},
+    "ends": ROW | {"ends": [VECTOR] * 2},
+}
+BLOCK = {"name": text, "fixed": truth, "density": number, "vertices": each(VECTOR), "faces": each(each(index))}
+BLOCKS, CONTACTS = each(BLOCK | {"dead?": WRENCH, "live?": WRENCH}), each(lambda row: type(row) is dict)
+FILE = {
+    "format?": lambda given: given == "blockstat proof 1",
+    "data": {"gravity": VECTOR, "distance": number, "sine": number, "blocks": BLOCKS, "contacts": CONTACTS},
+    "proof": {"multiplier?": number, "forces?": each(VECTOR), "motion?": each(WRENCH), "bound?": number},
+    "sha256": {"data": text, "proof": text},
+}
 
 
 def numbers(given, count=3):
@@ -35,46 +96,103 @@ def cross(a, b):
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-def body(block):  # its corners; edges; outline, middle and area of each face; mass; mass x centroid
-    corners, sides = [numbers(v) for v in block["vertices"]], [list(zip(f, f[1:] + f[:1])) for f in block["faces"]]
-    both = sorted(side for face in sides for side in face)
-    need(both == sorted((j, i) for i, j in both) and both[0][0] >= 0, "a block is not closed")
+def area(a, b, c):  # twice that of a triangle
+    return cross(plus(b, a, -1), plus(c, a, -1))
+
+
+def body(block):  # its corners; edges; faces: sides, areas of their triangles, sum, middle, box; mass; mass x centroid
+    corners, rings = [numbers(v) for v in block["vertices"]], [list(zip(f, f[1:] + f[:1])) for f in block["faces"]]
+    both = sorted(side for ring in rings for side in ring)
+    need(both == sorted((j, i) for i, j in both) and all(i != j for i, j in both), "a block is not closed")
+    need(len(set(corners)) == len(corners) == len({i for i, _ in both}), "two corners are one, or one is of no face")
     volume, moment, faces, density = Q(0), (Q(0),) * 3, [], Q(block["density"])
-    for face in sides:
-        middle = tuple(sum(corners[i][k] for i, _ in face) / len(face) for k in range(3))
-        areas = [cross(plus(corners[i], middle, -1), plus(corners[j], middle, -1)) for i, j in face]
-        for (i, j), area in zip(face, areas):
-            part = dot(middle, area) / 6
-            volume, moment = volume + part, plus(moment, plus(plus(middle, corners[i]), corners[j]), part / 4)
-        faces.append(([(corners[i], corners[j]) for i, j in face], middle, tuple(map(sum, zip(*areas)))))
+    for ring in rings:
+        sides = [(corners[i], corners[j]) for i, j in ring]
+        middle = tuple(sum(x) / len(ring) for x in zip(*(a for a, _ in sides)))
+        areas = [area(middle, a, b) for a, b in sides]
+        for (a, b), own in zip(sides, areas):
+            part = dot(middle, own) / 6
+            volume, moment = volume + part, plus(moment, plus(plus(middle, a), b), part / 4)
+        # floats keep the order of numbers
+        box = [(float(min(x)), float(max(x))) for x in zip(*(a for a, _ in sides))]
+        faces.append((sides, areas, tuple(map(sum, zip(*areas))), middle, box))
+        need(any(faces[-1][2]), "a face has no area")
     need(volume > 0 and density > 0, "a block has no mass")
+    for sides, areas, whole, middle, _ in faces:
+        own, (a, b) = max(zip(areas, sides), key=lambda triangle: dot(triangle[0], whole))
+        x = tuple(dot((3, 4, 5), e) / 12 for e in zip(a, b, middle))
+        need(set(enclosed(faces, x, own)) <= {0, 1}, "a block is inside out, or in itself")
     return corners, set(both), faces, density * volume, tuple(density * x for x in moment)
 
 
+def inside(sides, p, u, v):  # of a polygon, seen along the third axis
+    cuts = [(a, b) for a, b in sides if (a[v] > p[v]) != (b[v] > p[v])]
+    return sum(p[u] < a[u] + (p[v] - a[v]) * (b[u] - a[u]) / (b[v] - a[v]) for a, b in cuts) % 2
+
+
+def enclosed(faces, x, n):  # how often faces enclose the points next to x along n, and against n
+    k = max(range(3), key=lambda axis: abs(n[axis]))
+    u, v = [axis for axis in range(3) if axis != k]
+    across, along, times = float(x[u]), float(x[v]), [0, 0]
+    for sides, areas, _, middle, box in faces:
+        if box[u][0] <= across <= box[u][1] and box[v][0] <= along <= box[v][1]:
+            for (a, b), own in zip(sides, areas):
+                if own[k] and inside([(middle, a), (a, b), (b, middle)], x, u, v):
+                    rise, sign = dot(own, plus(middle, x, -1)) / own[k], 1 if own[k] > 0 else -1
+                    times = [times[0] + sign * (rise > THIN), times[1] + sign * (rise > -THIN)]
+    return times if n[k] > 0 else times[::-1]
+
+
+def closest(p, a, b):  # point of a line from a to b
+    along = plus(b, a, -1)
+    return plus(a, along, min(max(dot(plus(p, a, -1), along) / dot(along, along), 0), 1)) if a != b else a
+
+
 def near(p, a, b, reach):
-    along, to = plus(b, a, -1), plus(p, a, -1)
-    off = plus(to, along, -min(max(dot(to, along) / dot(along, along), 0), 1)) if a != b else to
+    off = plus(p, closest(p, a, b), -1)
     return dot(off, off) <= reach**2
 
 
+def bounds(faces, face, p, reach):  # whether next to p a face has the solid behind it, and nothing before it
+    sides, areas, whole, middle, box = face
+    off = 4 * reach + sum(Q(high - low) for low, high in box) / 10**5
+    for (a, b), own in zip(sides, areas):
+        if dot(own, whole) <= 0:
+            continue
+        ends = (b, middle), (middle, a), (a, b)
+        for q in (p, *(closest(p, *side) for side in ends)):
+            if near(q, p, p, off):  # x is the point of this triangle next to q, a little way in, in short numbers
+                parts = [min(max(dot(area(q, *side), own) / dot(own, own), 0), 1) for side in ends]
+                parts = [round(10**9 * part) + more for part, more in zip(parts, (300, 400, 500))]
+                x = tuple(dot(parts, e) / sum(parts) for e in zip(a, b, middle))
+                if near(x, p, p, off) and enclosed(faces, x, own) == [0, 1]:
+                    return True
+    return False
+
+
 def touches(block, on, p, n, reach, sine):  # p is on a face [f], an edge [i, j] or a corner [i, i], n outward there
-    corners, sides, faces = block[:3]
+    corners, edges, faces = block[:3]
     if on is None:
         return need(all(min(x) - reach <= e <= max(x) + reach for e, x in zip(p, zip(*corners))), "a tie ends nowhere")
     if len(on) == 1:
-        outline, middle, area = faces[on[0]]
-        turn, square = cross(area, n), dot(area, area)
-        need(dot(area, n) > 0 and dot(turn, turn) <= sine**2 * square * dot(n, n), "a normal is not that of its face")
-        need(dot(area, plus(p, middle, -1)) ** 2 <= reach**2 * square, "a contact is off its face")
-        u, v = sorted(range(3), key=lambda k: abs(area[k]))[:2]
-        cuts = [(a, b) for a, b in outline if (a[v] > p[v]) != (b[v] > p[v])]
-        inside = sum(p[u] < a[u] + (p[v] - a[v]) * (b[u] - a[u]) / (b[v] - a[v]) for a, b in cuts) % 2
-        return need(inside or any(near(p, a, b, 2 * reach) for a, b in outline), "a contact is beside its face")
-    (i, j), along = on, plus(corners[on[1]], corners[on[0]], -1)
-    need((i == j or (i, j) in sides) and near(p, corners[i], corners[j], reach), "a contact is off its edge or corner")
+        sides, _, whole, middle, _ = faces[on[0]]
+        turn, square = cross(whole, n), dot(whole, whole)
+        need(dot(whole, n) > 0 and dot(turn, turn) <= sine**2 * square * dot(n, n), "a normal is not that of its face")
+        off = [dot(whole, plus(x, middle, -1)) ** 2 <= reach**2 * square for x in (p, *(a for a, _ in sides))]
+        need(off[0], "a contact is off its face")
+        need(all(off), "a face with a contact is not flat")
+        u, v = sorted(range(3), key=lambda k: abs(whole[k]))[:2]
+        on_it = inside(sides, p, u, v) or any(near(p, a, b, 2 * reach) for a, b in sides)
+        need(on_it, "a contact is beside its face")
+        return need(bounds(faces, faces[on[0]], p, reach), "a contact is on no solid")
+    (i, j), ends = on, {corners[k] for k in on}
+    along = plus(corners[j], corners[i], -1)
+    need((i == j or (i, j) in edges) and near(p, corners[i], corners[j], reach), "a contact is off its edge or corner")
     need(dot(along, n) ** 2 <= sine**2 * dot(along, along) * dot(n, n), "a normal is not square to its edge")
-    for away in [plus(corners[q], p, -1) for k, q in sides if k in on and q not in on]:
+    for away in [plus(corners[q], p, -1) for k, q in edges if k in on and q not in on]:
         need(max(dot(away, n), 0) ** 2 <= 2 * (sine**2 * dot(away, away) + reach**2), "a block crosses its contact")
+    own = [face for face in faces if any(ends <= {a, b} for a, b in face[0])]
+    need(any(bounds(faces, face, p, reach) for face in own), "a contact is on no solid")
 
 
 def admits(law, n, force):  # a friction of 1e50 stands for an infinite one: its cone is within that of the other
@@ -93,25 +211,40 @@ def resists(law, n, rate):  # the most power that bounded forces take up, and th
     return Q(law.get("apex", 0)) * head + taken, (root if rough else 0) + (max(price, 0) if free else 0)
 
 
+def printed(value, rounding):  # with twelve digits, to the side on which the statement stays true
+    return Context(12, rounding).divide(value.numerator, value.denominator)
+
+
 def check(file):
+    need(fits(file, FILE), "the file is not of the format")
     digest = {key: json.dumps(file[key], sort_keys=True, separators=(",", ":")).encode() for key in ("data", "proof")}
     need(file["sha256"] == {k: hashlib.sha256(d).hexdigest() for k, d in digest.items()}, "the hash is another one")
     data, proof, said, contacts = file["data"], file["proof"], [], []
     blocks, g = [body(b) for b in data["blocks"]], numbers(data["gravity"])
     free, fixed = ([i for i, b in enumerate(data["blocks"]) if b["fixed"] is what] for what in (False, True))
+    reach, sine = Q(data["distance"]), Q(data["sine"])
+    need(reach >= 0 and 0 <= sine < 1, "a tolerance is none")
     for c in data["contacts"]:
+        kinds = [key for key in ROWS if key in c]
+        need(len(kinds) == 1, "a law is none")
+        need(fits(c, ROWS[kinds[0]]), "a contact is not of the format")
         n, (a, b), tie, mu = numbers(c["normal"]), c["blocks"], "ends" in c, c.get("friction", "0")
         (p, q), on = map(numbers, c["ends"] if tie else [c["point"]] * 2), c.get("on", [[0], [0]])
-        least, sine, line, kinds = Q(c.get("least", 0)), Q(data["sine"]), plus(q, p, -1), {"friction", "shear", "ends"}
+        least, line = Q(c.get("least", 0)), plus(q, p, -1)
         unit, turn, shear = abs(dot(n, n) - 1) < Q(1, 10**12), cross(line, n), Q(c.get("shear", 0))
-        need(a != b and min(a, b, *on[0], *on[1]) >= 0, "a contact is none")
+        need(a != b, "a contact is none")
         need(least <= Q(c.get("most", "1e99")) and shear >= 0 and (mu == "inf" or Q(mu) >= 0), "a law is none")
-        need(len(kinds & c.keys()) == 1 and ("shear" in c or (least >= 0 and "couple" not in c)), "a law is none")
-        need(unit and (1 in map(len, on) or min(map(len, map(set, on))) == 2), "a contact has no normal")
+        need(("shear" in c or least >= 0) and c.get("couple", True), "a law is none")
+        ridges = [plus(*(blocks[k][0][i] for i in ends), -1) for k, ends in zip((a, b), on) if len(ends) == 2]
+        skew = cross(*ridges) if len(ridges) == 2 else None
+        need(
+            unit and (not skew or dot(skew, skew) > sine * dot(*ridges[:1] * 2) * dot(*ridges[1:] * 2)),
+            "a contact has no normal",
+        )
         need(dot(turn, turn) <= sine**2 * dot(line, line) and any(line) is tie, "a tie is not along its ends")
         for k, place, end, sign in zip((a, b), on, (p, q), (0, -2), strict=True):
             if not tie or k in free:
-                touches(blocks[k], None if tie else place, end, plus(n, n, sign), Q(data["distance"]), sine)
+                touches(blocks[k], None if tie else place, end, plus(n, n, sign), reach, sine)
         contacts.append((c, a, b, q, n))
     more, live = ([numbers(b.get(key, [0] * 6), 6) for b in data["blocks"]] for key in ("dead", "live"))
     dead = [plus(own, tuple(b[3] * x for x in g) + cross(b[4], g)) for own, b in zip(more, blocks)]
@@ -124,7 +257,7 @@ def check(file):
             acting = (Q(0),) * 3 + numbers(given) if "couple" in c else numbers(given) + cross(p, numbers(given))
             left[a], left[b] = plus(left[a], acting, -1), plus(left[b], acting)
         need(not any(any(left[i]) for i in free), "a block is not balanced")
-        said.append("PROVED stable" + (f" at {float(many):.12g} times the live load" if varies else ""))
+        said.append("PROVED stable" + (f" at {printed(many, ROUND_FLOOR)} times the live load" if varies else ""))
     if "motion" in proof:
         motion = [numbers(u, 6) for u in proof["motion"]]
         need(len(motion) == len(blocks) and not any(any(motion[i]) for i in fixed), "a fixed block moves")
@@ -133,17 +266,26 @@ def check(file):
             u = plus(motion[b], motion[a], -1)
             taken, closes = resists(c, n, u[3:] if "couple" in c else plus(u[:3], cross(u[3:], p)))
             power, closing = power - taken, max(closing, closes)
-        power -= max(Q(proof.get("bound", 1)), 1) * closing * sum(abs(x) for i in free for x in dead[i][:3])
+        need(Q(proof.get("bound", 1)) >= 1, "a bound is none")
+        power -= Q(proof.get("bound", 1)) * closing * sum(abs(x) for i in free for x in dead[i][:3])
         need(drive > 0 if varies else power > 0, "the loads do not drive the motion")
-        said.append("PROVED unstable" + (f" beyond {float(-power / drive):.12g} times the live load" if varies else ""))
+        said.append(
+            "PROVED unstable"
+            + (f" beyond {printed(-power / drive, ROUND_CEILING)} times the live load" if varies else "")
+        )
         said[-1] += f", whatever forces of up to {proof.get('bound', 1)} dead loads resist" if closing else ""
     where = f"within {data['distance']} m and a sine of {data['sine']}, data {file['sha256']['data']}"
     other = sum("friction" not in c for c in data["contacts"])
     return [*said, f"{len(free)} free blocks, {len(contacts)} contacts ({other} of bonds and ties) {where}"]
 
 
+def once(pairs):
+    need(len(dict(pairs)) == len(pairs), "a key is given twice")
+    return dict(pairs)
+
+
 if __name__ == "__main__":
     try:
-        print(*check(json.load(open(sys.argv[1], encoding="utf-8"))), sep="\n")
+        print(*check(json.load(open(sys.argv[1], encoding="utf-8"), object_pairs_hook=once)), sep="\n")
     except Exception as reason:
         sys.exit(print(f"REJECTED: {reason if type(reason) is ValueError else repr(reason)}") or 1)

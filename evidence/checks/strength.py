@@ -24,9 +24,11 @@ class Strength(NamedTuple):
 def strengths(asm, faces):
     """The strength of every contact point, shape (n_points,)."""
     k = faces.point_interface
-    share = faces.share if faces.share is not None else 1.0 / np.bincount(k, minlength=faces.n_interfaces)[k]
+    share = faces.point_share
     rows = []
     for i, law in enumerate(last_law(asm, faces)):
+        if law is not None and faces.area[i]:
+            _check_shares(faces, i, share[faces.start[i] : faces.start[i + 1]])
         if law is None:
             rows.append((friction_of(asm, faces, i), 0.0, 0.0, np.inf))
             continue
@@ -41,7 +43,17 @@ def strengths(asm, faces):
         cap = np.inf if law.compression is None else law.compression * area
         rows.append((mu, cohesion, tension, cap))
     table = np.array(rows).reshape(-1, 4)[k].T
-    return Strength(table[0], *(share * np.nan_to_num(column, nan=0.0, posinf=np.inf) for column in table[1:]))
+    columns = (np.nan_to_num(column, nan=0.0, posinf=np.inf) for column in table[1:])
+    return Strength(table[0], *(np.where(np.isinf(c), np.inf, share * np.where(np.isinf(c), 0.0, c)) for c in columns))
+
+
+def _check_shares(faces, interface, share):
+    """Raise AssertionError unless uniform stress on a joint has the resultant of its shares at the contact points."""
+    points = faces.point[faces.start[interface] : faces.start[interface + 1]]
+    assert (share >= 0).all(), "a point stands for less than no area"
+    assert abs(share.sum() - 1) < 1e-9, "the points stand for more or less than the area"
+    away = np.linalg.norm(share @ (points - points[0]) - (_centroid(faces, interface) - points[0]))
+    assert away <= 1e-6 * np.linalg.norm(np.ptp(points, axis=0)), "uniform stress has another arm"
 
 
 def friction_of(asm, faces, interface):
@@ -114,7 +126,7 @@ def _centroid(faces, interface):
             patches.origin[i] + patches.corner[first[i] : first[i] + patches.count[i]] @ patches.frame[i, 1:]
             for i in np.flatnonzero((patches.pair == faces.pair[interface]).all(axis=1))
         ]
-        level = 1e-9 + faces.gap[interface]
+        level = 1e-9 + faces.gap[interface] + 1e-15 * np.abs(corners).max()
         outlines = [x for x in found if np.abs((x - corners[0]) @ normal).max() <= level] or outlines
     moments = [_moments(outline, faces.frame[interface]) for outline in outlines]
     return sum(first for _, first in moments) / sum(area for area, _ in moments)

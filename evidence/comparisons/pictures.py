@@ -42,7 +42,7 @@ def _moved(row: Comparison, assembly: Assembly) -> tuple[np.ndarray, str]:
         run = simulate(
             assembly,
             settings=Settings(time_step=step),
-            stop=lambda _, moved: bool(np.linalg.norm(moved, axis=1).max() > far),
+            stop=lambda _, moved, __: bool(np.linalg.norm(moved, axis=1).max() > far),
         )
         return posed(assembly, run.displacement[-1], run.rotation[-1]), f"Bullet after {run.times[-1]:.2g} s"
     if row.static == "unstable":

@@ -116,7 +116,7 @@ def goes(curve: CapacityCurve, point: int, multiplier: float, direction: tuple[f
     moved = 0.0
     for settings in (Settings(), FINER):
         run = simulate(
-            there, settings=settings, loads=loads, interfaces=joints, stop=lambda _, moved: abs(mean(moved)) > seen
+            there, settings=settings, loads=loads, interfaces=joints, stop=lambda _, moved, __: abs(mean(moved)) > seen
         )
         moved = mean(run.since_release[-1])
         if abs(moved) > seen:

@@ -53,7 +53,7 @@ progress goes to standard error.
 | 0 | a verdict was reached, whichever it is |
 | 1 | an internal error |
 | 2 | bad input; the message says what to write instead |
-| 130 | interrupted |
+| 130 | interrupted before there was an answer; one that was reached is printed, with status 0 |
 """
 WRITTEN = "Written by `make evidence ONLY=command-line`. [Command line](../command_line.md) lists all commands.\n"
 SPECIAL = re.compile(r"([|*<$])")

@@ -30,6 +30,8 @@ from blockstat.errors import InputError, no_such
 #: Cells along each side of a joint that may crush, unless the law says how many.
 CELLS = 8
 MOST_CELLS = 64
+#: Strengths above this [Pa] are mistakes of a unit: granite bears 5e8 Pa. Beside larger ones the weight is rounding.
+STRONGEST = 1e10
 
 
 @dataclass(frozen=True)
@@ -67,6 +69,11 @@ class JointLaw:
                 raise InputError(f"joint law between {label}: {name} is {value!r}; it must be a number")
         if self.friction is not None and not self.friction >= 0:
             raise InputError(f"joint law between {label}: friction is {self.friction!r}; it must be at least 0")
+        for name in ("tension", "cohesion", "compression"):
+            if (getattr(self, name) or 0.0) > STRONGEST:
+                raise InputError(
+                    f"joint law between {label}: {name} is {getattr(self, name)!r} Pa; no stone bears {STRONGEST:g} Pa"
+                )
         for name in ("tension", "bond", "cohesion", "bond_moment"):
             value = getattr(self, name)
             if value is not None and not 0 <= value < np.inf:

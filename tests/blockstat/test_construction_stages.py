@@ -1,12 +1,25 @@
 """Construction stages of a scene file."""
 
 import json
+from dataclasses import replace
 
 import pytest
 from typer.testing import CliRunner
 
-from blockstat import InputError, assess_stages, assess_states, build, centring, falsework, load_scene, scene_text
+from blockstat import (
+    Assembly,
+    InputError,
+    assess_stages,
+    assess_states,
+    box,
+    build,
+    centring,
+    falsework,
+    load_scene,
+    scene_text,
+)
 from blockstat.cli.commands import app
+from blockstat.sequence import props
 from blockstat.sequence.stages import StagesVerdict, stages_of
 
 SCENE = """
@@ -28,6 +41,13 @@ courses = true
 [[stages]]
 name = "decentring"
 """
+
+#: A base with an arm whose centroid is .1 beyond its edge.
+ARMS = {
+    "ground": ((0, 0, -0.25), (1, 1, 0)),
+    "base": ((0, 0, 0), (1, 1, 0.25)),
+    "arm": ((0.6, 0, 0.25), (1.6, 1, 0.5)),
+}
 
 
 @pytest.fixture
@@ -104,3 +124,15 @@ def test_blocks_that_no_stage_puts_in_are_named(gate):
     gate.write_text(SCENE.replace("[[stages]]", post + "[[stages]]", 1))
     with pytest.raises(InputError, match=r'stages: block "post.*" is never put in \(nor are 1 more\)'):
         stages_of(build(load_scene(gate)))
+
+
+def test_a_centring_that_is_not_held_falls_only_where_a_mechanism_proves_it(monkeypatch):
+    """An arm juts out over its base; its centring has no face to stand under but that of the joint."""
+    arms = [replace(box(*span), name=name, group=name) for name, span in ARMS.items()]
+    stages = [{"name": "base", "place": ["base"]}, {"name": "arm", "place": ["arm"], "centring": ["arm"]}]
+    assembly = Assembly.from_blocks(arms, supports=["ground"]).with_(metadata={"stages": stages})
+    assert [stage.outcome.word for stage in assess_stages(assembly).stages] == ["stable", "unstable"]
+    monkeypatch.setattr(props, "falls_on_props", lambda *what: False)
+    found = assess_stages(assembly)
+    assert [stage.outcome.word for stage in found.stages] == ["stable", "undecided"]
+    assert found.outcome.word == "undecided"

@@ -10,9 +10,25 @@ from scipy.spatial.transform import Rotation
 
 from blockstat import Block, InputError, Interfaces, JointLaw, find_interfaces
 from blockstat.contact.cells import centres, patches_of, refine
-from blockstat.contact.coplanar import Patch, Patches, in_one_plane, joined, merge_coplanar
+from blockstat.contact.coplanar import (
+    Patch,
+    Patches,
+    corner_shares,
+    in_one_plane,
+    joined,
+    merge_coplanar,
+    shares_of_parts,
+)
 from blockstat.contact.edges import Contacts, Tolerances, search_of
-from blockstat.contact.faces import concave_patches, convex_faces, frames, outline_hull, planar
+from blockstat.contact.faces import (
+    _convex_pieces,
+    concave_patches,
+    convex_faces,
+    frames,
+    joined_convex,
+    outline_hull,
+    planar,
+)
 from blockstat.contact.features import INSIDE, OUTSIDE, RIM, Features, crossings, position, together
 from blockstat.contact.interfaces import Dropped, as_searched, near_blocks
 from blockstat.contact.penetration import (
@@ -518,7 +534,7 @@ def test_concave_faces_have_a_patch_for_each_part_that_they_share():
     comb_face = int(np.flatnonzero(~convex_faces(asm))[0])
     plank_face = 6 * 0 + int(np.flatnonzero(asm.face_block == 1)[4])
     frame, origin = np.array([[[0, -1.0, 0], [1, 0, 0], [0, 0, 1.0]]]), np.array([[0.5, 0.0, 0.25]])
-    rows, polygons, counts = concave_patches(
+    rows, polygons, counts, pieces = concave_patches(
         asm, np.array([comb_face]), np.array([plank_face]), frame, origin, np.array([0])
     )
     found = sorted(
@@ -526,13 +542,14 @@ def test_concave_faces_have_a_patch_for_each_part_that_they_share():
         for p, n in zip(polygons, counts, strict=True)
     )
     assert rows.tolist() == [0, 0, 0]
+    assert pieces == {}  # each part is convex
     expected = [(0.25, 1), (2, 3), (4, 4.5)]
     assert found == [([a - 0.5, 0.5], [b - 0.5, 0.65]) for a, b in expected]
     for p, n in zip(polygons, counts, strict=True):
         assert shapely.Polygon(p[:n]).exterior.is_ccw
         assert len(p) >= n
     none = concave_patches(asm, np.array([comb_face]), np.array([plank_face]), frame, origin, np.empty(0, dtype=int))
-    assert [len(part) for part in none] == [0, 0, 0]
+    assert [len(part) for part in none] == [0, 0, 0, 0]
     assert none[1].shape == (0, 3, 2)
 
 
@@ -920,3 +937,78 @@ def test_a_face_with_two_corners_at_one_place_is_as_convex_as_without():
             faces[number].insert(1, len(corners))
             twice = Block(np.concatenate([corners, corners[[faces[number][0]]]]), faces)
             assert convex_faces(assembly([twice])).tolist() == convex_faces(assembly([block])).tolist()
+
+
+def random_hull(rng, size=1.0):
+    return outline_hull(rng.normal(size=(9, 2)) * [size, 0.3 * size])
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_corners_stand_for_the_area_and_its_first_moment_in_any_order(seed):
+    rng = np.random.default_rng(seed)
+    polygons = [random_hull(rng), np.array([(0.0, 0.0), (2.0, 1.0)]), random_hull(rng, 1e-3) + 5, np.zeros((1, 2))]
+    orders = [rng.permutation(len(p)) for p in polygons]
+    mixed = [p[order] for p, order in zip(polygons, orders, strict=True)]
+    start = np.cumsum([0, *map(len, mixed)])
+    shares = np.split(corner_shares(np.concatenate(mixed), start), start[1:-1])
+    for polygon, order, share in zip(polygons, orders, shares, strict=True):
+        assert share.sum() == pytest.approx(1.0)
+        if len(polygon) < 3:
+            assert (share == 1 / len(polygon)).all()
+            continue
+        assert (share > 0).all()
+        centroid = shapely.Polygon(polygon).centroid
+        assert share @ polygon[order] == pytest.approx([centroid.x, centroid.y], abs=1e-12)
+        alone = corner_shares(polygon, np.array([0, len(polygon)]))
+        assert share == pytest.approx(alone[order])
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_corners_of_a_hull_stand_for_the_patches_in_it(seed):
+    """Their area, its first moment, and no less than the mean of a convex function: the arm of cohesion in torsion."""
+    rng = np.random.default_rng(seed)
+    parts = [random_hull(rng, size) + rng.uniform(-9, 9, 2) for size in (1.0, 0.2, 2.0)]
+    parts += [rng.uniform(-9, 9, (2, 2)), rng.uniform(-9, 9, (1, 2))]
+    hull = outline_hull(np.concatenate(parts))
+    share = shares_of_parts(hull, parts)
+    solid = [shapely.Polygon(p) for p in parts[:3]]
+    area = sum(p.area for p in solid)
+    moment = sum(p.area * np.array([p.centroid.x, p.centroid.y]) for p in solid)
+    assert share.sum() == pytest.approx(1.0)
+    assert (share >= 0).all()
+    assert share @ hull == pytest.approx(moment / area)
+    order = rng.permutation(len(hull))
+    assert shares_of_parts(hull[order], parts[::-1]) == pytest.approx(share[order])
+    for pole in rng.uniform(-9, 9, (5, 2)):
+        inner = sum(
+            np.linalg.norm(np.mean(t, axis=0) - pole) * shapely.Polygon(t).area / area
+            for p in solid
+            for t in triangles_of(p, 12)
+        )
+        assert share @ np.linalg.norm(hull - pole, axis=1) >= inner
+
+
+def triangles_of(polygon, cuts):
+    """Triangles of a convex polygon, those about its centroid cut in strips; their means give less than the area."""
+    corners = np.array(polygon.exterior.coords)[:-1]
+    centre = np.array([polygon.centroid.x, polygon.centroid.y])
+    for one, two in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        for k in range(cuts):
+            a, b = one + (two - one) * k / cuts, one + (two - one) * (k + 1) / cuts
+            yield [centre, a, b]
+
+
+def test_a_patch_that_fills_its_hull_in_pieces_is_one_patch():
+    square = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
+    (found,) = joined_convex([square[[0, 1, 2]], square[[0, 3, 2]]])
+    assert sorted(map(tuple, found.tolist())) == sorted(map(tuple, square.tolist()))
+    assert len(joined_convex([square, square[:, ::-1] + [1.0, 0.5]])) == 2
+    assert joined_convex([square[[0, 1, 1]]]) == []
+
+
+def test_a_ring_has_the_area_of_the_ring():
+    ring = [(0, 0), (4, 0), (4, 4), (0, 4), (0, 0), (1, 1), (1, 3), (3, 3), (3, 1), (1, 1)]
+    pieces = _convex_pieces(shapely.Polygon(ring[:4], [ring[5:9]]))
+    assert sum(shapely.Polygon(p).area for p in pieces) == pytest.approx(12.0)
+    assert shapely.union_all([shapely.Polygon(p) for p in pieces]).area == pytest.approx(12.0)
+    assert len(pieces) <= 6

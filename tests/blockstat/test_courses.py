@@ -16,6 +16,7 @@ from typer.testing import CliRunner
 from blockstat import (
     Assembly,
     InputError,
+    JointLaw,
     Outcome,
     assess_plan,
     assess_states,
@@ -182,7 +183,7 @@ def test_courses_that_stand_by_themselves_have_no_course_that_is_held():
     said = found.explain()
     assert "3 courses; 3 of them stand by themselves." in said
     assert "blocks are held" not in said
-    assert "Most blocks are held after course 1: 2; no fewer than 2 will do." in build_by_courses(arch()).explain()
+    assert "Most blocks are held after course 2 of 4: 2; no fewer than 2 will do." in build_by_courses(arch()).explain()
 
 
 def test_groups_that_hold_every_block_leave_no_course_for_the_rest():
@@ -229,3 +230,26 @@ def test_demands_that_share_a_block_count_once():
     assert _disjoint([]) == 0
     assert _disjoint([{1, 2}, {2, 3}]) == 1
     assert _disjoint([{1, 2, 3}, {1}, {3}]) == 2  # the smallest first: the large one asks for nothing more
+
+
+def test_a_building_that_falls_when_it_is_let_go_is_said_to_stand_only_while_it_is_held():
+    """Each arm of a tee without its top has its centroid .1 beyond the edge of the base."""
+    shapes = [(-0.5, 0.5, -0.25, 0, "ground"), (-0.5, 0.5, 0, 0.25, "base"), (-1.1, -0.1, 0.25, 0.5, "left")]
+    shapes.append((0.1, 1.1, 0.25, 0.5, "right"))
+    open_tee = Assembly.from_blocks([slab(*shape) for shape in shapes], supports=["ground"], friction=0.6)
+    found = build_by_courses(open_tee)
+    assert [course.held for course in found.courses] == [(), ("left", "right")]
+    said = found.explain().splitlines()
+    assert said[1] == "The finished assembly is proven to stand only while left, right are held."
+    assert "Most blocks are held after course 2 of 2: 2; no fewer than 2 will do." in said
+    assert "finished assembly" not in build_by_courses(arch()).explain()
+
+
+def test_a_journal_of_courses_with_other_joint_laws_is_refused(tmp_path):
+    """Glued to its base an arm of a tee needs no hand; dry it does."""
+    glued = tee().with_(joints=(JointLaw(("*", "*"), tension=1e6),))
+    path = tmp_path / "journal.jsonl"
+    assert not any(course.held for course in build_by_courses(glued, journal=path).courses)
+    with pytest.raises(InputError, match="journal of another assembly"):
+        build_by_courses(tee(), journal=path)
+    assert build_by_courses(glued, journal=path).states == 0

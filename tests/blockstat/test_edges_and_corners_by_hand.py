@@ -521,7 +521,7 @@ def merged_on_a_line(kinds, gaps, *places):
         np.concatenate([(p - o) @ frame[1:].T for p, o in zip(points, origins, strict=True)]),
         np.array([len(own) for own in points]),
     )  # fmt: skip
-    found = _merged(search, Contacts(np.zeros(2, np.int64), np.array(kinds), patches))
+    found, _ = _merged(search, Contacts(np.zeros(2, np.int64), np.array(kinds), patches))
     ends = [(own.origin + own.polygon @ own.frame[1:] - [0.4, 0.3, 1]) @ line.T / rounding for _, own in found]
     return [(kind, own.gap) for kind, own in found], [sorted(map(tuple, own.round(6).tolist())) for own in ends]
 

@@ -1,5 +1,7 @@
 """Decentring, fewest props, least centring: duality, exact small cases, all orders of an arch."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -17,7 +19,8 @@ from blockstat import (
     least_centring,
 )
 from blockstat.geometry.polyhedron import point_velocity
-from building_sites import arch
+from blockstat.sequence import prop_sets
+from building_sites import arch, tee
 from evidence.scenes.small import stack
 
 OPEN = ["s0", "s1", "s2", "s4", "s5", "s6"]  # the keystone is missing
@@ -105,3 +108,36 @@ def test_blocks_that_no_prop_reaches_are_built_in_no_order():
         least_centring(arch(), lambda assembly, names: [])
     assembly = stack(2)
     assert least_centring(assembly, lambda assembly, names: []).order == ("stone0", "stone1")
+
+
+def stone_on_two_props():
+    """A cube of 10 kN in the air, with a prop .1 and one .9 from its edge: each alone lets it turn."""
+    blocks = [box((-2, 0, -1), (-1, 1, 0), name="ground"), box((0, 0, 1), (1, 1, 2), name="stone")]
+    assembly = Assembly.from_blocks(blocks, supports=["ground"], density=1000.0, gravity=(0, 0, -10))
+
+    def props(assembly, names):
+        return [Prop("stone", (x, 0.5, 1.0), (0.0, 0.0, 1.0)) for x in (0.1, 0.9) if "stone" in names]
+
+    return assembly, props
+
+
+def test_all_props_of_a_block_count_in_the_least_centring():
+    assembly, props = stone_on_two_props()
+    found = least_centring(assembly, props)
+    assert found.peak == pytest.approx(10_000.0, rel=1e-6)
+    assert found.explain().splitlines()[0] == "The centring carries 10000 N at most; no order needs less."
+    assert least_centring(assembly, props, least="peak").peak == pytest.approx(5_000.0, rel=1e-6)
+    with pytest.raises(InputError, match="these props cannot hold the blocks in any order"):
+        least_centring(assembly, lambda assembly, names: props(assembly, names)[:1])
+
+
+def test_what_props_are_not_proven_to_leave_falling_is_not_said_to_fall(monkeypatch):
+    """A stone on one prop beside its middle falls; without the proof of it this is not said."""
+    assembly, props = stone_on_two_props()
+    monkeypatch.setattr(prop_sets, "falls_on_props", lambda *what: False)
+    with pytest.raises(InputError, match="no order found in which these props hold the blocks; in 1 states"):
+        least_centring(assembly, lambda assembly, names: props(assembly, names)[:1])
+    found = least_centring(tee(), hoists)
+    assert found.undecided == 0
+    blocked = replace(found, undecided=2)
+    assert "no order needs less, unless it goes by one of 2 states that props may or may not hold." in blocked.explain()

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import shapely
 
 from blockstat import (
     Assembly,
@@ -27,6 +28,7 @@ from blockstat import (
 )
 from blockstat.contact.features import ContactKind
 from blockstat.imperfection.lost_edges import least_width, lose_edges
+from blockstat.imperfection.lost_patches import corner_speeds, lose_rims
 from evidence.bisection import bisect
 from evidence.scenes.small import arch, assembly, running_bond, stack, trilith
 from point_bodies import ladder
@@ -312,3 +314,137 @@ def test_the_worst_case_of_joints_with_cells_is_of_the_joints_that_were_handed_i
         assert (found.lower, found.upper) == pytest.approx((0.2, 0.2), rel=1e-3)
         leaning = assess(slab, gravity=(0.5, 0, -1), interfaces=faces, imperfections=worst)
         assert leaning.outcome is Outcome.UNSTABLE
+
+
+def table(*feet, place=(0.0, 0.0, 0.0)):
+    """A table of depth 1 whose feet are x from, x to."""
+    ends = sorted(feet)
+    outline = [(ends[0][0], 0.0)]
+    for (_, end), (begin, _) in itertools.pairwise(ends):
+        outline += [(end, 0.0), (end, 0.2), (begin, 0.2), (begin, 0.0)]
+    outline += [(ends[-1][1], 0.0), (ends[-1][1], 0.4), (ends[0][0], 0.4)]
+    n = len(outline)
+    faces = [list(range(n)), list(range(2 * n - 1, n - 1, -1))]
+    faces += [[i, i + n, (i + 1) % n + n, (i + 1) % n] for i in range(n)]
+    corners = np.array([(x, y, z) for y in (0.0, 1.0) for x, z in outline])
+    return Block(corners + place, faces, name="table")
+
+
+def on_grounds(block, *cuts, **options):
+    grounds = [box((a, -1, -1), (b, 2, 0), name=f"ground{a}") for a, b in itertools.pairwise([-1, *cuts, 3])]
+    return Assembly.from_blocks([*grounds, block], supports=range(len(grounds)), density=1000.0, **options)
+
+
+@pytest.mark.parametrize("loss", ["1 mm", "3 mm", "0.05 m"])
+@pytest.mark.parametrize("feet", [((0, 0.4), (0.996, 1)), ((0, 0.004), (0.5, 1)), ((0, 0.3), (0.7, 1))])
+def test_a_foot_is_lost_whatever_the_ground_is_made_of(feet, loss):
+    """A foot 4 mm wide has nothing left after 3 mm at each of its edges."""
+    found = [
+        limit_load(asm, (1, 0, 0), imperfections=Imperfections(edge=loss))
+        for asm in (on_grounds(table(*feet), 0.45), on_grounds(table(*feet)))
+    ]
+    assert found[0].outcome is found[1].outcome
+    if np.isfinite(found[0].lower):
+        assert found[1].lower == pytest.approx(found[0].lower, rel=1e-6)
+    stable = [assess(asm, imperfections=Imperfections(edge=loss)).outcome for asm in (
+        on_grounds(table(*feet), 0.45), on_grounds(table(*feet))
+    )]  # fmt: skip
+    assert stable[0] is stable[1]
+    lost = loss == "3 mm" and feet[0] == (0, 0.4)
+    assert (stable[0] is Outcome.UNSTABLE) == (lost or (loss == "0.05 m" and feet[0] == (0, 0.4)))
+
+
+@pytest.mark.parametrize("place", [(0, 0, 0), (5e5, 5.2e6, 300)])
+def test_two_feet_lose_their_own_edges(place):
+    block = table((0, 0.3), (0.7, 1), place=place)
+    low, high = np.array([(-1, -1, -1), (2, 2, 0)]) + place
+    joints = find_interfaces(Assembly.from_blocks([box(low, high), block], supports=[0]))
+    lost = lose_edges(joints, np.array([0.1]))
+    assert lost.area == pytest.approx([2 * 0.1 * 0.8])
+    expected = [(0.1, 0.1), (0.1, 0.9), (0.9, 0.1), (0.9, 0.9)]
+    assert sorted(map(tuple, (lost.point - place)[:, :2].round(6).tolist())) == expected
+    assert len(lost.parts[0]) == 2
+    again = lose_edges(lost, np.array([0.02]))
+    assert again.area == pytest.approx([2 * 0.06 * 0.76])
+    assert again.drawn is joints
+    assert lose_edges(joints, np.array([0.16])).n_interfaces == 0
+    assert lose_edges(joints, np.array([0.0])).area == pytest.approx(joints.area)
+
+
+def test_glue_is_lost_with_the_edges_of_feet():
+    """T times the first moment of what is left of the feet about the rim that is left."""
+    law = JointLaw(("*", "*"), tension=1e5)
+    asm = on_grounds(table((0, 0.5), (0.9, 1)), joints=[law])
+    moment = np.zeros((2, 6))
+    moment[1, 4] = -1.0
+    found = limit_load(asm, moment, imperfections=Imperfections(edge=0.02))
+    glue = 1e5 * 0.96 * (0.46 * 0.23 + 0.06 * (0.95 - 0.02))
+    weight = asm.mass[1] * 9.81 * (asm.centroid[1, 0] - 0.02)
+    agrees(found, glue + weight)
+
+
+def test_edges_that_were_in_a_joint_are_no_bare_contacts_once_it_has_lost_them():
+    """The table and its plinth have aligned edges: (1 - 2 delta) / 2 h with the height h of the centroid."""
+    asm = Assembly.from_blocks(
+        [box((0, 0, -1), (1, 1, 0), name="plinth"), table((0, 0.3), (0.7, 1))],
+        supports=[0],
+        density=1000.0,
+        friction=3.0,
+    )
+    agrees(limit_load(asm, SIDE), 0.5 / asm.centroid[1, 2])
+    agrees(limit_load(asm, SIDE, imperfections=Imperfections(edge="50 mm")), 0.45 / asm.centroid[1, 2])
+
+
+#: An L in pieces.
+PIECES = {
+    "two": [[(0, 0), (2, 0), (2, 1), (0, 1)], [(0, 1), (1, 1), (1, 2), (0, 2)]],
+    "overhanging": [[(0, 0), (1, 0), (1, 2), (0, 2)], [(1, 0), (2, 0), (2, 1), (1, 1)]],
+    "triangles": [
+        [(0, 0), (2, 0), (2, 1)],
+        [(0, 0), (2, 1), (1, 1)],
+        [(0, 0), (1, 1), (0, 2)],
+        [(1, 1), (1, 2), (0, 2)],
+    ],
+}
+
+
+@pytest.mark.parametrize("depth", [0.0, 0.1, 0.3, 0.49, 0.5])
+@pytest.mark.parametrize("name", PIECES)
+def test_an_l_loses_its_rims_and_not_its_seams(name, depth):
+    """The L less a strip along each rim, its notch losing a square: (2 - 2 d)^2 less a square of side 1."""
+    left, hull = lose_rims([np.array(p, float)[:: (-1) ** k] for k, p in enumerate(PIECES[name])], depth)
+    expected = (2 - 2 * depth) ** 2 - 1
+    area = sum(shapely.Polygon(part).area for part in left)
+    assert area == pytest.approx(max(expected, 0), abs=1e-9)
+    assert shapely.union_all([shapely.Polygon(part) for part in left]).area == pytest.approx(area, abs=1e-9)
+    if expected > 0:
+        d = depth
+        ends = [(d, d), (2 - d, d), (2 - d, 1 - d), (1 - d, 2 - d), (d, 2 - d)]
+        assert sorted(map(tuple, hull.round(9).tolist())) == sorted((round(x, 9), round(y, 9)) for x, y in ends)
+    else:
+        assert len(hull) == 0
+
+
+def test_a_bare_edge_beside_a_foot_loses_its_ends_and_a_corner_stays():
+    foot, edge, corner = (
+        np.array([(0, 0), (1, 0), (1, 1), (0, 1)], float),
+        np.array([(3.0, 0), (3, 1)]),
+        np.array([(2.0, 5)]),
+    )
+    left, hull = lose_rims([foot, edge, corner], 0.1)
+    assert sorted(map(tuple, hull.round(9).tolist())) == [(0.1, 0.1), (0.1, 0.9), (2, 5), (3, 0.1), (3, 0.9)]
+    assert sorted(map(len, left)) == [1, 2, 4]
+    assert lose_rims([foot, edge], 0.5)[1].tolist() == []
+    _, ends = lose_rims([foot * 0.1, edge], 0.1)
+    assert sorted(map(tuple, ends.round(9).tolist())) == [(3, 0.1), (3, 0.9)]
+    assert lose_rims([foot * 0.1, corner], 0.1)[1].tolist() == [[2, 5]]
+
+
+@pytest.mark.parametrize("name", PIECES)
+def test_corners_of_a_joint_of_patches_move_as_its_rims_do(name):
+    parts = [np.array(p, float) for p in PIECES[name]] + [np.array([(2.5, 0.0), (2.5, 1.0)])]
+    hull = lose_rims(parts, 0.0)[1]
+    speed = corner_speeds(hull, parts)
+    moved = lose_rims(parts, 1e-3)[1]
+    for corner in hull + 1e-3 * speed:
+        assert np.linalg.norm(moved - corner, axis=1).min() < 1e-9

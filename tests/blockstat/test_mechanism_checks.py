@@ -12,13 +12,17 @@ from blockstat import (
     Assembly,
     Floor,
     InputError,
+    JointLaw,
     Site,
     SpectrumTable,
+    Tie,
+    acceleration,
     box,
     capacity,
     limit_load,
     linear_check,
     nonlinear_check,
+    point_load,
 )
 from blockstat.code_check.linear import GREATEST, bearable
 from blockstat.large_displacement.capacity_curve import CapacityOutcome
@@ -189,3 +193,144 @@ def test_a_floor_amplifies_most_from_eight_tenths_to_eleven_tenths_of_its_period
     peak = 1.1 / sqrt(0.05)  # eta of 5 % is 1
     expected = 1.2 * 0.5 * sqrt(1.0 + 0.0004 * 25.0) * peak / (1.0 + (peak - 1.0) * off)
     assert Floor(period=0.3, own_period=own, gamma=1.2, psi=0.5).factor() == pytest.approx(expected, rel=1e-12)
+
+
+#: The least roots of ag (2.4 - 3.75 ag) = k, where soil D has S = 2.4 - 1.5 F0 ag.
+ROOTS = {k: (2.4 - sqrt(2.4**2 - 15 * k)) / 7.5 for k in (0.361, 0.37, 0.3839)}
+
+
+@pytest.mark.parametrize("k", ROOTS)
+def test_on_soil_d_the_least_of_three_accelerations_is_what_is_borne(k):
+    """ag S rises to .384 at .32, falls to .36 at .40 and rises again."""
+    soft = Site("D", f0=2.5)
+    assert [soft.spectrum(ag, 0.0) for ag in (0.32, 0.40)] == pytest.approx([0.384, 0.36])
+    assert bearable(lambda ag: soft.spectrum(ag, 0.0), k) == pytest.approx(ROOTS[k], rel=1e-12)
+
+
+def test_a_peak_that_is_just_borne_is_no_bound():
+    soft = Site("D", f0=2.5)
+    assert bearable(lambda ag: soft.spectrum(ag, 0.0), 0.384 * (1 + 1e-9)) == pytest.approx(0.384 / 0.9, rel=1e-8)
+    assert bearable(lambda ag: soft.spectrum(ag, 0.0), 0.384 * (1 - 1e-9)) == pytest.approx(0.32, rel=1e-4)
+
+
+@pytest.mark.parametrize(("demand", "word"), [(0.2588, "satisfied"), (0.2590, "not_satisfied"), (0.32, "not_satisfied"),
+                                              (0.40, "satisfied"), (0.42, "not_satisfied")])  # fmt: skip
+def test_a_demand_is_compared_at_its_own_acceleration(demand, word):
+    """A wall .24975 x 1 bears q a0* = .37 g: ag S is .384 at .32, .36 at .40 and .378 at .42."""
+    low = Assembly.from_blocks(
+        [box((-1, -1, -1), (2, 4, 0), name="ground"), box((0, 0, 0), (0.24975, 3, 1), name="wall")], supports=["ground"]
+    )
+    found = linear_check(limit_load(low, SIDE), SIDE, site=Site("D", f0=2.5), demand=demand)
+    assert found.outcome.word == word
+    assert found.ag_life == pytest.approx(ROOTS[0.37], rel=1e-7)
+    assert round(found.ag_life, 5) == 0.25890
+    told = "; on this soil lesser accelerations are not all borne" if demand == 0.4 else ""
+    assert f"ag = 0.258899 g (SLV), asked for {demand:g} g{told}." in found.explain()
+    wide = Assembly.from_blocks(
+        [box((-1, -1, -1), (2, 4, 0), name="ground"), box((0, 0, 0), (0.4995, 3, 1), name="wall")], supports=["ground"]
+    )
+    curve = capacity(wide, SIDE, control="wall", steps=5)
+    found = nonlinear_check(curve, SIDE, site=Site("D", f0=2.5), demand={"SLD": demand})
+    assert found.outcome.word == word
+    assert found.state("SLD").ag == pytest.approx(ROOTS[0.37], rel=1e-6)
+    assert f"ag = 0.258899 g, asked for {demand:g} g{told}." in found.explain()
+
+
+def two():
+    """Two walls side by side, each 4 m high and .5 m thick."""
+    walls = [box((3 * k, 0, 0), (3 * k + 0.5, 3, 4), name=f"wall{k}") for k in range(2)]
+    return Assembly.from_blocks([box((-2, -1, -1), (5, 4, 0), name="ground"), *walls], supports=["ground"])
+
+
+def pushed(scene, name):
+    """Loads on two walls that are no acceleration of both along x."""
+    single = acceleration(scene, SIDE)
+    single[2] = 0.0
+    weight = scene.free_weight / 2
+    at_top = [point_load(scene, f"wall{k}", (3 * k, 1.5, 4), (weight, 0, 0)) for k in range(2)]
+    return {
+        "one wall": single,
+        "at the top": sum(at_top),
+        "in newtons": at_top[0] / weight,
+        "askew": acceleration(scene, (1, 1, 0)),
+        "a tenth": 0.1 * acceleration(scene, SIDE),
+        "a triangle": acceleration(scene, SIDE, profile=[(0, 0), (4, 1)]),
+    }[name]
+
+
+@pytest.mark.parametrize("name", ["one wall", "at the top", "in newtons", "askew", "a tenth", "a triangle"])
+@pytest.mark.parametrize("told", [False, True])
+def test_a_limit_under_another_load_than_an_acceleration_is_refused(name, told):
+    found = limit_load(two(), pushed(two(), name))
+    assert found.outcome.word == "limit"
+    loads = {"loads": np.zeros((3, 6))} if told else {}
+    says = "the limit is not that of an acceleration along [1.0, 0.0, 0.0] of all that has mass: another load acts on"
+    with pytest.raises(InputError, match=re.escape(says)):
+        linear_check(found, SIDE, **loads)
+
+
+def test_permanent_loads_that_hold_back_are_told():
+    """A force P at the top holds a wall of weight W: alpha0 = b / h + 2 P / W."""
+    weight = wall().free_weight
+    back = point_load(wall(), "wall", (0, 1.5, 4), (-0.01 * weight, 0, 0))
+    held = limit_load(wall(), SIDE, loads=back)
+    assert held.lower == pytest.approx(0.125 + 0.02, rel=1e-6)
+    with pytest.raises(InputError, match="permanent loads that hold back are told as loads="):
+        linear_check(held, SIDE)
+    found = linear_check(held, SIDE, loads=back)
+    assert found.acceleration == pytest.approx(0.145 * 9.81 / 1.35, rel=1e-6)
+    with pytest.raises(InputError, match='another load acts on "wall" \\(with these permanent loads\\)'):
+        linear_check(held, SIDE, loads=0.5 * back)
+    with pytest.raises(InputError, match=r"loads has shape \(6,\); finite values of shape \(2, 6\) are needed"):
+        linear_check(held, SIDE, loads=np.zeros(6))
+    floor = point_load(wall(), "wall", (0.3, 1.5, 4), (0.0, 0, -weight))
+    assert linear_check(limit_load(wall(), SIDE, loads=floor), SIDE).alpha0 > 0
+
+
+def test_a_curve_of_another_load_is_refused():
+    curve = capacity(wall(), point_load(wall(), "wall", (0, 1.5, 4), (wall().free_weight, 0, 0)), control="wall")
+    with pytest.raises(InputError, match="the limit is not that of an acceleration"):
+        nonlinear_check(curve, SIDE)
+
+
+def test_what_ties_and_bonds_bear_is_no_load():
+    """A tie at mid height yields at T: alpha0 = b / h + T / W. A bond of capacity F is a tension at the foot."""
+    weight = wall().free_weight
+    tie = Tie(("wall", "ground"), ((0, 1.5, 2), (-3, 1.5, 2)), greatest=0.05 * weight)
+    found = linear_check(limit_load(wall().with_(ties=[tie]), SIDE), SIDE)
+    assert found.alpha0 == pytest.approx(0.175, rel=1e-6)
+    constant = replace(tie, least=0.05 * weight)
+    assert linear_check(limit_load(wall().with_(ties=[constant]), SIDE), SIDE).alpha0 == pytest.approx(0.175, rel=1e-6)
+    bond = JointLaw(("*", "*"), bond=0.1 * weight, bond_moment=0.01 * weight)
+    found = linear_check(limit_load(wall().with_(joints=[bond]), SIDE), SIDE)
+    assert found.alpha0 == pytest.approx(0.125 + (0.1 * 0.25 + 0.01) / 2, rel=1e-6)
+
+
+@pytest.mark.parametrize("check", [lambda way: linear_check(limit(), way), lambda way: nonlinear_check(curve(), way)])
+def test_a_direction_that_is_not_horizontal_is_refused(check):
+    for way in ((1, 0, 0.1), (0, 0, 1)):
+        says = f"direction is {[*map(float, way)]}; the acceleration of the code is horizontal"
+        with pytest.raises(InputError, match=re.escape(says)):
+            check(way)
+    check((1, 0, 1e-4))
+
+
+@pytest.mark.parametrize("damping", [2.0, 5.0, 10.0])
+def test_the_spectrum_of_the_ground_below_a_floor_has_the_damping_of_the_building(damping):
+    """C7.2.7: a_Z = S_e(T1, xi1) gamma psi sqrt(1 + .0004 xi1^2), with eta = sqrt(10 / (5 + xi1)) on the plateau."""
+    high = Floor(period=0.3, own_period=0.3, gamma=1.2, damping=damping)
+    peak = 1.1 / sqrt(damping / 100)
+    expected = 0.1 * 2.5 * sqrt(10 / (5 + damping)) * 1.2 * sqrt(1 + 0.0004 * damping**2) * peak
+    assert high.spectrum(Site("A"), 0.1) == pytest.approx(expected, rel=1e-12)
+    borne = 0.125 / 1.35 * 0.1 / expected
+    assert linear_check(limit(), SIDE, floor=high).ag_damage == pytest.approx(borne, rel=1e-6)
+    assert nonlinear_check(curve(), SIDE, floor=high).state("SLD").ag == pytest.approx(borne, rel=1e-5)
+
+
+def test_beyond_the_period_of_the_building_the_floor_asks_at_least_what_the_ground_does():
+    """C7.2.5: a part of 1 s on a stiff building of .05 s; soil A has TC = .3 s, so S_e = .1 x 2.5 x .3."""
+    slow = Floor(period=0.05, own_period=1.0, gamma=1.2, psi=0.1)
+    assert slow.spectrum(Site("A"), 0.1) == pytest.approx(0.075, rel=1e-12)
+    assert replace(slow, own_damping=10.0).spectrum(Site("A"), 0.1) == pytest.approx(0.075 * sqrt(10 / 15), rel=1e-12)
+    stiff = Floor(period=1.0, own_period=0.3, gamma=1.2, psi=0.01)
+    assert stiff.spectrum(Site("A"), 0.1) < 0.02

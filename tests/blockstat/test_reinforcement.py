@@ -1,12 +1,15 @@
 """Ties, tendons and anchor plates: what they gain where a hand calculation is short, and what is refused."""
 
 import re
+from dataclasses import replace
 from math import inf, nan
 
 import numpy as np
 import pytest
 
-from blockstat import InputError, Tie, anchor_plate, limit_load, tendon_load, tie_gain, tie_range
+from blockstat import InputError, Tie, TieOutcome, anchor_plate, limit_load, tendon_load, tie_gain, tie_range
+from blockstat.analysis import thrust
+from blockstat.solve.answer import Status
 from evidence.scenes.small import assembly, box, stack
 
 ENDS = ((-1, 0.5, 0), (0, 0.5, 1))
@@ -28,6 +31,52 @@ def test_the_range_of_a_tie_that_does_not_exist_is_refused(number):
 def test_a_tie_whose_force_is_given_has_no_range():
     with pytest.raises(InputError, match='tie "bar": its force is given; there is no range to find'):
         tie_range(overhang(least=5.0, greatest=5.0, name="bar"))
+
+
+def test_a_tie_between_supports_has_no_range():
+    ceiling, ground = box((0, 0, 2), (1, 1, 3), name="ceiling"), box((-1, -1, -1), (2, 2, 0), name="ground")
+    tie = Tie(("ceiling", "ground"), ((0, 0, 2), (0, 0, 0)), name="rod")
+    asm = assembly([ceiling, ground, box((0, 0, 0), (1, 1, 1))], supports=["ceiling", "ground"], ties=[tie])
+    with pytest.raises(InputError, match='tie "rod": both its blocks are supports; it holds nothing, with any force'):
+        tie_range(asm)
+
+
+def pressed_down(**tie):
+    """A block that a tie presses on the ground."""
+    blocks = [box((-2, -1, -1), (3, 2, 0), name="ground"), box((0, 0, 0), (1, 1, 1), name="block")]
+    return assembly(blocks, ties=[Tie(("ground", "block"), ((0.5, 0.5, -1), (0.5, 0.5, 1)), **tie)])
+
+
+def test_a_range_without_a_greatest_force_is_told_where_a_ray_of_forces_shows_it(monkeypatch):
+    plain = thrust.solve
+    found = tie_range(pressed_down())
+    assert (found.outcome, found.least, found.greatest) == (TieOutcome.NO_GREATEST, 0.0, inf)
+    given = tie_range(pressed_down(least=2.0, greatest=5.0))
+    assert given.outcome is TieOutcome.RANGE
+    assert (given.least, given.greatest) == pytest.approx((2.0, 5.0), rel=1e-6)
+    assert tie_range(overhang()).outcome is TieOutcome.RANGE
+    assert tie_range(overhang()).summary()["proven"]
+
+    for status in (Status.PRIMAL_INFEASIBLE, Status.DUAL_INFEASIBLE, Status.STALLED):
+        monkeypatch.setattr(thrust, "solve", lambda *given, _s=status, **how: replace(plain(*given, **how), status=_s))
+        found = tie_range(overhang())
+        assert found.outcome is TieOutcome.UNDECIDED
+        assert 0 < found.least <= found.greatest < inf  # a force with which it was found to stand
+        assert found.explain().startswith("Undecided: the assembly stands with every force between those told")
+
+
+def test_a_range_is_one_sided_where_blocks_meet_at_edges_alone():
+    # A stop along the lower edge of the far end may carry it, and then the tie need not.
+    stop = box((3, 0, -1), (4, 1, 0), name="stop")
+    blocks = [box((-2, -1, -1), (1, 1, 0), name="ground"), box((0, 0, 0), (3, 1, 1), name="block"), stop]
+    asm = assembly(blocks, supports=["ground", "stop"], ties=[Tie(("ground", "block"), ENDS)])
+    found, free = tie_range(asm), tie_range(overhang())
+    assert found.outcome is TieOutcome.UNDECIDED
+    assert found.least == pytest.approx(free.least, rel=1e-6)
+    (text,) = found.warnings
+    assert text.startswith('"block" and "stop" touch only edge along edge')
+    assert found.explain().splitlines()[-1] == f"Warning: {text}"
+    assert found.summary()["warnings"] == [text]
 
 
 def test_a_tie_gains_nothing_where_no_load_has_a_limit():

@@ -6,17 +6,20 @@ import os
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from scipy.stats import norm
+from scipy.optimize import brentq
+from scipy.stats import binom, chi2, norm
 
 from blockstat import (
     Assembly,
     InputError,
     JointLaw,
     Random,
+    Tie,
     acceleration,
     box,
     find_interfaces,
@@ -27,8 +30,9 @@ from blockstat import (
     write,
 )
 from blockstat.chance.first_order import MANY, FirstOrderOutcome, limit_state
-from blockstat.chance.monte_carlo import _binomial
+from blockstat.chance.monte_carlo import _binomial, _weighted
 from blockstat.chance.population import Population
+from blockstat.chance.trials import Trials
 from evidence.scenes.small import arch, stack
 
 SIDE = (1, 0, 0)
@@ -135,6 +139,112 @@ def test_draws_about_the_design_point_find_a_small_probability():
     exact = norm.cdf(-4.0)
     assert found.interval[0] <= exact <= found.interval[1]
     assert found.interval[1] - found.interval[0] < exact
+
+
+#: What is weighed: what falls on one side, a small probability, both sides, and two mechanisms.
+WEIGHED = [
+    ("one side", TALL, {"push": Random("normal", 0.3, 0.1)}, lambda z: 0.3 + 0.1 * z[..., 0] > 0.5, norm.cdf(-2)),
+    ("seldom", TALL, {"push": Random("normal", 0.3, 0.05)}, lambda z: 0.3 + 0.05 * z[..., 0] > 0.5, norm.cdf(-4)),
+    ("two sides", TALL, {"push": Random("normal", 0, 0.2)}, lambda z: abs(0.2 * z[..., 0]) > 0.5, 2 * norm.cdf(-2.5)),
+    (
+        "slides or tips",
+        BOTH,
+        KNOWN[2][2],
+        lambda z: abs(0.3 + 0.15 * z[..., 1]) > np.minimum(0.6 + 0.1 * z[..., 0], 0.5),
+        KNOWN[2][-1],
+    ),
+]
+WEIGHED = pytest.mark.parametrize(
+    ("name", "scene", "uncertain", "falls", "exact"), WEIGHED, ids=[w[0] for w in WEIGHED]
+)
+
+
+def band(seeds):
+    """Of so many intervals of 95 % the fewest that hold what they should, with a chance of one in forty of fewer."""
+    return binom(seeds, 0.95).ppf(0.025)
+
+
+@WEIGHED
+@pytest.mark.parametrize("draws", [3, 20, 60, 400])
+def test_weighted_intervals_hold_the_known_probability_as_often_as_they_say(
+    name, scene, uncertain, falls, exact, draws
+):
+    """By the closed form of what falls, with the draws and weights of `reliability`."""
+    population = Population(scene, find_interfaces(scene), None, uncertain)
+    centre, held, sums = first_order(scene, uncertain, SIDE).point, 0, []
+    for seed in range(300):
+        trials = Trials(population, SIDE, centre, seed, reuse=True)
+        fallen, weight = falls(trials.normals(draws)), trials.weights(draws)
+        found, (low, high) = _weighted(weight, fallen, fallen, draws / (trials.turns(draws) == 0).sum(), 0.95)
+        held += low <= exact <= high
+        sums.append(found)
+    assert held >= band(300)
+    assert np.mean(sums) == pytest.approx(exact, abs=4 * np.std(sums) / math.sqrt(300))
+
+
+@pytest.mark.slow
+@WEIGHED
+def test_reliability_about_a_design_point_holds_the_known_probability(name, scene, uncertain, falls, exact):
+    about = first_order(scene, uncertain, SIDE)
+    found = [reliability(scene, uncertain, load=SIDE, draws=60, seed=seed, about=about) for seed in range(100)]
+    assert sum(own.interval[0] <= exact <= own.interval[1] for own in found) >= band(100)
+    assert sum(exact <= own.at_most for own in found) >= band(100)
+
+
+def test_what_falls_to_the_other_side_of_the_design_point_is_seen():
+    """A push of mean 0 tips a block at +-.5: 2 Phi(-2.5), of which draws about one point see half."""
+    uncertain = {"push": Random("normal", 0.0, 0.2)}
+    about, exact = first_order(TALL, uncertain, SIDE), 2 * norm.cdf(-2.5)
+    found = reliability(TALL, uncertain, load=SIDE, draws=400, about=about)
+    assert found.interval[0] <= exact <= found.interval[1] < 1.5 * exact
+    said = found.explain()
+    assert "drawn about the mean, the design point and its mirror image, weighted." in said
+    assert f"seen by draws about the mean alone: at most {found.at_most:.4g}." in said
+    assert found.summary()["at_most"] == found.at_most
+    normal = np.random.default_rng(0).standard_normal(400)[::4]
+    beyond = int((abs(0.2 * normal) > 0.5).sum())
+    assert found.at_most == pytest.approx(binomial_bound(beyond, 100), rel=1e-9)
+    assert reliability(TALL, uncertain, load=SIDE, draws=5).at_most is None
+
+
+def binomial_bound(failures, draws):
+    """The probability of which so few failures or fewer have a chance of 5 %."""
+    return brentq(lambda p: binom(draws, p).cdf(failures) - 0.05, 1e-9, 1 - 1e-9, xtol=1e-14)
+
+
+def test_without_failures_the_bound_is_that_of_the_largest_weight():
+    """Of 40 draws a quarter are about the mean, so no weight is above 4: 4 / 40 ln 40 at 95 %."""
+    uncertain = {"push": Random("normal", 0.3, 0.001)}
+    about = replace(first_order(TALL, uncertain, SIDE), point=np.array([0.5]))
+    found = reliability(TALL, uncertain, load=SIDE, draws=40, about=about)
+    assert (found.failures, found.probability) == (0, 0.0)
+    assert found.interval == pytest.approx((0.0, 0.1 * math.log(40)), rel=1e-12)
+
+
+@pytest.mark.parametrize("failures", [10, 15])
+def test_failures_of_one_weight_have_the_interval_of_poisson(failures):
+    fallen = np.arange(20) < failures
+    share, interval = _weighted(np.full(20, 0.3), fallen, fallen, 4.0, 0.95)
+    assert share == pytest.approx(0.3 * failures / 20)
+    ends = chi2.ppf(0.025, 2 * failures) / 2, chi2.ppf(0.975, 2 * failures + 2) / 2
+    assert interval == pytest.approx([0.3 / 20 * end for end in ends], rel=1e-9)
+    wider = _weighted(np.full(20, 0.3), fallen, np.arange(20) < failures + 1, 4.0, 0.95)[1]
+    assert wider[0] == pytest.approx(interval[0])
+    assert wider[1] > interval[1]
+
+
+def test_half_of_the_draws_are_about_the_point_and_weights_are_bounded():
+    population = Population(TALL, find_interfaces(TALL), None, {"push": Random("normal", 0.3, 0.05)})
+    trials = Trials(population, SIDE, np.array([4.0]), 0, reuse=True)
+    assert np.bincount(trials.turns(400) + 1).tolist() == [100, 100, 200]
+    near = trials.normals(400) - 4.0 * trials.turns(400)[:, None]
+    np.testing.assert_allclose(near, np.random.default_rng(0).standard_normal((400, 1)), atol=1e-12)
+    weight = trials.weights(400)
+    assert 0 < weight.min() < weight.max() <= 4.0
+    z = trials.normals(400)[:, 0]
+    mixture = norm.pdf(z) / 4 + norm.pdf(z - 4) / 2 + norm.pdf(z + 4) / 4
+    assert weight == pytest.approx(norm.pdf(z) / mixture, rel=1e-9)
+    np.testing.assert_array_equal(trials.normals(100), trials.normals(400)[:100])
 
 
 def test_the_fragility_of_a_slab_is_the_distribution_of_its_friction():
@@ -578,3 +688,64 @@ def test_a_property_of_joints_where_there_are_none_is_refused(uncertain):
     (key,) = uncertain
     with pytest.raises(InputError, match=f'uncertain "{key}": the scene has nothing that it is a property of'):
         reliability(apart, uncertain, draws=3)
+
+
+GIVEN = {"push": Random("uniform", 0.3, 0.7)}
+
+
+@pytest.fixture
+def kept(tmp_path):
+    """A tower of two blocks with the file of its draws."""
+    tower, file = stack(2, 1.0, 1.0, friction=2.0), tmp_path / "draws.jsonl"
+    joints = find_interfaces(tower)
+    reliability(tower, GIVEN, load=SIDE, draws=5, file=file, interfaces=joints)
+    assert reliability(tower.with_(name="again"), GIVEN, load=SIDE, draws=6, file=file, interfaces=joints).draws == 6
+    return tower, joints, file
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda own, joints: (own.with_(ties=[Tie((0, 2), ((-0.5, 0, 0), (-0.5, 0, 2)))]), joints),
+        lambda own, joints: (own.with_(groups=("ground", "low", "high")), joints),
+        lambda own, joints: (own.with_(face_vertices=own.face_vertices[::-1].copy()), joints),
+        lambda own, joints: (own, replace(joints, friction=np.array([2.0, 0.1]))),
+        lambda own, joints: (own, replace(joints, frame=joints.frame[:, [0, 2, 1]] * [[[1], [1], [-1]]])),
+        lambda own, joints: (own, replace(joints, area=2 * joints.area)),
+        lambda own, joints: (own.with_(friction=1.9), joints),
+        lambda own, joints: (own.with_(joints=[JointLaw(("*", "*"), tension=1.0)]), joints),
+    ],
+    ids=["ties", "groups", "faces", "friction of joints", "frames", "areas", "friction", "laws"],
+)
+def test_the_file_of_draws_of_another_structure_is_refused(kept, change):
+    tower, joints, file = kept
+    own = Population(tower, joints, None, GIVEN)
+    other, faces = change(tower, joints)
+    before, after = (Trials(p, SIDE, np.zeros(1), 0, reuse=True).digest() for p in (own, replace(
+        own, assembly=other, interfaces=faces)))  # fmt: skip
+    assert before != after
+    if other.face_vertices is tower.face_vertices:
+        with pytest.raises(InputError, match="draws of something else"):
+            reliability(other, GIVEN, load=SIDE, draws=6, file=file, interfaces=faces)
+
+
+def test_draws_about_a_point_have_a_file_of_their_own(tmp_path):
+    uncertain, file = {"push": Random("normal", 0.3, 0.05)}, tmp_path / "draws.jsonl"
+    about = first_order(TALL, uncertain, SIDE)
+    options = {"load": SIDE, "file": file, "about": about}
+    found = reliability(TALL, uncertain, draws=60, **options)
+    whole = reliability(TALL, uncertain, draws=80, load=SIDE, about=about)
+    more = reliability(TALL, uncertain, draws=80, **options)
+    assert found.interval != more.interval
+    assert (more.probability, more.interval, more.at_most) == (whole.probability, whole.interval, whole.at_most)
+    with pytest.raises(InputError, match="draws of something else"):
+        reliability(TALL, uncertain, draws=60, load=SIDE, file=file)
+
+
+@pytest.mark.parametrize("each", ["all", "joint"])
+def test_friction_is_not_random_where_interfaces_have_their_own(each):
+    joints = find_interfaces(FLAT)
+    own = replace(joints, friction=np.full(joints.n_interfaces, 0.6))
+    with pytest.raises(InputError, match='uncertain "friction": the interfaces have their own friction'):
+        reliability(FLAT, {"friction": Random("normal", 0.3, 0.1, each)}, interfaces=own, load=SIDE, draws=3)
+    assert reliability(FLAT, {"push": Random("uniform", 0.5, 0.59)}, interfaces=own, load=SIDE, draws=3).failures == 0

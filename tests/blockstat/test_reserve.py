@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from blockstat import Block, LoadOutcome, Outcome, Tie, acceleration, assess, find_interfaces, limit_load
+from blockstat import Block, JointLaw, LoadOutcome, Outcome, Tie, acceleration, assess, find_interfaces, limit_load
 from blockstat.analysis.problem import pose
 from blockstat.analysis.reserve import SLIVER, loaded_slivers, neutral_warning, sliver_warning, without
 from blockstat.analysis.rims import falling_freely, overlap_warnings, rim_warnings
@@ -54,6 +54,70 @@ def test_neutral_blocks_are_named_up_to_three():
     assert neutral_warning(problem, np.empty(0, dtype=int)) == []
 
 
+def on_a_knife(*ties, **options):
+    """A slab 1 m wide whose middle rests on a ridge, 1 m above the foot of the ridge; ties at places across."""
+    faces = [[3, 2, 1, 0], [0, 1, 4], [3, 5, 2], [1, 2, 5, 4], [0, 4, 5, 3]]
+    corners = [(-1, 0, 0), (1, 0, 0), (1, 1, 0), (-1, 1, 0), (0, 0, 1), (0, 1, 1)]
+    blocks = [Block(np.array(corners, dtype=float), faces, "ridge"), box((-0.5, 0, 1), (0.5, 1, 1.2), name="slab")]
+    guys = [Tie(("ridge", "slab"), ((x, 0.5, 0), (x, 0.5, 1)), **options) for x in ties]
+    return assembly(blocks, supports=["ridge"], ties=guys)
+
+
+def told_balanced(asm):
+    verdict = assess(asm)
+    assert verdict.outcome is Outcome.STABLE
+    assert any("balanced" in text for text in verdict.warnings) == bool(len(verdict.neutral))
+    return [verdict.assembly.names[k] for k in verdict.neutral]
+
+
+def test_ties_on_both_sides_of_an_edge_resist_a_push_and_one_does_not():
+    asm = on_a_knife(-0.4, 0.4, greatest=1e4)
+    assert told_balanced(asm) == []
+    moment = np.zeros((2, 6))
+    moment[1, 4] = 1.0
+    limit = limit_load(asm, moment)
+    assert limit.lower == pytest.approx(0.4 * 1e4, rel=1e-4)
+    assert told_balanced(on_a_knife()) == ["slab"]
+    # One tie must stay slack, as nothing balances its moment, and gives way to a turn that shortens it.
+    assert told_balanced(on_a_knife(0.4, greatest=1e4)) == ["slab"]
+    # In the plane of the edge ties have no arm.
+    assert told_balanced(on_a_knife(0.0, greatest=1e4)) == ["slab"]
+    # A given force on each side is a load, which resists nothing.
+    assert told_balanced(on_a_knife(-0.4, 0.4, least=5.0, greatest=5.0)) == ["slab"]
+
+
+def test_a_weight_on_a_vertical_tie_swings_and_one_between_ties_does_not():
+    ceiling, weight = box((-2, -2, 2), (3, 3, 3), name="ceiling"), box((0, 0, 0), (1, 1, 1), name="weight")
+
+    def hung(*points):
+        ties = [Tie(("ceiling", "weight"), (above, below)) for above, below in points]
+        return assembly([ceiling, weight], supports=["ceiling"], ties=ties)
+
+    assert told_balanced(hung(((0.5, 0.5, 2), (0.5, 0.5, 1)))) == ["weight"]
+    upright = [((x, y, 2), (x, y, 1)) for x in (0, 1) for y in (0, 1)]
+    assert told_balanced(hung(*upright)) == ["weight"]  # four hold it level, and it swings
+    # Two more from each corner, which lean apart along x and along y.
+    spread = [((x + dx, y + dy, 2), (x, y, 1)) for x in (0, 1) for y in (0, 1)
+              for dx, dy in ((-1, 0), (1, 0), (0, -1), (0, 1))]  # fmt: skip
+    assert told_balanced(hung(*upright, *spread)) == []
+
+
+def test_blocks_on_patches_that_ties_also_hold_are_one_body_with_the_ground():
+    tie = Tie(("ground", "b"), ((0.5, 0.5, -1), (0.5, 0.5, 1)))
+    assert told_balanced(assembly([GROUND, box((0, 0, 0), (1, 1, 1), name="b")], ties=[tie])) == []
+
+
+@pytest.mark.parametrize(("bond", "moment"), [(0.0, 1.0), (1.0, 0.0)])
+def test_a_bond_without_one_capacity_leaves_a_cube_on_the_ground_its_reserve(bond, moment):
+    law = JointLaw(("*", "*"), bond=bond, bond_moment=moment)
+    asm = assembly([GROUND, box((0, 0, 0), (1, 1, 1), name="b")], joints=[law])
+    assert told_balanced(asm) == []
+    assert limit_load(asm, (1, 0, 0)).lower > 0.4
+    plate = seesaw()
+    glued = told_balanced(plate.with_(joints=[law]))
+    assert glued == ["plate0"]  # glue needs a surface
+
+
 def resting(width):
     """A cube that rests on a plate, and on a strip of so much of the next one."""
     blocks = [box((0, 0, -1), (1 - width, 1, 0), name="left"), box((1 - width, 0, -1), (3, 1, 0), name="right")]
@@ -98,12 +162,14 @@ def test_interfaces_without_some_keep_all_that_belongs_to_the_others():
     marked = replace(
         joints, share=np.arange(joints.n_points, dtype=float), gap=np.arange(joints.n_interfaces, dtype=float),
         outlines=tuple(f"o{k}" for k in range(joints.n_interfaces)), kind=np.arange(joints.n_interfaces) % 2,
+        friction=0.1 * np.arange(joints.n_interfaces),
     )  # fmt: skip
     kept = [k for k in range(joints.n_interfaces) if k != 1]
     found = without(marked, np.array([1]))
     assert found.pair.tolist() == joints.pair[kept].tolist()
     assert found.gap.tolist() == kept
     assert found.kind.tolist() == [k % 2 for k in kept]
+    assert found.friction.tolist() == [0.1 * k for k in kept]
     assert found.outlines == tuple(f"o{k}" for k in kept)
     np.testing.assert_array_equal(found.area, joints.area[kept])
     np.testing.assert_array_equal(found.frame, joints.frame[kept])
@@ -227,10 +293,16 @@ def test_a_block_that_others_lean_on_is_not_proven_to_fall():
     verdict = assess(between_wedges(0.5), flow="coulomb")
     assert verdict.outcome is Outcome.STABLE
     assert not len(verdict.falling)
-    # Rough slopes hold the heavy blocks by themselves, and the light one falls.
-    alone = assess(between_wedges(1.2), flow="coulomb")
+    # Upright walls come no closer under their weight, and the light one falls.
+    walls = [
+        box((x, 0, 0), (x + 0.5, 1, 2), name=name, density=2500.0) for x, name in ((-0.75, "left"), (0.25, "right"))
+    ]
+    light = box((-0.25, 0, 1.2), (0.25, 1, 1.6), name="light", density=250.0)
+    alone = assess(
+        assembly([box((-5, -5, -1), (5, 5, 0), name="ground"), *walls, light], supports=["ground"]), flow="coulomb"
+    )
     assert alone.outcome is Outcome.STABLE_ONLY_BY_SELF_STRESS
-    assert alone.falling.tolist() == [4]
+    assert alone.falling.tolist() == [3]
 
 
 def test_a_block_between_two_walls_falls_freely_unless_something_is_in_its_way():

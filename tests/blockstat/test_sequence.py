@@ -5,6 +5,7 @@ independent enumeration with its own force programs (exact cones, corner contact
 """
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -29,6 +30,7 @@ from blockstat import (
     hoists,
     read_plan,
     remove_each,
+    safest_order,
     write_plan,
 )
 from blockstat.sequence.props import falls_on_props, held_by_props
@@ -287,7 +289,7 @@ def test_a_block_that_touches_nothing_bears_no_tilt_of_the_ground():
     plan = Plan((Step(("s3",), ("s3",)), Step()), never_installed=tuple(f"s{k}" for k in (0, 1, 2, 4, 5, 6)))
     found = assess_plan(arch(), plan, tilt=True)
     assert found.tilt == (90.0, 0.0)
-    assert "The ground may tilt by 0.00 deg in any step, least at step 1." in found.explain()
+    assert "The ground may tilt by 0.00 deg towards +x, -x, +y and -y in any step, least at step 1;" in found.explain()
 
 
 def test_falsework_says_its_forces_where_it_holds_and_none_where_it_does_not():
@@ -359,3 +361,47 @@ def test_states_with_bonds_are_judged_each_by_itself():
         assembly = Assembly.from_blocks([wall, beam], supports=["wall"], joints=[glue], **options)
         states = [(["beam"], []), (["beam"], ["beam"]), (["beam"], [])]
         assert [verdict.outcome.word for verdict in assess_states(assembly, states)] == [word, "stable", word]
+
+
+def test_a_pier_that_stands_askew_tilts_less_between_the_axes_and_that_is_said():
+    """Its corners are .5 from its axis along x and y, its sides .5 / sqrt(2): at a height of 2 it tips at .5 and .354.
+
+    The four limit loads are corners of loads that are carried, and the sides between them the loads at its own sides.
+    """
+    foot = [(0.5, 0), (0, 0.5), (-0.5, 0), (0, -0.5)]
+    faces = [[3, 2, 1, 0], [4, 5, 6, 7], *([i, (i + 1) % 4, 4 + (i + 1) % 4, 4 + i] for i in range(4))]
+    pier = Block([(x, y, z) for z in (0, 2) for x, y in foot], faces, "pier")
+    ground = box((-3, -3, -1), (3, 3, 0), name="ground")
+    found = assess_plan(Assembly.from_blocks([ground, pier], supports=["ground"]), Plan((Step(("pier",)),)), tilt=True)
+    assert found.tilt == pytest.approx([np.degrees(np.arctan(0.5))], abs=1e-4)
+    assert found.tilt_any_way == pytest.approx([np.degrees(np.arctan(0.5 / np.sqrt(2)))], abs=1e-4)
+    line = (
+        "may tilt by 26.57 deg towards +x, -x, +y and -y in any step, least at step 0; in any other direction by 19.47"
+    )
+    assert line in found.explain()
+    assert found.rows()[0]["tilt_any_way"] == found.tilt_any_way[0]
+
+
+def test_the_friction_that_is_asked_for_governs_that_of_the_interfaces():
+    """A slope of .25 and joints of .1 or .5 against a friction of .5 or .1."""
+    assembly = cube_on_slope(0.25, friction=0.3)
+    faces = find_interfaces(assembly)
+    for own, asked, word in ((0.1, 0.5, "stable"), (0.5, 0.1, "unstable")):
+        given = replace(faces, friction=np.full(faces.n_interfaces, own))
+        as_given, as_asked = (
+            assess_states(assembly, [(["block"], [])], interfaces=given, friction=friction)[0]
+            for friction in (None, asked)
+        )
+        assert as_given.outcome.word != word
+        assert as_asked.outcome.word == word
+        state = np.ones(2, dtype=bool), assembly.support
+        assert Whole(assembly, interfaces=given).at_friction(asked).assess(*state).outcome.word == word
+        assert Whole(assembly, interfaces=given, friction=asked).assess(*state).outcome.word == word
+
+
+def test_interfaces_with_a_friction_of_their_own_have_no_one_least_friction():
+    assembly = cube_on_slope(0.25, friction=0.6)
+    faces = find_interfaces(assembly)
+    given = replace(faces, friction=np.full(faces.n_interfaces, 0.5))
+    with pytest.raises(InputError, match="these interfaces have their own"):
+        safest_order(assembly, held_at_most=1, interfaces=given)

@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 from blockstat import (
     Assembly,
     InputError,
+    JointLaw,
     Outcome,
     Plan,
     Step,
@@ -67,6 +68,83 @@ def test_walls_before_and_behind_leave_only_the_way_from_above():
     found = find_order(fenced, held_at_most=1, insertion=True)
     assert placed(found)[-1] == "lid"
     assert all(way == pytest.approx([0, 0, -1], abs=1e-6) for way in found.plan.metadata["insertion"].values())
+
+
+def found_with_insertion(blocks, supports):
+    assembly = Assembly.from_blocks(blocks, supports=supports, friction=0.6)
+    return find_order(assembly, held_at_most=1, insertion=True)
+
+
+def test_a_block_below_a_canopy_that_it_does_not_touch_slides_in_sideways():
+    """Its one joint has its normal upwards, where the canopy is."""
+    ground, stone = box((-5, -5, -1), (5, 5, 0), name="ground"), box((0, 0, 0), (1, 1, 1), name="stone")
+    canopy = box((-1, -1, 1.5), (2, 2, 2), name="canopy")
+    found = found_with_insertion([ground, stone, canopy], ["ground", "canopy"])
+    assert found.outcome.word == "found"
+    assert found.plan.metadata["insertion"]["stone"][2] == pytest.approx(0, abs=1e-9)
+
+
+def test_a_block_comes_up_or_down_a_slope_where_it_is_shut_in_on_all_other_sides():
+    """A slope of .5 below a canopy as steep, .5 above the block, and walls on both sides: along the slope alone."""
+    blocks = [
+        prism([(-6, -8), (8, -8), (8, 4), (-6, -3)], "ground"),
+        prism([(0, 0), (1, 0.5), (1, 1.5), (0, 1)], "one"),
+    ]
+    blocks += [prism([(-6, -1.5), (8, 5.5), (8, 7), (-6, 0)], "canopy")]
+    blocks += [box((-6, y, -8), (8, y + 0.5, 8), name=name) for y, name in ((-0.6, "front"), (1.1, "back"))]
+    found = found_with_insertion(blocks, ["ground", "canopy", "front", "back"])
+    assert found.outcome.word == "found"
+    assert np.abs(found.plan.metadata["insertion"]["one"]) == pytest.approx(np.array([2, 0, 1]) / np.sqrt(5))
+
+
+def closed_room(side):
+    """A cube in a box of six walls that are so far from it on all sides but below."""
+    low, high = -side, 1 + side
+    walls = {
+        "floor": ((low - 1, low - 1, -1), (high + 1, high + 1, 0)),
+        "roof": ((low - 1, low - 1, high), (high + 1, high + 1, high + 1)),
+        "west": ((low - 1, low, 0), (low, high, high)),
+        "east": ((high, low, 0), (high + 1, high, high)),
+        "front": ((low, low - 1, 0), (high, low, high)),
+        "back": ((low, high, 0), (high, high + 1, high)),
+    }
+    blocks = [box(*corners, name=name) for name, corners in walls.items()]
+    return [*blocks, box((0, 0, 0), (1, 1, 1), name="stone")], list(walls)
+
+
+def test_that_there_is_no_way_in_is_said_only_where_joints_block_every_direction():
+    """In a room of its own size a cube cannot move at all; in a larger one it can, and not all ways out are tried."""
+    tight, wide = (found_with_insertion(*closed_room(side)) for side in (0.0, 0.25))
+    assert (tight.outcome.word, tight.barred) == ("none", ())
+    assert (wide.outcome.word, wide.barred, wide.undecided) == ("undecided", ("stone",), 0)
+    assert "No straight motion was found for stone, nor proven not to exist." in wide.explain()
+    assert "every way has been tried" not in wide.explain()
+
+
+#: A channel, 2 x 1 with legs of .5 and a back of .5, open downwards.
+CHANNEL = [(-1, 0), (-0.5, 0), (-0.5, 1), (0.5, 1), (0.5, 0), (1, 0), (1, 1.5), (-1, 1.5)]
+
+
+def test_a_block_with_a_notch_is_put_over_the_post_that_fills_it():
+    """Smaller about its centroid, the legs would run into the post."""
+    blocks = [slab(-2, 2, -1, 0, "ground"), slab(-0.5, 0.5, 0, 1, "post"), prism(CHANNEL, "channel")]
+    found = found_with_insertion(blocks, ["ground", "post"])
+    assert found.outcome.word == "found"
+    assert found.plan.metadata["insertion"]["channel"] == pytest.approx([0, 0, -1], abs=1e-9)
+
+
+def test_a_block_with_a_hook_is_not_lifted_but_slid_in():
+    """Its lip is below a ledge. Cheeks leave the way away from the post alone, and a wall there leaves none."""
+    hook = prism([(0, 0), (1, 0), (1, 2), (-1, 2), (-1, 1.5), (0, 1.5)], "hook")
+    post = [(-2, 0), (0, 0), (0, 1.5), (-1, 1.5), (-1, 2), (1, 2), (1, 2.5), (-2, 2.5)]
+    free = [box((-3, -1, -1), (3, 2, 0), name="ground"), prism(post, "post"), hook]
+    cheeks = [box((-3, y, 0), (3, y + 1, 3), name=name) for y, name in ((-1, "front"), (1, "back"))]
+    found = found_with_insertion(free, ["ground", "post"])
+    assert found.plan.metadata["insertion"]["hook"][2] == pytest.approx(0, abs=1e-9)
+    between = found_with_insertion([*free, *cheeks], ["ground", "post", "front", "back"])
+    assert between.plan.metadata["insertion"]["hook"] == pytest.approx([-1, 0, 0], abs=1e-9)
+    walled = [*free, *cheeks, slab(1, 2, 0, 2, "wall")]
+    assert found_with_insertion(walled, ["ground", "post", "front", "back", "wall"]).outcome.word == "none"
 
 
 def test_a_group_is_put_in_as_one_in_one_hand():
@@ -166,7 +244,12 @@ def test_no_order_of_an_arch_needs_less_friction_than_the_arch():
 
 
 def test_an_assembly_that_falls_when_finished_has_no_order():
-    assert find_order(arch(), held_at_most=2, friction=0.2).outcome.word == "none"
+    found = find_order(arch(), held_at_most=2, friction=0.2)
+    assert (found.outcome.word, found.finished.word, found.states) == ("none", "unstable", 1)
+    said = found.explain()
+    assert said.startswith("None: the finished assembly itself does not stand, and every order ends with it; first to")
+    assert set(found.moving) <= {f"s{k}" for k in range(7)}
+    assert "every way has been tried" not in said
     assert safest_order(arch(), held_at_most=2, friction=0.2).least_friction is None
 
 
@@ -187,6 +270,24 @@ def test_a_journal_of_something_else_is_refused(tmp_path):
     path.write_text("nonsense\n")
     with pytest.raises(InputError, match="not a journal"):
         find_order(tee(), held_at_most=2, journal=path)
+
+
+def test_a_journal_of_other_joints_is_refused(tmp_path):
+    """The same blocks with another law, another friction of the joints, or a group that a law is about."""
+    assembly = slope(0.6).with_(friction=0.1)
+    faces = find_interfaces(assembly)
+    rough, smooth = ({"interfaces": replace(faces, friction=np.full(faces.n_interfaces, mu))} for mu in (0.7, 0.5))
+    law = JointLaw(("rock", "rock"), tension=1e6)
+    grouped, loose = (assembly.with_(joints=(law,), groups=("rock", kind, kind)) for kind in ("rock", "sand"))
+    glued = assembly.with_(joints=(JointLaw(("*", "*"), tension=1e6),))
+    cases = [((glued, {}), (assembly, {})), ((assembly, rough), (assembly, smooth)), ((grouped, {}), (loose, {}))]
+    for number, (first, second) in enumerate(cases):
+        path = tmp_path / f"{number}.jsonl"
+        one = find_order(first[0], held_at_most=1, journal=path, **first[1])
+        again = find_order(first[0].with_(name="renamed"), held_at_most=1, journal=path, **first[1])
+        assert (again.outcome, again.solved) == (one.outcome, 0)
+        with pytest.raises(InputError, match="journal of another assembly, joints, friction or flow"):
+            find_order(second[0], held_at_most=1, journal=path, **second[1])
 
 
 LARGE = [pytest.param(name, marks=pytest.mark.slow) for name in ("mario", "dome", "dome72")]
@@ -314,7 +415,10 @@ def test_states_that_are_not_decided_leave_the_search_undecided(monkeypatch):
     monkeypatch.setattr(Whole, "assess", undecided)
     found = find_order(tee(), held_at_most=1)
     assert found.outcome.word == "undecided"
-    assert "neither stable nor unstable" in found.explain()
+    assert "states could be proven neither stable nor unstable" in found.explain()
+    whole = find_order(arch(), held_at_most=2, friction=0.2)
+    assert (whole.outcome.word, whole.finished.word, whole.moving) == ("undecided", "undecided", ())
+    assert whole.explain().startswith("Undecided: the finished assembly itself, with which every order ends,")
     count = count_orders(tee())
     assert (count.stable, count.undecided) == (3, 13)
 

@@ -1,10 +1,16 @@
 """Thrusts and domains of two loads against sums and against limits that are known."""
 
+import inspect
+from dataclasses import replace
+from math import inf
+
 import numpy as np
 import pytest
 
-from blockstat import JointLaw, thrust_range
-from evidence.scenes.small import arch
+from blockstat import InputError, JointLaw, ThrustOutcome, Tie, load_domain, thrust_range
+from blockstat.analysis import thrust
+from blockstat.solve.answer import Status
+from evidence.scenes.small import arch, assembly, box
 
 
 @pytest.mark.parametrize("law", [{}, {"cohesion": 0.02}, {"tension": 0.02}, {"tension": 0.01, "cohesion": 0.02}])
@@ -32,3 +38,137 @@ def test_a_thrust_has_a_sign():
         np.testing.assert_allclose([other.least, other.greatest], [outwards.least, outwards.greatest], rtol=1e-6)
     inwards = thrust_range(asm, ["right"], (-1, 0, 0))
     np.testing.assert_allclose([inwards.least, inwards.greatest], [-outwards.greatest, -outwards.least], rtol=1e-6)
+
+
+GROUND = box((-4, -1, -1), (2, 2, 0), name="ground")
+ROCK = box((3, -1, -1), (4, 2, 3), name="rock")
+
+
+def tied(points, between=("ground", "pillar"), **tie):
+    """A pillar of weight 1 on the ground beside a rock, with a tie."""
+    blocks = [GROUND, box((0, 0, 0), (0.5, 1, 2), name="pillar"), ROCK]
+    asm = assembly(blocks, supports=["ground", "rock"], friction=0.7, ties=[Tie(between, points, **tie)])
+    return asm, float(asm.mass[1] * np.linalg.norm(asm.gravity))
+
+
+def range_with_ties(*given):
+    """The range without the checks of `evidence`, which know no ties here."""
+    return inspect.unwrap(thrust_range)(*given)
+
+
+@pytest.mark.parametrize("strut", [False, True])
+def test_a_tie_counts_with_what_presses_on_its_support_whether_its_force_is_given_or_not(strut):
+    down, across = ((0.25, 0.5, -1), (0.25, 0.5, 2)), ((3, 0.5, 0.2), (0.5, 0.5, 0.2))
+    for least in (0.1, 0.1 * (1 - 1e-7)):
+        force = {"least": least, "greatest": 0.1, "strut": strut}
+        asm, weight = tied(down, **force)
+        found = range_with_ties(asm, ["ground"], (0, 0, -1))
+        assert (found.least, found.greatest) == pytest.approx((weight, weight), rel=1e-6)
+        assert found.least_ties == pytest.approx([0.1], rel=1e-6)
+        assert found.greatest_ties == pytest.approx([0.1], rel=1e-6)
+        # Across, the rock takes the pull of the tie, and the ground the same the other way.
+        asm, _ = tied(across, between=("rock", "pillar"), **force)
+        pull = 0.1 if strut else -0.1
+        for name, way in (("rock", pull), ("ground", -pull)):
+            found = range_with_ties(asm, [name], (1, 0, 0))
+            assert (found.least, found.greatest) == pytest.approx((way, way), rel=1e-6)
+        both = range_with_ties(asm, ["rock", "ground"], (1, 0, 0))
+        assert (both.least, both.greatest) == pytest.approx((0.0, 0.0), abs=1e-9)
+
+
+def test_a_tie_between_two_supports_does_not_count():
+    for least in (0.1, 0.0):
+        asm, _ = tied(((3, 0.5, 1), (0, 0.5, -0.5)), between=("rock", "ground"), least=least, greatest=0.1)
+        found = range_with_ties(asm, ["ground"], (1, 0, 0))
+        assert (found.least, found.greatest) == pytest.approx((0.0, 0.0), abs=1e-9)
+
+
+def key():
+    """A stone between two walls whose friction alone holds it: each carries half its weight at .7 or more of it."""
+    blocks = [
+        box((-1, 0, 0), (0, 1, 1), name="left"),
+        box((1, 0, 0), (2, 1, 1), name="right"),
+        box((0, 0, 0), (1, 1, 1)),
+    ]
+    asm = assembly(blocks, supports=["left", "right"], friction=0.7)
+    return asm, float(asm.mass[2] * np.linalg.norm(asm.gravity))
+
+
+def test_the_thrust_of_a_stone_between_walls_has_one_end_and_that_of_its_weight_both():
+    asm, weight = key()
+    least = weight / 2 / 0.7
+    out = thrust_range(asm, ["right"], (1, 0, 0))
+    assert (out.outcome, out.greatest) == (ThrustOutcome.UNBOUNDED, inf)
+    assert out.least == pytest.approx(least, rel=1e-6)
+    back = thrust_range(asm, ["right"], (-1, 0, 0))
+    assert (back.outcome, back.least) == (ThrustOutcome.NO_LEAST, -inf)
+    assert back.greatest == pytest.approx(-least, rel=1e-6)
+    up = thrust_range(asm, ["right"], (0, 0, 1))
+    assert (up.outcome, up.least, up.greatest) == (ThrustOutcome.NO_ENDS, -inf, inf)
+    both = thrust_range(asm, ["left", "right"], (0, 0, -1))
+    assert both.outcome is ThrustOutcome.BOUNDED
+    assert (both.least, both.greatest) == pytest.approx((weight, weight), rel=1e-6)
+
+
+@pytest.mark.parametrize("status", [Status.PRIMAL_INFEASIBLE, Status.DUAL_INFEASIBLE, Status.STALLED])
+def test_what_a_solver_says_without_a_ray_proves_no_thrust_without_end(monkeypatch, status):
+    plain = thrust.solve
+    monkeypatch.setattr(thrust, "solve", lambda *given, **options: replace(plain(*given, **options), status=status))
+    found = thrust_range(arch(12, 0.2), ["right"], (1, 0, 0))
+    assert found.outcome is ThrustOutcome.UNDECIDED
+    assert found.least == found.greatest > 0  # the thrust of the forces with which it was found to stand
+    assert found.explain().startswith("Undecided: a proven force field carries each value told, but thrusts beyond")
+    assert found.summary()["proven"] is False
+
+
+def test_an_extreme_that_no_motion_confirms_is_one_sided(monkeypatch):
+    plain = thrust.solve
+    still = lambda *given, **options: (lambda found: replace(found, twist=0 * found.twist))(plain(*given, **options))  # noqa: E731
+    monkeypatch.setattr(thrust, "solve", still)
+    assert thrust_range(arch(12, 0.2), ["right"], (1, 0, 0)).outcome is ThrustOutcome.UNDECIDED
+
+
+def test_a_thrust_is_one_sided_where_a_support_touches_at_an_edge_alone():
+    blocks = [
+        box((0, 0, -1), (2, 1, 0), name="pier"), box((0, 0, 0), (3, 1, 0.5), name="slab"),
+        box((3, 0, -1), (4, 1, 0), name="pier2"),
+    ]  # fmt: skip
+    asm = assembly(blocks, supports=["pier", "pier2"])
+    weight = float(asm.mass[1] * np.linalg.norm(asm.gravity))
+    found = thrust_range(asm, ["pier"], (0, 0, -1))
+    assert found.outcome is ThrustOutcome.UNDECIDED  # the edge of the other pier may carry a part
+    assert (found.least, found.greatest) == pytest.approx((weight, weight), rel=1e-6)
+    (text,) = found.warnings
+    assert text.startswith('"slab" and "pier2" touch only edge along edge')
+
+
+def test_a_domain_refuses_a_deep_overlap():
+    asm = assembly([GROUND, box((0, 0, -0.3), (1, 1, 1), name="b")], supports=["ground"])
+    with pytest.raises(InputError, match='blocks "ground" and "b" overlap by'):
+        load_domain(asm, (1, 0, 0), (0, 1, 0), directions=3)
+
+
+@pytest.mark.parametrize("friction", [0.7, 5.0, inf])
+@pytest.mark.parametrize("law", [{}, {"tension": 0.02}, {"compression": 50.0}])
+def test_a_motion_confirms_each_end_of_the_thrust_of_an_arch(friction, law):
+    asm = arch(12, 0.2, friction=friction).with_(joints=[JointLaw(("*", "*"), **law)] if law else [])
+    found = thrust_range(asm, ["right"], (1, 0, 0))
+    assert found.outcome is ThrustOutcome.BOUNDED
+    assert found.proven
+
+
+def test_a_motion_bounds_a_functional_by_the_work_of_the_loads_and_the_price_of_what_closes():
+    # A cube of weight 1: lifted at 1 it bounds what presses on the ground; at rest the ground closes at 1, four points
+    # press with a quarter each, and ten times as much may.
+    asm = assembly([GROUND, box((0, 0, 0), (1, 1, 1), name="cube")], supports=["ground"])
+    problem, inside = thrust.standing(
+        asm, solver="auto", friction=None, gravity=None, loads=None, gap=0.01, interfaces=None
+    )
+    program = problem.program
+    press = np.zeros(3 * len(inside))
+    press[::3] = 1.0
+    field = np.zeros_like(inside)
+    field[:, 0] = 0.25
+    lift = np.array([0, 0, 1.0, 0, 0, 0])
+    for twist, motions, bound in ((lift, (), 1.0), (0 * lift, (), 10.0), (0 * lift, (lift,), 1.0), (2 * lift, (), 2.0)):
+        assert thrust.value_bound(program, press, twist, field, motions) == pytest.approx(bound, rel=1e-9)

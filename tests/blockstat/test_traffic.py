@@ -6,9 +6,12 @@ from math import inf, nan
 import numpy as np
 import pytest
 
-from blockstat import Assembly, InputError, moving_load
+from blockstat import Assembly, InputError, JointLaw, MovingOutcome, find_interfaces, moving_load
+from blockstat.analysis.limit_load import LoadOutcome
+from blockstat.traffic import envelope
 from blockstat.traffic.envelope import MOST_POSITIONS
-from evidence.scenes.small import assembly, box
+from blockstat.traffic.places import road_along, train_loads
+from evidence.scenes.small import assembly, box, prism
 
 WEIGHT = 1000.0 * 9.81 * 1.5  #: of the slab [N]; it tips about x = 2, .5 m beyond its centroid
 WHEEL = [(0.0, 1000.0)]
@@ -94,3 +97,147 @@ def test_the_ends_of_what_is_allowed_are_allowed(positions, tolerance):
     exact = 0.5 * WEIGHT / (1000.0 * 0.75)
     assert found.lower[0] <= exact * (1 + 1e-8)
     assert found.upper[0] >= exact * (1 - 1e-8)
+
+
+def beside(*other, **options):
+    """The overhang, and another support under or beside its end."""
+    blocks = [box((0, 0, -1), (2, 1, 0), name="pier"), box((0, 0, 0), (3, 1, 0.5), name="slab"), *other]
+    return Assembly.from_blocks(blocks, supports=["pier", other[0].name], density=1000.0, **options)
+
+
+@pytest.mark.parametrize("only_worst", [False, True])
+@pytest.mark.parametrize(
+    ("other", "law", "says"),
+    [
+        (box((3, 0, -1), (4, 1, 0), name="pier2"), {}, '"slab" and "pier2" touch only edge along edge'),
+        (box((2.7, 0, -1), (4, 1, 0.08), name="pier2"), {}, '"slab" and "pier2" overlap too far to have a joint'),
+        (prism([(2.8, -1), (3.0, -1), (2.9, 0)], 1.0, name="pier2"), {"compression": 1e9},
+         "contacts without area carry nothing under a joint law with compressive strength"),
+    ],
+    ids=["edge", "overlap", "crushed"],
+)  # fmt: skip
+def test_a_mechanism_into_what_is_in_no_program_bounds_no_place(other, law, says, only_worst):
+    asm = beside(other, joints=[JointLaw(("*", "*"), **law)] if law else [])
+    found = moving_load(asm, WHEEL, along(0, 3), positions=7, only_worst=only_worst)
+    assert found.outcome is MovingOutcome.UNDECIDED
+    # The slab without the other pier carries so much at its end, and nothing is proven not to be carried.
+    alone = moving_load(overhang().with_(joints=asm.joints), WHEEL, along(0, 3), positions=7)
+    assert found.lower.min() == pytest.approx(alone.upper.min(), rel=2e-3)
+    if not law:
+        assert found.lower.min() == pytest.approx(0.5 * WEIGHT / 1000.0, rel=2e-3)
+        assert np.isinf(found.upper).all()
+        assert found.place[found.worst] == pytest.approx(3.0)
+    assert np.isinf(found.upper[-1])
+    assert any(text.startswith(says) for text in found.warnings)
+    lines = found.explain().splitlines()
+    assert lines[0] == found.outcome.value
+    assert " <= multiplier" in lines[1]
+    assert lines[2] == "Least is proven with the first axle 3 m along the path."
+    assert any(line.startswith(f"Warning: {says}") for line in lines)
+    assert found.summary()["warnings"] == list(found.warnings)
+    assert found.summary()["outcome"] == "undecided"
+
+
+def test_a_place_that_carries_more_than_the_worst_may_stay_undecided():
+    # The pier under the left end has its edge along that of the slab; the right one overhangs twice as far.
+    blocks = [
+        box((1, 0, -1), (3, 1, 0), name="pier"), box((0, 0, 0), (6, 1, 0.5), name="slab"),
+        box((3.5, 0, -1), (4, 1, 0), name="post"), box((-1, 0, -1), (0, 1, 0), name="edge"),
+    ]  # fmt: skip
+    asm = Assembly.from_blocks(blocks, supports=["pier", "post", "edge"], density=1000.0)
+    found = moving_load(asm, WHEEL, along(0, 6), positions=2)
+    weight = 3.0 * 1000.0 * 9.81  # 1 m left of x = 4, 2 m right of x = 1
+    assert found.outcome is MovingOutcome.LIMIT
+    assert found.upper[found.worst] == pytest.approx(weight * 1.0 / 2.0 / 1000.0, rel=2e-3)
+    assert found.place[found.worst] == pytest.approx(6.0)
+    left = np.flatnonzero(found.place == 0.0)
+    assert np.isinf(found.upper[left]).all()
+    assert found.lower[left] == pytest.approx(weight * 2.0 / 1.0 / 1000.0, rel=2e-3)
+
+
+def test_what_falls_whatever_an_edge_carries_is_bounded():
+    # The slab tips at its free end about x = 1, off the edge of the support at its other one.
+    blocks = [
+        box((1, 0, -1), (3, 1, 0), name="pier"), box((0, 0, 0), (3, 1, 0.5), name="slab"),
+        box((3, 0, -1), (4, 1, 0), name="pier2"),
+    ]  # fmt: skip
+    asm = Assembly.from_blocks(blocks, supports=["pier", "pier2"], density=1000.0)
+    found = moving_load(asm, WHEEL, along(0, 3), positions=7)
+    assert found.outcome is MovingOutcome.LIMIT
+    assert found.upper[found.worst] == pytest.approx(WEIGHT * 0.5 / 1000.0, rel=2e-3)
+    assert found.warnings == ()
+
+
+def test_a_deep_overlap_is_refused_and_a_shallow_one_told():
+    deep = beside(box((2.7, 0, -1), (4, 1, 0.3), name="pier2"))
+    with pytest.raises(InputError, match='blocks "slab" and "pier2" overlap by'):
+        moving_load(deep, WHEEL, along(0, 3), positions=3)
+    moving_load(deep, WHEEL, along(0, 1.5), positions=1, joints=False, interfaces=find_interfaces(deep))
+    shallow = beside(box((2.7, 0, -1), (4, 1, 0.08), name="pier2"))
+    found = moving_load(shallow, WHEEL, along(0.5, 1.5), positions=1, joints=False)
+    assert found.outcome is MovingOutcome.UNBOUNDED
+    assert found.warnings == ('1 pairs of blocks overlap, the worst "slab" and "pier2" by 0.08 m',)
+    assert found.explain().splitlines()[-1].startswith("Warning: 1 pairs of blocks overlap")
+
+
+def test_a_bracket_that_is_left_open_is_judged_as_a_limit_load_is(monkeypatch):
+    plain = envelope.bracket
+
+    def left_open(*given):
+        found = plain(*given)
+        return (LoadOutcome.UNDECIDED, 0.5 * found[1], np.inf, *found[3:])
+
+    monkeypatch.setattr(envelope, "bracket", left_open)
+    found = moving_load(overhang(), WHEEL, along(2.5, 3), positions=1, joints=False)
+    assert found.outcome is MovingOutcome.LIMIT
+    exact = 0.5 * WEIGHT / (1000.0 * 0.75)
+    assert found.lower[0] <= exact * (1 + 1e-8)
+    assert found.upper[0] >= exact * (1 - 1e-8)
+    assert found.upper[0] - found.lower[0] <= 1e-3 * found.upper[0]
+    monkeypatch.setattr(envelope, "bracket", lambda *given: (LoadOutcome.UNDECIDED, *plain(*given)[1:]))
+    over = moving_load(overhang(), WHEEL, along(0.5, 1.5), positions=1, joints=False)
+    assert over.outcome is MovingOutcome.UNBOUNDED
+
+
+def balanced():
+    """A slab 10 m long on a pier of 2 m below its middle, of weight 49,050 N."""
+    blocks = [box((4, 0, -1), (6, 1, 0), name="pier"), box((0, 0, 0), (10, 1, 0.5), name="slab")]
+    return Assembly.from_blocks(blocks, supports=["pier"], density=1000.0)
+
+
+@pytest.mark.parametrize("only_worst", [False, True])
+@pytest.mark.parametrize(
+    ("axles", "ends", "place", "side"),
+    [
+        ([(0.0, 10e3), (7.5, 20e3)], (0, 8), 8.0, 1),  # the light axle has just left at x = 8
+        ([(0.0, 20e3), (7.5, 10e3)], (8, 0), 7.5, -1),  # the light axle is about to enter there
+    ],
+    ids=["leaves", "enters"],
+)
+def test_a_train_is_worst_when_the_axle_that_balances_it_is_off_the_path(axles, ends, place, side, only_worst):
+    # 20 kN at x = .5, 3.5 m from the edge at x = 4; the weight 1 m behind it.
+    found = moving_load(balanced(), axles, along(*ends), positions=2, only_worst=only_worst)
+    exact = 49050.0 * 1.0 / (20e3 * 3.5)
+    k = found.worst
+    assert (found.place[k], found.side[k]) == (place, side)
+    assert found.lower[k] <= exact * (1 + 1e-6)
+    assert found.upper[k] == pytest.approx(exact, rel=1e-6)
+
+
+def test_an_axle_beyond_an_end_or_in_a_gap_presses_on_nothing():
+    scene = assembly([box((-1, -1, -1), (9, 2, 0)), box((0, 0, 0), (1, 1, 0.5)), box((4, 0, 0), (5, 1, 0.5))])
+    faces = [face for face in envelope.facing(scene, [1, 2], np.array([0.0, 0, 1]), find_interfaces(scene))]
+    road = road_along(scene, along(0, 5), faces)
+    place, side = np.repeat([0.0, 1.0, 4.0, 5.0], 3), np.tile([-1, 0, 1], 4)
+    loads = train_loads(road, np.array([(0.0, 1.0)]), place, side, spread=None, footprint=(0, 0))
+    pressed = -loads[:, :, 2].sum(axis=1)
+    np.testing.assert_array_equal(pressed.reshape(4, 3), [[0, 1, 1], [1, 1, 0], [0, 1, 1], [1, 1, 0]])
+
+
+def test_the_last_axle_stands_on_the_end_of_a_path_whatever_its_distance_is_rounded_to():
+    for behind in (0.1 + 0.2, 0.1 + 0.7, 1 / 3, 1e-7 / 3):
+        found = moving_load(overhang(), [(0.0, 1.0), (behind, 1000.0)], along(0, 3), positions=3)
+        last = found.place == found.place.max()
+        assert found.place.max() == 3.0 + behind
+        assert found.side[last].tolist() == [-1]
+        assert found.upper[last] == pytest.approx(0.5 * WEIGHT / 1000.0, rel=2e-3)

@@ -107,8 +107,7 @@ def test_a_thrust_out_of_the_plane_is_not_reduced_to_it(direction):
     (columns,) = problem.eq.columns
     sign = (columns.pair[:, 1] == 1).astype(float) - (columns.pair[:, 0] == 1)
     row = (sign[:, None] * (columns.force @ unit)).reshape(-1)
-    greatest, _ = extreme(solid, row, inside, "auto")
-    least, _ = extreme(solid, -row, inside, "auto")
+    greatest, least = (extreme(solid, sign * row, inside, "auto").value for sign in (1, -1))
     assert (found.least, found.greatest) == pytest.approx((-least, greatest), rel=1e-6)
     assert problem.program.plane.mirrors(row) == (direction[1] == 0)
     if direction == (0, 1, 0):

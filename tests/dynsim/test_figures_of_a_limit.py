@@ -48,4 +48,5 @@ def test_a_search_takes_the_steps_that_are_stated():
     beside = [trial.multiplier for trial in found.trials[-2:]]
     assert beside == pytest.approx([0.95 * found.lower, 1.05 * found.upper])
     assert isinstance(found, DynamicLimit)
-    assert found.warnings == ()
+    coarse = "in steps of 2 ms joints creep near their limit; the default preset has finer ones"
+    assert found.warnings == (coarse,)

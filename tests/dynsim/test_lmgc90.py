@@ -79,7 +79,7 @@ def test_a_slab_slides_where_the_slope_is_steeper_than_friction(friction):
 @installed
 def test_a_sliding_slab_accelerates_by_what_friction_leaves_of_its_weight():
     """On a slope a, x'' = g (sin a - mu cos a)."""
-    run = simulate(slab(40.0), engine="lmgc90", settings=SHORT, stop=lambda t, moved: np.abs(moved).max() > 0.4)
+    run = simulate(slab(40.0), engine="lmgc90", settings=SHORT, stop=lambda t, moved, _: np.abs(moved).max() > 0.4)
     a = np.radians(40.0)
     expected = 9.81 * (np.sin(a) - 0.5 * np.cos(a)) / 2 * run.times**2
     assert run.displacement[:, 1, 0] == pytest.approx(expected, rel=0.02, abs=2e-3)
@@ -105,7 +105,7 @@ def test_contact_forces_carry_a_concave_block_at_its_centroid(turned):
     c, s = np.cos(turned), np.sin(turned)
     rotation = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
     asm = asm.with_(vertices=asm.vertices @ rotation.T, gravity=rotation @ asm.gravity)
-    run = simulate(asm, engine="lmgc90", settings=SHORT, stop=lambda time, moved: time > 0.2)
+    run = simulate(asm, engine="lmgc90", settings=SHORT, stop=lambda time, *_: time > 0.2)
     assert np.abs(run.displacement).max() < 1e-5
     assert run.contacts.on(1) == pytest.approx(-asm.mass[1] * asm.gravity, rel=1e-4, abs=1e-4 * asm.mass[1] * 9.81)
     centre = rotation @ np.array([(2 * 1.0 + 2 * 0.5) / 4, 0.5, (2 * 0.5 + 2 * 2.0) / 4])  # two areas of 2 each

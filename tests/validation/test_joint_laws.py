@@ -4,10 +4,13 @@ Stress block: a joint b wide under N at eccentricity e carries it on the width b
 Torsion of a square joint of side a under uniform pressure: mu N a (sqrt 2 + ln(1 + sqrt 2)) / 6 = .382598 mu N a.
 """
 
+import itertools
+
 import numpy as np
 import pytest
 
-from blockstat import JointLaw, LoadOutcome, Outcome, assess, limit_load
+from blockstat import Block, JointLaw, LoadOutcome, Outcome, assess, limit_load
+from blockstat.model import solids
 from evidence.scenes.small import assembly, box, prism
 
 CLOSE = 1e-6
@@ -205,3 +208,120 @@ def test_a_capacity_is_no_endless_one():
     crushed = limit_load(strong, pull((0, 0, -1)))
     assert crushed.outcome is LoadOutcome.LIMIT
     assert crushed.lower == pytest.approx(100.0 * 2.0 - 1.0, rel=CLOSE)
+
+
+def profile(corners, *, place=(0.0, 0.0, 0.0), turned=0, name="stone"):
+    """A block of depth 1 over an outline in x and z."""
+    corners = np.roll(np.array(corners, float), turned, axis=0)
+    n = len(corners)
+    flat = [np.column_stack([corners[:, 0], np.full(n, y), corners[:, 1]]) for y in (0.0, 1.0)]
+    faces = [list(range(n)), list(range(2 * n - 1, n - 1, -1))]
+    faces += [[i, i + n, (i + 1) % n + n, (i + 1) % n] for i in range(n)]
+    return Block(np.concatenate(flat) + place, faces, name=name, group=name)
+
+
+def plate(plan, height, *, place=(0.0, 0.0, 0.0), turned=0):
+    """A plate over an outline in x and y."""
+    plan = np.roll(np.array(plan, float), turned, axis=0)
+    low, high = (np.column_stack([plan, np.full(len(plan), z)]) + place for z in (0.0, height))
+    return solids.prism(low, high, name="stone", group="stone")
+
+
+def glued_down(stone, law, *, place=(0.0, 0.0, 0.0), first=True):
+    """A stone glued on the ground, one ground or the stone first."""
+    low, high = np.array([(-5, -5, -1), (5, 5, 0)]) + place
+    ground = box(low, high, name="ground", group="ground")
+    return assembly([ground, stone] if first else [stone, ground], supports=["ground"], joints=[law])
+
+
+def opened(asm, x=0.0):
+    """The moment that opens the joint about the line x = 0 of the stone, and the part of the weight [N m]."""
+    k = asm.names.index("stone")
+    moment = np.zeros((2, 6))
+    moment[k, 4] = -1.0
+    found = limit_load(asm, moment)
+    assert found.gap < 1e-6
+    weight = asm.mass[k] * np.linalg.norm(asm.gravity) * (asm.centroid[k, 0] - x)
+    return found.lower - weight
+
+
+FEET = [(0, 0), (0.5, 0), (0.5, 0.3), (0.98, 0.3), (0.98, 0), (1, 0), (1, 0.4), (0, 0.4)]
+#: A foot .2 wide, and a bare edge at x = 1 in its plane.
+FOOT_AND_EDGE = [(0, 0), (0.2, 0), (0.2, 0.3), (0.6, 0.3), (1, 0), (1, 0.4), (0, 0.4)]
+UTM = (5e5, 5.2e6, 300.0)
+
+
+@pytest.mark.parametrize("strengths", [{}, {"cohesion": 20.0}, {"cohesion": 3.0}])
+@pytest.mark.parametrize(("place", "turned", "first"), [((0, 0, 0), 0, True), ((0, 0, 0), 3, False), (UTM, 0, True)])
+@pytest.mark.parametrize(("corners", "moment"), [(FEET, 0.5 * 0.25 + 0.02 * 0.99), (FOOT_AND_EDGE, 0.2 * 0.1)])
+def test_glue_acts_where_there_is_area(corners, moment, place, turned, first, strengths):
+    """T times the first moment of the feet about x = 0: equal shares of the corners of the hull gave T A / 2.
+
+    A cohesion beyond mu T, with mu = .5, changes nothing, and one below it lets go at c / mu.
+    """
+    tension = min(10.0, strengths.get("cohesion", np.inf) / 0.5)
+    asm = glued_down(
+        profile(corners, place=place, turned=turned),
+        law(friction=0.5, tension=10.0, **strengths),
+        place=place,
+        first=first,
+    )
+    assert opened(asm, x=place[0]) == pytest.approx(tension * moment, rel=1e-5)
+
+
+def test_a_bond_is_spread_over_the_feet():
+    """F acts at the centroid of the two feet, whatever their area."""
+    found = opened(glued_down(profile(FEET), law(friction=0.5, bond=4.0)))
+    assert found == pytest.approx(4.0 * (0.5 * 0.25 + 0.02 * 0.99) / 0.52, rel=1e-5)
+
+
+def test_feet_on_one_ground_and_on_two_hold_the_same():
+    values = []
+    for ends in ([-5, 5], [-5, 0.7, 5]):
+        grounds = [box((a, -5, -1), (b, 5, 0), name=f"g{a}", group="ground") for a, b in itertools.pairwise(ends)]
+        asm = assembly([*grounds, profile(FEET)], supports=[g.name for g in grounds], joints=[law(tension=10.0)])
+        moment = np.zeros((len(grounds) + 1, 6))
+        moment[-1, 4] = -1.0
+        values.append(limit_load(asm, moment).lower)
+    assert values[0] == pytest.approx(values[1], rel=1e-6)
+
+
+@pytest.mark.parametrize("cut", [0.0, 1e-6, 1e-3, 0.3])
+def test_a_corner_that_is_cut_off_a_glued_triangle_takes_its_own_area_with_it(cut):
+    """T times the first moment of the triangle less that of its corner: 1 mm of a corner is next to nothing."""
+    plan = [(0, 0), (1, 0), (0, 1)] if not cut else [(0, 0), (1 - cut, 0), (1 - cut, cut), (0, 1)]
+    stone = plate(plan, 0.01)
+    lost = cut**2 / 2 * (1 - 2 * cut / 3)
+    found = opened(glued_down(stone, law(tension=10.0)))
+    assert found == pytest.approx(10.0 * (1 / 6 - lost), rel=1e-5)
+
+
+ELL = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]
+
+
+@pytest.mark.parametrize("turned", [0, 2, 3])
+@pytest.mark.parametrize("place", [(0, 0, 0), UTM])
+def test_a_joint_in_the_form_of_an_l_has_the_area_of_the_l(place, turned):
+    """Area 3 and first moment 2.5 about x = 0; the hull has 3.5 and 3.083."""
+    asm = glued_down(plate(ELL, 0.5, place=place, turned=turned), law(tension=10.0), place=place)
+    assert opened(asm, x=place[0]) == pytest.approx(25.0, rel=1e-5)
+    lifted = limit_load(asm, pull((0, 0, 1), np.cross(np.array([5, 5, 1]) / 6 - (asm.centroid[1] - place), (0, 0, 1))))
+    assert lifted.lower == pytest.approx(30.0 + asm.mass[1] * np.linalg.norm(asm.gravity), rel=1e-5)
+
+
+def test_an_l_crushes_on_its_own_area():
+    """C times the area of the L, pressed at its centroid; its hull has a sixth more."""
+    asm = glued_down(plate(ELL, 0.5), law(compression=10.0))
+    load = pull((0, 0, -1), np.cross(np.array([5 / 6, 5 / 6, 0]) - asm.centroid[1], (0, 0, -1)))
+    found = limit_load(asm, load)
+    assert found.lower == pytest.approx(30.0 - asm.mass[1] * np.linalg.norm(asm.gravity), rel=1e-4)
+
+
+@pytest.mark.parametrize("cells", [4, 8, 16])
+def test_cohesion_at_the_corners_is_more_than_uniform_cohesion_in_torsion_and_cells_are_less(cells):
+    """Without pressure .382598 c a^3 is exact; at the corners c acts on the arm a / sqrt 2."""
+    asm = slab(law(cohesion=10.0), size=(1.0, 1.0, 1e-3))
+    torque = pull((0, 0, 0), (0, 0, 1))
+    assert limit_load(asm, torque).lower == pytest.approx(10.0 / np.sqrt(2), rel=1e-4)
+    found = limit_load(asm.with_(joints=[law(cohesion=10.0, cells=cells)]), torque).lower / 3.82598
+    assert 1 - 0.5 / cells**1.5 < found < 1.0

@@ -180,11 +180,14 @@ def judged(
         answer, checked = _solved(problem, problem.program, solver, memory, timings, score, guess)
         if flow == "coulomb" and problem.slips and outcome_of(checked.certificate) is Outcome.STABLE:
             with timed(timings, "coulomb"):
-                falling = _falling_from_the_others(problem, solver) if loads is None else NONE
+                falling = falling_freely(problem) if loads is None else NONE
+                if not len(falling) or len(np.setdiff1d(problem.assembly.free, falling)):  # others may lean on them
+                    state = coulomb_state(problem.program, kinds=kinds, tightnesses=tightnesses, solver=_second(solver))
+                settles = state is not None and state.settles
+                if settles or (len(falling) and not _others_rest(problem, falling, solver)):
+                    falling = NONE
                 if len(falling):
                     state = _of_falling(problem, problem.program, checked.force, falling)
-                else:
-                    state = coulomb_state(problem.program, kinds=kinds, tightnesses=tightnesses, solver=_second(solver))
     timings["total"] = sum(timings.values())
     verdict = _verdict(problem, answer, checked, timings)
     if reserve and verdict.outcome is Outcome.STABLE and checked is not None:
@@ -202,18 +205,16 @@ def judged(
     return replace(_with_state(problem, verdict, state), falling=falling)
 
 
-def _falling_from_the_others(problem: Problem, solver: str) -> Ints:
-    """Blocks that fall freely while the others rest; none where these do not without them, and may press on them."""
-    falling = falling_freely(problem)
-    if not len(falling) or not len(np.setdiff1d(problem.assembly.free, falling)):
-        return falling
+def _others_rest(problem: Problem, falling: Ints, solver: str) -> bool:
+    """Whether the blocks that do not fall freely rest without those that do, and do not press on them."""
+    if not len(np.setdiff1d(problem.assembly.free, falling)):
+        return True
     support = problem.assembly.support.copy()
     support[falling] = True
     apart = problem.interfaces.subset(np.flatnonzero(~np.isin(problem.interfaces.pair, falling).any(axis=1)))
     as_posed: Any = {"friction": None, "gravity": None, "loads": None, "gap": problem.gap}
     others = pose(problem.assembly.with_(support=support), interfaces=apart, **as_posed)
-    alone = judged(others, loads=None, solver=solver, flow="coulomb", reserve=False)
-    return falling if alone.outcome is Outcome.STABLE else NONE
+    return judged(others, loads=None, solver=solver, flow="coulomb", reserve=False).outcome is Outcome.STABLE
 
 
 def _of_falling(problem: Problem, program: PenaltyProgram, force: Floats, falling: Ints) -> CoulombState:

@@ -36,6 +36,8 @@ MOST_SOLVES = 40
 FAMILY = ((1.0, 1e-3), (0.1, 1.0), (1.0, 1.0))
 #: Joints of stones that are cut alike are open by amounts that differ by a factor of two to either side.
 UNEQUAL = float(np.log10(2.0))
+#: Friction beyond which none slides: what is larger, or infinite, counts as this where slips are looked for.
+GREAT = 1e3
 #: Width of the bracket of a limit load without dilatancy, relative to the limit load with it.
 MULTIPLIER_WIDTH = 5e-4
 #: A member's slips grow when they change by as much in the last third of so many programs as in the third before.
@@ -204,8 +206,7 @@ def coulomb_state(
     Parameters
     ----------
     program
-        The penalty program of a statically stable assembly. Points without friction or with infinite friction have no
-        slip law and are not allowed here.
+        The penalty program of a statically stable assembly. Friction above `GREAT` counts as that.
     kinds
         The opening and the compliance of each kind of joints, tried by turns.
     tightnesses
@@ -223,6 +224,7 @@ def coulomb_state(
     De Saxce & Feng: The bipotential method, 1998. Acary, Cadoux, Lemarechal & Malick: A formulation of the linear
     discrete Coulomb friction problem via convex optimization, 2011.
     """
+    program = replace(program, friction=np.minimum(program.friction, GREAT))
     m = len(program.friction)
     state = _search(program, [_Member(np.full(m, t), c, np.zeros(m)) for t, c in kinds], solver)
     if state.settles is False and len(kinds) > 1:
@@ -382,6 +384,9 @@ def _bisection(
     width = MULTIPLIER_WIDTH * associated
     low, high = 0.0, associated
     yield low, high
+    if coulomb_state(program, kinds=[kind], solver=solver).settles is not True:
+        yield low, low  # not even the dead load
+        return
     while high - low > width:
         # Most structures lose little to zero dilatancy, so the first trial is near the top.
         middle = high - width if low == 0.0 and high == associated else (low + high) / 2

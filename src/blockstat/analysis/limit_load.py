@@ -285,8 +285,8 @@ def limit_load(
         raise InputError(f"tolerance is {tolerance!r}; it must be above 0 and at most 0.1 of the limit")
     problem = pose(assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
     if imperfections is not None:
-        options: dict[str, Any] = {"gap": gap, "solver": solver, "flow": flow}
-        options |= {"tolerance": tolerance, "optimum": optimum}
+        options: dict[str, Any] = {"gap": gap, "solver": solver, "flow": flow, "tolerance": tolerance}
+        options |= {"optimum": optimum, "progress": progress}
         brackets = []
         for case in cases_of(problem, loads, imperfections):
             own = limit_load(case.assembly, load, loads=case.loads, interfaces=case.interfaces, **options)
@@ -317,7 +317,7 @@ def limit_load(
         mechanism=unit_motion(problem.assembly, problem.to_blocks(twist)),
         interfaces=problem.interfaces,
         assembly=problem.assembly,
-        warnings=warnings,
+        warnings=(*warnings, *problem.strengths) if outcome is LoadOutcome.UNBOUNDED else warnings,
         timings=timings,
         coulomb_kinds=kinds,
         bonds=problem.to_bonds(force),
@@ -342,23 +342,25 @@ def _beyond_doubt(problem: Problem, found: LimitLoad, load: Floats, options: dic
         warnings = rim_warnings(problem, motion)
         if not warnings:
             return found
-        held = judged_with_rims(
-            problem, motion, lambda joints: limit_load(problem.assembly, load, interfaces=joints, **options)
-        )
+        options = {**options, "load": load}
+        held = judged_with_rims(problem, motion, lambda own: limit_load(problem.assembly, interfaces=own, **options))
         upper, mechanism = held.upper, held.mechanism
     closed = is_closed(found.lower, upper, options["tolerance"])
     if closed if found.outcome is LoadOutcome.LIMIT else upper == found.upper == -np.inf:
         return replace(found, upper=upper, mechanism=mechanism)
-    warnings = (*found.warnings, *warnings)
-    return replace(found, outcome=LoadOutcome.UNDECIDED, upper=upper, mechanism=mechanism, warnings=warnings)
+    found = replace(found, warnings=(*found.warnings, *warnings))
+    return replace(found, outcome=LoadOutcome.UNDECIDED, upper=upper, mechanism=mechanism)
 
 
 def _bracket(problem: Problem, direction: Floats, solver: str, tolerance: float, **how: Any) -> Found:
     """What is found, with the iterations of the dead load."""
     program, eq = problem.program, problem.eq
     if program is None or len(problem.floating):
-        force, twist = np.zeros((eq.n_columns, 3)), np.zeros(6 * eq.n_blocks)
-        return LoadOutcome.DEAD_LOAD_UNSTABLE, -np.inf, -np.inf, force, twist, 0
+        moves = free_fall(
+            problem
+        ).any()  # or their loads balance each other: nothing moves them, and nothing holds them
+        word, upper = (LoadOutcome.DEAD_LOAD_UNSTABLE, -np.inf) if moves else (LoadOutcome.UNDECIDED, np.inf)
+        return word, -np.inf, upper, np.zeros((eq.n_columns, 3)), np.zeros(6 * eq.n_blocks), 0
     options = {"solver": solver, "motions": problem.motions}
     dead = decide(program, solve_penalty(program, **options, stands=True), **options)
     outcome = outcome_of(dead.certificate)
@@ -431,8 +433,8 @@ def bracket(
     iterations = answer.iterations
     if on_the_way.closed or stopped:
         outcome = LoadOutcome.LIMIT if on_the_way.closed else LoadOutcome.STOPPED
-        lower, upper = min(on_the_way.lower, on_the_way.upper), on_the_way.upper
-        return outcome, lower / unit, upper / unit, on_the_way.force, on_the_way.twist, iterations
+        lower = min(on_the_way.lower, on_the_way.upper) / unit
+        return outcome, lower, on_the_way.upper / unit, on_the_way.force, on_the_way.twist, iterations
     if answer.status is Status.PRIMAL_INFEASIBLE or answer.multiplier > UNBOUNDED:
         word, lower, upper = _beyond_bounds(on_the_way, answer, dead, unit)
         force = dead if word is LoadOutcome.UNBOUNDED else on_the_way.force
@@ -463,8 +465,7 @@ def bracket(
 
 def _beyond_bounds(on_the_way: Bracket, answer: Answer, dead: Floats, unit: float) -> tuple[LoadOutcome, float, float]:
     """What is carried where a solver finds no limit, or one beyond what forces of a bounded size can prove."""
-    ray = answer.force / answer.multiplier if answer.multiplier > 0 else answer.force
-    on_the_way.carry(dead + UNBOUNDED * ray, UNBOUNDED)
+    on_the_way.carry(dead + UNBOUNDED * answer.force / (answer.multiplier if answer.multiplier > 0 else 1), UNBOUNDED)
     if on_the_way.lower >= (1.0 - ROUNDING) * UNBOUNDED:
         return LoadOutcome.UNBOUNDED, np.inf, np.inf
     return LoadOutcome.UNDECIDED, on_the_way.lower / unit, np.inf

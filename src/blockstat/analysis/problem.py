@@ -62,6 +62,7 @@ class Problem:
     #: ties of the assembly whose forces are unknowns; their columns follow those of the bonds
     ties: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     undivided: Interfaces | None = None  #: the joints before joint laws divided them into cells; None: they did not
+    given: Interfaces | None = None  #: the joints as found or given, for another problem on the same blocks
 
     def to_blocks(self, twist: Floats) -> Floats:
         """Return a scaled twist as velocities and rotations of all blocks.
@@ -174,10 +175,16 @@ class Problem:
         return expansions(self.assembly, self.interfaces, self.eq.blocks)
 
     @property
+    def strengths(self) -> list[str]:
+        """What is said of a load that is carried without bound, where joints have strengths that bound it."""
+        if not any(law.strong or law.compression for law in self.assembly.joints):
+            return []
+        return ["joints have strengths, which bound the load far beyond the weight: it was not followed so far"]
+
+    @property
     def slips(self) -> bool:
-        """Whether every joint follows Coulomb's law: friction neither nothing nor infinite."""
-        friction = self.program.friction if self.program is not None else np.empty(0)
-        return bool(len(friction) and (friction > 0).all() and np.isfinite(friction).all())
+        """Whether a joint has friction. Without any, flow is normal to the joints whatever is asked for."""
+        return self.program is not None and bool((self.program.friction > 0).any())
 
     def scaled(self, load: Floats) -> Floats:
         """Return a wrench on each block as a load of the program.
@@ -242,6 +249,7 @@ def pose(
             near = near_blocks(assembly, gap=gap)
             warnings += check_overlaps(assembly, gap=gap, near=near)
             interfaces = find_interfaces(assembly, gap=gap, near=near)
+        given = interfaces
         if assembly.joints:
             if interfaces.share is None:
                 undivided, interfaces = interfaces, _divided(assembly, interfaces)
@@ -261,7 +269,7 @@ def pose(
         warnings.append("all blocks are supports; there was nothing to check")
     return Problem(
         assembly, interfaces, load, eq, program, floating, gap, tuple(warnings), timings, bonds, crushed, ties=ties,
-        undivided=undivided,
+        undivided=undivided, given=given,
     )  # fmt: skip
 
 

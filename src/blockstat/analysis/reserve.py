@@ -11,14 +11,17 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy import sparse
 
 from blockstat.analysis.decision import solve_margin_locally
 from blockstat.analysis.problem import Problem
 from blockstat.analysis.verdict import corner_speed
 from blockstat.certificate.check import FORCE_TOLERANCE, balance, force_errors
-from blockstat.certificate.neutral import loose_blocks
+from blockstat.certificate.neutral import ON_A_LINE, loose_blocks
 from blockstat.contact.interfaces import Interfaces
-from blockstat.geometry.polyhedron import members
+from blockstat.geometry.components import connected_components
+from blockstat.program.penalty import PenaltyProgram
+from blockstat.program.ties import tie_columns
 from blockstat.solve.answer import Answer
 from blockstat.typing import Floats, Ints
 
@@ -52,12 +55,16 @@ def neutral_blocks(problem: Problem, checked: Answer, *, solver: str = "auto") -
     -----
     Forces with slack at every point show that there is nothing to look for beyond loose blocks. Only where those at
     hand have none is the largest slack asked for, by one more program. Slack of less than `FORCE_TOLERANCE` of a
-    block's load is none: equilibrium is proven no better than that.
+    block's load is none: equilibrium is proven no better than that. Columns whose force is given, as that of a bond
+    without capacity, have no slack to have and hold nothing.
     """
     program = problem.program
     assert program is not None
-    loose = loose_blocks(problem.assembly.support, problem.interfaces, problem.eq.blocks, problem.bonds)
-    if checked.certificate.slack > FORCE_TOLERANCE:
+    loose, live = _loose(problem), program.upper > program.lower
+    program, slack = _of_columns(program, live), checked.certificate.slack
+    if not live.all():
+        slack = force_errors(program, checked.force[live]).slack
+    if slack > FORCE_TOLERANCE:
         return loose
     lent = replace(program, friction=np.maximum(program.friction, LENT))
     widest = solve_margin_locally(lent, solver=solver)
@@ -65,6 +72,59 @@ def neutral_blocks(problem: Problem, checked: Answer, *, solver: str = "auto") -
         return loose
     speed = corner_speed(problem.assembly, problem.to_blocks(widest.twist))
     return np.union1d(loose, np.flatnonzero(speed > SLOW * speed.max(initial=0.0)))
+
+
+def _of_columns(program: PenaltyProgram, live: np.ndarray) -> PenaltyProgram:
+    """The program with some of its columns of three alone, all contact points among them."""
+    if live.all():
+        return program
+    names = ("friction", "shift", "lower", "upper", "point_blocks")
+    changes = {name: getattr(program, name)[live] for name in names}
+    return replace(program, **changes, local=program.local[np.repeat(live, 3)], plane=None)
+
+
+def _loose(problem: Problem) -> Ints:
+    """Find the blocks that can move without moving a contact point, and without a tie that lengthens or shortens."""
+    assembly, interfaces, held = problem.assembly, problem.interfaces, problem.eq.blocks
+    if not len(problem.ties):
+        return loose_blocks(assembly.support, interfaces, held, problem.bonds)
+    # Patches make blocks one body, as the ground is one.
+    ground = np.flatnonzero(assembly.support)
+    joined = [np.column_stack([ground[:-1], ground[1:]]), interfaces.pair[interfaces.area > 0]]
+    _, body = connected_components(assembly.n_blocks, np.concatenate(joined))
+    free = np.setdiff1d(body[held], body[ground])
+    if not len(free):
+        return held[:0]
+    rates = _rates(problem, body, free)
+    value, vector = np.linalg.eigh((rates.T @ rates).toarray())
+    still = vector[:, value <= ON_A_LINE**2 * value[-1]].reshape(len(free), -1)
+    return held[np.isin(body[held], free[np.linalg.norm(still, axis=1) > ON_A_LINE])]
+
+
+def _rates(problem: Problem, body: Ints, free: Ints) -> sparse.csr_array:
+    """Relative velocities at contact points between bodies, and of the ends of ties, for motions of the free bodies.
+
+    A body moves about the middle of its points; its rotation is in units of one over their reach. Returns shape
+    (n, 6 n_free).
+    """
+    faces, ties = problem.interfaces, [problem.assembly.ties[k] for k in problem.ties]
+    columns, ends = tie_columns(problem.assembly, ties), np.array([tie.points for tie in ties], dtype=float)
+    pair = np.concatenate([np.repeat(faces.pair[faces.point_interface], 3, axis=0), columns.pair])
+    way = np.concatenate([np.tile(np.eye(3), (faces.n_points, 1)), columns.force[:, 0]])
+    point = np.concatenate([np.repeat(faces.point, 3, axis=0)[:, None, :].repeat(2, axis=1), ends])
+    across = body[pair[:, 0]] != body[pair[:, 1]]
+    side, way, point = body[pair[across]], way[across], point[across]
+    rows, numbers, values = [], [], []
+    for k, each in enumerate(free):
+        row, which = np.nonzero(side == each)
+        arm = point[row, which] - point[row, which].mean(axis=0)
+        arm /= np.linalg.norm(arm, axis=1).max(initial=0.0) or 1.0
+        sign = np.where(which == 1, 1.0, -1.0)[:, None]
+        values.append((sign * np.hstack([way[row], np.cross(arm, way[row])])).ravel())
+        rows.append(np.repeat(row, 6))
+        numbers.append(np.tile(6 * k + np.arange(6), len(row)))
+    entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(numbers))
+    return sparse.csr_array(entries, shape=(len(way), 6 * len(free)))
 
 
 def neutral_warning(problem: Problem, neutral: Ints, limit: int = 3) -> list[str]:
@@ -135,18 +195,7 @@ def without(interfaces: Interfaces, left_out: Ints) -> Interfaces:
     Interfaces
         The others, in the same order.
     """
-    kept = np.setdiff1d(np.arange(interfaces.n_interfaces), left_out)
-    count = np.diff(interfaces.start)[kept]
-    points = members(interfaces.start[kept], count)[1]
-    changes = {
-        name: value[kept]
-        for name in ("pair", "frame", "area", "gap", "kind")
-        if (value := getattr(interfaces, name, None)) is not None
-    }
-    outlines = None if interfaces.outlines is None else tuple(interfaces.outlines[k] for k in kept)
-    share = None if interfaces.share is None else interfaces.share[points]
-    start = np.concatenate([[0], np.cumsum(count)])
-    return replace(interfaces, **changes, point=interfaces.point[points], start=start, outlines=outlines, share=share)
+    return interfaces.subset(np.setdiff1d(np.arange(interfaces.n_interfaces), left_out))
 
 
 def sliver_warning(problem: Problem, slivers: Ints, limit: int = 3) -> list[str]:

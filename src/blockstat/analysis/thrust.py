@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.analysis.decision import SHARES, decide, outcome_of
-from blockstat.analysis.limit_load import LoadOutcome, limit_load
-from blockstat.analysis.problem import Problem, pose
-from blockstat.analysis.verdict import Outcome
+from blockstat.analysis.decision import ASSUMED_FORCE, SHARES, decide, outcome_of
+from blockstat.analysis.limit_load import UNBOUNDED, LoadOutcome, limit_load
+from blockstat.analysis.problem import Problem, crushes, pose
+from blockstat.analysis.rims import overlap_warnings, rim_warnings
+from blockstat.analysis.verdict import Outcome, unit_motion
 from blockstat.certificate import check as certificate
-from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
+from blockstat.certificate.check import opening_slack
+from blockstat.certificate.interior_motions import least_slack
+from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces, near_blocks
+from blockstat.contact.penetration import check_copies, check_overlaps, overlaps
 from blockstat.errors import InputError, check_choice, check_vector, known_options
 from blockstat.loads import as_load
 from blockstat.program.conic import conic_program
+from blockstat.program.ties import tie_columns, tied_pairs
 from blockstat.result import Result, Sentence, finite
 from blockstat.solve.dispatch import CHOICES, solve
 from blockstat.solve.penalty import solve_penalty
@@ -24,9 +29,17 @@ from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
+    from blockstat.program.equilibrium import Columns
+    from blockstat.program.penalty import PenaltyProgram
 
 #: Two loads whose cosine is nearer to one than this are one load.
 PARALLEL = 1e-9
+#: An extreme is proven when what is proven not to be exceeded lies no further from it than this, relative to it or to
+#: the weight.
+SHARP = 1e-5
+#: A functional grows without end where forces in balance raise it by so many weights; more is tried first, where the
+#: forces that it takes are not beyond what a certificate believes.
+RAISED = (UNBOUNDED, 1e-1 * UNBOUNDED, 1e-2 * UNBOUNDED)
 
 
 class ThrustOutcome(Sentence):
@@ -34,6 +47,9 @@ class ThrustOutcome(Sentence):
 
     BOUNDED = "Bounded: the thrust lies between a least and a greatest value, each carried by a proven force field."
     UNBOUNDED = "Unbounded: self-stress can raise the thrust without end; the least value is proven."
+    NO_LEAST = "No least: self-stress can lower the thrust without end; the greatest value is proven."
+    NO_ENDS = "No ends: self-stress can raise the thrust without end, and lower it."
+    UNDECIDED = "Undecided: a proven force field carries each value told, but thrusts beyond them are not excluded."
 
 
 class DomainOutcome(Sentence):
@@ -49,15 +65,22 @@ class ThrustRange(Result):
     least: float  #: [N]
     greatest: float  #: [N], inf when self-stress can raise it without end
     least_forces: Floats  #: shape (n_points, 3) [N]
-    greatest_forces: Floats  #: shape (n_points, 3) [N]
+    greatest_forces: Floats  #: shape (n_points, 3) [N]; the ray for no greatest
     interfaces: Interfaces
     assembly: Assembly
     warnings: tuple[str, ...] = ()
+    proven: bool = True  #: whether mechanisms prove that there is no thrust beyond both ends
+    least_ties: Floats | None = None  #: force of each tie with `least_forces`, shape (n_ties,) [N]
+    greatest_ties: Floats | None = None  #: with `greatest_forces`
 
     @property
     def outcome(self) -> ThrustOutcome:
-        """Whether the thrust has a greatest value."""
-        return ThrustOutcome.BOUNDED if np.isfinite(self.greatest) else ThrustOutcome.UNBOUNDED
+        """Whether the thrust has a least and a greatest value."""
+        if not self.proven:
+            return ThrustOutcome.UNDECIDED
+        if np.isfinite(self.greatest):
+            return ThrustOutcome.BOUNDED if np.isfinite(self.least) else ThrustOutcome.NO_LEAST
+        return ThrustOutcome.UNBOUNDED if np.isfinite(self.least) else ThrustOutcome.NO_ENDS
 
     def explain(self) -> str:
         """Return the answer and its evidence in words, one fact a line.
@@ -81,6 +104,7 @@ class ThrustRange(Result):
         return {
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,
+            "proven": self.proven,
             "least": finite(self.least),
             "greatest": finite(self.greatest),
             "blocks": self.assembly.n_blocks,
@@ -96,6 +120,7 @@ class LoadDomain(Result):
 
     inner: Floats  #: shape (n, 2), proven by force fields, counter-clockwise
     outer: Floats  #: shape (n, 3), rows (a, b, c) of half-planes a x + b y <= c, proven by mechanisms
+    warnings: tuple[str, ...] = ()
 
     @property
     def outcome(self) -> DomainOutcome:
@@ -116,6 +141,7 @@ class LoadDomain(Result):
                 self.outcome.value,
                 f"Inner polygon: {len(self.inner)} corners, x from {x0:.6g} to {x1:.6g}, y from {y0:.6g} to {y1:.6g}.",
                 f"Outer polygon: {len(self.outer)} half-planes.",
+                *(f"Warning: {text}" for text in self.warnings),
             ]
         )
 
@@ -132,6 +158,7 @@ class LoadDomain(Result):
             "sentence": self.outcome.value,
             "inner": self.inner.tolist(),
             "outer": self.outer.tolist(),
+            "warnings": list(self.warnings),
         }
 
 
@@ -173,7 +200,14 @@ def thrust_range(
 
     Notes
     -----
-    The thrust is linear in the contact forces, so both ends are conic programs over the admissible force fields.
+    The thrust is all that the assembly does to the supports. So a tie between a support and a block counts with what
+    presses on the support, whether its force is given or not: a tie that pulls a block down on a support leaves the
+    thrust as it is. A tie between two supports acts on no block, and does not count.
+
+    The thrust is linear in the contact forces, so both ends are conic programs over the admissible force fields. Each
+    is proven from both sides: by a force field that carries it, and by a motion that no thrust beyond it can resist.
+    Where the motion drives blocks into each other at contacts that are in no program, it proves nothing, and the
+    outcome is "undecided", as in `blockstat.limit_load`.
 
     References
     ----------
@@ -195,17 +229,24 @@ def thrust_range(
     problem, inside = standing(
         assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces, solver=solver
     )
-    thrust = _functional(problem, support_indices(problem.assembly, supports), direction)
-    least, least_forces = extreme(problem, -thrust, inside, solver)
-    greatest, greatest_forces = extreme(problem, thrust, inside, solver)
+    numbers = support_indices(problem.assembly, supports)
+    thrust = _functional(problem, numbers, direction)
+    given = _given(problem, numbers, direction)
+    problem, away = with_overlaps(problem), np.zeros((problem.assembly.n_blocks, 6))
+    away[numbers, :3] = check_vector("direction", direction) / np.linalg.norm(direction)
+    least = extreme(problem, -thrust, inside, solver, supports=away)
+    greatest = extreme(problem, thrust, inside, solver, supports=-away)
     return ThrustRange(
-        least=-least,
-        greatest=greatest,
-        least_forces=least_forces,
-        greatest_forces=greatest_forces,
+        least=given - least.value,
+        greatest=given + greatest.value,
+        least_forces=least.forces,
+        greatest_forces=greatest.forces,
+        proven=least.proven and greatest.proven,
+        least_ties=least.ties,
+        greatest_ties=greatest.ties,
         interfaces=problem.interfaces,
         assembly=problem.assembly,
-        warnings=problem.warnings,
+        warnings=tuple(dict.fromkeys([*problem.warnings, *least.doubts, *greatest.doubts])),
     )
 
 
@@ -265,7 +306,7 @@ def load_domain(
     """
     assembly = assembly if gravity is None else assembly.with_(gravity=gravity)
     first, second = as_load(assembly, one), as_load(assembly, two)
-    shared = find_interfaces(assembly, gap=gap) if interfaces is None else interfaces
+    shared, told = shared_joints(assembly, gap, interfaces)
     if directions < 3:
         raise InputError(f"directions is {directions!r}; a polygon needs at least 3")
     cosine = float((first * second).sum() / np.sqrt((first**2).sum() * (second**2).sum()))
@@ -283,7 +324,41 @@ def load_domain(
         inner.append((limit.lower * x, limit.lower * y))
         a, b = (float((load * limit.mechanism).sum()) for load in (first, second))
         outer.append((a, b, limit.upper * (a * x + b * y)))
-    return LoadDomain(np.array(inner), np.array(outer))
+    return LoadDomain(np.array(inner), np.array(outer), told)
+
+
+def shared_joints(
+    assembly: Assembly, gap: float | str, interfaces: Interfaces | None
+) -> tuple[Interfaces, tuple[str, ...]]:
+    """Return the joints that several problems of an assembly share.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    gap : float or str
+        As in `blockstat.assess`.
+    interfaces : Interfaces or None
+        These joints, if they are given.
+
+    Returns
+    -------
+    interfaces : Interfaces
+        The joints.
+    warnings : tuple of str
+        Of blocks that overlap; none where the joints are given.
+
+    Raises
+    ------
+    InputError
+        When blocks overlap deeply, and no joints are given.
+    """
+    if interfaces is not None:
+        return interfaces, ()
+    check_copies(assembly)
+    near = near_blocks(assembly, gap=gap)
+    told = check_overlaps(assembly, gap=gap, near=near)
+    return find_interfaces(assembly, gap=gap, near=near), tuple(told)
 
 
 def standing(
@@ -355,13 +430,24 @@ def support_indices(assembly: Assembly, supports: Sequence[int | str]) -> Ints:
 
 def _functional(problem: Problem, supports: Ints, direction: Sequence[float]) -> Floats:
     """Row c with c' f the force on the supports along the direction, in scaled units, shape (3 m,)."""
+    return np.concatenate([_on_supports(columns, supports, direction) for columns in problem.eq.columns])
+
+
+def _on_supports(columns: Columns, supports: Ints, direction: Sequence[float]) -> Floats:
+    """What unit forces of columns do to the supports along the direction, shape (3 n,)."""
     unit = check_vector("direction", direction)
-    unit = unit / np.linalg.norm(unit)
-    rows = []
-    for columns in problem.eq.columns:
-        sign = np.isin(columns.pair[:, 1], supports).astype(float) - np.isin(columns.pair[:, 0], supports)
-        rows.append((sign[:, None] * (columns.force @ unit)).reshape(-1))
-    return np.concatenate(rows)
+    sign = np.isin(columns.pair[:, 1], supports).astype(float) - np.isin(columns.pair[:, 0], supports)
+    return (sign[:, None] * (columns.force @ unit)).reshape(-1) / np.linalg.norm(unit)
+
+
+def _given(problem: Problem, supports: Ints, direction: Sequence[float]) -> float:
+    """What the ties whose force is given do to the supports along the direction [N]."""
+    assembly = problem.assembly
+    bearing = np.flatnonzero((~assembly.support[tied_pairs(assembly)]).any(axis=1))
+    ties = [tie for k in bearing if (tie := assembly.ties[k]).constant]
+    if not ties:
+        return 0.0
+    return float(_on_supports(tie_columns(assembly, ties), supports, direction)[::3] @ [tie.least for tie in ties])
 
 
 def value(problem: Problem, functional: Floats, force: Floats) -> float:
@@ -387,15 +473,147 @@ def value(problem: Problem, functional: Floats, force: Floats) -> float:
     return (float(functional @ force.reshape(-1)) - held) * program.force_unit
 
 
-def extreme(problem: Problem, functional: Floats, inside: Floats, solver: str) -> tuple[float, Floats]:
-    """Largest value of a functional over admissible force fields [N], proven by the field returned."""
+@dataclass(frozen=True, eq=False)
+class Extreme:
+    """The largest value of a functional over admissible force fields."""
+
+    value: float  #: [N], of the forces; inf where a ray of forces in balance raises it without end
+    forces: Floats  #: admissible, shape (n_points, 3) [N]; the ray for a value without end
+    proven: bool  #: whether a motion proves that there is no larger value, or the ray that there is no largest
+    ties: Floats | None  #: force of each tie, shape (n_ties,) [N]; None without ties
+    doubts: tuple[str, ...] = ()  #: what the motion drives blocks into
+
+
+def with_overlaps(problem: Problem) -> Problem:
+    """Return a problem with the pairs of blocks that overlap, so that these are looked for once.
+
+    Parameters
+    ----------
+    problem : Problem
+        The posed problem.
+
+    Returns
+    -------
+    Problem
+        The same.
+    """
+    if problem.overlapping is not None:
+        return problem
+    return replace(problem, overlapping=overlaps(problem.assembly, gap=problem.gap)[0])
+
+
+def extreme(
+    problem: Problem, functional: Floats, inside: Floats, solver: str, supports: Floats | None = None
+) -> Extreme:
+    """Find the largest value of a functional over admissible force fields.
+
+    Parameters
+    ----------
+    problem : Problem
+        The posed problem.
+    functional : array of float, shape (3 m,)
+        Its row.
+    inside : array of float, shape (m, 3)
+        Forces strictly inside their cones, as `standing` returns them.
+    solver : str
+        As in `blockstat.assess`.
+    supports : array of float, shape (n_blocks, 6), optional
+        Velocities of the supports of which the functional is the work, with its sign turned.
+
+    Returns
+    -------
+    Extreme
+        The value, with the forces that carry it.
+    """
     program = problem.program
     assert program is not None
     answer = solve(conic_program(program, -program.load, offset=-functional), solver=solver)
-    if answer.status.is_infeasible:
-        return np.inf, problem.to_points(answer.force)
+    if answer.status.is_infeasible or answer.status.is_stalled:
+        if answer.status.is_infeasible and _grows(program, functional, answer.force, inside):
+            return Extreme(np.inf, problem.to_points(answer.force), True, problem.to_ties(answer.force))
+        found = value(problem, functional, inside)
+        return Extreme(found, problem.to_points(inside), False, problem.to_ties(inside))
     field = admissible(problem, certificate.balance(program, answer.force), inside)
-    return value(problem, functional, field), problem.to_points(field)
+    found = value(problem, functional, field)
+    most = value_bound(program, functional, answer.twist, field, problem.motions())
+    most -= float(functional[::3] @ program.shift)
+    room = SHARP * max(program.total_load, abs(found) / program.force_unit)
+    motion = problem.to_blocks(answer.twist) + (0.0 if supports is None else supports)
+    motion = unit_motion(problem.assembly, motion)
+    doubts = overlap_warnings(problem, motion) or rim_warnings(problem, motion)
+    proven = not (doubts or crushes(problem, motion)) and most - found / program.force_unit <= room
+    return Extreme(found, problem.to_points(field), proven, problem.to_ties(field), tuple(doubts))
+
+
+def _grows(program: PenaltyProgram, functional: Floats, ray: Floats, inside: Floats) -> bool:
+    """Whether forces without a load raise a functional beyond all that counts, added to forces in balance."""
+    rise = float(functional @ ray.reshape(-1))
+    if not rise > 0:
+        return False
+    nothing = np.zeros_like(program.load)
+    for weights in RAISED:
+        field = certificate.balance(program, inside + weights * program.total_load / rise * ray)
+        raised = float(functional @ (field - inside).reshape(-1))
+        if raised >= 0.5 * weights * program.total_load and certificate.check(program, field, nothing).proves_stable:
+            return True
+    return False
+
+
+def value_bound(
+    program: PenaltyProgram, functional: Floats, twist: Floats, field: Floats, motions: Sequence[Floats]
+) -> float:
+    """Return what a motion proves that a functional does not exceed.
+
+    Parameters
+    ----------
+    program : PenaltyProgram
+        The program.
+    functional : array of float, shape (3 m,)
+        Its row c.
+    twist : array of float, shape (6 n,)
+        The motion u.
+    field : array of float, shape (m, 3)
+        The measure of forces, if some joint still closes.
+    motions : sequence of array, shape (6 n,)
+        Twists that may open every joint.
+
+    Returns
+    -------
+    float
+        In the units of the program, the shift of joint laws included.
+
+    Notes
+    -----
+    For A'u - c in K*, forces in balance have c'f <= (A'u)'f = -w'u. Bounds of single forces are bought as in
+    `blockstat.certificate.check.power`. Where a joint closes by v, forces of at most `ASSUMED_FORCE` times those given
+    add as much times v; or a motion that opens every joint is added to the twist.
+    """
+    total = ASSUMED_FORCE * float(np.linalg.norm(field, axis=1).sum())
+    twists = [twist]
+    closing = float(np.maximum(-_rates(program, functional, twist)[0], 0.0).max(initial=0.0))
+    for motion in motions:
+        least = least_slack(program, motion)
+        if least > 0:
+            twists.append(twist + closing / least * motion)
+    return min(_bound(program, functional, moved, total) for moved in twists)
+
+
+def _bound(program: PenaltyProgram, functional: Floats, twist: Floats, total: float) -> float:
+    """As `value_bound`, for one motion and contact forces that add up to so much."""
+    slack, rate = _rates(program, functional, twist)
+    bought, no_slip = np.isfinite(program.upper), np.isinf(program.friction)
+    opening = np.where(no_slip, rate[:, 0], slack)
+    price = np.where(bought, program.upper, 0.0) @ np.maximum(-opening, 0.0)
+    gain = program.lower @ np.maximum(slack, 0.0)
+    slide = np.where(no_slip, np.hypot(rate[:, 1], rate[:, 2]), 0.0)
+    violation = float(np.where(bought, slide, np.maximum(-slack, 0.0)).max(initial=0.0))
+    return float(price - gain - program.load @ twist) + total * violation
+
+
+def _rates(program: PenaltyProgram, functional: Floats, twist: Floats) -> tuple[Floats, Floats]:
+    """The slack of the opening of each point under A'u - c, shape (m,), and these rates, shape (m, 3)."""
+    rate = (program.matrix.T @ twist - functional).reshape(-1, 3)
+    return opening_slack(rate, program.friction), rate
 
 
 def admissible(problem: Problem, balanced: Floats, inside: Floats) -> Floats:

@@ -39,6 +39,11 @@ COULOMB_WIDTH = 1e-2
 COULOMB_FRICTION = 1e-4
 
 
+#: Joints whose cone has its apex at cohesion over friction, and a tensile strength beyond.
+MIXED = (
+    "joints have cohesion and tensile strength of their own: more friction carries less tension there, so the assembly "
+    "may fall at more friction, or stand at less"
+)
 #: An outcome and its score.
 Answer = tuple[Outcome, float]
 
@@ -179,7 +184,8 @@ def tilt_limit(
     Notes
     -----
     Up to a right angle the tilt is the limit load of a horizontal acceleration, tan(angle). Beyond it, with permanent
-    loads, and where joints have a strength that does not grow with the weight, verdicts are asked for angle by angle.
+    loads, and with ties and strengths, which do not grow with the weight, verdicts are asked for in steps of 5 degrees,
+    and the first change is closed in on: a fall that stands again within a step is not seen.
     With flow="coulomb" they always are, for each kind of joints (`Bracket.kinds`), and "stands" is the largest angle at
     which a checked state was found. Limits without dilatancy are not unique: `Bracket.least` has the least.
 
@@ -208,7 +214,7 @@ def tilt_limit(
     check_choice("flow", flow, FLOWS)
     problem = pose(assembly, friction=friction, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
     if imperfections is not None:
-        options: dict[str, Any] = {"solver": solver, "flow": flow}
+        options: dict[str, Any] = {"solver": solver, "flow": flow, "gap": gap}
         brackets = []
         for case in cases_of(problem, loads, imperfections):
             own = tilt_limit(case.assembly, axis, loads=case.loads, interfaces=case.interfaces, **options)
@@ -226,7 +232,7 @@ def _with_warnings(found: Bracket, problem: Problem, *more: str) -> Bracket:
 
 def _tilt(problem: Problem, unit: Floats, loads: Floats | None, solver: str, flow: str) -> Bracket:
     """The tilt about an axis of unit length that an assembly bears."""
-    asm, shared, gap = problem.assembly, problem.interfaces, problem.gap
+    asm, shared, gap = problem.assembly, problem.given, problem.gap
     if not len(asm.free):
         return _tilts(180.0, math.nan)
     sideways = np.cross(unit, asm.gravity)
@@ -240,9 +246,10 @@ def _tilt(problem: Problem, unit: Floats, loads: Floats | None, solver: str, flo
 
     if np.linalg.norm(sideways) < 1e-9 * size:
         return _tilts(180.0, math.nan) if (first := judge(0.0)[0]) is Outcome.STABLE else _tilts(*_nowhere(first, 0.0))
-    follows = loads is None and not any(law.strong for law in asm.joints)  # all forces grow with the weight
+    follows = loads is None and not (asm.ties or any(law.strong for law in asm.joints))
     if flow == "associated" and abs(unit @ asm.gravity) < 1e-9 * size and follows:
-        limit = limit_load(asm, acceleration(asm, sideways.tolist()), interfaces=shared, solver=solver, optimum=True)
+        options: dict[str, Any] = {"interfaces": shared, "gap": gap, "solver": solver, "optimum": True}
+        limit = limit_load(asm, acceleration(asm, sideways.tolist()), **options)
         if limit.outcome is LoadOutcome.DEAD_LOAD_UNSTABLE:
             return _tilts(*_nowhere(judge(0.0)[0], 0.0))
         if limit.outcome is LoadOutcome.LIMIT:
@@ -377,8 +384,10 @@ def friction_limit(
     check_choice("solver", solver, CHOICES)
     check_choice("flow", flow, FLOWS)
     posed = pose(assembly, friction=None, gravity=gravity, loads=loads, gap=gap, interfaces=interfaces)
-    shared, told = posed.interfaces, _friction_of_laws(assembly, posed.interfaces)
+    shared, told = posed.given, _friction_of_laws(assembly, posed.interfaces)
     least = LEAST_FRICTION if any(law.cohesion for law in assembly.joints) else 0.0
+    mixed = any(law.cohesion and (law.tension or law.bond) for law in assembly.joints)
+    told += [MIXED] if mixed else []
 
     def judge(mu: float, kinds: Sequence[tuple[float, float]] = FAMILY) -> Answer:
         problem = pose(assembly, friction=mu, gravity=gravity, loads=loads, gap=gap, interfaces=shared)
@@ -387,7 +396,7 @@ def friction_limit(
 
     def bracket(judge: Callable[[float], Answer], width: float) -> tuple[float, float]:
         if (first := judge(top)[0]) is not Outcome.STABLE:
-            return _nowhere(first, top)
+            return _nowhere(Outcome.UNDECIDED if mixed else first, top)
         return (least, math.nan) if judge(least)[0] is Outcome.STABLE else _close_in(judge, top, least, width)
 
     if flow == "associated":

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.special import betaincinv, ndtri
+from scipy.special import betaincinv, gammaincinv
 
 from blockstat.analysis.assess import FLOWS
 from blockstat.analysis.limit_load import LoadOutcome, limit_load
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
 
+#: Of fewer failures the largest weight says nothing of what others may weigh. Chosen by the coverage of known cases.
+FEW = 10
 #: What each draw is asked.
 ASSOCIATED = (
     "A draw falls when no admissible forces balance it, with associated friction and self-stress. Without them more "
@@ -56,10 +58,12 @@ class Reliability(Result):
     failures: int  #: draws in which the assembly falls; with flow "coulomb" those that only self-stress holds, too
     undecided: int  #: draws that are neither; they widen the interval to both sides
     reused: int  #: draws that evidence of earlier draws decided without a solve
-    sampled_about: str = "the mean"  #: or "the design point"
+    sampled_about: str = "the mean"  #: or "the design point", with its mirror image and the mean
     seconds: float = 0.0  #: process time of all draws, those of earlier runs too
     flow: str = "associated"  #: the flow rule of each draw, "associated" or "coulomb"
     self_stress: int = 0  #: of the failures, those that only self-stress holds
+    #: of draws about a design point: what the probability is at most by those about the mean, wherever it falls
+    at_most: float | None = None
 
     @property
     def outcome(self) -> ReliabilityOutcome:
@@ -79,8 +83,14 @@ class Reliability(Result):
         lines.append(
             f"Probability {self.probability:.4g}; with {self.confidence:.0%} confidence {low:.4g} to {high:.4g}."
         )
-        where = "" if self.sampled_about == "the mean" else f", drawn about {self.sampled_about} and weighted"
+        where = (
+            "" if self.at_most is None else ", drawn about the mean, the design point and its mirror image, weighted"
+        )
         lines.append(f"{self.failures} of {self.draws} draws fall, {self.undecided} undecided{where}.")
+        if self.at_most is not None:
+            lines.append(
+                f"What falls far from both points is seen by draws about the mean alone: at most {self.at_most:.4g}."
+            )
         cost = 1e3 * self.seconds / self.draws
         lines.append(f"Evidence of earlier draws decided {self.reused}. A draw took {cost:.3g} ms of process time.")
         lines.append(ASSOCIATED if self.flow == "associated" else CAUTIOUS.format(self.self_stress))
@@ -108,6 +118,7 @@ class Reliability(Result):
             "seconds": self.seconds,
             "flow": self.flow,
             "self_stress": self.self_stress,
+            "at_most": self.at_most,
         }
 
 
@@ -157,7 +168,8 @@ def reliability(
         As in `blockstat.assess`. With flow="coulomb" what only self-stress holds has fallen. A draw then takes much
         longer.
     about
-        Draw about this design point and weigh the draws (importance sampling): small probabilities need fewer.
+        Draw about this design point and weigh the draws (importance sampling): small probabilities need fewer. Half of
+        them are about the point, a quarter about its mirror image and a quarter about the mean.
     reuse
         Whether evidence of earlier draws is tried before a solve; the verdicts are the same.
     file
@@ -182,12 +194,18 @@ def reliability(
     Notes
     -----
     The interval is that of Clopper and Pearson (1934), which contains the probability at least as often as it says,
-    with undecided draws as standing at its lower end and as fallen at its upper one. About a design point it is that of
-    the central limit theorem.
+    with undecided draws as standing at its lower end and as fallen at its upper one.
+
+    About a design point it is that of Fay and Feuer (1997) for weighted counts, with the largest weight of those that
+    fell; where fewer than ten fell, with the largest weight there can be. So it holds where all that falls is near the
+    point or its mirror image. What falls elsewhere is seen by the quarter of the draws about the mean, and `at_most` is
+    the bound of Clopper and Pearson by these alone.
 
     References
     ----------
     Clopper & Pearson: The use of confidence or fiducial limits illustrated in the case of the binomial, 1934.
+    Fay & Feuer: Confidence intervals for directly standardized rates, 1997. Hesterberg: Weighted average importance
+    sampling and defensive mixture distributions, 1995.
 
     Examples
     --------
@@ -212,11 +230,14 @@ def reliability(
     words = np.array([row.outcome for row in rows])
     held = words == Outcome.STABLE_ONLY_BY_SELF_STRESS.word
     failed, undecided = (words == "unstable") | held, words == "undecided"
+    at_most: float | None = None
     if about is None:
         probability, interval = _binomial(int(failed.sum()), int(undecided.sum()), draws, confidence)
     else:
-        weight = np.exp(0.5 * centre @ centre - trials.normals(draws) @ centre)
-        probability, interval = _weighted(weight * failed, weight * (failed | undecided), confidence)
+        weight, mean = trials.weights(draws), trials.turns(draws) == 0
+        fallen = failed | undecided
+        probability, interval = _weighted(weight, failed, fallen, draws / mean.sum(), confidence)
+        at_most = _binomial(int(fallen[mean].sum()), 0, int(mean.sum()), 2 * confidence - 1)[1][1]
     return Reliability(
         probability=probability,
         interval=interval,
@@ -229,6 +250,7 @@ def reliability(
         seconds=sum(row.seconds for row in rows),
         flow=flow,
         self_stress=int(held.sum()),
+        at_most=at_most,
     )
 
 
@@ -240,11 +262,22 @@ def _binomial(failures: int, undecided: int, draws: int, confidence: float) -> t
     return failures / draws, (low, high)
 
 
-def _weighted(least: Floats, most: Floats, confidence: float) -> tuple[float, tuple[float, float]]:
-    """Mean and normal interval of weighted failures, without and with undecided draws."""
-    reach = float(ndtri(0.5 + confidence / 2)) / np.sqrt(len(least))
-    low, high = least.mean() - reach * least.std(), most.mean() + reach * most.std()
-    return float(least.mean()), (max(float(low), 0.0), min(float(high), 1.0))
+def _weighted(
+    weight: Floats, least: np.ndarray, most: np.ndarray, largest: float, confidence: float
+) -> tuple[float, tuple[float, float]]:
+    """Mean and interval of Fay and Feuer of weighted failures, without and with undecided draws."""
+    draws, tail = len(weight), (1 - confidence) / 2
+    low, spread = _moments(weight[least] / draws)
+    below = spread / low * float(gammaincinv(low**2 / spread, tail)) if low > 0 else 0.0
+    more = float(weight[most].max() if most.sum() >= FEW else largest) / draws
+    high, spread = (own + more**k for k, own in enumerate(_moments(weight[most] / draws), 1))
+    above = spread / high * float(gammaincinv(high**2 / spread, 1 - tail))
+    return low, (below, min(above, 1.0))
+
+
+def _moments(values: Floats) -> tuple[float, float]:
+    """Sums of values and of their squares."""
+    return float(values.sum()), float(values @ values)
 
 
 @known_options

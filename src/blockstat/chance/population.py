@@ -115,6 +115,8 @@ class Population:
 
     def __post_init__(self) -> None:
         checked(self.assembly, self.uncertain, self.loads)
+        if "friction" in self.uncertain and self.interfaces.friction is not None:
+            raise InputError('uncertain "friction": the interfaces have their own friction')
         if empty := [part.key for part in self.parts if not part.count]:
             raise InputError(f'uncertain "{empty[0]}": the scene has nothing that it is a property of')
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import nullcontext
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from time import process_time
@@ -30,6 +30,8 @@ from blockstat.typing import Floats, Ints
 
 #: Draws that a process is given at a time.
 BATCH = 20
+#: About which multiple of the design point draws are made in turn: the mean, the point, its mirror image, the point.
+TURNS = np.array([0, 1, -1, 1])
 Progress = Callable[[int, int], None]
 
 
@@ -55,7 +57,7 @@ class Trials:
 
     population: Population
     load: Any  #: as in `blockstat.limit_load`; None for none
-    centre: Floats  #: about which standard normal variables are drawn, shape (size,)
+    centre: Floats  #: in turn with the mean what standard normal variables are drawn about, shape (size,)
     seed: int
     reuse: bool  #: whether evidence of earlier draws is tried
     flow: str = "associated"  #: or "coulomb", as in `blockstat.assess`
@@ -73,7 +75,46 @@ class Trials:
         Floats
             The same however many follow.
         """
-        return self.centre + np.random.default_rng(self.seed).standard_normal((draws, self.population.size))
+        drawn = np.random.default_rng(self.seed).standard_normal((draws, self.population.size))
+        return drawn + self.turns(draws)[:, None] * self.centre
+
+    def turns(self, draws: int) -> Ints:
+        """Return about which multiple of the centre each draw is made, shape (draws,).
+
+        Parameters
+        ----------
+        draws
+            How many.
+
+        Returns
+        -------
+        Ints
+            Each 0, 1 or -1.
+        """
+        return np.resize(TURNS, draws)
+
+    def weights(self, draws: int) -> Floats:
+        """Return the weights of draws about a centre, its mirror image and the mean: the balance heuristic.
+
+        Parameters
+        ----------
+        draws
+            How many.
+
+        Returns
+        -------
+        Floats
+            Density of the variables over that of the mixture, shape (draws,); at most draws over those about the mean.
+
+        References
+        ----------
+        Hesterberg: Weighted average importance sampling and defensive mixture distributions, 1995. Veach & Guibas:
+        Optimally combining sampling techniques for Monte Carlo rendering, 1995.
+        """
+        along, turns = self.normals(draws) @ self.centre, self.turns(draws)
+        offset = 0.5 * float(self.centre @ self.centre)
+        parts = [np.mean(turns == turn) * np.exp(turn * along - turn**2 * offset) for turn in (0, 1, -1)]
+        return 1.0 / np.sum(parts, axis=0)
 
     @cached_property
     def _overlapping(self) -> Ints:
@@ -129,18 +170,49 @@ class Trials:
         Returns
         -------
         str
-            Of the blocks, joints, loads, random variables, the seed and the flow; not of how many draws there are.
+            Of all of the blocks and joints but their name, metadata and dropped patches, of the loads, the random
+            variables, the point about which they are drawn, the seed and the flow; not of how many draws there are.
         """
-        own = self.population
-        parts = [own.assembly.vertices, own.assembly.density, own.assembly.support, own.assembly.gravity]
-        parts += [own.interfaces.point, own.interfaces.pair, self.centre]
-        parts += [np.asarray(part, dtype=float) for part in (own.loads, self.load) if part is not None]
-        said = repr((own.assembly.friction, own.assembly.joints, dict(own.uncertain), self.seed, len(parts)))
-        said += "" if self.flow == "associated" else self.flow
-        digest = hashlib.sha256(said.encode())
-        for part in parts:
-            digest.update(np.ascontiguousarray(part).tobytes())
+        own, digest = self.population, hashlib.sha256()
+        joints = {name: value for name, value in vars_of(own.interfaces).items() if name != "dropped"}
+        blocks = {name: value for name, value in vars_of(own.assembly).items() if name not in ("name", "metadata")}
+        about = [TURNS, self.centre] if self.centre.any() else []
+        for part in (blocks, joints, own.loads, self.load, dict(own.uncertain), about, self.seed, self.flow):
+            _take(digest, part)
         return digest.hexdigest()[:16]
+
+
+def vars_of(value: Any) -> dict[str, Any]:
+    """Return the fields of a dataclass.
+
+    Parameters
+    ----------
+    value
+        An object of a dataclass.
+
+    Returns
+    -------
+    dict
+        By name.
+    """
+    return {field.name: getattr(value, field.name) for field in fields(value)}
+
+
+def _take(digest: Any, value: Any) -> None:
+    """Add a value to a digest: arrays by what they hold, and objects by their fields."""
+    if isinstance(value, Mapping):
+        value = [part for item in value.items() for part in item]
+    elif is_dataclass(value):
+        value = [type(value).__name__, *vars_of(value).values()]
+    if isinstance(value, (list, tuple)):
+        digest.update(f"[{len(value)}".encode())
+        for part in value:
+            _take(digest, part)
+    elif isinstance(value, np.ndarray):
+        digest.update(f"{value.dtype.str}{value.shape}".encode())
+        digest.update(np.ascontiguousarray(value).tobytes())
+    else:
+        digest.update(f"{value!r};".encode())
 
 
 #: What a process is given: what is drawn, the numbers of draws, their normal variables, and evidence of earlier ones.

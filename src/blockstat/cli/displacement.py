@@ -168,14 +168,13 @@ def settle_command(
         path = None
         if not reason:
             say("following the settlement")
-            path = settle_to_collapse(
-                assembly,
-                moves,
-                interfaces=found.interfaces,
-                displacement=until,
-                steps=steps,
-                progress=lambda there, reaction: say(f"{there:.4g} m: {reaction:.4g} N"),
-            )
+            options = {"interfaces": found.interfaces, "displacement": until, "steps": steps}
+            try:
+                path = settle_to_collapse(
+                    assembly, moves, progress=lambda there, reaction: say(f"{there:.4g} m: {reaction:.4g} N"), **options
+                )
+            except KeyboardInterrupt:  # before the first point; what happens at first is known
+                reason = "interrupted"
     files = drawn(output=(plot_settlement, found, output), film=(write_path, path, film))
     if as_json:
         further = {"collapse": path and path.collapse, "path": path and path.summary()}
@@ -222,7 +221,7 @@ def code_check_command(
     permanent = None if acting is None else acting.loads
     with shown_progress() as progress:
         limit = limit_load(assembly, direction, loads=permanent, flow=flow, gap=near, progress=progress)
-    found = linear_check(limit, direction, **code)
+    found = linear_check(limit, direction, loads=permanent, **code)
     if as_json:
         echo = inputs(assembly, units=units, gap=near) | ({"case": case} if case else {})
         print_json({"file": str(file), **echo, **found.summary()})

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.limit_load import LimitLoad, LoadOutcome
+from blockstat.code_check.pushed import G, check_pushed, mass_points
 from blockstat.code_check.spectrum import Floor, Site, Spectrum
 from blockstat.errors import InputError, check_vector, known_options
 from blockstat.geometry.components import connected_components
@@ -35,9 +36,11 @@ if TYPE_CHECKING:
 TOGETHER = 1e-5
 #: Bodies of a mechanism drawn by hand, at most: a plane chain between two supports moves with four hinges.
 MACRO_BLOCKS = 3
-G = 9.81  #: [m/s2]
 LEVEL = 1e-3  #: a direction counts as horizontal whose sine with the horizon is at most this
 GREATEST = 10.0  #: no ground acceleration comes near it, in units of g
+#: Ground accelerations at which a demand is looked at, in units of g: each 1.6 % above the one before. Where that of a
+#: soft soil falls, it does so over a quarter.
+STEPS = np.geomspace(1e-6, GREATEST, 1001)
 
 
 class CheckOutcome(Sentence):
@@ -59,9 +62,10 @@ class LinearCheck(Result):
     acceleration: float  #: a0* [m/s2]
     confidence: float  #: FC [-]
     behaviour: float  #: q [-]
-    ag_damage: float  #: ag at which the mechanism is activated (SLD), in units of g
-    ag_life: float  #: ag at the limit state of life safety (SLV) by behaviour factor, in units of g
+    ag_damage: float  #: least ag at which the mechanism is activated (SLD), in units of g
+    ag_life: float  #: ag up to which life safety (SLV) is met by behaviour factor, in units of g
     demand: float | None  #: ag asked for at SLV, in units of g
+    satisfied: bool | None  #: whether that ag is borne; None without one
     bodies: tuple[tuple[int, ...], ...]  #: blocks that move as one, for each body of the mechanism
     multiplier: str  #: which multiplier alpha0 is, in words
     ground: str  #: the site or the spectrum, in words
@@ -70,9 +74,9 @@ class LinearCheck(Result):
     @property
     def outcome(self) -> CheckOutcome:
         """Whether the verification is satisfied."""
-        if self.demand is None:
+        if self.satisfied is None:
             return CheckOutcome.CAPACITY
-        return CheckOutcome.SATISFIED if self.demand <= self.ag_life else CheckOutcome.NOT_SATISFIED
+        return CheckOutcome.SATISFIED if self.satisfied else CheckOutcome.NOT_SATISFIED
 
     def explain(self) -> str:
         """Return the verification in words, one fact a line.
@@ -82,7 +86,7 @@ class LinearCheck(Result):
         str
             One fact a line.
         """
-        asked = "" if self.demand is None else f", asked for {self.demand:.4g} g"
+        asked = asked_for(self.demand, self.satisfied, self.ag_life)
         return "\n".join(
             [
                 self.outcome.value,
@@ -133,6 +137,7 @@ def linear_check(
     confidence: float = 1.35,
     behaviour: float = 2.0,
     masses: Sequence[tuple[int | str, Sequence[float], float]] = (),
+    loads: Floats | None = None,
     floor: Floor | None = None,
     demand: float | None = None,
     macro_blocks: int = MACRO_BLOCKS,
@@ -155,6 +160,8 @@ def linear_check(
     masses : sequence of (block, point, weight), optional
         Weights [N] with mass besides the blocks' own, such as floors and roofs: the block that they move with and where
         they are [m].
+    loads : array of float, shape (n_blocks, 6), optional
+        Permanent loads of the limit [N, N m]. Without them any are taken that do not hold a block back.
     floor : Floor, optional
         For a part high up in a building; by default the mechanism stands on the ground.
     demand : float, optional
@@ -171,16 +178,18 @@ def linear_check(
     Raises
     ------
     InputError
-        When there is no limit, for a mechanism that does not move along the direction, or a bad value.
+        When there is no limit, or when its load is not the acceleration of all that has mass; for a mechanism that does
+        not move along the direction, or a bad value.
 
     References
     ----------
-    Circolare 21 gennaio 2019, n. 7 C.S.LL.PP., C8.7.1.2.1. NTC 2018 (D.M. 17 gennaio 2018), 3.2.3.2.1.
+    Circolare 21 gennaio 2019, n. 7 C.S.LL.PP., C7.2.3, C8.7.1.2.1. NTC 2018 (D.M. 17 gennaio 2018), 3.2.3.2.1.
 
     Notes
     -----
     On the ground, `ag S = q a0*` (q = 1 for SLD); high up, `S_eZ(T0) = q a0*` with the floor spectrum. The method is
-    calibrated for mechanisms whose points move parallel to one plane.
+    calibrated for mechanisms whose points move parallel to one plane. On soil D `ag S` falls between two accelerations:
+    `ag_life` is the one up to which all are borne, and a demand is compared at its own ag.
 
     By C8.7.1.5 a lower e* is a higher a0*. e* sinks where still weights count and where one macro-block counts as many
     bricks; by Cauchy and Schwarz it is at most 1. So blocks whose motion the bracket of the limit does not prove do not
@@ -199,9 +208,7 @@ def linear_check(
     """
     if limit.outcome is not LoadOutcome.LIMIT:
         raise InputError(f"no mechanism to verify: {limit.outcome.value}")
-    gravity, along = limit.assembly.gravity, np.asarray(direction, dtype=float)
-    if abs(gravity @ along) > LEVEL * np.linalg.norm(gravity) * np.linalg.norm(along):
-        raise InputError(f"direction is {[*map(float, along)]}; the acceleration of the code is horizontal")
+    check_level(limit.assembly, direction)
     for name, value in (("confidence", confidence), ("behaviour", behaviour)):
         if not (np.isfinite(value) and value >= 1):
             raise InputError(f"{name} is {value!r}; it must be at least 1")
@@ -214,8 +221,14 @@ def linear_check(
     else:
         alpha0, multiplier = limit.coulomb_least[0], "without dilatancy, of the joints that carry least"
     sums = work_sums(limit.assembly, limit.mechanism, direction, bodies, masses)
+    check_pushed(limit, direction, masses, loads)
     share, _, warnings = oscillator(sums, bodies, macro_blocks)
     acceleration = alpha0 * G / (share * confidence)
+
+    def needed(ag: float) -> float:
+        return ground.spectrum(ag, 0.0) if floor is None else floor.spectrum(ground, ag)
+
+    ag_life = bearable(needed, behaviour * acceleration / G)
     return LinearCheck(
         alpha0=alpha0,
         participation=share,
@@ -224,9 +237,10 @@ def linear_check(
         acceleration=acceleration,
         confidence=confidence,
         behaviour=behaviour,
-        ag_damage=_ground(acceleration / G, ground, floor),
-        ag_life=_ground(behaviour * acceleration / G, ground, floor),
+        ag_damage=bearable(needed, acceleration / G),
+        ag_life=ag_life,
         demand=demand,
+        satisfied=is_borne(needed, behaviour * acceleration / G, ag_life, demand),
         bodies=tuple(tuple(int(block) for block in body) for body in bodies),
         multiplier=multiplier,
         ground=ground.words,
@@ -248,6 +262,25 @@ def count(bodies: Sequence[Any]) -> str:
         Such as "2 bodies".
     """
     return "1 body" if len(bodies) == 1 else f"{len(bodies):,} bodies"
+
+
+def asked_for(demand: float | None, satisfied: bool | None, ag: float) -> str:
+    """Return what is asked for in words, after what is borne.
+
+    Parameters
+    ----------
+    demand, satisfied, ag : float, bool and float
+        Ground acceleration asked for, whether it is borne, and the one up to which all are.
+
+    Returns
+    -------
+    str
+        Empty without a demand.
+    """
+    if demand is None:
+        return ""
+    falls = "; on this soil lesser accelerations are not all borne" if satisfied and demand > ag else ""
+    return f", asked for {demand:.4g} g{falls}"
 
 
 def oscillator(
@@ -440,13 +473,9 @@ def work_sums(
     unit = unit / np.linalg.norm(unit)
     load = assembly.mass * G
     work = load * (mechanism[:, :3] @ unit)
-    for name, point, weight in masses:
-        block = assembly.blocks_named(name, "masses")
-        if not (np.isfinite(weight) and weight > 0):
-            raise InputError(f"masses: the weight on {name!r} is {weight!r}; it must be above 0")
-        place = np.asarray(point, dtype=float).reshape(1, 3)
+    for block, place, weight in mass_points(assembly, masses):
         load[block] += weight
-        work[block] += weight * (point_velocity(assembly, mechanism, block, place) @ unit)
+        work[block] += weight * (point_velocity(assembly, mechanism, np.array([block]), place[None]) @ unit)[0]
     sums = np.array([(load[body].sum(), work[body].sum()) for body in bodies]).reshape(-1, 2)
     total, first = sums.sum(axis=0)
     second = float((sums[:, 1] ** 2 / sums[:, 0]).sum())
@@ -455,16 +484,28 @@ def work_sums(
     return float(total), float(first), second
 
 
-def _ground(acceleration: float, site: Spectrum, floor: Floor | None) -> float:
-    """The ag whose demand at rest is an acceleration; both in units of g."""
-    return bearable(
-        lambda ag: site.spectrum(ag, 0.0) if floor is None else floor.factor() * site.spectrum(ag, floor.period),
-        acceleration,
-    )
+def check_level(assembly: Assembly, direction: Sequence[float]) -> None:
+    """Check that a direction is horizontal.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Has the gravity.
+    direction : sequence of float, shape (3,)
+        Of an acceleration.
+
+    Raises
+    ------
+    InputError
+        For a bad direction, and one that is not horizontal.
+    """
+    gravity, along = assembly.gravity, check_vector("direction", direction)
+    if abs(gravity @ along) > LEVEL * np.linalg.norm(gravity) * np.linalg.norm(along):
+        raise InputError(f"direction is {[*map(float, along)]}; the acceleration of the code is horizontal")
 
 
 def bearable(demand: Callable[[float], float], acceleration: float) -> float:
-    """Return the peak ground acceleration at which a demand is what is borne.
+    """Return the peak ground acceleration up to which a demand is borne.
 
     Parameters
     ----------
@@ -476,11 +517,49 @@ def bearable(demand: Callable[[float], float], acceleration: float) -> float:
     Returns
     -------
     float
-        In units of g, at most `GREATEST`.
+        The largest that is borne with all below it, in units of g, at most `GREATEST`.
     """
-    from scipy.optimize import brentq
+    from scipy.optimize import brentq, minimize_scalar
 
-    if demand(GREATEST) <= acceleration:
-        return GREATEST
-    found: Any = brentq(lambda ag: demand(ag) - acceleration, 0.0, GREATEST, xtol=1e-14)
-    return float(found)
+    def lacking(ag: float) -> float:
+        return demand(ag) - acceleration
+
+    def root(low: float, high: float) -> float:
+        found: Any = brentq(lacking, low, high, xtol=1e-14)
+        return float(found)
+
+    before: list[tuple[float, float]] = [(0.0, lacking(0.0))]
+    for ag in map(float, STEPS):
+        value = lacking(ag)
+        if len(before) > 1 and before[-2][1] <= before[-1][1] >= value:  # a peak between two steps
+            ends = (before[-2][0], ag)
+            found: Any = minimize_scalar(lambda x: -lacking(x), bounds=ends, method="bounded", options={"xatol": 1e-12})
+            peak = float(found.x)
+            if lacking(peak) > 0:
+                return root(ends[0], peak)
+        if value > 0:
+            return root(before[-1][0], ag)
+        before = [before[-1], (ag, value)]
+    return GREATEST
+
+
+def is_borne(needed: Callable[[float], float], acceleration: float, ag: float, demand: float | None) -> bool | None:
+    """Return whether a demand is borne at its own ground acceleration.
+
+    Parameters
+    ----------
+    needed : callable
+        As `demand` of `bearable`.
+    acceleration : float
+        What is borne, in units of g.
+    ag : float
+        What `bearable` returns of the two.
+    demand : float or None
+        Ground acceleration asked for, in units of g.
+
+    Returns
+    -------
+    bool or None
+        None without a demand.
+    """
+    return None if demand is None else bool(demand <= ag or needed(demand) <= acceleration)

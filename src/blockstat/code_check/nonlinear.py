@@ -22,13 +22,16 @@ import numpy as np
 from blockstat.code_check.linear import (
     MACRO_BLOCKS,
     CheckOutcome,
-    G,
+    asked_for,
     bearable,
+    check_level,
     count,
+    is_borne,
     moving_bodies,
     oscillator,
     work_sums,
 )
+from blockstat.code_check.pushed import G, check_pushed
 from blockstat.code_check.spectrum import Floor, Site, Spectrum
 from blockstat.errors import InputError, check_choice, known_options
 from blockstat.large_displacement.capacity_curve import CapacityCurve, CapacityOutcome
@@ -53,13 +56,9 @@ class LimitState:
     acceleration: float  #: a [m/s2]
     period: float  #: T [s]; 0 for SLD on the ground
     damping: float  #: [per cent]
-    ag: float  #: peak ground acceleration that is borne, in units of g
+    ag: float  #: peak ground acceleration up to which all are borne, in units of g
     demand: float | None  #: what is asked for, in units of g
-
-    @property
-    def satisfied(self) -> bool | None:
-        """Whether the demand is borne; None without one."""
-        return None if self.demand is None else self.demand <= self.ag
+    satisfied: bool | None  #: whether that is borne; None without one
 
 
 @dataclass(frozen=True)
@@ -144,7 +143,7 @@ class NonlinearCheck(Result):
                 else f"d = {state.displacement:.6g} m, a = {state.acceleration:.6g} m/s2, T = {state.period:.6g} s, "
                 f"damping {state.damping:g} % (C8.7.1.10 to C8.7.1.12)"
             )
-            asked = "" if state.demand is None else f", asked for {state.demand:.4g} g"
+            asked = asked_for(state.demand, state.satisfied, state.ag)
             lines.append(f"{state.name}: {where}: ag = {state.ag:.6g} g{asked}.")
         if self.rocking is not None:
             lines.append(
@@ -199,6 +198,7 @@ def nonlinear_check(
     site: Spectrum | None = None,
     confidence: float = 1.35,
     masses: Sequence[tuple[int | str, Sequence[float], float]] = (),
+    loads: Floats | None = None,
     floor: Floor | None = None,
     shape: str = "curve",
     demand: Mapping[str, float] | None = None,
@@ -216,7 +216,7 @@ def nonlinear_check(
         Ground and spectrum; rock with F0 = 2.5 by default.
     confidence : float, optional
         FC; 1.35 where the crushing of stone is left out.
-    masses : sequence of (block, point, weight), optional
+    masses, loads : optional
         As in `blockstat.linear_check`.
     floor : Floor, optional
         For a part high up in a building. Its `own_period` T0 counts for SLD; for the others it is their T, with their
@@ -236,7 +236,7 @@ def nonlinear_check(
     Raises
     ------
     InputError
-        For a curve that was interrupted, or a bad value.
+        For a curve that was interrupted or is of another load, a direction that is not horizontal, or a bad value.
 
     References
     ----------
@@ -264,15 +264,17 @@ def nonlinear_check(
     check_choice("shape", shape, ("curve", "line"))
     if not (np.isfinite(confidence) and confidence >= 1):
         raise InputError(f"confidence is {confidence!r}; it must be at least 1")
-    if curve.outcome in (CapacityOutcome.INTERRUPTED, CapacityOutcome.LOST, CapacityOutcome.REACHED):
+    if curve.outcome not in (CapacityOutcome.ZERO, CapacityOutcome.COLLAPSE):
         raise InputError(f"the capacity curve does not tell where the multiplier is zero. {curve.outcome.value}")
     asked = dict(demand or {})
     for name in asked:
         check_choice("demand", name, ("SLD", *STATES))
+    check_level(curve.assembly, direction)
     ground: Spectrum = Site() if site is None else site
     curve, back = _forward(curve)
     bodies = moving_bodies(curve.limit)
     sums = work_sums(curve.assembly, curve.points[0].mechanism, direction, bodies, masses)
+    check_pushed(curve.limit, direction, masses, loads)
     share, per_control, told = oscillator(sums, bodies, macro_blocks)
     displacement = per_control * curve.displacement
     acceleration = curve.lower * G / (share * confidence)
@@ -324,10 +326,12 @@ def _damage(acceleration: float, site: Spectrum, floor: Floor | None, demand: fl
     """The mechanism begins."""
 
     def at(ag: float) -> float:
-        return site.spectrum(ag, 0.0) if floor is None else floor.factor() * site.spectrum(ag, floor.period)
+        return site.spectrum(ag, 0.0) if floor is None else floor.spectrum(site, ag)
 
-    period = 0.0 if floor is None else floor.own_period
-    return LimitState("SLD", 0.0, acceleration, period, 5.0, bearable(at, acceleration / G), demand)
+    period, damping = (0.0, 5.0) if floor is None else (floor.own_period, floor.own_damping)
+    borne = bearable(at, acceleration / G)
+    satisfied = is_borne(at, acceleration / G, borne, demand)
+    return LimitState("SLD", 0.0, acceleration, period, damping, borne, demand, satisfied)
 
 
 def _displaced(
@@ -345,10 +349,12 @@ def _displaced(
 
     def at(ag: float) -> float:
         own = site.spectrum(ag, period, damping=damping)
-        return own if above is None else max(own, above.factor() * site.spectrum(ag, above.period))
+        return own if above is None else max(own, above.spectrum(site, ag))
 
-    spectral = displacement * (2.0 * np.pi / period) ** 2
-    return LimitState(name, displacement, acceleration, period, damping, bearable(at, spectral / G), demand)
+    spectral = displacement * (2.0 * np.pi / period) ** 2 / G
+    borne = bearable(at, spectral)
+    satisfied = is_borne(at, spectral, borne, demand)
+    return LimitState(name, displacement, acceleration, period, damping, borne, demand, satisfied)
 
 
 def _rocking(curve: CapacityCurve, bodies: Sequence[Ints]) -> RockingBlock | None:

@@ -183,7 +183,7 @@ class Floor:
         -----
         The peak is `m = 1.1 xi1^-0.5 eta(xi)` with xi1 as a fraction (as per cent, which the source says, resonance
         would reduce the acceleration), and the acceleration of the floor is
-        `a_Z = S_e(T1) gamma psi sqrt(1 + 0.0004 xi1^2)` with xi1 in per cent.
+        `a_Z = S_e(T1, xi1) gamma psi sqrt(1 + 0.0004 xi1^2)` with xi1 in per cent (C7.2.6, C7.2.7).
         """
         rigid = self.gamma * self.psi * float(np.sqrt(1.0 + 0.0004 * self.damping**2))
         peak = 1.1 / float(np.sqrt(self.damping / 100.0)) * damping_factor(self.own_damping)
@@ -194,6 +194,26 @@ class Floor:
         elif self.own_period > high:
             off = (self.own_period / high - 1.0) ** 1.2
         return rigid * peak / (1.0 + (peak - 1.0) * off)
+
+    def spectrum(self, ground: Spectrum, ag: float) -> float:
+        """Return the acceleration S_eZ(T0) of the part in units of g (C7.2.5).
+
+        Parameters
+        ----------
+        ground : Site or SpectrumTable
+            The spectrum at the foot of the building, taken at T1 with the damping of the building.
+        ag : float
+            Peak ground acceleration, in units of g.
+
+        Returns
+        -------
+        float
+            S_eZ / g; beyond T1 at least the S_e of the ground at T0, with the damping of the part.
+        """
+        above = self.factor() * ground.spectrum(ag, self.period, damping=self.damping)
+        if self.own_period <= self.period:
+            return above
+        return max(above, ground.spectrum(ag, self.own_period, damping=self.own_damping))
 
 
 def damping_factor(damping: float) -> float:

@@ -8,20 +8,16 @@ the hull, which is enough for equilibrium, would carry pressure where nothing to
 
 from __future__ import annotations
 
-from collections import defaultdict
 from dataclasses import replace
 
 import numpy as np
 
-from blockstat.contact.coplanar import SAME_NORMAL
 from blockstat.contact.interfaces import Interfaces
 from blockstat.geometry import clipping as clip
 from blockstat.typing import Floats, Ints
 
 #: Cells below this fraction of the patch are rounding at its outline.
 SPECK = 1e-9
-#: A hull that is larger than its patches by more than this fraction is not filled by them.
-FILLED = 1e-6
 
 
 def refine(interfaces: Interfaces, divisions: Ints) -> Interfaces:
@@ -108,29 +104,7 @@ def patches_of(interfaces: Interfaces, interface: int) -> list[Floats]:
 
 def _parts(interfaces: Interfaces) -> dict[int, list[Floats]]:
     """Corners of the patches of those joints whose hull they do not fill, each of shape (n, 3) [m]."""
-    patches = interfaces.patches
-    if patches is None:
-        return {}
-    rows: defaultdict[tuple[int, ...], list[int]] = defaultdict(list)
-    for k, pair in enumerate(interfaces.pair.tolist()):
-        rows[tuple(pair)].append(k)
-    found: defaultdict[int, list[Floats]] = defaultdict(list)
-    for patch in patches:
-        # Of the joints of two blocks with one normal, a patch belongs to that in whose plane it lies.
-        own = np.array(rows[tuple(patch.pair.tolist())], dtype=int)
-        normal = interfaces.frame[own, 0]
-        height = np.abs(np.einsum("ij,ij->i", normal, patch.origin - interfaces.point[interfaces.start[own]]))
-        aligned = np.linalg.norm(np.cross(normal, patch.frame[0]), axis=1) < SAME_NORMAL
-        if aligned.any():
-            k = int(own[np.where(aligned, height, np.inf).argmin()])
-            found[k].append(patch.origin + patch.polygon @ patch.frame[1:])
-    return {k: own for k, own in found.items() if _hull_area(interfaces, k) > (1 + FILLED) * interfaces.area[k]}
-
-
-def _hull_area(interfaces: Interfaces, k: int) -> float:
-    corners = interfaces.point[interfaces.start[k] : interfaces.start[k + 1]] - interfaces.point[interfaces.start[k]]
-    x, y = interfaces.frame[k, 1:] @ corners.T
-    return 0.5 * abs(float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()))
+    return {k: [own for own in parts if len(own) > 2] for k, parts in interfaces.parts.items()}
 
 
 def _cells_of(parts: list[Floats], frame: Floats, cells: int) -> tuple[Floats, Floats]:

@@ -1,19 +1,29 @@
-"""Join patches that lie in one plane between the same two blocks into one interface."""
+"""Join patches that lie in one plane between the same two blocks into one interface.
+
+Forces act at the corners of the hull. A strength per area is that of the patches: each corner stands for so much of
+their area that the sum and the first moment of uniform stress on them are exact.
+"""
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from blockstat.contact.faces import outline_hull
-from blockstat.geometry.polyhedron import members
+from blockstat.contact.faces import FILLED, outline_hull
+from blockstat.geometry.polyhedron import members, next_in_face
 from blockstat.typing import Floats, Ints
 
 #: Normals whose sine is below this are those of one plane.
 SAME_NORMAL = 1e-4
+#: Points whose outline has no more than this area over the sum of their squared distances lie in a line.
+FLAT = 1e-12
+
+#: Corners of the patches of some joints, each of shape (n, 3) [m], by number of the joint.
+Parts = dict[int, list[Floats]]
 
 
 class Patch(NamedTuple):
@@ -190,3 +200,131 @@ def joined(seed: Patch, patches: Sequence[Patch]) -> Patch:
     points = np.concatenate([p.origin + p.polygon @ p.frame[1:] - seed.origin for p in patches])
     outline = outline_hull(points @ seed.frame[1:].T)
     return seed._replace(polygon=outline, area=sum(p.area for p in patches), gap=max(p.gap for p in patches))
+
+
+def parts_of(outlines: Sequence[Floats], pair: Ints, frame: Floats, area: Floats, patches: Patches) -> Parts:
+    """Return what those joints are made of whose hull is more than their patches.
+
+    Parameters
+    ----------
+    outlines : sequence of array, shape (n, 3)
+        Corners of the hull of each joint [m].
+    pair, frame, area : array, shape (n_joints, ...)
+        Of the joints, as `Patch` has them.
+    patches : Patches
+        Convex patches, and the edges and corners in their planes.
+
+    Returns
+    -------
+    dict of list of array, shape (k, 3)
+        Corners of the patches by joint, and the ends of edges and corners without area [m].
+    """
+    rows: defaultdict[tuple[int, ...], list[int]] = defaultdict(list)
+    for k, own_pair in enumerate(pair.tolist()):
+        rows[tuple(own_pair)].append(k)
+    origin = np.array([outline[0] for outline in outlines]).reshape(-1, 3)
+    found: defaultdict[int, list[Floats]] = defaultdict(list)
+    for patch in patches:
+        # Of the joints of two blocks with one normal, a patch belongs to that in whose plane it lies.
+        own = np.array(rows[tuple(patch.pair.tolist())], dtype=int)
+        normal = frame[own, 0]
+        height = np.abs(np.einsum("ij,ij->i", normal, patch.origin - origin[own]))
+        aligned = np.linalg.norm(np.cross(normal, patch.frame[0]), axis=1) < SAME_NORMAL
+        if aligned.any():
+            k = int(own[np.where(aligned, height, np.inf).argmin()])
+            found[k].append(patch.origin + patch.polygon @ patch.frame[1:])
+    hull = {k: _area((outlines[k] - origin[k]) @ frame[k, 1:].T) for k in found}
+    return {k: own for k, own in found.items() if hull[k] > (1 + FILLED) * area[k] > 0}
+
+
+def _area(corners: Floats) -> float:
+    x, y = corners.T
+    return 0.5 * abs(float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()))
+
+
+def corner_shares(corners: Floats, start: Ints) -> Floats:
+    """Return the part of the area of convex polygons that each of their corners stands for.
+
+    The triangle of an edge and the area centroid counts half for either end of the edge: then the centroid of the
+    weighted corners is that of the area, and the mean of a convex function over them is no less than over the area.
+
+    Parameters
+    ----------
+    corners : array of float, shape (n, 2)
+        Corners of all polygons, each in its own plane, one polygon after the other [m].
+    start : array of int, shape (n_polygons + 1,)
+        Where the corners of each polygon begin, and their number at the end.
+
+    Returns
+    -------
+    array of float, shape (n,)
+        Shares, of sum 1 a polygon; equal ones for points in a line.
+    """
+    count = np.diff(start)
+    k, n = np.repeat(np.arange(len(count)), count), len(count)
+    equal = (1.0 / np.maximum(count, 1))[k]
+    if not len(corners):
+        return equal
+
+    def sums(values: Floats) -> Floats:
+        return np.stack([np.bincount(k, column, n) for column in values.T], axis=1).astype(float)
+
+    following = next_in_face(np.unique(start))
+    arm = corners - (sums(corners) / np.maximum(count, 1)[:, None])[k]
+    order = np.lexsort((np.arctan2(arm[:, 1], arm[:, 0]), k))
+    arm = arm[order]
+    twice = _cross(arm, arm[following])
+    total = np.bincount(k, twice, n)
+    solid = (count > 2) & (total > FLAT * sums(arm**2).sum(axis=1))
+    moment = sums((arm + arm[following]) * twice[:, None])
+    arm = arm - (moment / np.where(solid, 3 * total, 1.0)[:, None])[k]
+    twice = np.maximum(_cross(arm, arm[following]), 0.0)
+    both = twice.copy()
+    both[following] += twice
+    share = np.empty_like(equal)
+    share[order] = both / np.where(solid, np.bincount(k, both, n), 1.0)[k]
+    return np.where(solid[k], share, equal)
+
+
+def shares_of_parts(hull: Floats, parts: Sequence[Floats]) -> Floats:
+    """Return the part of the area of several patches that each corner of their hull stands for.
+
+    Parameters
+    ----------
+    hull : array of float, shape (n, 2)
+        Corners of the hull [m].
+    parts : sequence of array, shape (k, 2)
+        Corners of the patches in the same plane [m]; edges and corners have no area.
+
+    Returns
+    -------
+    array of float, shape (n,)
+        Shares of sum 1, with the area centroid of the patches.
+    """
+    solid = [part for part in parts if len(part) > 2]
+    point = np.concatenate(solid)
+    start = np.concatenate([[0], np.cumsum([len(part) for part in solid])])
+    area = np.array([_area(part - part[0]) for part in solid])
+    weight = corner_shares(point, start) * np.repeat(area / area.sum(), np.diff(start))
+    # Each corner of a patch lies in a triangle of an edge of the hull and its centroid, which stands for all corners.
+    whole = corner_shares(hull, np.array([0, len(hull)]))
+    centre = whole @ hull
+    arm, inner = hull - centre, point - centre
+    order = np.argsort(np.arctan2(arm[:, 1], arm[:, 0]))
+    one, two = order, np.roll(order, -1)
+    twice = _cross(arm[one], arm[two])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ends = np.stack([_cross(inner[:, None], arm[two]), _cross(arm[one], inner[:, None])]) / twice
+    ends = np.where(twice > 0, ends, -np.inf)
+    sector = ends.min(axis=0).argmax(axis=1)
+    first, second = np.maximum(ends[:, np.arange(len(point)), sector], 0.0)
+    rest = np.maximum(1.0 - first - second, 0.0)
+    weight = weight / (first + second + rest)
+    share: Floats = (weight @ rest) * whole
+    np.add.at(share, one[sector], weight * first)
+    np.add.at(share, two[sector], weight * second)
+    return share
+
+
+def _cross(one: Floats, two: Floats) -> Floats:
+    return np.asarray(one[..., 0] * two[..., 1] - one[..., 1] * two[..., 0])

@@ -53,7 +53,7 @@ class Tolerances:
 
 def edge_contacts(
     assembly: Assembly, patches: Patches, near: Ints, tolerances: Tolerances
-) -> tuple[Patches, Ints | None, Ints]:
+) -> tuple[Patches, Ints | None, Ints, list[Patch]]:
     """Add the contacts of edges and corners to the patches of an assembly.
 
     Parameters
@@ -75,10 +75,12 @@ def edge_contacts(
         Values of `ContactKind`, None where there are patches only.
     rims : array of int, shape (k, 2)
         Pairs that may also touch where there is no unique normal.
+    absorbed : list of Patch
+        The edges and corners that have become part of a patch in their plane.
     """
     pairs, rims = _candidates(assembly, patches, near, tolerances)
     if not len(pairs):
-        return patches, None, rims
+        return patches, None, rims, []
     search = search_of(assembly, pairs, tolerances, rims=False)
     row, own = _rows_of(pairs, patches.pair, assembly.n_blocks)
     known = Contacts(row, np.zeros(len(row), np.int64), patches.take(own))
@@ -87,13 +89,13 @@ def edge_contacts(
         free = found.take(~found.rim)
         known = known.with_more(kind, free.take(~covered(search, free, known, ONE_PATCH)), pairs)
     if len(known.row) == len(row):
-        return patches, None, rims
+        return patches, None, rims, []
     rest = np.setdiff1d(np.arange(len(patches.pair)), own)
-    merged = _merged(search, known)
+    merged, absorbed = _merged(search, known)
     both = patches.take(rest).with_more([patch for _, patch in merged])
     kind = np.concatenate([np.zeros(len(rest), np.int64), np.array([kind for kind, _ in merged], np.int64)])
     order = np.lexsort((kind, both.pair[:, 1], both.pair[:, 0]))
-    return both.take(order), kind[order], rims
+    return both.take(order), kind[order], rims, absorbed
 
 
 def search_of(assembly: Assembly, pairs: Ints, tolerances: Tolerances, *, rims: bool) -> Search:
@@ -279,22 +281,26 @@ def covered(search: Search, features: Features, known: Contacts, least: float) -
     return found
 
 
-def _merged(search: Search, known: Contacts) -> list[tuple[int, Patch]]:
-    """The contacts, those of one plane and one line in one."""
+def _merged(search: Search, known: Contacts) -> tuple[list[tuple[int, Patch]], list[Patch]]:
+    """The contacts, those of one plane and one line in one, and the ones that are now part of a patch."""
+    absorbed: list[Patch] = []
     rows: defaultdict[int, list[tuple[int, Patch]]] = defaultdict(list)
     order = np.lexsort((known.kind, known.row))
     kinds = known.kind[order].tolist()
     for row, kind, patch in zip(known.row[order].tolist(), kinds, known.patches.take(order), strict=True):
         own = rows[row]
-        if kind == ContactKind.FACE or not _absorbed(own, kind, patch, *search.limits(row)):
+        into = None if kind == ContactKind.FACE else _absorbed(own, kind, patch, *search.limits(row))
+        if into is None:
             own.append((kind, patch))
-    return [item for row in sorted(rows) for item in rows[row]]
+        elif into == ContactKind.FACE:
+            absorbed.append(patch)
+    return [item for row in sorted(rows) for item in rows[row]], absorbed
 
 
-def _absorbed(own: list[tuple[int, Patch]], kind: int, new: Patch, reach: float, rounding: float) -> bool:
-    """Whether a contact has become part of one before it, which then is in its place."""
+def _absorbed(own: list[tuple[int, Patch]], kind: int, new: Patch, reach: float, rounding: float) -> int | None:
+    """The kind of the contact before it that a contact has become part of, or None."""
     if not own:
-        return False
+        return None
     normals, origins = np.array([p.frame[0] for _, p in own]), np.array([p.origin for _, p in own])
     # Whether the new one lies in the plane of each.
     level = in_one_plane(new.frame[0], new.origin, normals, origins, np.inf)
@@ -303,12 +309,12 @@ def _absorbed(own: list[tuple[int, Patch]], kind: int, new: Patch, reach: float,
         other, patch = own[k]
         if other == ContactKind.FACE:
             own[k] = other, joined(patch, [patch, new])
-            return True
+            return other
         line = _line(patch, new, rounding)
         if line is not None and (ContactKind.EDGE in (other, kind) or np.ptp(line.polygon, axis=0).max() == 0):
             own[k] = min(other, kind), line
-            return True
-    return False
+            return int(min(other, kind))
+    return None
 
 
 def _line(one: Patch, two: Patch, rounding: float) -> Patch | None:

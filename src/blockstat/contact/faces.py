@@ -14,6 +14,10 @@ if TYPE_CHECKING:
 
 #: A corner may turn the wrong way by this much (sine of the angle): rounding, not a notch.
 REFLEX = 1e-6
+#: A hull that is larger than what it is around by more than this fraction is not filled by it.
+FILLED = 1e-6
+#: Gaps between polygons below this fraction of them are rounding.
+SEAM = 1e-9
 
 
 def convex_faces(assembly: Assembly) -> np.ndarray:
@@ -89,7 +93,7 @@ def planar(assembly: Assembly, face: Ints, frame: Floats, origin: Floats, width:
 
 def concave_patches(
     assembly: Assembly, fa: Ints, fb: Ints, frame: Floats, origin: Floats, rows: Ints
-) -> tuple[Ints, Floats, Ints]:
+) -> tuple[Ints, Floats, Ints, dict[int, list[Floats]]]:
     """Return the convex hulls of the common parts of two faces, one row a connected part.
 
     Parameters
@@ -113,10 +117,13 @@ def concave_patches(
         Corners along t1 and t2 [m]; short polygons repeat their last one.
     counts : array of int, shape (m,)
         Corners of each polygon.
+    pieces : dict of list of array, shape (k, 2)
+        Convex polygons that the parts which do not fill their hull are made of, by row of the result [m].
     """
     import shapely
 
     found, polygons = [], []
+    pieces: dict[int, list[Floats]] = {}
     size = np.diff(assembly.face_start)
     for row in rows:
         sides = []
@@ -126,6 +133,8 @@ def concave_patches(
         for part in shapely.get_parts(shapely.intersection(*sides)):
             hull = part.convex_hull
             if hull.geom_type == "Polygon" and hull.area > 0:
+                if hull.area > (1 + FILLED) * part.area:
+                    pieces[len(found)] = _convex_pieces(part)
                 found.append(row)
                 polygons.append(_ring(hull))
     width = max((len(p) for p in polygons), default=3)
@@ -134,7 +143,49 @@ def concave_patches(
         np.array(found, dtype=np.int64),
         padded.reshape(-1, width, 2),
         np.array([len(p) for p in polygons], int),
+        pieces,
     )
+
+
+def _convex_pieces(polygon: Any) -> list[Floats]:
+    """Convex polygons that a polygon with holes is made of."""
+    import mapbox_earcut
+
+    rings = [np.array(ring.coords)[:-1] for ring in (polygon.exterior, *polygon.interiors)]
+    corners = np.concatenate(rings)
+    ends = np.cumsum([len(ring) for ring in rings]).astype(np.uint32)
+    triangles = corners[mapbox_earcut.triangulate_float64(corners - corners[0], ends).reshape(-1, 3)]
+    return joined_convex(list(triangles))
+
+
+def joined_convex(pieces: list[Floats]) -> list[Floats]:
+    """Join convex polygons that do not overlap for as long as two of them make a convex one.
+
+    Parameters
+    ----------
+    pieces : list of array, shape (k, 2)
+        Corners of each, in either sense [m].
+
+    Returns
+    -------
+    list of array, shape (k, 2)
+        Corners of fewer polygons, counter-clockwise, that cover the same points.
+    """
+    import shapely
+
+    left = [hull for piece in pieces if (hull := shapely.MultiPoint(piece).convex_hull).geom_type == "Polygon"]
+    found: list[Any] = []
+    while left:
+        new = left.pop()
+        for i, old in enumerate(found):
+            hull = shapely.union(new, old).convex_hull if shapely.dwithin(new, old, SEAM * new.length) else None
+            if hull is not None and hull.area <= (1 + SEAM) * (new.area + old.area):
+                left.append(hull)
+                del found[i]
+                break
+        else:
+            found.append(new)
+    return [_ring(piece) for piece in found]
 
 
 def outline_hull(points: Floats) -> Floats:

@@ -9,12 +9,13 @@ only the corners of its convex hull are kept, which is exact for equilibrium.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from blockstat.contact.between import held_apart
-from blockstat.contact.coplanar import Patches, merge_coplanar
+from blockstat.contact.coplanar import Parts, Patches, corner_shares, merge_coplanar, parts_of, shares_of_parts
 from blockstat.contact.edges import Tolerances, edge_contacts
 from blockstat.contact.faces import concave_patches, convex_faces, frames, planar
 from blockstat.contact.features import ContactKind
@@ -63,14 +64,17 @@ class Interfaces:
     start: Ints  #: shape (n_interfaces + 1,), points of interface k are start[k]:start[k+1]
     dropped: tuple[Dropped, ...] = ()
     outlines: tuple[Floats, ...] | None = None  #: corners of the patches where the points are not those
-    share: Floats | None = None  #: part of the interface's area that each point stands for; None: equal parts
-    patches: Patches | None = None  #: the convex patches before those of one plane were merged; None: no others
+    share: Floats | None = None  #: part of the interface's area that each point stands for; None: that of corners
+    #: the convex patches before those of one plane were merged, with the edges and corners in it; None: no others
+    patches: Patches | None = None
     kind: Ints | None = None  #: shape (n_interfaces,), values of `ContactKind`; None: all are patches
     #: shape (n, 2), pairs that may also touch where there is no unique normal (see `blockstat.contact.unresolved`)
     rims: Ints | None = None
     #: coefficient of each interface, shape (n_interfaces,), in place of that of the assembly and of joint laws
     friction: Floats | None = None
     searched: float | str = GAP  #: the gap up to which faces were taken for a joint, as `find_interfaces` was asked
+    #: the contacts as drawn, where these have lost their edges: what they covered is no bare contact; None: these
+    drawn: Interfaces | None = None
 
     @property
     def kinds(self) -> Ints:
@@ -92,12 +96,30 @@ class Interfaces:
         """Interface of each point, shape (n_points,)."""
         return np.repeat(np.arange(self.n_interfaces), np.diff(self.start))
 
-    @property
+    @cached_property
+    def parts(self) -> Parts:
+        """Patches, edges and corners that those joints are made of whose hull is more than their patches."""
+        if self.patches is None:
+            return {}
+        outlines = [self.outline(k) for k in range(self.n_interfaces)]
+        return parts_of(outlines, self.pair, self.frame, self.area, self.patches)
+
+    @cached_property
     def point_share(self) -> Floats:
-        """Part of its interface's area that each point stands for, shape (n_points,)."""
+        """Part of its interface's area that each point stands for, shape (n_points,).
+
+        The points of an interface with these weights have the area centroid of its patches.
+        """
         if self.share is not None:
             return self.share
-        return (1.0 / np.maximum(np.diff(self.start), 1))[self.point_interface]
+        k = self.point_interface
+        first = self.point[self.start[k]]
+        share = corner_shares(np.einsum("nj,ntj->nt", self.point - first, self.frame[k, 1:]), self.start)
+        for k, parts in self.parts.items():
+            own, across = slice(self.start[k], self.start[k + 1]), self.frame[k, 1:].T
+            hull, *flat = ((corners - self.point[self.start[k]]) @ across for corners in (self.point[own], *parts))
+            share[own] = shares_of_parts(hull, flat)
+        return share
 
     @property
     def contacts(self) -> dict[str, int]:
@@ -255,6 +277,7 @@ class _Pieces:
     origin: Floats
     gap: Floats
     rough: Floats  #: how far the corners of the two faces leave their planes, together [m]
+    filling: dict[int, list[Floats]]  #: convex polygons of the pieces that do not fill their polygon, by row
 
 
 def _opposed_faces(assembly: Assembly, pairs: Ints, allowed: Floats) -> tuple[Ints, Ints]:
@@ -311,11 +334,11 @@ def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints], rough: Floats) -> l
         a = planar(assembly, fa[batch], frame[batch], origin[batch], k)
         b = planar(assembly, fb[batch], frame[batch], origin[batch], k)[:, ::-1]
         polygon, count = clip.clip(a, b)
-        patches.append((batch, polygon, count))
+        patches.append((batch, polygon, count, {}))
     if not simple.all():
         patches.append(concave_patches(assembly, fa, fb, frame, origin, np.flatnonzero(~simple)))
     found = []
-    for batch, polygon, count in patches:
+    for batch, polygon, count, filling in patches:
         gap, middle = _gaps(assembly, fa[batch], fb[batch], frame[batch], origin[batch], polygon, count)
         found.append(
             _Pieces(
@@ -326,6 +349,7 @@ def _clip_faces(assembly: Assembly, rows: tuple[Ints, Ints], rough: Floats) -> l
                 origin=origin[batch] + middle[:, None] * frame[batch, 0],
                 gap=gap,
                 rough=rough[fa[batch]] + rough[fb[batch]],
+                filling=filling,
             )
         )
     return found
@@ -354,6 +378,7 @@ def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats, pairs:
     slivers: list[Dropped] = []
     kept: list[tuple] = [(np.empty((0, 2), int), np.empty((0, 3, 3)), np.empty((0, 3)), *[np.empty(0)] * 3)]
     corners, counts = [np.empty((0, 2))], [np.empty(0, int)]
+    filling: dict[int, list[Floats]] = {}
     for p in batches:
         size = assembly.size[p.pair].min(axis=1)
         area = clip.area(p.polygon, p.count)
@@ -372,30 +397,47 @@ def _collect(assembly: Assembly, batches: list[_Pieces], allowed: Floats, pairs:
         gaps = p.gap + p.rough
         rows = np.flatnonzero((wide & close) | near)
         mask = clip.corners(p.polygon[rows], p.count[rows], SPAN * size[rows])
+        before = sum(map(len, counts))
+        for i in np.flatnonzero(np.isin(rows, list(p.filling))):
+            filling[before + int(i)] = p.filling[int(rows[i])]
+            area[rows[i]] = sum(clip.area(piece[None], np.array([len(piece)]))[0] for piece in p.filling[int(rows[i])])
         kept.append((p.pair[rows], p.frame[rows], p.origin[rows], area[rows], gaps[rows], limit[rows] + p.rough[rows]))
         corners.append(p.polygon[rows][mask])
         counts.append(mask.sum(axis=1))
     pair, frame, origin, area, gaps, limit = (np.concatenate(column) for column in zip(*kept, strict=True))
     found = Patches(pair, frame, origin, area, gaps, np.concatenate(corners), np.concatenate(counts))
-    single, held, dropped = _without_blocks_between(assembly, found, limit)
+    joints, held, dropped = _without_blocks_between(assembly, found, limit)
+    single = found.take(joints)
     merged = merge_coplanar(single, allowed)
-    found, kind, rims = edge_contacts(assembly, merged, pairs, Tolerances(allowed, WIDTH, float(np.sin(ANGLE))))
+    tolerances = Tolerances(allowed, WIDTH, float(np.sin(ANGLE)))
+    parts = _filled(single, {i: filling[k] for i, k in enumerate(joints.tolist()) if k in filling})
+    found, kind, rims, bare = edge_contacts(assembly, merged, pairs, tolerances)
     if kind is not None:
         found, kind = _edges_that_touch(assembly, found, kind, held)
     tangents = np.repeat(found.frame[:, 1:], found.count, axis=0)
     point = np.repeat(found.origin, found.count, axis=0) + np.einsum("nk,nkj->nj", found.corner, tangents)
     start = np.concatenate([[0], np.cumsum(found.count)])
-    parts = None if len(merged.pair) == len(single.pair) else single
+    several = len(parts.pair) > len(merged.pair) or bare
     return Interfaces(
-        found.pair, found.frame, found.area, found.gap, point, start, (*dropped, *slivers), patches=parts,
-        kind=kind, rims=rims,
+        found.pair, found.frame, found.area, found.gap, point, start, (*dropped, *slivers),
+        patches=(parts.with_more(bare) if bare else parts) if several else None, kind=kind, rims=rims,
     )  # fmt: skip
 
 
-def _without_blocks_between(
-    assembly: Assembly, found: Patches, limit: Floats
-) -> tuple[Patches, Patches, list[Dropped]]:
-    """The joints that no other block holds open, those held open, and all patches that are none."""
+def _filled(patches: Patches, filling: dict[int, list[Floats]]) -> Patches:
+    """Patches with the convex polygons that some of them are made of in their place."""
+    if not filling:
+        return patches
+    more = [
+        patch._replace(polygon=piece, area=float(clip.area(piece[None], np.array([len(piece)]))[0]))
+        for patch, row in zip(patches.take(np.array(list(filling))), filling, strict=True)
+        for piece in filling[row]
+    ]
+    return patches.take(np.setdiff1d(np.arange(len(patches.pair)), list(filling))).with_more(more)
+
+
+def _without_blocks_between(assembly: Assembly, found: Patches, limit: Floats) -> tuple[Ints, Patches, list[Dropped]]:
+    """Numbers of the joints that no other block holds open, those held open, and all patches that are none."""
     close = found.gap <= limit
     joints = found if close.all() else found.take(np.flatnonzero(close))
     held = held_apart(assembly, joints, found, ANGLE)
@@ -404,8 +446,7 @@ def _without_blocks_between(
         for i in np.flatnonzero(held == close)
         for a, b in found.pair[[i]]
     ]
-    joints = joints if not held.any() else found.take(np.flatnonzero(close & ~held))
-    return joints, found.take(np.flatnonzero(held)), dropped
+    return np.flatnonzero(close & ~held), found.take(np.flatnonzero(held)), dropped
 
 
 def _edges_that_touch(assembly: Assembly, found: Patches, kind: Ints, held: Patches) -> tuple[Patches, Ints]:

@@ -90,7 +90,9 @@ def point_law(assembly: Assembly, interfaces: Interfaces) -> PointLaw:
         apex = np.where(np.isnan(cohesion) | (friction == 0) | np.isinf(friction), tension, cohesion / friction)
     share = interfaces.point_share
     floor = np.maximum(apex - tension, 0.0)
-    return PointLaw(friction[k], share * apex[k], share * floor[k], share * (compression + apex)[k])
+    # Points that stand for no area, such as the ends of an edge beside a foot, bear any pressure where joints do.
+    cap = np.where(np.isinf(compression[k]), np.inf, share * np.nan_to_num((compression + apex)[k], posinf=0.0))
+    return PointLaw(friction[k], share * apex[k], share * floor[k], cap)
 
 
 def laws_of(assembly: Assembly, interfaces: Interfaces) -> list[tuple[JointLaw, np.ndarray]]:

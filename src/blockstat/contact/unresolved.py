@@ -144,7 +144,8 @@ def unresolved_contacts(
     Returns
     -------
     Unresolved
-        The contacts that are no part of an interface. At an end of an interface its normal is the only one.
+        The contacts that are no part of an interface, nor of one before it lost its edges. At an end of an interface
+        its normal is the only one.
     """
     pairs = interfaces.rims if pairs is None else pairs
     if pairs is None or not len(pairs):
@@ -153,7 +154,7 @@ def unresolved_contacts(
     tolerances = Tolerances(allowed_gap(assembly, gap), WIDTH, float(np.sin(ANGLE)), blurred)
     assembly = as_searched(assembly, gap)
     search = search_of(assembly, pairs, tolerances, rims=True)
-    known = _known(interfaces, pairs, assembly.n_blocks)
+    known = _known(interfaces.drawn or interfaces, pairs, assembly.n_blocks)
     lines, dots = features_of(search, tolerances.steepest)
     bare = []
     for features in (lines, dots):

@@ -3,8 +3,8 @@
 Sequential optimisation and reliability assessment: the design is first made as light as it can be with the random
 variables at their means. Then the worst of the values as probable as the target is looked for (the point of least
 limit state on the sphere of radius beta), and the design is made as light as it can be with these. Repeated until the
-design carries its own worst point. The probability is that of first order; draws about the design point check it, and
-where their interval lies above the target more is asked for.
+design carries its own worst point, and until the draws about its design point have an interval below the target: where
+the upper end of that is above it, the next sphere is as much larger.
 """
 
 from __future__ import annotations
@@ -29,11 +29,13 @@ from blockstat.errors import InputError
 from blockstat.typing import Floats
 
 #: Points on the sphere and designs at most, and the multiplier that a design may lack at its worst point.
-POINTS, ROUNDS, LACKING = 12, 12, 1e-4
+POINTS, ROUNDS, LACKING = 12, 20, 1e-4
 #: A point on the sphere has settled when it moves by less.
 CLOSE = 1e-4
-#: How much further out the next point is where draws contradict the first order, in standard deviations.
+#: How much further out the next point is where there is no first order, in standard deviations.
 FURTHER = 0.1
+#: How much further out it is at least and at most, where draws do not show that the target is met.
+LEAST, MOST = 0.01, 0.5
 #: How much further out it is, in terms of what the design lacks, where the descent leaves a design too light.
 OVER = 1.5
 
@@ -51,7 +53,8 @@ class FailureTarget:
     direction : tuple of float, shape (3,), optional
         Of the push, "push" times gravity, or once; by default that of the scene.
     draws : int, optional
-        About the design point, that check the answer.
+        About the design point, that check the answer: their interval must lie below the probability. More draws have
+        a narrower one, and the design is then as much lighter.
     gap : float or str, optional
         Largest gap of a joint, as in `blockstat.assess`; `blockstat.search` sets its own.
     """
@@ -169,7 +172,7 @@ def lightest_assured(evaluator: Evaluator, target: FailureTarget) -> tuple[Value
     Returns
     -------
     values : dict of str to float, or None
-        Of the design; None where none was found.
+        Of the design; None where none was found whose draws have an interval below the target.
     assured : Assured or None
         Its probability of failure.
 
@@ -198,19 +201,20 @@ def lightest_assured(evaluator: Evaluator, target: FailureTarget) -> tuple[Value
         if value < -LACKING and np.linalg.norm(place - before) > CLOSE:
             continue
         first = first_order(assembly, uncertain, direction, interfaces=population.interfaces)
-        about = first if first.outcome.word == "found" else None
+        settled = first.outcome.word == "found"
         if value < -LACKING:
             # The design is as the descent leaves it, a little lighter than its worst point asks for: aim further out.
             short = target.beta - first.beta
-            if about is None or short > 0:
-                beta += FURTHER if about is None else OVER * short
+            if not settled or short > 0:
+                beta += OVER * short if settled else FURTHER
                 continue
+        about = first if settled else replace(first, point=place)
         options = {"load": direction, "interfaces": population.interfaces, "draws": target.draws}
         found = reliability(assembly, uncertain, about=about, **options)
-        if found.interval[0] <= target.probability:
+        if found.interval[1] <= target.probability:
             evaluator.ask(best)
             return best, Assured(first, found)
-        beta += FURTHER
+        beta += float(np.clip(target.beta + ndtri(found.interval[1]), LEAST, MOST))
     return None, None
 
 

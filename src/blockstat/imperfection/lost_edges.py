@@ -6,10 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from blockstat.contact.coplanar import Patch
 from blockstat.contact.features import ContactKind
 from blockstat.contact.interfaces import Interfaces
 from blockstat.geometry import clipping
 from blockstat.geometry.polyhedron import next_in_face
+from blockstat.imperfection.lost_patches import corner_speeds, lose_rims
 from blockstat.typing import Floats, Ints
 
 #: Share of the loss at which an edge vanishes up to which all corners move on straight lines: short of rounding.
@@ -29,7 +31,8 @@ def lose_edges(interfaces: Interfaces, depth: Floats) -> Interfaces:
     Returns
     -------
     Interfaces
-        The joints that are left. An edge on a face loses both ends; corners and crossings stay as they are.
+        The joints that are left. An edge on a face loses both ends; corners and crossings stay as they are. A joint of
+        several patches loses the edges of each: one that is narrower than twice the depth is lost.
     """
     return without_edges(interfaces, depth)[0]
 
@@ -53,20 +56,49 @@ def without_edges(interfaces: Interfaces, depth: Floats) -> tuple[Interfaces, In
     """
     speed = edge_speeds(interfaces)
     plain = depth < BEFORE * first_event(interfaces, speed)
+    plain[list(interfaces.parts)] = False
     k = interfaces.point_interface
-    moved = replace(interfaces, patches=None, point=interfaces.point + (depth[k] * plain[k])[:, None] * speed)
+    drawn = interfaces.drawn or interfaces
+    lost = (depth[k] * plain[k])[:, None] * speed
+    moved = replace(interfaces, patches=None, drawn=drawn, point=interfaces.point + lost)
     moved = replace(moved, area=np.where(plain, _areas(moved), interfaces.area))
     if plain.all():
         return moved, np.arange(interfaces.n_interfaces)
-    points, area = np.split(moved.point, interfaces.start[1:-1]), moved.area.copy()
-    for k in np.flatnonzero(~plain):
+    points, area, kind = np.split(moved.point, interfaces.start[1:-1]), moved.area.copy(), interfaces.kinds.copy()
+    pieces: list[Patch] = []
+    for k in np.flatnonzero(~plain).tolist():
+        if k in interfaces.parts:
+            points[k], own = _lose_rims(interfaces, k, float(depth[k]))
+            area[k] = sum(patch.area for patch in own)
+            kind[k] = {1: ContactKind.CORNER, 2: ContactKind.EDGE}.get(len(points[k]), ContactKind.FACE)
+            pieces += own
+            continue
         shrink = _inset if interfaces.kinds[k] == ContactKind.FACE else _shorten
         points[k], area[k] = shrink(points[k][None], interfaces.frame[k : k + 1], depth[k : k + 1])[0]
+    if interfaces.patches is not None and pieces:
+        moved = replace(moved, patches=interfaces.patches.take(np.empty(0, np.int64)).with_more(pieces))
+    if kind.any():
+        moved = replace(moved, kind=kind)
     rows = np.flatnonzero([len(own) > 0 for own in points])
     left = [points[k] for k in rows]
     start = np.concatenate([[0], np.cumsum([len(own) for own in left])]).astype(np.int64)
     point = np.concatenate([np.empty((0, 3)), *left])
     return replace(moved.subset(rows), point=point, start=start, area=area[rows]), rows
+
+
+def _lose_rims(interfaces: Interfaces, k: int, depth: float) -> tuple[Floats, list[Patch]]:
+    """Corners of the hull of a joint of several patches without their edges, and what is left of them."""
+    frame, origin = interfaces.frame[k], interfaces.point[interfaces.start[k]]
+    parts, hull = lose_rims([(part - origin) @ frame[1:].T for part in interfaces.parts[k]], depth)
+    area = clipping.area
+    left = [
+        Patch(
+            interfaces.pair[k], frame, origin, float(area(part[None], np.array([len(part)]))[0]) * (len(part) > 2),
+            float(interfaces.gap[k]), part,
+        )
+        for part in parts
+    ]  # fmt: skip
+    return origin + hull @ frame[1:], left
 
 
 def first_event(interfaces: Interfaces, speed: Floats) -> Floats:
@@ -142,7 +174,8 @@ def edge_speeds(interfaces: Interfaces) -> Floats:
     -------
     Floats
         Displacement of each point per displacement of the edges, shape (n_points, 3): a corner stays on both of its
-        edges, an end of an edge on a face moves along it, and corners and crossings stay where they are.
+        edges, an end of an edge on a face moves along it, and corners and crossings stay where they are. The edges of a
+        joint of several patches are theirs.
     """
     k, kinds = interfaces.point_interface, interfaces.kinds
     following = next_in_face(interfaces.start)
@@ -157,7 +190,15 @@ def edge_speeds(interfaces: Interfaces) -> Floats:
     before[following] = inward
     speed = (inward + before) / (1.0 + np.einsum("ij,ij->i", inward, before))[:, None]
     kind = kinds[k]
-    return np.where((kind == ContactKind.FACE)[:, None], speed, np.where((kind == ContactKind.EDGE)[:, None], along, 0))
+    speed = np.where(
+        (kind == ContactKind.FACE)[:, None], speed, np.where((kind == ContactKind.EDGE)[:, None], along, 0)
+    )
+    for joint, parts in interfaces.parts.items():
+        own, across = slice(interfaces.start[joint], interfaces.start[joint + 1]), interfaces.frame[joint, 1:]
+        origin = interfaces.point[interfaces.start[joint]]
+        flat = [(part - origin) @ across.T for part in parts]
+        speed[own] = corner_speeds((interfaces.point[own] - origin) @ across.T, flat) @ across
+    return speed
 
 
 def _inset(corners: Floats, frame: Floats, depth: Floats) -> list[tuple[Floats, float]]:

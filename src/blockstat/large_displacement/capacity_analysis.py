@@ -14,7 +14,7 @@ from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, limit_load
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, check_choice, known_options
 from blockstat.large_displacement.capacity_curve import CapacityCurve, CapacityOutcome, CapacityPoint
-from blockstat.large_displacement.displaced.contact_status import contact_status
+from blockstat.large_displacement.displaced.contact_status import contact_status, tie_status
 from blockstat.large_displacement.displaced.control import read_control
 from blockstat.large_displacement.displaced.loads import read_loads
 from blockstat.large_displacement.displaced.local_origin import control_about, structure_about_middle
@@ -24,9 +24,9 @@ from blockstat.large_displacement.finite_steps.fall import FallenBlocks
 from blockstat.large_displacement.finite_steps.whole_path import check_path_options, follow_path, warnings_on_steps
 from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_rest
-from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState
+from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState, end_at
 from blockstat.large_displacement.linkage.state_solver import StateSolver
-from blockstat.large_displacement.statics.limit_state import associated_limit
+from blockstat.large_displacement.statics.limit_state import associated_limit, limit_state
 from blockstat.solve.dispatch import CHOICES
 from blockstat.typing import Floats
 
@@ -172,14 +172,15 @@ def _checked_limit_load(
 
 def _mechanism_of_limit_load(
     linkage: Linkage, pose: Pose, parameter: float, sticking_speed: float
-) -> tuple[Linkage, Floats] | None:
+) -> tuple[Linkage, Floats] | PathEnd:
     """The mechanism that begins at a pose: that of the limit load with associated flow at the displaced geometry."""
     here = linkage.configuration(pose, parameter)
-    found = associated_limit(here)
-    if found is None:
-        return None
+    found = limit_state(here)
+    if (end := end_at(found)) is not None:
+        return end
     sticking, sliding = contact_status(here, found.mechanism, sticking_speed=sticking_speed)
-    return replace(linkage, sticking=sticking, sliding=sliding), found.mechanism
+    ties, slack = tie_status(here, found.mechanism, sticking_speed=sticking_speed)
+    return replace(linkage, sticking=sticking, sliding=sliding, ties=ties, slack=slack), found.mechanism
 
 
 def _first_step(states: StateSolver, linkage: Linkage, pose: Pose, limit: LimitLoad, end: float, steps: int) -> float:

@@ -30,6 +30,7 @@ class CapacityOutcome(Sentence):
     ZERO = "Zero: the multiplier reaches zero; beyond this displacement the weight alone drives the mechanism."
     REACHED = "Reached: the displacement asked for is reached."
     COLLAPSE = "Collapse: no admissible state with a positive multiplier follows at this displacement."
+    LOCKED = "Locked: the blocks lock each other; at this displacement any multiple of the load is carried."
     LOST = "Lost: the mechanism could not be followed any further; what lies beyond is not known."
     INTERRUPTED = "Interrupted: the curve is known up to here."
 
@@ -136,6 +137,8 @@ class CapacityCurve(Result):
         ]
         for event in self.events:
             after = "no admissible state follows" if event.after is None else f"to {event.after:.6g}"
+            if event.after == np.inf:
+                after = "any multiple of the load is carried"
             opened, shut = (", ".join(self._called(joints)) for joints in (event.opened, event.shut))
             what = "; ".join(text for text in (opened and f"opens {opened}", shut and f"closes {shut}") if text)
             lines.append(
@@ -165,7 +168,7 @@ class CapacityCurve(Result):
                     "kind": event.kind,
                     "displacement": event.parameter,
                     "before": event.before,
-                    "after": event.after,
+                    "after": None if event.after is None else finite(event.after),
                     "opens": [list(self._pair(k)) for k in event.opened],
                     "shuts": [list(self._pair(k)) for k in event.shut],
                 }

@@ -42,6 +42,13 @@ class Solid:
         return float(np.linalg.norm(np.ptp(self.corners, axis=0)))
 
     @cached_property
+    def uneven(self) -> Floats:
+        """How far the corners of each face are off its mean plane, shape (n_faces,) [m]."""
+        rings = [self.corners[face] for face in self.faces]
+        off = [np.abs((ring - ring.mean(axis=0)) @ unit).max() for ring, unit in zip(rings, self.normals, strict=True)]
+        return np.array(off)
+
+    @cached_property
     def edges(self) -> Ints:
         """Ends of the edges, shape (n_edges, 2)."""
         pairs = {(i, j) for face in self.faces for i, j in _sides(face) if i < j}
@@ -100,7 +107,7 @@ def _sides(face: list[int]) -> list[tuple[int, int]]:
 
 
 def solids(assembly: Assembly) -> list[Solid]:
-    """Return the blocks one by one, without corners that repeat one another.
+    """Return the blocks one by one, without corners that repeat one another or are of no face.
 
     Parameters
     ----------
@@ -120,5 +127,7 @@ def solids(assembly: Assembly) -> list[Solid]:
             ring = merged.reshape(-1)[face].tolist()
             ring = [i for i, before in zip(ring, ring[-1:] + ring[:-1], strict=True) if i != before]
             faces += [ring] if len(ring) > 2 else []
-        found.append(Solid(corners, faces))
+        used, number = np.unique(np.concatenate(faces), return_inverse=True)
+        number, starts = number.reshape(-1), np.cumsum([len(face) for face in faces])[:-1]
+        found.append(Solid(corners[used], [ring.tolist() for ring in np.split(number, starts)]))
     return found

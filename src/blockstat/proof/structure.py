@@ -140,8 +140,11 @@ def structure(problem: Problem, loads: Floats | None, live: Floats | None) -> St
             entry |= {"most": text(exact(law.cap[i])[()])} if np.isfinite(law.cap[i]) else {}
         contacts.append(entry)
     distance, sine = max([distance, *(row.distance for row in more)]), max([sine, *(row.sine for row in more)])
+    rows = [*contacts, *(row.entry() for row in more)]
+    sides = [side for row in rows for side in zip(row["blocks"], row.get("on", []), strict=False)]
+    distance = max([distance, *(float(blocks[k].uneven[place[0]]) for k, place in sides if len(place) == 1)])
     data = {"gravity": written(gravity), "distance": _above(distance), "sine": _above(sine)}
-    data |= {"blocks": told, "contacts": [*contacts, *(row.entry() for row in more)]}
+    data |= {"blocks": told, "contacts": rows}
     own, none = (data, assembly.support, pair, point, normal, law.friction, dead, live_exact), np.zeros(len(pair))
     found = Structure(*own, law=law if lawful else None, shear=none, couple=none > 0, blocks=blocks)
     return _with_connectors(found, law, more) if more else found

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, limit_load
-from blockstat.analysis.thrust import extreme, standing
+from blockstat.analysis.thrust import extreme, standing, with_overlaps
 from blockstat.assembly import Block
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
 from blockstat.joint import Tie
 from blockstat.loads import as_load, on_block, three
-from blockstat.program.ties import tie_columns
+from blockstat.program.ties import tie_columns, tied_pairs
 from blockstat.result import Result, Sentence, counted, finite
 from blockstat.typing import Floats
 
@@ -31,6 +31,7 @@ class TieOutcome(Sentence):
 
     RANGE = "Range: the assembly stands with every force of the tie between the least and the greatest."
     NO_GREATEST = "No greatest: the assembly stands with every force of the tie from the least on."
+    UNDECIDED = "Undecided: the assembly stands with every force between those told, but others are not excluded."
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,10 +44,14 @@ class TieRange(Result):
     least_forces: Floats  #: shape (n_points, 3) [N]
     greatest_forces: Floats  #: shape (n_points, 3) [N]
     assembly: Assembly
+    proven: bool = True  #: whether mechanisms prove that it does not stand with less or with more
+    warnings: tuple[str, ...] = ()
 
     @property
     def outcome(self) -> TieOutcome:
         """Whether there is a greatest force."""
+        if not self.proven:
+            return TieOutcome.UNDECIDED
         return TieOutcome.RANGE if np.isfinite(self.greatest) else TieOutcome.NO_GREATEST
 
     def explain(self) -> str:
@@ -57,7 +62,8 @@ class TieRange(Result):
         str
             One fact a line.
         """
-        return f"{self.outcome.value}\nLeast {self.least:.9g} N, greatest {self.greatest:.9g} N."
+        lines = [self.outcome.value, f"Least {self.least:.9g} N, greatest {self.greatest:.9g} N."]
+        return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
 
     def summary(self) -> dict[str, Any]:
         """Return plain values for JSON; no greatest force is None.
@@ -71,8 +77,10 @@ class TieRange(Result):
             "outcome": self.outcome.word,
             "sentence": self.outcome.value,
             "tie": self.tie.as_dict(),
+            "proven": self.proven,
             "least": self.least,
             "greatest": finite(self.greatest),
+            "warnings": list(self.warnings),
         }
 
 
@@ -107,8 +115,8 @@ def tie_range(
     Raises
     ------
     InputError
-        When the assembly stands with no force of the tie, for a tie that does not exist or whose force is given, and
-        for an option that does not exist.
+        When the assembly stands with no force of the tie, for a tie that does not exist, whose force is given or that
+        holds two supports, and for an option that does not exist.
 
     Notes
     -----
@@ -131,16 +139,28 @@ def tie_range(
         raise InputError(f"tie is {tie!r}; the assembly has {counted(len(assembly.ties), 'tie')}, numbered from 0")
     if assembly.ties[tie].constant:
         raise InputError(f"{assembly.ties[tie].label}: its force is given; there is no range to find")
+    if assembly.support[tied_pairs(assembly)[tie]].all():
+        raise InputError(f"{assembly.ties[tie].label}: both its blocks are supports; it holds nothing, with any force")
     options = {"friction": friction, "gravity": gravity, "loads": loads, "gap": gap, "interfaces": interfaces}
     none = f"no force of {assembly.ties[tie].label} within its bounds makes it stand"
     problem, inside = standing(assembly, solver=solver, otherwise=none, **options)
     column = problem.eq.n_columns - len(problem.ties) + int(np.flatnonzero(problem.ties == tie)[0])
     functional = np.zeros(3 * problem.eq.n_columns)
     functional[3 * column] = 1.0
-    least, least_forces = extreme(problem, -functional, inside, solver)
-    greatest, greatest_forces = extreme(problem, functional, inside, solver)
-    least = -least if -least > ROUNDING * np.linalg.norm(problem.load[:, :3], axis=1).sum() else 0.0
-    return TieRange(assembly.ties[tie], least, greatest, least_forces, greatest_forces, problem.assembly)
+    problem = with_overlaps(problem)
+    low = extreme(problem, -functional, inside, solver)
+    high = extreme(problem, functional, inside, solver)
+    least = -low.value if -low.value > ROUNDING * np.linalg.norm(problem.load[:, :3], axis=1).sum() else 0.0
+    return TieRange(
+        tie=assembly.ties[tie],
+        least=least,
+        greatest=high.value,
+        least_forces=low.forces,
+        greatest_forces=high.forces,
+        assembly=problem.assembly,
+        proven=low.proven and high.proven,
+        warnings=tuple(dict.fromkeys([*problem.warnings, *low.doubts, *high.doubts])),
+    )
 
 
 @known_options

@@ -39,6 +39,8 @@ if TYPE_CHECKING:
 Along = Sequence[float] | Mapping[str, Sequence[float]] | None
 #: Blocks whose centroids are no further apart along the order than this share of the smallest are of one course.
 LEVEL = 1e-3
+#: Blocks that a line names.
+FEW = 5
 #: Of the fastest block, below which a block is at rest in a mechanism.
 AT_REST = 1e-6
 
@@ -46,7 +48,7 @@ AT_REST = 1e-6
 class CoursesOutcome(Sentence):
     """What came of building by courses."""
 
-    BUILT = "Built: after each course every block is proven to stand, some of them held."
+    BUILT = "Built: after each course every block is proven to stand, if need be while some of them are held."
     UNDECIDED = "Undecided: after some course the blocks could be proven neither to stand nor to fall."
     STOPPED = "Stopped: the search was interrupted before the last course."
 
@@ -86,7 +88,7 @@ class CoursesResult(Result):
         Returns
         -------
         dict
-            With one row a course.
+            With one row a course, numbered from 0.
         """
         return {
             "outcome": self.outcome.word,
@@ -110,13 +112,18 @@ class CoursesResult(Result):
             One fact a line.
         """
         lines = [self.outcome.value]
+        last = self.courses[-1].held if self.courses else ()
+        if last and self.outcome is CoursesOutcome.BUILT:
+            named = ", ".join(last[:FEW]) + (f" and {len(last) - FEW} more" if len(last) > FEW else "")
+            lines.append(
+                f"The finished assembly is proven to stand only while {named} {'is' if len(last) == 1 else 'are'} held."
+            )
         free = sum(not course.held for course in self.courses)
         lines.append(f"{len(self.courses)} courses; {free} of them stand by themselves.")
         if self.most_held:
             worst = max(range(len(self.courses)), key=lambda k: len(self.courses[k].held))
-            lines.append(
-                f"Most blocks are held after course {worst}: {self.most_held}; no fewer than {self.at_least} will do."
-            )
+            where = f"after course {worst + 1} of {len(self.courses)}"
+            lines.append(f"Most blocks are held {where}: {self.most_held}; no fewer than {self.at_least} will do.")
         lines.append(f"{self.states} states judged in {self.seconds:.1f} s.")
         return "\n".join(lines)
 

@@ -16,7 +16,7 @@ Of a small assembly all sets of blocks are judged: how many orders there are, an
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
 from time import monotonic
@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.assess import FLOWS
+from blockstat.analysis.verdict import Outcome
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, check_choice, check_seconds, known_options
 from blockstat.result import Result, finite
@@ -39,6 +40,8 @@ if TYPE_CHECKING:
 SMALL = 14
 #: The bracket of the least friction is narrowed to this, or to this share of it.
 NARROW = 1e-3
+#: Blocks that a line names.
+FEW = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +54,10 @@ class OrderResult(Result):
     states: int  #: states judged
     solved: int  #: of these, solved for; the others rest on the forces or the mechanism of an earlier state
     seconds: float
+    finished: Outcome = Outcome.STABLE  #: the finished assembly with nothing held, with which every order ends
+    moving: tuple[str, ...] = ()  #: blocks that move first where the finished assembly falls
+    undecided: int = 0  #: states that could be proven neither stable nor unstable
+    barred: tuple[str, ...] = ()  #: blocks with no straight motion found beside others, though none is excluded
 
     def summary(self) -> dict[str, Any]:
         """Return plain values for JSON.
@@ -58,7 +65,7 @@ class OrderResult(Result):
         Returns
         -------
         dict
-            With the steps of the plan.
+            With the steps of the plan; `finished` is the verdict on the finished assembly with nothing held.
         """
         steps = None
         if self.plan is not None:
@@ -69,6 +76,10 @@ class OrderResult(Result):
             "most_held": self.plan.most_held if self.plan is not None else None,
             "states": self.states,
             "solved": self.solved,
+            "undecided": self.undecided,
+            "finished": self.finished.word,
+            "moving": list(self.moving),
+            "barred": list(self.barred),
             "seconds": self.seconds,
             "steps": steps,
         }
@@ -82,11 +93,26 @@ class OrderResult(Result):
             One fact a line.
         """
         lines = [self.outcome.value]
+        if self.finished is Outcome.UNSTABLE:
+            what = "the finished assembly itself does not stand, and every order ends with it"
+            lines = [f"None: {what}; first to move: {_few(self.moving)}."]
+        elif self.finished is not Outcome.STABLE:
+            what = "the finished assembly itself, with which every order ends, could be proven neither to stand nor to"
+            lines = [f"Undecided: {what} fall."]
+        elif self.outcome is OrderOutcome.UNDECIDED:
+            lines += [f"{self.undecided} states could be proven neither stable nor unstable."] * bool(self.undecided)
+            lines += [f"No straight motion was found for {_few(self.barred)}, nor proven not to exist."] * bool(
+                self.barred
+            )
         if self.plan is not None:
             lines.append(f"{len(self.plan.steps)} steps, at most {self.plan.most_held} held at once.")
         each = 1e3 * self.seconds / max(self.states, 1)
         lines.append(f"{self.states} states judged ({self.solved} solved) in {self.seconds:.1f} s, {each:.1f} ms each.")
         return "\n".join(lines)
+
+
+def _few(names: tuple[str, ...]) -> str:
+    return ", ".join(names[:FEW]) + (" ..." if len(names) > FEW else "")
 
 
 @known_options
@@ -121,7 +147,8 @@ def find_order(
         cannot put it in.
     insertion : bool, optional
         Whether each block must come in by a straight motion that collides with nothing (see
-        `blockstat.sequence.insertion`); the directions are in `plan.metadata["insertion"]`.
+        `blockstat.sequence.insertion`); the directions are in `plan.metadata["insertion"]`. Not all directions are
+        tried: a search that ends because none of them is free is "undecided", unless joints block every direction.
     journal : str or Path, optional
         A file in which each judged state is kept. A search that has ended in any way goes on from it.
     seconds : float, optional
@@ -161,8 +188,14 @@ def find_order(
     except KeyboardInterrupt:
         outcome, path = OrderOutcome.STOPPED, None
     plan = None if path is None else search.plan(path)
-    statistics = whole.evidence.statistics
-    return OrderResult(outcome, plan, held_at_most, search.judged, statistics["solved"], monotonic() - began)
+    finished, moving = Outcome.STABLE, list[int]()
+    if search.fallen is not None:
+        finished = Outcome.UNDECIDED if search.undecided else Outcome.UNSTABLE
+        moving = [] if search.undecided else search.fallen
+    names, solved = assembly.names, whole.evidence.statistics["solved"]
+    moved, barred = (tuple(names[k] for k in blocks) for blocks in (moving, search.barred))
+    known = finished, moved, search.undecided, barred
+    return OrderResult(outcome, plan, held_at_most, search.judged, solved, monotonic() - began, *known)
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,6 +206,7 @@ class SafestOrder(Result):
     friction: float  #: of the assembly
     #: no order with so few hands stands at the first, which is 0 where that is not proven; the plan does at the second
     least_friction: tuple[float, float] | None
+    ended: OrderOutcome = OrderOutcome.FOUND  #: of the last search: "stopped" or "undecided" leave the bracket wide
 
     @property
     def reserve(self) -> float:
@@ -206,7 +240,7 @@ class SafestOrder(Result):
         reserve = f": reserve {self.reserve:.3f}" if high > 0 else ""
         line = f"Every step stands from a friction of {high:.5f}{reserve}."
         if high - low > NARROW * max(high, 1.0):
-            line += f" Stopped: orders that stand at less are not excluded above {low:.5f}."
+            line += f" {self.ended.word.capitalize()}: orders that stand at less are not excluded above {low:.5f}."
         elif low > 0:
             line += f" No order does at {low:.5f}."
         return f"{self.found.explain()}\n{line}"
@@ -264,7 +298,7 @@ def safest_order(
     }  # fmt: skip
     began, own = monotonic(), whole.assembly.friction
     best = find_order(whole.assembly, seconds=seconds, **options)
-    states, solved, least = best.states, best.solved, None
+    states, solved, least, ended = best.states, best.solved, None, best.outcome
     if best.plan is not None:
         finished = np.ones(assembly.n_blocks, dtype=bool), whole.assembly.support
         least = least_friction(whole, [finished])[0], _needed(whole, best)
@@ -272,7 +306,7 @@ def safest_order(
         left = None if seconds is None else max(began + seconds - monotonic(), 0.0)
         middle = sum(least) / 2
         found = find_order(whole.assembly, friction=middle, seconds=left, **options)
-        states, solved = states + found.states, solved + found.solved
+        states, solved, ended = states + found.states, solved + found.solved, found.outcome
         if found.plan is not None:
             best, least = found, (least[0], min(middle, _needed(whole, found)))
         elif found.outcome is OrderOutcome.NONE:
@@ -280,7 +314,7 @@ def safest_order(
         else:
             break
     spent = monotonic() - began
-    return SafestOrder(OrderResult(best.outcome, best.plan, held_at_most, states, solved, spent), own, least)
+    return SafestOrder(replace(best, states=states, solved=solved, seconds=spent), own, least, ended)
 
 
 def _needed(whole: Whole, found: OrderResult) -> float:

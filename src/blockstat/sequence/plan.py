@@ -283,7 +283,9 @@ class PlanVerdict(Result):
     seconds: float = 0.0  #: process time of the verdicts, without the search for joints
     #: the least total force of the props of a step that does not stand without them; None elsewhere
     falsework: tuple[Falsework | None, ...] = ()
-    tilt: tuple[float, ...] | None = None  #: how far the ground may tilt at each step [deg] (`Whole.tilt`)
+    #: how far the ground may tilt towards +x, -x, +y and -y at each step, whichever is worst [deg] (`Whole.tilt`)
+    tilt: tuple[float, ...] | None = None
+    tilt_any_way: tuple[float, ...] | None = None  #: what each step is proven to stand in any direction [deg]
 
     @property
     def first_fall(self) -> int | None:
@@ -297,8 +299,8 @@ class PlanVerdict(Result):
         -------
         list of dict
             With `step`, `install`, `present` (fixed blocks among them), `held`, `verdict`, `score` and `moving`; with
-            tilts also `tilt` [deg]; where the plan has props also `props`, and `prop_force`, the least force of each
-            [N] if they are needed.
+            tilts also `tilt` [deg], the worst of +x, -x, +y and -y, and `tilt_any_way` [deg], proven in any direction;
+            where the plan has props also `props`, and `prop_force`, the least force of each [N] if they are needed.
         """
         found = []
         states, props = self.plan.states(), self.plan.standing_props()
@@ -314,8 +316,8 @@ class PlanVerdict(Result):
                 "score": 0.0 if stands and propped is not None else finite(verdict.score),
                 "moving": [] if stands else [verdict.assembly.names[i] for i in verdict.moving],
             }
-            if self.tilt is not None:
-                row["tilt"] = self.tilt[k]
+            if self.tilt is not None and self.tilt_any_way is not None:
+                row |= {"tilt": self.tilt[k], "tilt_any_way": self.tilt_any_way[k]}
             if self.plan.props:
                 row["props"] = list(props[k])
                 row["prop_force"] = None if propped is None else [finite(force) for force in propped.force]
@@ -373,9 +375,10 @@ class PlanVerdict(Result):
         loads = [one.peak for one in self.falsework if one is not None and one.outcome is FalseworkOutcome.HELD]
         if loads:
             lines.append(f"{len(loads)} steps stand on props; these props carry at most {max(loads):.6g} N each.")
-        if self.tilt:
-            least = min(range(len(rows)), key=lambda k: self.tilt[k] if self.tilt else 0.0)
-            lines.append(f"The ground may tilt by {self.tilt[least]:.2f} deg in any step, least at step {least}.")
+        if self.tilt and self.tilt_any_way:
+            least, every = min(self.tilt), min(self.tilt_any_way)
+            line = f"The ground may tilt by {least:.2f} deg towards +x, -x, +y and -y in any step, least at step"
+            lines.append(f"{line} {self.tilt.index(least)}; in any other direction by {every:.2f} deg at least.")
         if self.least_friction is not None:
             low, high = self.least_friction
             reserve = self.friction / high if high > 0 else float("inf")
@@ -409,7 +412,8 @@ def assess_plan(
     reserve : bool, optional
         Whether the least friction at which every step stands is sought, too. It takes the time of a second run.
     tilt : bool, optional
-        Whether the tilt of the ground at which each step falls is sought, too, in four directions.
+        Whether the tilt of the ground at which each step falls is sought, too: towards +x, -x, +y and -y. Between
+        these a step may fall earlier; what it is proven to stand in any direction is given beside it.
     jobs : int, optional
         As of `assess_states`; the search of the least friction is done by this process alone.
 
@@ -440,24 +444,24 @@ def assess_plan(
     if plan.props and (reserve or tilt):
         raise InputError(f"{'reserve' if reserve else 'tilt'}=True is for plans without props")
     judged = in_stretches(partial(_judged, whole, plan, flow, tilt), list(enumerate(states)), jobs)
-    verdicts, outcomes, falsework, tilts, seconds = zip(*judged, strict=True) if judged else ((),) * 5
+    verdicts, outcomes, falsework, tilts, any_way, seconds = zip(*judged, strict=True) if judged else ((),) * 6
     worst = next((outcome for outcome in outcomes if outcome is not Outcome.STABLE), Outcome.STABLE)
     least = least_friction(whole, states) if reserve else None
-    given = whole.assembly.friction, least, sum(seconds), falsework, tilts if tilt else None
+    given = whole.assembly.friction, least, sum(seconds), falsework, *((tilts, any_way) if tilt else ())
     return PlanVerdict(worst, plan, verdicts, outcomes, *given)
 
 
 def _judged(
     whole: Whole, plan: Plan, flow: str, tilt: bool, states: list[tuple[int, tuple[np.ndarray, np.ndarray]]]
-) -> list[tuple[Verdict, Outcome, Falsework | None, float, float]]:
-    """The verdict on each of some steps, its outcome and falsework on its props, its tilt and the process time."""
+) -> list[tuple[Verdict, Outcome, Falsework | None, float, float, float]]:
+    """The verdict on each of some steps, its outcome and falsework on its props, its tilts and the process time."""
     props, found = [[plan.props[name] for name in names] for names in plan.standing_props()], []
     for step, state in states:
         began, searched = process_time(), whole.searching
         verdict = whole.assess(*state, flow=flow)
         outcome, falsework = on_props(whole, props[step], verdict, state)
         seconds = process_time() - began - (whole.searching - searched)
-        found.append((verdict, outcome, falsework, whole.tilt(*state) if tilt else np.nan, seconds))
+        found.append((verdict, outcome, falsework, *(whole.tilt(*state) if tilt else (np.nan, np.nan)), seconds))
     return found
 
 
@@ -479,15 +483,16 @@ def least_friction(whole: Whole, states: list[Any]) -> tuple[float, float]:
     Raises
     ------
     InputError
-        Where joint laws give joints a friction of their own.
+        Where joint laws, or the interfaces, give joints a friction of their own.
 
     Notes
     -----
     What stands at some friction stands at any larger one. So a state is asked at the bound so far, and only one that
     does not stand there raises it.
     """
-    if whole.assembly.joints:
-        raise InputError("the least friction is that of joints without laws of their own; this assembly has such laws")
+    if whole.assembly.joints or whole.interfaces.friction is not None:
+        own = "this assembly has such laws" if whole.assembly.joints else "these interfaces have their own"
+        raise InputError(f"the least friction is that of joints without laws of their own; {own}")
     low, high = 0.0, 0.0
 
     def stands(friction: float, state: Any) -> bool:

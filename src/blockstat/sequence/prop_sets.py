@@ -19,7 +19,7 @@ import numpy as np
 from blockstat.certificate.check import FORCE_LIMIT, power
 from blockstat.errors import InputError, check_choice, known_options
 from blockstat.result import Result
-from blockstat.sequence.props import Falsework, FalseworkOutcome, Prop, held_by_props, pushes_of
+from blockstat.sequence.props import Falsework, FalseworkOutcome, Prop, falls_on_props, held_by_props, pushes_of
 from blockstat.sequence.states import State
 
 if TYPE_CHECKING:
@@ -93,10 +93,11 @@ class CentringOrder(Result):
     order: tuple[str, ...]
     forces: tuple[float, ...]  #: total force of the centring after each block [N]
     states: int  #: states solved for
+    undecided: int = 0  #: of these, those that props were proven neither to hold nor not to hold; no order goes by them
 
     @property
     def peak(self) -> float:
-        """The largest of the forces [N]; no order has a smaller one."""
+        """The largest of the forces [N]; no order has a smaller one, unless it goes by a state that is undecided."""
         return max(self.forces, default=0.0)
 
     def summary(self) -> dict[str, Any]:
@@ -107,7 +108,13 @@ class CentringOrder(Result):
         dict
             The order with the forces.
         """
-        return {"peak": self.peak, "order": list(self.order), "forces": list(self.forces), "states": self.states}
+        return {
+            "peak": self.peak,
+            "order": list(self.order),
+            "forces": list(self.forces),
+            "states": self.states,
+            "undecided": self.undecided,
+        }
 
     def explain(self) -> str:
         """Return the result in words.
@@ -118,7 +125,10 @@ class CentringOrder(Result):
             One fact a line.
         """
         steps = (f"{block}: {force:.6g} N" for block, force in zip(self.order, self.forces, strict=True))
-        return "\n".join([f"The centring carries {self.peak:.6g} N at most; no order needs less.", *steps])
+        least = "no order needs less"
+        if self.undecided:
+            least += f", unless it goes by one of {self.undecided} states that props may or may not hold"
+        return "\n".join([f"The centring carries {self.peak:.6g} N at most; {least}.", *steps])
 
 
 @known_options
@@ -136,7 +146,7 @@ def least_centring(
     assembly : Assembly
         The finished assembly, with dry joints.
     props : callable
-        Gives the props of some blocks, as `hoists` and `centring` do.
+        Gives the props of some blocks, as `hoists` and `centring` do; a block may have several.
     least : str, optional
         "total" counts the sum of the forces of a state, "peak" the largest of them.
     friction : float, optional
@@ -150,7 +160,7 @@ def least_centring(
     Raises
     ------
     InputError
-        Where props cannot hold the blocks in any order.
+        Where no order is found in which the props are proven to hold the blocks.
 
     Notes
     -----
@@ -167,16 +177,19 @@ def least_centring(
     check_choice("least", least, ("total", "peak"))
     names = [assembly.names[k] for k in assembly.free]
     options: dict[str, Any] = {"least": least, "friction": friction}
-    every = {prop.block: prop for prop in props(assembly, names)}
+    every = list(props(assembly, names))
     force: dict[frozenset[str], float] = {frozenset(): 0.0}
+    undecided = set[frozenset[str]]()
 
     def needed(present: frozenset[str]) -> float:
         if present not in force:
-            own = [every[name] for name in names if name in present and name in every]
+            own = [prop for prop in every if prop.block in present]
             there = [name for name in names if name in present]
-            found = held_by_props(assembly, (there, []), own, **options)[1]
+            problem, found, twist = held_by_props(assembly, (there, []), own, **options)
             size = found.total if least == "total" else found.peak
             force[present] = size if found.outcome is FalseworkOutcome.HELD else np.inf
+            if found.outcome is not FalseworkOutcome.HELD and not falls_on_props(problem, own, twist):
+                undecided.add(present)
         return force[present]
 
     tick, done = count(), set[frozenset[str]]()
@@ -188,10 +201,13 @@ def least_centring(
         done.add(present)
         if not left:
             forces = tuple(force[frozenset(order[: k + 1])] for k in range(len(order)))
-            return CentringOrder(order, forces, len(force) - 1)
+            return CentringOrder(order, forces, len(force) - 1, len(undecided))
         for name in names:
             if name not in present and (more := present | {name}) not in done:
                 worst = max(peak, needed(more))
                 if worst < np.inf:
                     heapq.heappush(queue, (worst, left - 1, next(tick), more, (*order, name)))
+    if undecided:
+        why = f"in {len(undecided)} states they are proven neither to hold the blocks nor not to"
+        raise InputError(f"least_centring: no order found in which these props hold the blocks; {why}")
     raise InputError("least_centring: these props cannot hold the blocks in any order")

@@ -387,9 +387,31 @@ def on_props(
         return verdict.outcome, None
     options: dict[str, Any] = {"interfaces": whole.interfaces, "gap": whole.gap, "least": "total"}
     problem, found, twist = held_by_props(whole.assembly, (there, held), props, **options)
+    return outcome_with_props(problem, props, found, twist), found
+
+
+def outcome_with_props(problem: Problem, props: Sequence[Prop], found: Falsework, twist: Floats) -> Outcome:
+    """Return the outcome of a state that only its props may hold.
+
+    Parameters
+    ----------
+    problem : Problem
+        The state without its props.
+    props : sequence of Prop
+        Its props.
+    found : Falsework
+        Their least forces.
+    twist : array of float, shape (6 n,)
+        As `held_by_props` gives it.
+
+    Returns
+    -------
+    Outcome
+        Stable where forces in the props hold it, unstable where a mechanism proves that none do, else undecided.
+    """
     if found.outcome is FalseworkOutcome.HELD:
-        return Outcome.STABLE, found
-    return Outcome.UNSTABLE if falls_on_props(problem, props, twist) else Outcome.UNDECIDED, found
+        return Outcome.STABLE
+    return Outcome.UNSTABLE if falls_on_props(problem, props, twist) else Outcome.UNDECIDED
 
 
 @known_options

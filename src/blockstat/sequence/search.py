@@ -10,7 +10,7 @@ import hashlib
 import heapq
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from itertools import count
 from pathlib import Path
 from time import monotonic
@@ -21,7 +21,7 @@ import numpy as np
 from blockstat.analysis.verdict import Outcome
 from blockstat.errors import InputError
 from blockstat.result import Sentence
-from blockstat.sequence.insertion import insertion_direction
+from blockstat.sequence.insertion import StraightMotion, StraightMotions
 from blockstat.sequence.plan import Plan, Step
 from blockstat.sequence.states import Whole
 from blockstat.solve.phase_one import STEEP
@@ -38,7 +38,7 @@ class OrderOutcome(Sentence):
 
     FOUND = "Found: an order in which every state is proven stable."
     NONE = "None: no order with so few held blocks exists; every way has been tried."
-    UNDECIDED = "Undecided: no order found, and some states could be proven neither stable nor unstable."
+    UNDECIDED = "Undecided: no order found, but not every way to one is excluded."
     STOPPED = "Stopped: the search was interrupted before it found an order."
 
 
@@ -66,7 +66,7 @@ class Journal:
     Raises
     ------
     InputError
-        For a file that is no journal, or that of another assembly, friction or flow.
+        For a file that is no journal, or that of another assembly, joints, friction or flow.
     """
 
     def __init__(self, path: str | Path, whole: Whole, flow: str) -> None:
@@ -76,7 +76,7 @@ class Journal:
         try:
             lines = self._path.read_text().split("\n") if self._path.exists() else []
             if lines and self._read(lines[0]) != head:
-                raise InputError(f"{path}: a journal of another assembly, friction or flow; give a new file")
+                raise InputError(f"{path}: a journal of another assembly, joints, friction or flow; give a new file")
             for line in lines[1:-1]:
                 present, held, outcome = self._read(line)
                 self.known[int(present, 16), int(held, 16)] = outcome
@@ -109,11 +109,27 @@ class Journal:
 
 
 def _fingerprint(whole: Whole) -> str:
-    """A digest of shapes, supports, joints and friction."""
-    assembly, faces = whole.assembly, whole.interfaces
-    digest = hashlib.sha256(repr((assembly.names, assembly.friction, assembly.gravity.tolist())).encode())
-    for array in (assembly.vertices, assembly.support, assembly.mass, faces.pair, faces.point, faces.frame):
-        digest.update(array.tobytes())
+    """A digest of all that the verdict on a state depends on: blocks, supports, laws, groups, joints and tolerance."""
+    digest = hashlib.sha256()
+
+    def add(value: Any, but: tuple[str, ...] = ()) -> None:
+        if isinstance(value, np.ndarray):
+            digest.update(repr((value.dtype.str, value.shape)).encode() + value.tobytes())
+        elif is_dataclass(value):
+            for field in fields(value):
+                if field.name not in but:
+                    digest.update(f"{field.name}=".encode())
+                    add(getattr(value, field.name))
+        elif isinstance(value, tuple | list):
+            digest.update(f"{len(value)} of".encode())
+            for one in value:
+                add(one)
+        else:
+            digest.update(repr(value).encode() + b";")
+
+    add(whole.assembly, but=("name", "metadata"))
+    add(whole.interfaces)
+    add(whole.gap)
     return digest.hexdigest()
 
 
@@ -168,6 +184,7 @@ class Search:
         self._units = _units(whole, constraints.groups)
         self._access = _Access(whole, constraints)
         self.judged, self.undecided = 0, 0
+        self.fallen: list[int] | None = None  #: what moves where the finished assembly is not proven to stand
         self._before: dict[Node, Node | None] = {}
         self._known: dict[Node, list[int] | None] = {}
         self._falls: list[_Fall] = []
@@ -177,7 +194,8 @@ class Search:
     def run(self, until: float | None) -> tuple[OrderOutcome, list[Node] | None]:
         """The outcome, and the states from nothing to the finished assembly."""
         finished = self._full, 0
-        if self.falls(finished) is None:
+        self.fallen = self.falls(finished)
+        if self.fallen is None:
             self._push(finished, _Move(finished))
         while self._queue:
             if until is not None and monotonic() > until:
@@ -193,7 +211,12 @@ class Search:
             if not state[0]:
                 return OrderOutcome.FOUND, self._path(state)
             self._expand(state, move.wanted)
-        return (OrderOutcome.UNDECIDED if self.undecided else OrderOutcome.NONE), None
+        return (OrderOutcome.UNDECIDED if self.undecided or self.barred else OrderOutcome.NONE), None
+
+    @property
+    def barred(self) -> list[int]:
+        """Blocks for which no straight motion was found beside others, though none is excluded."""
+        return sorted(self._access.barred)
 
     def falls(self, state: Node) -> list[int] | None:
         """The blocks that move where a state is not proven stable, the fastest first; None where it is."""
@@ -327,7 +350,10 @@ class _Access:
 
     def __init__(self, whole: Whole, constraints: Constraints) -> None:
         self._whole, self._constraints = whole, constraints
+        self._motions = StraightMotions(whole.assembly, whole.interfaces) if constraints.insertion else None
         self._free: dict[int, int] = {}
+        self._found: dict[tuple[int, int], StraightMotion] = {}
+        self.barred = set[int]()
 
     def free(self, unit: int, others: int) -> bool:
         """Whether a unit can be put in while others are there."""
@@ -336,22 +362,31 @@ class _Access:
             there = frozenset(names[b] for b in _bits(others))
             if not all(reach(names[b], there) for b in _bits(unit)):
                 return False
-        return not self._constraints.insertion or all(self._straight(b, others) for b in _bits(unit))
+        return self._motions is None or all(self._straight(b, others) for b in _bits(unit))
 
     def _straight(self, block: int, others: int) -> bool:
         if block in self._free and not others & ~self._free[block]:
             return True
-        direction = self.direction(block, others)
-        if direction is not None:
+        found = self._motion(block, others)
+        if found is None or found.direction is not None:
             self._free[block] = others
-        return direction is not None
+            return True
+        if not found.is_excluded:
+            self.barred.add(block)
+        return False
+
+    def _motion(self, block: int, others: int) -> StraightMotion | None:
+        if self._motions is None:
+            return None
+        if (block, others) not in self._found:
+            present = _mask(others, self._whole.assembly.support)
+            self._found[block, others] = self._motions.find(block, present)
+        return self._found[block, others]
 
     def direction(self, block: int, others: int) -> Floats | None:
         """The direction in which a block comes in beside others; None for none, or where none is asked for."""
-        if not self._constraints.insertion:
-            return None
-        present = _mask(others, self._whole.assembly.support)
-        return insertion_direction(self._whole.assembly, self._whole.interfaces, block, present)
+        found = self._motion(block, others)
+        return None if found is None else found.direction
 
 
 def _above(whole: Whole) -> list[int]:

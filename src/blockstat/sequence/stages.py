@@ -26,7 +26,7 @@ from blockstat.analysis.verdict import Outcome
 from blockstat.contact.interfaces import GAP
 from blockstat.errors import InputError, check_choice, known_options
 from blockstat.result import Result, finite
-from blockstat.sequence.props import Falsework, FalseworkOutcome, centring, held_by_props
+from blockstat.sequence.props import Falsework, centring, held_by_props, outcome_with_props
 from blockstat.sequence.states import Whole
 from blockstat.system.faults import faults
 from blockstat.system.workers import in_stretches
@@ -188,7 +188,7 @@ def assess_stages(
         Built from a scene with stages, with dry joints.
     friction, flow, gap
         As of `assess_states`. A stage on a centring is judged by limit analysis whatever the flow: it stands if some
-        forces of the centring hold it.
+        forces of the centring hold it, and falls if a mechanism proves that none do.
     jobs : int, optional
         As of `assess_states`.
 
@@ -257,6 +257,6 @@ def _verdict(whole: Whole, flow: str, name: str, present: np.ndarray, on: Ints) 
         return StageVerdict(name, free, verdict.outcome, verdict.score, moving)
     props = centring(assembly, [assembly.names[k] for k in on], interfaces=whole.interfaces)
     there = [name for name, is_there in zip(assembly.names, present, strict=True) if is_there]
-    found = held_by_props(assembly, (there, []), props, least="total", interfaces=whole.interfaces, gap=whole.gap)[1]
-    stands = found.outcome is FalseworkOutcome.HELD
-    return StageVerdict(name, free, Outcome.STABLE if stands else Outcome.UNSTABLE, np.nan, (), found)
+    options: dict[str, Any] = {"least": "total", "interfaces": whole.interfaces, "gap": whole.gap}
+    problem, found, twist = held_by_props(assembly, (there, []), props, **options)
+    return StageVerdict(name, free, outcome_with_props(problem, props, found, twist), np.nan, (), found)

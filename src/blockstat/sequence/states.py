@@ -69,7 +69,7 @@ def assess_states(
         The names of the blocks that are present, and of those among them that are held. Supports may be left out. A
         held block takes any force, as a support does.
     friction : float, optional
-        Replaces the assembly's coefficient of friction.
+        Replaces the assembly's coefficient of friction, and that of `interfaces` with a friction of their own.
     flow : str, optional
         "associated" or "coulomb", as of `assess`.
     gap : float or str, optional
@@ -124,7 +124,7 @@ class Whole:
     assembly : Assembly
         All blocks.
     friction : float, optional
-        Replaces the assembly's coefficient of friction.
+        Replaces the assembly's coefficient of friction, and that of `interfaces` with a friction of their own.
     gap : float or str, optional
         Tolerance of the joint search.
     interfaces : Interfaces, optional
@@ -149,6 +149,8 @@ class Whole:
             near = near_blocks(assembly, gap=gap)
             check_overlaps(assembly, gap=gap, near=near)
             interfaces = find_interfaces(assembly, gap=gap, near=near)
+        if friction is not None:
+            interfaces = replace(interfaces, friction=None)
         self.assembly, self.interfaces, self.gap = assembly, interfaces, gap
         self.load = weight(assembly)
         everything = np.arange(assembly.n_blocks), np.arange(interfaces.n_points)
@@ -175,12 +177,12 @@ class Whole:
         return found
 
     def at_friction(self, friction: float) -> Whole:
-        """Return the same assembly with another friction of all joints.
+        """Return the same assembly with another friction of all joints without laws, as `friction` of the class gives.
 
         Parameters
         ----------
         friction : float
-            Coefficient of friction of joints without laws.
+            Coefficient of friction; it replaces one of the interfaces' own, too.
 
         Returns
         -------
@@ -189,7 +191,8 @@ class Whole:
         """
         changed = copy.copy(self)
         changed.assembly = _with(self.assembly, friction=friction)
-        changed._friction = np.full_like(self._friction, friction)
+        changed.interfaces = replace(self.interfaces, friction=None)
+        changed._friction = joint_friction(changed.assembly, changed.interfaces)[self.interfaces.point_interface]
         return changed
 
     def state_of(self, present: Iterable[str], held: Iterable[str], where: str) -> tuple[np.ndarray, np.ndarray]:
@@ -279,8 +282,8 @@ class Whole:
         """
         return [self.assess(present, fixed, flow=flow, score=score) for present, fixed in states]
 
-    def tilt(self, present: np.ndarray, fixed: np.ndarray) -> float:
-        """Return how far the ground may tilt until a state falls, in the worst of four directions at right angles.
+    def tilt(self, present: np.ndarray, fixed: np.ndarray) -> tuple[float, float]:
+        """Return how far the ground may tilt while a state stands, in four directions and in any.
 
         Parameters
         ----------
@@ -289,25 +292,38 @@ class Whole:
 
         Returns
         -------
-        float
-            Proven tilt [deg]; 0 where the state falls as it is, 90 where nothing is free.
+        four : float
+            Proven tilt [deg] that the state stands towards +x, -x, +y and -y (their horizontal parts), whichever is
+            worst; 0 where the state falls as it is, 90 where nothing is free.
+        every : float
+            Proven tilt [deg] that it stands in any direction, not larger. It may stand more.
 
         Notes
         -----
         A tilt turns gravity, and dry joints know its direction only: the tangent of the angle is the horizontal load
-        that the state carries, as a share of its weight.
+        that the state carries, as a share of its weight. The horizontal loads that are carried form a convex set. So
+        the four limit loads are the corners of a quadrilateral of loads that are carried, and the distance of its
+        sides from the origin is one that is carried in every direction.
         """
         problem, _ = self.problem(present & ~fixed, present)
         if not len(problem.assembly.free):
-            return 90.0
+            return 90.0, 90.0
         if len(problem.floating):
-            return 0.0
+            return 0.0, 0.0
         up = -self.assembly.gravity / np.linalg.norm(self.assembly.gravity)
-        first = np.cross(up, np.eye(3)[np.abs(up).argmin()])
-        first /= np.linalg.norm(first)
-        ways = (first, -first, np.cross(up, first), -np.cross(up, first))
-        loads = [limit_load(problem.assembly, way, interfaces=problem.interfaces).lower for way in ways]
-        return float(np.degrees(np.arctan(np.nanmax([min(loads), 0.0]))))
+        first = np.eye(3)[0] - up[0] * up
+        if np.linalg.norm(first) < 1e-6:  # gravity along x
+            first = np.eye(3)[2] - up[2] * up
+        first = first / np.linalg.norm(first)
+        second = np.cross(up, first)
+        ways = (first, second, -first, -second)
+        found = [limit_load(problem.assembly, way, interfaces=problem.interfaces).lower for way in ways]
+        loads = np.maximum(np.nan_to_num(found, nan=0.0, posinf=np.inf), 0.0)
+        with np.errstate(divide="ignore"):
+            inverse = 1.0 / loads
+            sides = 1.0 / np.hypot(inverse, np.roll(inverse, -1))
+        four, every = np.degrees(np.arctan([loads.min(), sides.min()])).tolist()
+        return four, every
 
     def problem(self, free: np.ndarray, present: np.ndarray) -> tuple[Problem, Ints]:
         """Pose the problem of a state.

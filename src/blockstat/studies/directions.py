@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from blockstat.analysis.limit_load import DILATES, UNBOUNDED, LimitLoad, LoadOutcome, limit_load
+from blockstat.analysis.problem import pose
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
 from blockstat.loads import acceleration
@@ -222,19 +223,20 @@ def limit_load_by_direction(
         )
     assembly = assembly if gravity is None else assembly.with_(gravity=gravity)
     axes, done = horizontal(assembly), []
+    problem = pose(assembly, friction=friction, gravity=None, loads=loads, gap=gap, interfaces=interfaces)
 
-    def limit(angle: float, interfaces: Interfaces | None) -> LimitLoad:
+    def limit(angle: float) -> LimitLoad:
         options: dict[str, Any] = {"friction": friction, "loads": loads, "gap": gap, "solver": solver, "flow": flow}
-        found = limit_load(assembly, _towards(axes, angle), interfaces=interfaces, **options)
+        found = limit_load(assembly, _towards(axes, angle), interfaces=problem.given, **options)
         done.append(angle)
         if progress is not None:
             progress(len(done), _name(angle), found)
         return found
 
     angles = [2 * np.pi * k / directions for k in range(directions)]
-    first = limit(angles[0], interfaces)  # it finds the joints, which all directions share
+    first = limit(angles[0])
     stands = first.outcome is not LoadOutcome.DEAD_LOAD_UNSTABLE
-    limits = [first, *(limit(angle, first.interfaces) if stands else first for angle in angles[1:])]
+    limits = [first, *(limit(angle) if stands else first for angle in angles[1:])]
     low, high, weakest = _least(angles, limits, axes) if stands else (-np.inf, first.upper, 0.0)
     for _ in range(FURTHER if stands and refine else 0):
         known = np.abs(np.exp(1j * np.array(angles)) - np.exp(1j * weakest)).min() < SAME
@@ -242,7 +244,7 @@ def limit_load_by_direction(
         if known or narrow or not np.isfinite(high):
             break
         angles.append(weakest)
-        limits.append(limit(weakest, first.interfaces))
+        limits.append(limit(weakest))
         low, high, weakest = _least(angles, limits, axes)
     order = np.argsort(angles, kind="stable")
     return DirectionalLimits(
@@ -251,7 +253,7 @@ def limit_load_by_direction(
         limits=tuple(limits[k] for k in order),
         horizon=(low, high),
         assembly=first.assembly,
-        warnings=first.warnings,
+        warnings=tuple(dict.fromkeys([*problem.warnings, *first.warnings])),
     )
 
 

@@ -12,7 +12,7 @@ from blockstat.analysis.verdict import corner_speed
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
 from blockstat.large_displacement.displaced.contact_pairs import gaps
-from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED_AT_REST, contact_status
+from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED_AT_REST, contact_status, tie_status
 from blockstat.large_displacement.displaced.loads import read_loads
 from blockstat.large_displacement.displaced.local_origin import structure_about_middle
 from blockstat.large_displacement.displaced.pose import Pose, rest_pose
@@ -21,7 +21,7 @@ from blockstat.large_displacement.finite_steps.fall import FallenBlocks
 from blockstat.large_displacement.finite_steps.whole_path import check_path_options, follow_path, warnings_on_steps
 from blockstat.large_displacement.linkage.follower import LinkageFollower
 from blockstat.large_displacement.linkage.linkage import Linkage, linkage_at_rest
-from blockstat.large_displacement.linkage.path import PathEvent, PathState
+from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathState, end_at
 from blockstat.large_displacement.linkage.state_solver import StateSolver
 from blockstat.large_displacement.statics.settling_state import settling_state
 from blockstat.result import Result, Sentence, plain
@@ -243,14 +243,15 @@ def _drive(first: Settlement) -> Floats:
 
 def _settling_mechanism(
     linkage: Linkage, pose: Pose, parameter: float, sticking_speed: float
-) -> tuple[Linkage, Floats] | None:
+) -> tuple[Linkage, Floats] | PathEnd:
     """The mechanism that begins at a pose: the motion of least potential energy on supports that move."""
     here = linkage.configuration(pose, parameter)
     found = settling_state(here)
-    if found.multiplier is None:
-        return None
+    if (end := end_at(found)) is not None:
+        return end
     sticking, sliding = contact_status(here, found.mechanism, 1.0, sticking_speed=sticking_speed, opening=found.opening)
-    return replace(linkage, sticking=sticking, sliding=sliding), found.mechanism
+    ties, slack = tie_status(here, found.mechanism, sticking_speed=sticking_speed)
+    return replace(linkage, sticking=sticking, sliding=sliding, ties=ties, slack=slack), found.mechanism
 
 
 def _mechanism_that_leaves_rest(linkage: Linkage, start: Pose, motion: Floats, size: float) -> tuple[Linkage, Floats]:
@@ -262,7 +263,7 @@ def _mechanism_that_leaves_rest(linkage: Linkage, start: Pose, motion: Floats, s
     closed = np.ones(linkage.contacts.number, dtype=bool)
     whole = replace(linkage, sticking=closed, sliding=~closed)
     found = _settling_mechanism(whole, start, 0.0, STICKING_SPEED_AT_REST)
-    linkage, motion = found or (linkage, motion)
+    linkage, motion = (linkage, motion) if isinstance(found, PathEnd) else found
     for _ in range(0 if linkage.sliding.any() else MAX_TRIALS):
         speed = float(corner_speed(linkage.assembly, motion).max(initial=0.0))
         if not speed:
@@ -270,7 +271,8 @@ def _mechanism_that_leaves_rest(linkage: Linkage, start: Pose, motion: Floats, s
         length = NEAR_REST * size / speed
         near = linkage.moved(start, length * linkage.body_motions(motion), linkage.origins(start))
         found = _settling_mechanism(whole, near, length, STICKING_SPEED_AT_REST)
-        if found is None or found[0].sliding.any():  # contact points of joints that slide are not those of rest
+        # Contact points of joints that slide are not those of rest.
+        if isinstance(found, PathEnd) or found[0].sliding.any():
             break
         same = (found[0].sticking == linkage.sticking).all() and (found[0].sliding == linkage.sliding).all()
         linkage, motion = found
@@ -299,7 +301,7 @@ def _followed(
             elif isinstance(item, PathEvent):
                 events.append(item)
             elif not isinstance(item, FallenBlocks):
-                outcome = PathOutcome[item.name]
+                outcome = PathOutcome.LOST if item is PathEnd.LOCKED else PathOutcome[item.name]
     except KeyboardInterrupt:
         if not states:
             raise

@@ -9,18 +9,20 @@ sums of those that it carries from below. So a place is solved only where these 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.analysis.limit_load import LoadOutcome, bracket
-from blockstat.analysis.problem import Problem
-from blockstat.analysis.thrust import standing
+from blockstat.analysis.limit_load import LimitLoad, LoadOutcome, bracket, limit_load
+from blockstat.analysis.problem import Problem, crushes
+from blockstat.analysis.rims import overlap_warnings, rim_warnings
+from blockstat.analysis.thrust import shared_joints, standing, with_overlaps
 from blockstat.analysis.verdict import unit_motion
 from blockstat.certificate import check as certificate
-from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
+from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.errors import InputError, known_options
 from blockstat.loading.faces import selected, up_of
 from blockstat.loading.on_faces import facing
@@ -29,13 +31,16 @@ from blockstat.program.penalty import PenaltyProgram
 from blockstat.result import Result, Sentence, finite
 from blockstat.solve.penalty import solve_penalty
 from blockstat.solve.phase_one import find_forces
-from blockstat.traffic.places import Road, road_along, train_loads
+from blockstat.traffic.places import checked_train, places_of, road_along, train_loads
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
 
 MOST_POSITIONS = 100_000
+#: Where contacts without a unique normal are asked too, the ends of a bracket are those of two problems. Each is found
+#: to this share of the tolerance, so that both together keep it.
+FINER = 0.25
 
 
 class MovingOutcome(Sentence):
@@ -43,6 +48,7 @@ class MovingOutcome(Sentence):
 
     LIMIT = "Limit: at its worst place the train is carried up to the lower bound, and not beyond the upper one."
     UNBOUNDED = "Unbounded: any multiple of the train is carried at every place."
+    UNDECIDED = "Undecided: at a place that may be the worst, no bracket as narrow as the tolerance could be proven."
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,14 +57,17 @@ class MovingLoad(Result):
 
     outcome: MovingOutcome
     place: Floats  #: of the first axle along the path, ascending, shape (n,) [m]
-    side: Ints  #: -1 or 1: an axle that stands on a joint loads the block before or the one after, shape (n,)
+    #: -1 or 1: an axle that stands on a joint loads the block before or the one after, and beyond an end of the path
+    #: nothing; 1 where no axle stands on one, shape (n,)
+    side: Ints
     lower: Floats  #: multiplier carried at each place, shape (n,)
-    upper: Floats  #: and not beyond this, shape (n,)
-    worst: int  #: the place with the least upper bound
+    upper: Floats  #: and not beyond this, shape (n,); infinite where nothing is proven
+    worst: int  #: the place with the least upper bound; where none is finite, with the least lower bound
     load: Floats  #: of the train there, shape (n_blocks, 6) [N, N m]
     mechanism: Floats  #: there, shape (n_blocks, 6), scaled so that the fastest corner moves by 1 m
     solves: int  #: places that were solved; the others follow from them
     assembly: Assembly
+    warnings: tuple[str, ...] = ()
 
     def explain(self) -> str:
         """Return the answer in words, one fact a line.
@@ -73,8 +82,12 @@ class MovingLoad(Result):
             k = self.worst
             lines.append(f"{self.lower[k]:.6g} <= multiplier <= {self.upper[k]:.6g}")
             lines.append(f"Worst place of the first axle: {self.place[k]:.4g} m along the path.")
+        elif self.outcome is MovingOutcome.UNDECIDED:
+            k, least = int(np.argmin(self.lower)), float(self.upper.min())
+            lines.append(f"{self.lower[k]:.6g} <= multiplier" + (f" <= {least:.6g}" if np.isfinite(least) else ""))
+            lines.append(f"Least is proven with the first axle {self.place[k]:.4g} m along the path.")
         lines.append(f"{len(self.place)} places, {self.solves} solved.")
-        return "\n".join(lines)
+        return "\n".join([*lines, *(f"Warning: {text}" for text in self.warnings)])
 
     def summary(self) -> dict[str, Any]:
         """Return plain values for JSON; infinite bounds are None.
@@ -93,6 +106,7 @@ class MovingLoad(Result):
             "upper": [finite(value) for value in self.upper],
             "worst": self.worst,
             "solves": self.solves,
+            "warnings": list(self.warnings),
         }
 
 
@@ -129,8 +143,8 @@ def moving_load(
     positions : int, optional
         Places of the first axle, even from where it enters the path to where the last axle leaves it.
     joints : bool, optional
-        Further places where an axle passes from a block to the next, on both sides. The worst of all places is among
-        them. Without a spread only.
+        Further places where an axle passes from a block to the next, or enters or leaves the path, on both sides. The
+        worst of all places is among them. Without a spread only.
     only_worst : bool, optional
         Ask for the envelope alone: the bracket of the worst place is as narrow as `tolerance` says, and every other
         place is proven to carry as much. Elsewhere the upper bounds are those of the mechanisms found, and may be far
@@ -154,6 +168,11 @@ def moving_load(
     InputError
         When the assembly does not stand, for a bad train or path, or for an option that does not exist.
 
+    Notes
+    -----
+    A mechanism bounds the multiplier only where it drives no blocks into each other at contacts that are in no program,
+    as in `blockstat.limit_load`. Places where no other is found are undecided.
+
     Examples
     --------
     A wheel on an overhang of a slab: the slab tips about the edge of its support.
@@ -165,50 +184,28 @@ def moving_load(
     >>> found.place[found.worst].item(), round(found.upper[found.worst].item(), 2)
     (3.0, 7.36)
     """
-    train = _train(axles)
+    train = checked_train(axles)
     if not (isinstance(positions, int) and 1 <= positions <= MOST_POSITIONS):
         raise InputError(f"positions is {positions!r}; it must be a whole number from 1 to {MOST_POSITIONS}")
     if not 1e-9 <= tolerance <= 0.1:
         raise InputError(f"tolerance is {tolerance!r}; it must be from 1e-9 to 0.1")
-    shared = find_interfaces(assembly, gap=gap) if interfaces is None else interfaces
+    shared, told = shared_joints(assembly, gap, interfaces)
     options = {"friction": friction, "gravity": gravity, "loads": loads, "gap": gap}
     problem, inside = standing(assembly, solver=solver, interfaces=shared, **options)
+    problem = replace(problem, warnings=(*told, *problem.warnings))
     faces = facing(problem.assembly, selected(assembly, None, group), up_of(problem.assembly), shared)
     road = road_along(problem.assembly, path, faces)
-    place, side, joint = _places(road, train, positions, joints and spread is None)
-    wrenches = train_loads(road, train, place, side, spread=spread, footprint=footprint)
-    search = _Search(problem, inside, wrenches, place, joint, solver, tolerance)
+    place, side, joint = places_of(road, train, positions, joints and spread is None)
+    which = np.where(joint, side, 0)
+    wrenches = train_loads(road, train, place, which, spread=spread, footprint=footprint)
+    given: dict[str, Any] = {"loads": loads, "gap": gap, "interfaces": shared}
+    judge = partial(limit_load, problem.assembly, **given, solver=solver, tolerance=FINER * tolerance)
+    search = _Search(problem, inside, wrenches, place, joint, solver, tolerance, judge)
     if only_worst:
         search.run_worst()
     else:
         search.run()
     return search.result(side)
-
-
-def _train(axles: Sequence[Sequence[float]]) -> Floats:
-    """The axles, checked."""
-    try:
-        train = np.asarray(axles, dtype=float).reshape(-1, 2)
-    except (TypeError, ValueError):
-        train = np.empty((0, 2))
-    if not len(train) or not np.isfinite(train).all() or (train[:, 1] <= 0).any() or (train[:, 0] < 0).any():
-        raise InputError(f"axles are {axles!r}; each is a distance behind the first, at least 0, and a force above 0")
-    return train
-
-
-def _places(road: Road, train: Floats, positions: int, joints: bool) -> tuple[Floats, Ints, np.ndarray]:
-    """Places of the first axle, the side of a joint that is meant where an axle stands on one, and where one does."""
-    last = float(road.length[-1] + train[:, 0].max())
-    even = np.linspace(0.0, last, positions) if positions > 1 else np.array([last / 2])
-    if not joints:
-        return even, np.ones(len(even), dtype=np.int64), np.zeros(len(even), dtype=bool)
-    ends = np.unique(np.concatenate([road.start, road.end]))
-    met = np.unique((ends[:, None] + train[:, 0]).round(12))
-    met = met[met <= last]
-    place = np.concatenate([np.setdiff1d(even, met), met, met])
-    side = np.concatenate([np.ones(len(place) - len(met)), -np.ones(len(met))]).astype(np.int64)
-    order = np.lexsort((side, place))
-    return place[order], side[order], np.isin(place[order], met)
 
 
 @dataclass
@@ -222,9 +219,12 @@ class _Search:
     joint: np.ndarray  #: places where an axle passes from a block to the next, shape (n,)
     solver: str
     tolerance: float
+    judge: Callable[[Floats], LimitLoad]  #: what `limit_load` makes of a load
     solves: int = 0
     fields: dict[int, Floats] = field(default_factory=dict)  #: forces at the lower bounds of places
     unbounded: set[int] = field(default_factory=set)  #: places where any multiple is carried
+    undecided: set[int] = field(default_factory=set)  #: places whose own bracket is not proven
+    told: list[str] = field(default_factory=list)  #: why
     twists: list[Floats] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -290,14 +290,47 @@ class _Search:
     def _solve(self, k: int) -> None:
         self.solves += 1
         found = bracket(self.problem, self.inside, self.wrenches[k], self.solver, self.tolerance)
-        if found[0] is LoadOutcome.UNBOUNDED:
-            self.lower[k] = np.inf
-            self.unbounded.add(k)
+        outcome, lower, upper, force, twist, _ = found
+        if outcome is LoadOutcome.UNBOUNDED:
+            self._carries_all(k)
             return
-        _, lower, upper, force, twist, _ = found
         self.lower[k] = max(self.lower[k], lower)
         self.fields[k] = force
-        self._note(twist, upper, k)
+        motion = unit_motion(self.problem.assembly, self.problem.to_blocks(twist))
+        if outcome is not LoadOutcome.LIMIT:
+            self._judge(k)
+        elif (told := self._hidden(motion)) is not None:
+            self.undecided.add(k)
+            self.told += told
+        elif rim_warnings(self.problem, motion):
+            self._judge(k)
+        else:
+            self._note(twist, upper, k)
+
+    def _hidden(self, motion: Floats) -> list[str] | None:
+        """What a mechanism drives blocks into that no program can hold; None for nothing."""
+        self.problem = with_overlaps(self.problem)
+        told = overlap_warnings(self.problem, motion)
+        return told if told or crushes(self.problem, motion) else None
+
+    def _judge(self, k: int) -> None:
+        """Bound a place as `limit_load` does, which asks contacts without a unique normal too."""
+        found = self.judge(self.wrenches[k])
+        if found.outcome is LoadOutcome.UNBOUNDED:
+            self._carries_all(k)
+            return
+        self.lower[k] = max(self.lower[k], found.lower)
+        units = np.repeat([1.0, self.program.length_unit], 3)
+        twist = (found.mechanism[self.problem.eq.blocks] * units).reshape(-1)
+        if np.isfinite(found.upper) and self.loads[k] @ twist > 0:
+            self._note(twist, found.upper, k)
+        if found.outcome is not LoadOutcome.LIMIT and self._open(k):
+            self.undecided.add(k)
+            self.told += found.warnings
+
+    def _carries_all(self, k: int) -> None:
+        self.lower[k] = np.inf
+        self.unbounded.add(k)
 
     def _note(self, twist: Floats, upper: float, k: int) -> None:
         """Bound all places from above by a mechanism that bounds one of them."""
@@ -349,11 +382,12 @@ class _Search:
 
     def result(self, side: Ints) -> MovingLoad:
         """Return what was found."""
-        worst = int(np.argmin(self.upper))
-        bounded = bool(np.isfinite(self.upper[worst]))
+        least = float(self.upper.min())
+        bounded = np.isfinite(least)
+        worst = int(np.argmin(self.upper if bounded else self.lower))
         twist = self.twists[self.by[worst]] if bounded else np.zeros_like(self.program.load)
         return MovingLoad(
-            outcome=MovingOutcome.LIMIT if bounded else MovingOutcome.UNBOUNDED,
+            outcome=self._outcome(least),
             place=self.place,
             side=side,
             lower=np.minimum(self.lower, self.upper),
@@ -363,7 +397,16 @@ class _Search:
             mechanism=unit_motion(self.problem.assembly, self.problem.to_blocks(twist)),
             solves=self.solves,
             assembly=self.problem.assembly,
+            warnings=tuple(dict.fromkeys([*self.problem.warnings, *self.told])),
         )
+
+    def _outcome(self, least: float) -> MovingOutcome:
+        """What is proven of the worst place, of which the least upper bound is known."""
+        if np.isinf(self.lower).all():
+            return MovingOutcome.UNBOUNDED
+        rows = [k for k in self.undecided if self._open(k)]
+        may_be_worst = np.isinf(least) or (self.lower[rows] < (1.0 - self.tolerance) * least).any()
+        return MovingOutcome.UNDECIDED if may_be_worst else MovingOutcome.LIMIT
 
 
 def _close(lower: float, upper: float, tolerance: float) -> bool:

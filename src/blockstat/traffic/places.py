@@ -32,6 +32,11 @@ class Road:
     end: Floats  #: shape (k,) [m]
     face: Ints  #: the highest face below each stretch, shape (k,)
 
+    @property
+    def room(self) -> float:
+        """Lengths along the path that differ by less are one place [m]."""
+        return SHORT * float(self.assembly.size.min())
+
     def point(self, along: float) -> Floats:
         """Return the point at a length along the path, shape (3,) [m]."""
         return np.array([np.interp(along, self.length, self.corners[:, k]) for k in range(3)])
@@ -44,7 +49,8 @@ class Road:
         along
             [m]
         side
-            Where two stretches meet: -1 for the one before, 1 for the one after.
+            Where a stretch begins or ends: -1 for what lies before, 1 for what lies after, which beyond an end of the
+            path and in a gap is nothing; 0 for the stretch after, or the one before where nothing follows.
 
         Returns
         -------
@@ -52,11 +58,16 @@ class Road:
             Shape (n_blocks, 6); zero where the path has no face.
         """
         load = np.zeros((self.assembly.n_blocks, 6))
-        room = SHORT * float(self.assembly.size.min())
-        on = np.flatnonzero((self.start <= along + room) & (self.end >= along - room))
-        if not len(on):
+        room = self.room
+        on = (self.start <= along + room) & (self.end >= along - room)
+        if side > 0:
+            on &= self.end > along + room
+        elif side < 0:
+            on &= self.start < along - room
+        if not on.any():
             return load
-        face = self.faces[self.face[on[-1] if side > 0 else on[0]]]
+        stretches = np.flatnonzero(on)
+        face = self.faces[self.face[stretches[0] if side < 0 else stretches[-1]]]
         up, point = up_of(self.assembly), self.point(along)
         foot = point - up * float(face.height(point)) / float(face.normal @ up)
         load[face.block] = np.concatenate([-up, np.cross(foot - self.assembly.centroid[face.block], -up)])
@@ -149,7 +160,7 @@ def train_loads(
     place
         Of the first axle along the path, shape (n,) [m].
     side
-        Of a joint that an axle stands on, -1 or 1, shape (n,).
+        Where an axle stands on a joint or an end of the path, -1 or 1 as in `Road.wheel`, or 0, shape (n,).
     spread, footprint
         As in `blockstat.dispersed_load`; without a spread the axles stand on the faces.
 
@@ -162,10 +173,75 @@ def train_loads(
     for k, (at, way) in enumerate(zip(place, side, strict=True)):
         for behind, force in axles:
             along = at - behind
-            if not 0.0 <= along <= road.length[-1]:
+            if not -road.room <= along <= road.length[-1] + road.room:
                 continue
             if spread is None:
                 loads[k] += force * road.wheel(along, int(way))
             else:
                 loads[k] += dispersed(road.assembly, road.faces, road.point(along), force, spread, footprint)
     return loads
+
+
+def checked_train(axles: Sequence[Sequence[float]]) -> Floats:
+    """Return the axles of a train.
+
+    Parameters
+    ----------
+    axles
+        Distance behind the first axle [m] and force downwards [N] of each.
+
+    Returns
+    -------
+    Floats
+        Shape (n_axles, 2).
+
+    Raises
+    ------
+    InputError
+        For an axle that is before the first one, and for a force that is not above 0.
+    """
+    try:
+        train = np.asarray(axles, dtype=float).reshape(-1, 2)
+    except (TypeError, ValueError):
+        train = np.empty((0, 2))
+    if not len(train) or not np.isfinite(train).all() or (train[:, 1] <= 0).any() or (train[:, 0] < 0).any():
+        raise InputError(f"axles are {axles!r}; each is a distance behind the first, at least 0, and a force above 0")
+    return train
+
+
+def places_of(road: Road, train: Floats, positions: int, joints: bool) -> tuple[Floats, Ints, np.ndarray]:
+    """Return places of the first axle along a path.
+
+    Parameters
+    ----------
+    road
+        The path and its faces.
+    train
+        Of `checked_train`.
+    positions
+        How many even ones.
+    joints
+        Whether to add those where an axle stands where a stretch begins or ends, on both sides.
+
+    Returns
+    -------
+    place : Floats
+        Ascending, shape (n,) [m].
+    side : Ints
+        -1 or 1 where an axle stands where a stretch begins or ends, 1 elsewhere, shape (n,).
+    joint : ndarray
+        Where one does, shape (n,).
+    """
+    last = float(road.length[-1] + train[:, 0].max())
+    even = np.linspace(0.0, last, positions) if positions > 1 else np.array([last / 2])
+    if not joints:
+        return even, np.ones(len(even), dtype=np.int64), np.zeros(len(even), dtype=bool)
+    ends = np.unique(np.concatenate([road.start, road.end]))
+    met = np.unique((ends[:, None] + train[:, 0]).round(12))
+    met = np.append(met[(met > road.room) & (met < last - road.room)], [0.0, last][: 2 if len(met) else 0])
+    met = np.unique(met)
+    after, before = met[met < last], met[met > 0.0]  # beyond both there is no train
+    place = np.concatenate([np.setdiff1d(even, met), after, before])
+    side = np.concatenate([np.ones(len(place) - len(before)), -np.ones(len(before))]).astype(np.int64)
+    order = np.lexsort((side, place))
+    return place[order], side[order], np.isin(place[order], met)

@@ -149,10 +149,11 @@ def assess_fully(
     associated = coulomb
     if coulomb.outcome is not Outcome.UNSTABLE:
         associated = assess(assembly, gap=gap, loads=loads, interfaces=coulomb.interfaces)
-    limits = limit_load_by_direction(assembly, directions, gap=gap, loads=loads, interfaces=coulomb.interfaces)
+    limits = limit_load_by_direction(assembly, directions, gap=gap, loads=loads)
     dynamic = None
     if verify is not None:
         dynamic = verify(assembly) if loads is None else verify(assembly, loads=loads)
+    code = None if code is None else {"loads": loads, **code}
     checks = () if code is None else tuple(
         (limits.names[k], linear_check(limits.limits[k], limits.directions[k], **code)) for k in _shown(limits)
     )  # fmt: skip

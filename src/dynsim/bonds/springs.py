@@ -163,9 +163,10 @@ def spring_set(
     wanted = np.array([stiffness, angular])[:, None, None]
     joints = np.bincount(pair.reshape(-1), minlength=assembly.n_blocks)[pair].max(axis=1)
     share = np.where(wanted > 0, reduced / joints[:, None], 0.0)
-    most = share / (world.time_step**2 * _fastest(assembly, interfaces, rows, share))
+    step = max(world.settings.settle_step or 0.0, world.settings.time_step) / world.time  # the longest of the run
+    most = share / (step**2 * _fastest(assembly, interfaces, rows, share))
     k = np.minimum(wanted, most)
-    viscous = np.minimum(2 * damping * np.sqrt(k * reduced), most * world.time_step)
+    viscous = np.minimum(2 * damping * np.sqrt(k * reduced), most * step)
     return Springs(
         pair=pair,
         centre=centre,

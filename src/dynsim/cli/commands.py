@@ -198,7 +198,8 @@ def shake(
 ) -> None:
     """Shake the ground by a record, a pulse or a ramp of acceleration, and assess the state afterwards.
 
-    A block falls when it moves further than its own size, or than the threshold, relative to the ground.
+    A block falls when it overturns, or moves further than the median size of the blocks or than the threshold, relative
+    to the ground.
     """
     from dynsim.judge.verify import verify as run
     from dynsim.settings import Settings

@@ -78,8 +78,8 @@ def ida(
 ) -> None:
     """Scale records of ground motion until a block falls, and fit a fragility over them.
 
-    Each record is scaled up by steps until a block moves further than its own size, or than the threshold; then the
-    intensity at which it falls is bracketed. Records go side by side in processes.
+    Each record is scaled up by steps until a block overturns, or moves further than the median size of the blocks or
+    than the threshold; then the intensity at which it falls is bracketed. Records go side by side in processes.
     """
     from blockstat.view.plot import fresh_figure
     from dynsim.earthquake.analysis import incremental

@@ -46,7 +46,8 @@ def sequence(
         file, plan = _assembly_of(file), file
     assembly = load(file, friction=friction, gravity=None, tilt=None, supports=supports, units=units, up=up)
     steps = read_plan(plan, assembly)
-    found = run(assembly, steps, settings=Settings.named(preset, **STEP), gap=near)
+    settings = Settings.named(preset, **(STEP if preset != "careful" else {}))  # what is asked for with care stays
+    found = run(assembly, steps, settings=settings, gap=near)
     summary: dict[str, Any] = {"file": str(file), **found.summary()}
     lines = [found.explain()]
     if statics:

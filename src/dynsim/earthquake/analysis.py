@@ -172,7 +172,7 @@ class IncrementalAnalysis(Result):
             else:
                 first = f"stands up to {curve.lower:.4g} {unit}" if curve.runs else "no verdict"
             lines.append(f"{curve.name}: {first} ({runs}).")
-        lines.append(f"Falls: a block moves by more than {millimetres(self.threshold)} mm, or turns as far.")
+        lines.append(f"Falls: a block moves by more than {millimetres(self.threshold)} mm, or overturns.")
         try:
             lines.append(self.fragility().explain() + f" Intensities are {self.measure.upper()} in {unit}.")
         except InputError as error:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from blockstat.assembly import Assembly
+from blockstat.studies.directions import horizontal
 from blockstat.typing import Floats, Ints
 
 #: Default threshold: a thirtieth of the median block size (10 mm for blocks of 0.3 m) or a twentieth of the
@@ -17,6 +18,10 @@ MEDIAN_SHARE, SMALLEST_SHARE = 1 / 30, 1 / 20
 #: Settling grows as the square of the number of courses; this share of the block size for each course squared is ten
 #: times what a sound wall settles.
 COURSE_SHARE = 3e-6
+#: Share of its extent by which the outline of a block is drawn in where blocks on top of each other are looked for.
+BESIDE = 1e-3
+#: Where loads change, blocks rock and slide. One that has turned by more than this has another face down than before.
+OVERTURNED = np.pi / 4
 #: A block has turned too far when a point at half its size from its centre has moved by the threshold.
 ARM = 0.5
 
@@ -50,13 +55,23 @@ def courses(assembly: Assembly) -> float:
     Returns
     -------
     float
-        Height of the free blocks over the median height of one, along gravity.
+        Of the free blocks above and below one, seen along gravity, their height over the mean height of one of them;
+        the most for any block.
     """
-    free = ~assembly.support
-    along = assembly.vertices @ (assembly.gravity / np.linalg.norm(assembly.gravity))
-    low = np.minimum.reduceat(along, assembly.vertex_start[:-1])[free]
-    high = np.maximum.reduceat(along, assembly.vertex_start[:-1])[free]
-    return float((high.max() - low.min()) / np.median(high - low))
+    from shapely import STRtree, box
+
+    axes = np.vstack([horizontal(assembly), assembly.gravity / np.linalg.norm(assembly.gravity)])
+    along = assembly.vertices @ axes.T
+    low = np.minimum.reduceat(along, assembly.vertex_start[:-1])[~assembly.support]
+    high = np.maximum.reduceat(along, assembly.vertex_start[:-1])[~assembly.support]
+    aside = BESIDE * (high - low)  # blocks side by side share no more than an edge of their outlines
+    outlines = box(*(low + aside)[:, :2].T, *(high - aside)[:, :2].T)
+    one, other = STRtree(outlines).query(outlines, predicate="intersects")
+    lowest, highest = low[:, 2].copy(), high[:, 2].copy()
+    np.minimum.at(lowest, one, low[other, 2])
+    np.maximum.at(highest, one, high[other, 2])
+    mean = np.bincount(one, (high - low)[other, 2]) / np.bincount(one)
+    return float(((highest - lowest) / mean).max())
 
 
 def drops(assembly: Assembly, displacement: Floats) -> Floats:

@@ -90,9 +90,8 @@ class DynamicLimit(Result):
             lines.append(f"Static bracket: {self.static[0]:.5g} to {self.static[1]:.5g}.")
         if self.ratio is not None and self.outcome is LimitOutcome.LIMIT:
             lines.append(f"Bullet / static: {self.ratio:.3f}.")
-        lines.append(
-            f"Falls: a block moves by more than {millimetres(self.threshold, 2)} mm, or turns as far; a run ends there."
-        )
+        most = millimetres(self.threshold, 2)
+        lines.append(f"Falls: a block moves by more than {most} mm, or turns too far; a run ends there.")
         lines += [f"{t.multiplier:.5g}: {t.verdict}, {millimetres(t.max_displacement, 2)} mm" for t in self.trials]
         lines += [f"Warning: {text}" for text in self.warnings]
         return "\n".join(lines)
@@ -206,7 +205,7 @@ def limit(
                 search.stands(multiplier)
     return DynamicLimit(
         outcome, lower, upper, (static.lower, static.upper), tuple(search.trials), process_time() - start,
-        search.threshold, _warnings(search.trials, lower, upper),
+        search.threshold, (*_warnings(search.trials, lower, upper), *_creeping(settings)),
     )  # fmt: skip
 
 
@@ -308,6 +307,15 @@ class _Search:
             return float(assembly.mass[free].sum() * np.linalg.norm(force))
         arms = np.linalg.norm(force[free, 3:], axis=1) / assembly.size[free]
         return float((np.linalg.norm(force[free, :3], axis=1) + arms).sum())
+
+
+def _creeping(settings: Settings | None) -> list[str]:
+    """What is said of time steps in which joints creep near their limit."""
+    if settings is None or settings.time_step <= Settings().time_step:
+        return []
+    return [
+        f"in steps of {1e3 * settings.time_step:g} ms joints creep near their limit; the default preset has finer ones"
+    ]
 
 
 def _warnings(trials: list[Trial], lower: float, upper: float) -> tuple[str, ...]:

@@ -24,8 +24,8 @@ from dynsim.bonds.props import PropForces
 from dynsim.engine.world import World
 from dynsim.judge.closing import closed_scene
 from dynsim.judge.criteria import ARM, angles, default_threshold
-from dynsim.judge.rest import RestDetection
-from dynsim.judge.run import TALL, Contacts, Run, height_of
+from dynsim.judge.rest import RestDetection, movement
+from dynsim.judge.run import TALL, Contacts, Run, height_of, rotation_vectors
 from dynsim.judge.stages import MIDDLE, chain
 from dynsim.judge.verdict import DynamicOutcome
 from dynsim.settings import Settings
@@ -57,6 +57,7 @@ class DynamicSequence(Result):
     threshold: float  #: displacement from which a block has fallen [m]
     run: Run  #: one frame for the beginning and several a step; blocks that are not there yet lie where they were built
     warnings: tuple[str, ...] = ()
+    resolution: float = STEP["resolution"]  #: the imbalance that would have shown in a step, as in `Settings`
 
     @property
     def first_fall(self) -> int | None:
@@ -95,6 +96,7 @@ class DynamicSequence(Result):
             "verdict": self.outcome.word,
             "plan": self.plan.name,
             "threshold": self.threshold,
+            "resolution": self.resolution,
             "first_fall": self.first_fall,
             "steps": self.rows(),
             "process_seconds": self.run.process_seconds,
@@ -120,6 +122,7 @@ class DynamicSequence(Result):
         for row in bad:
             what = "" if row["first_block"] is None else f', first "{row["first_block"]}"'
             lines.append(f"step {row['step']}: {row['verdict']}, {millimetres(row['max_displacement'])} mm{what}")
+        lines.append(f"An imbalance of {self.resolution:.1g} of the weight would have shown in a step.")
         return "\n".join(lines + [f"Warning: {text}" for text in self.warnings])
 
 
@@ -187,7 +190,7 @@ def sequence(
         run = site.run()
     worst = next((s.outcome for s in steps if s.outcome is not DynamicOutcome.STANDS), DynamicOutcome.STANDS)
     run = replace(run, process_seconds=process_time() - start)
-    return DynamicSequence(worst, plan, steps, site.threshold, run, tuple(scene.warnings))
+    return DynamicSequence(worst, plan, steps, site.threshold, run, tuple(scene.warnings), settings.resolution)
 
 
 def _props(assembly: Assembly, plan: Plan) -> PropForces:
@@ -274,7 +277,7 @@ class _Site:
         world.damp(0.0)
         start, turned_at_start = world.poses()
         rest = RestDetection(default_threshold(self._assembly), s.window)
-        rest.look(0.0, 0 * start[free])
+        rest.look(0.0, np.zeros((len(free), 6)))
         size, looks, furthest = self._assembly.size[free], round(s.longest * self._stretch / self._look), 0.0
         for look in range(1, looks + 1):
             self._advance()
@@ -286,7 +289,8 @@ class _Site:
             if beyond.max() >= self.threshold:
                 self._keep()
                 return DynamicOutcome.FALLS, furthest, self._assembly.names[free[beyond.argmax()]]
-            if rest.look(s.longest * look / looks, (moved - start)[free]):
+            since = movement(self._assembly, free, moved - start, rotation_vectors(turned_at_start, turned))
+            if rest.look(s.longest * look / looks, since):
                 break
         self._keep()
         return (DynamicOutcome.STANDS if rest.reached else DynamicOutcome.CREEPS), furthest, None

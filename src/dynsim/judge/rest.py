@@ -84,17 +84,41 @@ def threshold_under(assembly: Assembly, loads: Sequence[Load]) -> float:
     return float(np.median(assembly.size[assembly.free])) + sum(load.travel for load in loads)
 
 
+def movement(assembly: Assembly, blocks: Ints, moved: Floats, turned: Floats) -> Floats:
+    """Return displacements and rotations of blocks so that the square of their rates is twice the energy over the mass.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Has the inertia.
+    blocks : array of int, shape (k,)
+        Numbers of blocks.
+    moved : array of float, shape (n_blocks, 3)
+        Displacements [m].
+    turned : array of float, shape (n_blocks, 3)
+        Rotation vectors [rad].
+
+    Returns
+    -------
+    array of float, shape (k, 6)
+        Displacements, and rotations times radii of gyration [m].
+    """
+    gyration = np.linalg.cholesky(assembly.inertia[blocks] / assembly.mass[blocks, None, None])
+    return np.hstack([moved[blocks], np.einsum("nji,nj->ni", gyration, turned[blocks])])
+
+
 class RestDetection:
     """Whether blocks are at rest, from one sample of their places to the next.
 
     Notes
     -----
-    An imbalance of a share e of the weight gives some block an acceleration of at least e g, so that after a time t its
-    velocity is at least e g t. Contact noise makes blocks tremble about a place, and creep a little. So the velocity is
-    that of the trend: over the last t, a parabola is fitted by least squares to each coordinate of each block. Its
-    velocity is e g t / 2 or more in the middle and e g t or more at the end. Blocks are at rest when both velocities,
-    with `ERRORS` standard errors added, are below e g t / `SAFE` for all blocks. What trembles has no trend, what
-    creeps has one that stays small, what falls has one that grows.
+    An imbalance of a share e of the weight gives some block an acceleration of at least e g, so that after a time t
+    its velocity is at least e g t. Rotations count by the radii of gyration (`movement`). Contact noise makes
+    blocks tremble about a place, and creep a little. So the velocity is that of the trend: over the last t, a
+    parabola is fitted by least squares to each coordinate of each block. Its velocity is e g t / 2 or more in the
+    middle and e g t or more at the end. Blocks are at rest when both velocities, with `ERRORS` standard errors
+    added, are below e g t / `SAFE` for all blocks. What trembles has no trend, what creeps has one that stays
+    small, what falls has one that grows.
 
     The time t is that since release, from `SOONEST` times T = `Settings.window` on, and never more than T. The velocity
     of an imbalance grows as t and the error of a trend shrinks as t^(3/2): where blocks lie still the run ends early,
@@ -137,8 +161,8 @@ class RestDetection:
         ----------
         time : float
             Time of the look [s]; before 0 nothing is at rest.
-        moved : array of float, shape (n_blocks, 3)
-            Displacements [m].
+        moved : array of float, shape (n_blocks, 6)
+            Displacements, and rotations times radii of gyration, as `movement` gives them [m].
 
         Returns
         -------
@@ -160,7 +184,7 @@ class RestDetection:
         moved = np.array(self._moved[first:])
         velocity, error = trend(np.array(self._times[first:]), moved.reshape(len(moved), -1))
         fast = np.abs(velocity).max(axis=0) + ERRORS * error
-        return float(np.linalg.norm(fast.reshape(-1, 3), axis=1).max())
+        return float(np.linalg.norm(fast.reshape(moved.shape[1:]), axis=1).max())
 
 
 def trend(times: Floats, values: Floats) -> tuple[Floats, Floats]:

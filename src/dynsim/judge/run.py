@@ -103,7 +103,7 @@ def simulate(
     assembly: Assembly,
     *,
     settings: Settings | None = None,
-    stop: Callable[[float, Floats], bool] | None = None,
+    stop: Callable[[float, Floats, Floats], bool] | None = None,
     loads: Loads = (),
     actions: Sequence[Action] = (),
     hold: float = 0.0,
@@ -121,8 +121,9 @@ def simulate(
     settings : Settings, optional
         Time steps and durations; the default settings when None.
     stop : callable, optional
-        Called at every look with two values: the part of `Settings.longest` that has passed since release and `hold`
-        [s] (negative until then), and the displacement since release, shape (n_blocks, 3) [m]. True ends the run.
+        Called at every look with three values: the part of `Settings.longest` that has passed since release and `hold`
+        [s] (negative until then), and the displacements [m] and rotation vectors [rad] since release, both of shape
+        (n_blocks, 3). True ends the run.
     loads : Load, array of shape (n_blocks, 6), or a sequence of them
         What acts besides the weight, as in `verify`.
     actions : sequence of Action
@@ -199,8 +200,10 @@ def simulate(
             removed[new] = times[-1] - look / world.time
             if progress is not None:
                 progress(times[-1], held * look / world.time, (held + looks) * look / world.time)
-            if stop is not None and stop(settings.longest * (frame - held) / looks, moved - displacement[0]):
-                break
+            if stop is not None:
+                since = (moved - displacement[0], rotation_vectors(rotation[0], turned))
+                if stop(settings.longest * (frame - held) / looks, *since):
+                    break
         contacts = Contacts(*world.contact_forces())
         spent = process_time() - start + world.process_seconds
     return Run(
@@ -217,6 +220,24 @@ def _world(
     if engine == "bullet":
         return World(assembly, settings, acting, interfaces=interfaces)
     return Lmgc90World(assembly, replace(settings, time_step=settings.quick_step), acting)
+
+
+def rotation_vectors(start: Floats, end: Floats) -> Floats:
+    """Return the rotations from one set of orientations to another.
+
+    Parameters
+    ----------
+    start, end : array of float, shape (n_blocks, 3, 3)
+        Rotation matrices.
+
+    Returns
+    -------
+    array of float, shape (n_blocks, 3)
+        Rotation vectors [rad].
+    """
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_matrix(end @ start.transpose(0, 2, 1)).as_rotvec()
 
 
 def _kinetic(assembly: Assembly, velocity: Floats, spin: Floats, rotation: Floats) -> float:

@@ -22,8 +22,8 @@ from dynsim.engine.guards import check_assembly
 from dynsim.engine.world import Action
 from dynsim.judge.closing import ClosedScene, closed_scene
 from dynsim.judge.cracks import find_cracks
-from dynsim.judge.criteria import ARM, angles, default_threshold, drops, group_box_centre, rate
-from dynsim.judge.rest import AFTERWARDS, RestDetection, last_change, stays, threshold_under
+from dynsim.judge.criteria import ARM, OVERTURNED, angles, default_threshold, drops, group_box_centre, rate
+from dynsim.judge.rest import AFTERWARDS, RestDetection, last_change, movement, stays, threshold_under
 from dynsim.judge.run import Run, simulate
 from dynsim.judge.stages import SAME_FALL, Stages, stages
 from dynsim.judge.static_reserve import StaticReserve
@@ -221,6 +221,7 @@ class _Evaluator:
         self._roof = settings.roof_threshold or limit
         self._brick = settings.brick_threshold or limit
         self._turned = limit
+        self._overturned = OVERTURNED if last_change(loads) > -np.inf else np.pi
         self._hold = max(last_change(loads), 0.0)
         self._threshold = default_threshold(assembly)
         self._loads, self._actions = loads, actions
@@ -231,12 +232,14 @@ class _Evaluator:
         furthest = max(self._brick, self._roof)
         resolution = settings.resolution
 
-        def decided(elapsed: float, moved: Floats) -> bool:
+        def decided(elapsed: float, moved: Floats, turned: Floats) -> bool:
             nonlocal resolution
-            here = moved[self._judged]
-            if np.linalg.norm(here, axis=1).max() >= furthest:
+            if np.linalg.norm(moved[self._judged], axis=1).max() >= furthest:
                 return True
-            if not rest.look(elapsed, here):
+            # With a threshold of the caller's the run goes on to it.
+            if settings.brick_threshold is None and self._too_far(np.linalg.norm(turned, axis=1))[self._judged].any():
+                return True
+            if not rest.look(elapsed, movement(self._assembly, self._judged, moved, turned)):
                 return False
             if self._reserve is not None and (finer := self._reserve.resolution(resolution)) < resolution:
                 resolution = finer
@@ -270,7 +273,7 @@ class _Evaluator:
         turned = np.zeros_like(length)
         turned[:, judged] = angles(run.rotation)[:, judged]
         group_drop, max_drop = self._group_drop(run), float(drops(assembly, since[-1]).max())
-        beyond = (length >= self._brick) | (turned * ARM * assembly.size >= self._turned)
+        beyond = (length >= self._brick) | self._too_far(turned)
         ever = np.flatnonzero(beyond.any(axis=0))
         speed = rate(run.times, since, settings.window / run.pace)
         outcome = DynamicOutcome.STANDS if at_rest else DynamicOutcome.CREEPS
@@ -293,6 +296,10 @@ class _Evaluator:
             run=run, resolution=settings.resolution, settings=settings,
             warnings=(*caveats(self._actions), *_warnings(run, settling, self._brick)),
         )  # fmt: skip
+
+    def _too_far(self, turned: Floats) -> np.ndarray:
+        """Which angles are those of a fall, shape (..., n_blocks)."""
+        return (turned * ARM * self._assembly.size >= self._turned) | (turned >= self._overturned)
 
     def _group_drop(self, run: Run) -> float:
         """Eq. 1 [m]."""

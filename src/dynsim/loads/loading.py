@@ -16,6 +16,8 @@ from blockstat.typing import Floats
 from dynsim.checks import not_negative, positive, vector_of
 from dynsim.engine.world import World
 
+LEVEL = 1e-3  #: an axis whose sine with gravity is less is vertical
+
 
 @dataclass(frozen=True, eq=False)
 class Tilt:
@@ -84,6 +86,10 @@ class Tilt:
 
         axis = np.asarray(self.axis, dtype=float) / np.linalg.norm(self.axis)
         gravity = world.assembly.gravity
+        if np.linalg.norm(np.cross(axis, gravity)) < LEVEL * np.linalg.norm(gravity):
+            raise InputError(
+                f"tilt: axis is {list(self.axis)}; about a vertical axis the ground turns and does not tilt"
+            )
         turned = Rotation.from_rotvec(np.deg2rad(self.angle(time)) * axis).apply(gravity)
         world.drive(self, turned - gravity)
 

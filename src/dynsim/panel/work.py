@@ -105,7 +105,7 @@ def let_fall(channel: Channel, static: Verdict) -> None:
     run = verdict.run
     if verdict.outcome.word != "stands":
         far = FAR * float(np.median(assembly.size[assembly.free]))
-        run = simulate(assembly, gap=gap, stop=lambda _, moved: bool(np.linalg.norm(moved, axis=1).max() > far))
+        run = simulate(assembly, gap=gap, stop=lambda _, moved, __: bool(np.linalg.norm(moved, axis=1).max() > far))
     channel.send(_film(run))
 
 

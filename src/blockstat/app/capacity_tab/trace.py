@@ -217,6 +217,7 @@ def told(item: CapacityPoint | PathEvent | FallenBlocks, names: Sequence[str]) -
         return Seen(float(item.displacement), float(item.lower), float(item.upper), moved, rotation)
     if isinstance(item, PathEvent):
         after = "; no admissible state follows" if item.after is None else f" to {plain(item.after, 4)} g"
+        after = "; any multiple is carried" if item.after == np.inf else after
         return Event(item.kind, float(item.parameter), f"from {plain(item.before, 4)} g{after}")
     gone = [names[int(block)] for block in item.blocks]
     more = f" and {len(gone) - NAMED} more" if len(gone) > NAMED else ""

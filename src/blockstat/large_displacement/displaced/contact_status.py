@@ -1,4 +1,4 @@
-"""Which closed contacts stick, slide or open in a motion."""
+"""Which closed contacts stick, slide or open in a motion, and which ties keep their length or are slack."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from blockstat.analysis.verdict import corner_speed
 from blockstat.geometry.polyhedron import point_velocity
 from blockstat.large_displacement.displaced.contact_pairs import edge_crossings, gap_normals, pair_points
 from blockstat.large_displacement.displaced.pose import displaced_assembly
-from blockstat.large_displacement.displaced.structure import Configuration
-from blockstat.typing import Floats
+from blockstat.large_displacement.displaced.structure import SLACK, Configuration, slack_of_ties, slackening
+from blockstat.typing import Floats, Ints
 
 #: Contacts that move more slowly than this stick. Relative to the fastest corner. Chosen: far above what solvers leave.
 STICKING_SPEED = 1e-4
@@ -68,3 +68,34 @@ def contact_status(
         by_flow = np.where(associated & slips, contacts.friction, 0.0) * np.where(slips, slip, 0.0)
     opens = normal_rate - np.where(slips, by_flow, 0.0) > sticking_speed
     return closed & ~moves, moves & ~opens
+
+
+def tie_status(
+    configuration: Configuration, motion: Floats, *, sticking_speed: float = STICKING_SPEED
+) -> tuple[Ints, Ints]:
+    """Return which ties keep their length in a motion, and which are slack or shorten.
+
+    Parameters
+    ----------
+    configuration
+        The displaced structure.
+    motion
+        Rates of the blocks about their displaced centroids, of any magnitude, shape (n_blocks, 6).
+    sticking_speed
+        Ties that shorten more slowly than this keep their length. Relative to the fastest corner.
+
+    Returns
+    -------
+    ties, slack : array of int
+        Numbers of ties. Those that yield, and those whose force is constant, are neither.
+    """
+    assembly = configuration.structure.assembly
+    if not assembly.ties:
+        return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
+    there = displaced_assembly(assembly, configuration.pose)
+    speed = float(corner_speed(there, motion).max(initial=0.0)) or 1.0
+    unilateral = np.array([not tie.constant for tie in assembly.ties])
+    rigid = np.array([np.isinf(tie.greatest) for tie in assembly.ties])
+    slack = slack_of_ties(assembly, configuration.pose) > SLACK * float(assembly.size.max())
+    slack |= slackening(there, motion) > sticking_speed * speed
+    return np.flatnonzero(rigid & ~slack), np.flatnonzero(unilateral & slack)

@@ -1,8 +1,13 @@
-"""The structure whose blocks are displaced, and its configuration: a pose with the active set of contacts."""
+"""The structure whose blocks are displaced, and its configuration: a pose with the active set of contacts.
+
+A tie is unilateral. One that is shorter than at rest hangs slack and pulls with its least force, until it is as long as
+at rest again. A strut is slack where it is longer than at rest.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -12,7 +17,8 @@ from blockstat.analysis.problem import Problem
 from blockstat.analysis.problem import pose as equilibrium_problem
 from blockstat.contact.interfaces import GAP, Interfaces
 from blockstat.contact.point_law import last_law
-from blockstat.large_displacement.displaced.contact_pairs import ContactPairs
+from blockstat.joint import Tie
+from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANCE, ContactPairs
 from blockstat.large_displacement.displaced.face_outlines import FaceOutlines
 from blockstat.large_displacement.displaced.joints import displaced_interfaces
 from blockstat.large_displacement.displaced.loads import PointLoads
@@ -23,6 +29,10 @@ from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
     from blockstat.assembly import Assembly
+
+#: A tie is slack from this slack on. Relative to the largest block. Chosen: a pose of finite steps leaves ties that
+#: hold their length shorter by less.
+SLACK = CORNER_TOLERANCE
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,17 +94,15 @@ class Structure:
         Returns
         -------
         float
-            [W]. A tie that lengthens yields at its greatest force, and one that shortens keeps its least. A tie
-            without a greatest force counts with its least: the linkage keeps its length.
+            [W]. A tie that lengthens yields at its greatest force. One that shortens or is slack keeps its least. A
+            tie without a greatest force counts with its least: the linkage keeps its length, or it shortens.
         """
         if not self.assembly.ties:
             return 0.0
-        there = displaced_assembly(self.assembly, pose)
-        ties = list(there.ties)
-        unit = [float((tie_wrenches(there, [tie], np.ones(1)) * motion).sum()) for tie in ties]
+        there = displaced_with_slack_ties(self.assembly, pose)
         return sum(
             rate * (tie.least if rate > 0 or np.isinf(tie.greatest) else tie.greatest)
-            for tie, rate in zip(ties, unit, strict=True)
+            for tie, rate in zip(there.ties, slackening(there, motion).tolist(), strict=True)
         )
 
     def dead_power(self, pose: Pose, motion: Floats) -> float:
@@ -195,7 +203,7 @@ class Configuration:
         loads = fixed.dead.wrenches(fixed.assembly, self.pose)
         if fixed.live is not None and multiplier:
             loads = loads + multiplier * fixed.live_load(self.pose)
-        there = displaced_assembly(fixed.assembly, self.pose)
+        there = displaced_with_slack_ties(fixed.assembly, self.pose)
         return equilibrium_problem(there, friction=None, gravity=None, loads=loads, gap=GAP, interfaces=self.joints[0])
 
 
@@ -220,3 +228,69 @@ def why_not_followed(assembly: Assembly, interfaces: Interfaces) -> str:
     if any(law.cells for law in laws) or interfaces.share is not None:
         return "joints that are divided into cells are not followed as they open; leave the cells out"
     return ""
+
+
+def slack_of_ties(assembly: Assembly, pose: Pose) -> Floats:
+    """Return by how much ties are shorter than at rest, and struts longer.
+
+    Parameters
+    ----------
+    assembly
+        The blocks at rest and their ties.
+    pose
+        The pose.
+
+    Returns
+    -------
+    Floats
+        Shape (n_ties,) [m]; negative where a tie has lengthened.
+    """
+    return _slack(assembly.ties, displaced_assembly(assembly, pose).ties) if assembly.ties else np.empty(0)
+
+
+def _slack(rest: Sequence[Tie], now: Sequence[Tie]) -> Floats:
+    lengths = [np.diff([tie.points for tie in ties], axis=1)[:, 0] for ties in (rest, now)]
+    shorter = np.linalg.norm(lengths[0], axis=1) - np.linalg.norm(lengths[1], axis=1)
+    slack: Floats = np.where([tie.strut for tie in rest], -shorter, shorter)
+    return slack
+
+
+def displaced_with_slack_ties(assembly: Assembly, pose: Pose) -> Assembly:
+    """Return the assembly at a pose, with the least force of slack ties as a constant one.
+
+    Parameters
+    ----------
+    assembly
+        The blocks at rest and their ties.
+    pose
+        The pose.
+
+    Returns
+    -------
+    Assembly
+        The same blocks, displaced.
+    """
+    there = displaced_assembly(assembly, pose)
+    if not there.ties:
+        return there
+    slack = _slack(assembly.ties, there.ties) > SLACK * float(assembly.size.max())
+    ties = [replace(tie, greatest=tie.least) if own else tie for tie, own in zip(there.ties, slack, strict=True)]
+    return replace(there, ties=tuple(ties))
+
+
+def slackening(there: Assembly, motion: Floats) -> Floats:
+    """Return the rates at which ties shorten and struts lengthen in a motion.
+
+    Parameters
+    ----------
+    there
+        The displaced assembly.
+    motion
+        Rates of all blocks about their displaced centroids, shape (n_blocks, 6).
+
+    Returns
+    -------
+    Floats
+        The power of a unit force of each, shape (n_ties,).
+    """
+    return np.array([float((tie_wrenches(there, [tie], np.ones(1)) * motion).sum()) for tie in there.ties])

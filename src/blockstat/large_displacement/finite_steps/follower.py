@@ -30,7 +30,7 @@ from blockstat.large_displacement.finite_steps.macro_block_check import with_mac
 from blockstat.large_displacement.finite_steps.step import stepped, trial_state_at
 from blockstat.large_displacement.finite_steps.trial_state import RIGID_JOINT_SPEEDS, TrialState, path_state
 from blockstat.large_displacement.linkage.linkage import Linkage
-from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathPoint, PathState
+from blockstat.large_displacement.linkage.path import PathEnd, PathEvent, PathPoint, PathState, end_at
 from blockstat.large_displacement.linkage.root_finding import NoRootError
 from blockstat.large_displacement.statics.limit_state import LimitState
 from blockstat.large_displacement.statics.macro_blocks import common_refinement, macro_blocks_of
@@ -105,6 +105,9 @@ class StepFollower:
                 trial, limit = with_macro_blocks_that_hold(fallen)
                 if trial.limit.multiplier is None:
                     continue
+            if end_at(limit) is PathEnd.LOCKED:
+                yield PathEnd.LOCKED
+                return
             state = path_state(trial, limit)
             yield state
             trial = self._with_current_macro_blocks(trial, limit, known)
@@ -178,7 +181,7 @@ class StepFollower:
             if torn and self.structure.live is None:  # a live load may find other blocks in contact
                 if step <= MIN_STEP * self.step:
                     raise NoRootError
-            elif value is not None and abs(value - now) <= self.change * scale:
+            elif value is not None and np.isfinite(value) and abs(value - now) <= self.change * scale:
                 deviation = abs(value - now - slope * (after.parameter - trial.parameter))
                 if step <= self.step or deviation <= MAX_DEVIATION * scale:
                     return after, step
@@ -197,9 +200,10 @@ class StepFollower:
 
     def _end_passed(self, trial: TrialState, scale: float) -> PathEnd | None:
         """The end of the path that a state is at or beyond."""
-        if trial.limit.multiplier is None:
+        multiplier = trial.limit.multiplier
+        if multiplier is None or np.isinf(multiplier):
             return None
-        if self.structure.live is not None and trial.limit.multiplier <= self.tolerance * scale:
+        if self.structure.live is not None and multiplier <= self.tolerance * scale:
             return PathEnd.ZERO
         return PathEnd.REACHED if trial.parameter >= self.end else None
 
@@ -214,10 +218,11 @@ class StepFollower:
 
         tolerance = self.tolerance * (scale if end is PathEnd.ZERO else self.end)
         low, high, below, above, found = 0.0, step, excess(trial), excess(after), after
+        lost: PathEnd | None = None
         for count in range(MAX_END_TRIALS):
             if abs(excess(found)) <= tolerance:
                 last, limit = with_macro_blocks_that_hold(found)
-                if limit.multiplier is None:
+                if (lost := end_at(limit)) is not None:
                     break
                 yield path_state(last, limit)
                 yield end
@@ -225,12 +230,12 @@ class StepFollower:
             part = 0.5 if count % BISECTION == BISECTION - 1 else below / (below - above)
             middle = low + part * (high - low)
             there = stepped(trial, middle)
-            if there.limit.multiplier is None:
+            if (lost := end_at(there.limit)) is not None:
                 break
             found = there
             if excess(found) > 0:
                 high, above = middle, excess(found)
             else:
                 low, below = middle, excess(found)
-        # The multiplier falls below zero at a change of the mechanism.
-        yield PathEnd.COLLAPSE if end is PathEnd.ZERO else end
+        # The multiplier falls below zero at a change of the mechanism, unless what is on the way there is not known.
+        yield (lost if lost is PathEnd.LOST else PathEnd.COLLAPSE) if end is PathEnd.ZERO else end

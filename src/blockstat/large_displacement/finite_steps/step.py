@@ -10,6 +10,7 @@ from blockstat.large_displacement.displaced.contact_pairs import CORNER_TOLERANC
 from blockstat.large_displacement.displaced.control import conjugate_control
 from blockstat.large_displacement.displaced.face_overlap import overlap_points, with_overlap_points
 from blockstat.large_displacement.displaced.pose import Pose
+from blockstat.large_displacement.displaced.structure import slack_of_ties
 from blockstat.large_displacement.finite_steps.contact_projection import projected_onto_zero_gap
 from blockstat.large_displacement.finite_steps.trial_state import (
     NOT_SOLVED,
@@ -54,7 +55,7 @@ def stepped(trial: TrialState, step: float) -> TrialState:
     held = None if structure.live is None else conjugate_control(structure)
     target = 0.0 if held is None else held.value(linkage.assembly, pose)
     parameter = trial.parameter + length * trial.support_rate
-    linkage = _without_lost_bearings(linkage, pose, parameter)
+    linkage = _with_taut_ties(_without_lost_bearings(linkage, pose, parameter), pose)
     closed = projected_onto_zero_gap(linkage, pose, parameter, PROJECTION_REACH * step, held, target)
     residual = np.zeros(structure.interfaces.n_interfaces)
     np.maximum.at(residual, linkage.contacts.joint, closed.residual_gap)
@@ -101,6 +102,12 @@ def trial_state_at(
     if structure.live is not None:
         return with_limit_state(trial, guess, macro_blocks)
     return replace(trial, limit=settling_state(trial.configuration, guess=guess, rough=True), macro_blocks=None)
+
+
+def _with_taut_ties(linkage: Linkage, pose: Pose) -> Linkage:
+    """The linkage that holds the ties, too, that were slack before a step and are longer after it than at rest."""
+    taut = linkage.slack[slack_of_ties(linkage.assembly, pose)[linkage.slack] < 0]
+    return linkage.rejoined(linkage.contacts.number + taut, pose, 0.0) if len(taut) else linkage
 
 
 def _without_lost_bearings(linkage: Linkage, pose: Pose, parameter: float) -> Linkage:

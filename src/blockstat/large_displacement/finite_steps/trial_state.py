@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from blockstat.analysis.verdict import corner_speed
-from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED, contact_status
+from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED, contact_status, tie_status
 from blockstat.large_displacement.displaced.control import MIN_CONTROL_RATE
 from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly
 from blockstat.large_displacement.displaced.structure import Configuration, Structure
@@ -74,7 +74,8 @@ class TrialState:
         sticking, sliding = contact_status(
             self.configuration, motion, self.support_rate, sticking_speed=self.sticking_speed, opening=opening
         )
-        return replace(self.linkage, sticking=sticking, sliding=sliding)
+        ties, slack = tie_status(self.configuration, motion, sticking_speed=self.sticking_speed)
+        return replace(self.linkage, sticking=sticking, sliding=sliding, ties=ties, slack=slack)
 
     def speed(self) -> float:
         """Return the speed of the fastest corner, or of the supports, in the motion of the limit state.

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 
-from blockstat.large_displacement.displaced.contact_pairs import JUST_CLOSED_GAP, rejoined
+from blockstat.large_displacement.displaced.contact_pairs import JUST_CLOSED_GAP
 from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED
 from blockstat.large_displacement.displaced.pose import Pose
 from blockstat.large_displacement.linkage.event_location import open_gaps
@@ -16,7 +16,6 @@ from blockstat.large_displacement.linkage.jump import FALLING_TOGETHER, MAX_PART
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.path import FindMechanism, PathEnd, PathEvent, PathPoint, PathState
 from blockstat.large_displacement.linkage.state_solver import StateSolver
-from blockstat.typing import Floats
 
 #: Jumps that may follow each other at one displacement. Chosen: where more follow, it is no linkage that moves.
 MAX_JUMPS = 20
@@ -76,7 +75,9 @@ class AfterEvent:
                 break
             shut += landing.shut
             found = self._landed(landing, landing.linkage, point)
-            if found is None:
+            if isinstance(found, PathEnd):
+                # What falls from here on, and what is lost, is followed by finite steps.
+                end = found if found is PathEnd.LOCKED else end
                 break
             linkage, landed = found
             if self.ends_at_zero and landed.value < 0:
@@ -87,8 +88,10 @@ class AfterEvent:
                 yield _event("jump", before, state, opened, shut)
                 yield state
                 return
+            if not state.forces.solved:
+                break
             mechanism = state.forces.mechanism
-        yield _event("jump", before, None, opened, shut)
+        yield _event("jump", before, end, opened, shut)
         yield end
 
     def _stands_without_the_fallen(self, before: PathState, landing: JumpEnd) -> bool:
@@ -100,7 +103,7 @@ class AfterEvent:
         fallen = np.flatnonzero(moved > FALLING_TOGETHER * moved.max())
         return self.solver.structure.part_of_live_power(pose, tangent, fallen) <= MAX_PART_FALLEN
 
-    def _landed(self, landing: JumpEnd, linkage: Linkage, before: PathPoint) -> tuple[Linkage, PathPoint] | None:
+    def _landed(self, landing: JumpEnd, linkage: Linkage, before: PathPoint) -> tuple[Linkage, PathPoint] | PathEnd:
         """The linkage after a jump and its first point: the one that has landed, or the mechanism that begins there."""
         point = self.solver.point(linkage, landing.pose, before.parameter, before.tangent)
         if point is not None:
@@ -109,17 +112,16 @@ class AfterEvent:
 
     def _first_point(
         self, linkage: Linkage, pose: Pose, parameter: float, sticking_speed: float
-    ) -> tuple[Linkage, PathPoint] | None:
-        """The mechanism that begins at a pose, and its first point; None where there is none."""
-        begun = self.find_mechanism(linkage, pose, parameter, sticking_speed)
-        return None if begun is None else self._as_linkage(*begun, pose, parameter)
+    ) -> tuple[Linkage, PathPoint] | PathEnd:
+        """The mechanism that begins at a pose, and its first point; the end of the path where there is none.
 
-    def _as_linkage(
-        self, linkage: Linkage, motion: Floats, pose: Pose, parameter: float
-    ) -> tuple[Linkage, PathPoint] | None:
-        """The linkage of a mechanism, and its first point; None where the mechanism is no linkage."""
-        point = self.solver.point(linkage, pose, parameter, motion)
-        return None if point is None else (linkage, point)
+        A mechanism that is no linkage is lost here: it is followed by finite steps.
+        """
+        begun = self.find_mechanism(linkage, pose, parameter, sticking_speed)
+        if isinstance(begun, PathEnd):
+            return begun
+        point = self.solver.point(begun[0], pose, parameter, begun[1])
+        return PathEnd.LOST if point is None else (begun[0], point)
 
     def _changed_mechanism(self, state: PathState, beyond: PathState) -> PathState | None:
         """The state of another mechanism where a joint ceases to slide; None where there is none.
@@ -137,7 +139,7 @@ class AfterEvent:
                 continue
             linkage = point.linkage or beyond.linkage
             following = self._first_point(linkage, point.pose, point.parameter, sticking_speed)
-            if following is None:
+            if isinstance(following, PathEnd):
                 continue
             found = self.solver.state(*following)
             if not (found.forces.admissible and self._goes_on(found, DISTANCES_BEYOND[-1] * width)):
@@ -165,25 +167,22 @@ class AfterEvent:
         PathState, PathEvent or PathEnd
             The event, then the state that follows or the end.
         """
-        linkage, point, assembly = state.linkage, state.point, self.solver.structure.assembly
-        tolerance = JUST_CLOSED_GAP * float(assembly.size.max())
-        closed = np.flatnonzero(open_gaps(self.solver, linkage, point) <= tolerance)
+        linkage, point = state.linkage, state.point
+        tolerance = JUST_CLOSED_GAP * float(linkage.assembly.size.max())
+        closed = np.flatnonzero(open_gaps(linkage, point) <= tolerance)
         if not len(closed):  # the linkage has no pose beyond
             yield PathEnd.LOST
             return
-        contacts = rejoined(assembly, linkage.contacts, closed, point.pose, point.parameter)
-        sticking = linkage.sticking.copy()
-        sticking[closed] = True
-        held = replace(linkage, contacts=contacts, sticking=sticking)
-        joints = sorted(set(contacts.joint[closed].tolist()))
-        begun = self.find_mechanism(held, point.pose, point.parameter, STICKING_SPEED)
-        if begun is None:
-            yield _event("closing", state, None, [], joints)
-            yield PathEnd.COLLAPSE
+        held = linkage.rejoined(closed, point.pose, point.parameter)
+        joints = sorted(set(linkage.contacts.joint[closed[closed < linkage.contacts.number]].tolist()))
+        following = self._first_point(held, point.pose, point.parameter, STICKING_SPEED)
+        if isinstance(following, PathEnd):
+            if following is not PathEnd.LOST:
+                yield _event("closing", state, following, [], joints)
+            yield following
             return
-        following = self._as_linkage(*begun, point.pose, point.parameter)
-        found = None if following is None else self.solver.state(*following)
-        if found is None or not found.forces.admissible:  # the mechanism that begins is followed by finite steps
+        found = self.solver.state(*following)
+        if not found.forces.admissible:  # the mechanism that begins is followed by finite steps
             yield PathEnd.LOST
             return
         yield _event("closing", state, found, [], joints)
@@ -191,8 +190,11 @@ class AfterEvent:
 
 
 def _event(
-    kind: str, before: PathState, after: PathState | None, opened: Iterable[int], shut: Iterable[int]
+    kind: str, before: PathState, after: PathState | PathEnd, opened: Iterable[int], shut: Iterable[int]
 ) -> PathEvent:
-    value = None if after is None else after.point.value
+    if isinstance(after, PathEnd):
+        value = np.inf if after is PathEnd.LOCKED else None
+    else:
+        value = after.point.value
     joints = [tuple(dict.fromkeys(int(k) for k in given)) for given in (opened, shut)]
     return PathEvent(kind, before.point.parameter, before.point.value, value, joints[0], joints[1])

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from blockstat.large_displacement.displaced.contact_pairs import ZERO_GAP, gaps
+from blockstat.large_displacement.displaced.contact_pairs import ZERO_GAP
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.linkage.path import PathEnd, PathPoint, PathState
 from blockstat.large_displacement.linkage.root_finding import NoRootError, root_of
@@ -32,23 +32,20 @@ LIMIT_ACCURACY = 1e-2
 MAX_ADHESION = 1e3
 
 
-def open_gaps(solver: StateSolver, linkage: Linkage, point: PathPoint) -> Floats:
-    """Return the gaps of the open contacts at a point.
+def open_gaps(linkage: Linkage, point: PathPoint) -> Floats:
+    """Return the gaps of the open contacts at a point, and the slacks of the slack ties.
 
     Parameters
     ----------
-    solver
-        Has the structure.
     linkage, point
         A point of the linkage.
 
     Returns
     -------
     Floats
-        Shape (n_contacts,) [m]; infinite for closed contacts.
+        Shape (n_contacts + n_ties,) [m]; infinite for closed contacts and other ties.
     """
-    gap = gaps(solver.structure.assembly, linkage.contacts, point.pose, point.parameter)
-    found: Floats = np.where(linkage.closed, np.inf, gap)
+    found: Floats = np.where(linkage.open, linkage.gaps(point.pose, point.parameter), np.inf)
     return found
 
 
@@ -56,6 +53,8 @@ def first_kinematic_event(
     solver: StateSolver, state: PathState, point: PathPoint, *, ends_at_zero: bool
 ) -> tuple[str | PathEnd | None, PathPoint]:
     """Return the first event in a step that needs no forces: a contact that closes, or a multiplier of zero.
+
+    A tie that is taut again counts as a contact that closes.
 
     Parameters
     ----------
@@ -78,7 +77,7 @@ def first_kinematic_event(
     event: str | PathEnd | None = None
     start, found = state.point.parameter, point
     tolerance = ZERO_GAP * float(solver.structure.assembly.size.max())
-    for contact in np.flatnonzero(open_gaps(solver, state.linkage, point) < -tolerance):
+    for contact in np.flatnonzero(open_gaps(state.linkage, point) < -tolerance):
         gap = _gap_of(solver, state, int(contact), tolerance)
         if gap(found.parameter) >= -tolerance:
             continue
@@ -112,7 +111,7 @@ def _gap_of(solver: StateSolver, state: PathState, contact: int, tolerance: floa
 
     def gap(parameter: float) -> float:
         at = solver.point_at(state, parameter)
-        return -tolerance if at is None else float(open_gaps(solver, state.linkage, at)[contact])
+        return -tolerance if at is None else float(open_gaps(state.linkage, at)[contact])
 
     return gap
 

@@ -143,6 +143,8 @@ class LinkageFollower:
             event, point = first_kinematic_event(self.solver, state, point, ends_at_zero=self.ends_at_zero)
             reached = self.solver.state(state.linkage, point)
             beyond = None
+            if not reached.forces.solved:
+                return PathEnd.LOST, state, None
             if not reached.forces.admissible:
                 event = "jump"
                 reached, beyond = loss_of_equilibrium(self.solver, state, reached, self.tolerance)

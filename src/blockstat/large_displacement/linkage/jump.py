@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from blockstat.analysis.verdict import corner_speed
-from blockstat.large_displacement.displaced.contact_pairs import JUST_CLOSED_GAP, ZERO_GAP, gaps, rejoined
-from blockstat.large_displacement.displaced.contact_status import contact_status
+from blockstat.large_displacement.displaced.contact_pairs import JUST_CLOSED_GAP, ZERO_GAP
+from blockstat.large_displacement.displaced.contact_status import contact_status, tie_status
 from blockstat.large_displacement.displaced.pose import Pose, displaced_assembly
 from blockstat.large_displacement.linkage.kinematics import motion_at_fixed_parameter, pose_at
 from blockstat.large_displacement.linkage.linkage import Linkage
@@ -80,15 +80,15 @@ def jump(linkage: Linkage, pose: Pose, parameter: float, mechanism: Floats, tang
         mechanism = mechanism - linkage.control.rate(assembly, pose, mechanism) * tangent
     sticking, sliding = contact_status(linkage.configuration(pose, parameter), mechanism)
     opened = contacts.joint[linkage.closed & ~sticking & ~sliding].tolist()
-    falling = replace(linkage, sticking=sticking, sliding=sliding)
+    ties, slack = tie_status(linkage.configuration(pose, parameter), mechanism)
+    falling = replace(linkage, sticking=sticking, sliding=sliding, ties=ties, slack=slack)
     extent = float(np.ptp(assembly.vertices, axis=0).max())
     tolerance, travelled = ZERO_GAP * float(assembly.size.max()), 0.0
-    open_ = ~falling.closed
     lost = JumpEnd(None, pose, opened, [])
     direction = _unit(assembly, pose, motion_at_fixed_parameter(falling, pose, parameter, mechanism))
     step = FIRST_STEP * MAX_STEP * extent
     while travelled < FALLEN * extent and direction is not None:
-        gap = np.where(open_, gaps(assembly, contacts, pose, parameter), np.inf)
+        gap = np.where(falling.open, falling.gaps(pose, parameter), np.inf)
 
         def at(length: float, pose: Pose = pose, direction: Floats = direction) -> Pose | None:
             distance = length * float((direction[:, :3] ** 2).sum())
@@ -100,10 +100,9 @@ def jump(linkage: Linkage, pose: Pose, parameter: float, mechanism: Floats, tang
             if step < MIN_STEP * extent:
                 return lost
             continue
-        now = np.where(open_, gaps(assembly, contacts, there, parameter), np.inf)
+        now = np.where(falling.open, falling.gaps(there, parameter), np.inf)
         if (now < -tolerance).any():
-            gap_at = _gaps_at(falling, parameter)
-            found = _first_closing(at, gap_at, now < -tolerance, gap > tolerance, step)
+            found = _first_closing(at, _gaps_at(falling, parameter), now < -tolerance, gap > tolerance, step)
             return lost if found is None else _landed(falling, found, parameter, opened)
         travelled, pose = travelled + step, there
         direction = _unit(assembly, pose, motion_at_fixed_parameter(falling, pose, parameter, direction))
@@ -112,7 +111,7 @@ def jump(linkage: Linkage, pose: Pose, parameter: float, mechanism: Floats, tang
 
 
 def _gaps_at(linkage: Linkage, parameter: float) -> Callable[[Pose], Floats]:
-    return lambda pose: gaps(linkage.assembly, linkage.contacts, pose, parameter)
+    return lambda pose: linkage.gaps(pose, parameter)
 
 
 def _unit(assembly: Assembly, pose: Pose, motion: Floats) -> Floats | None:
@@ -144,12 +143,8 @@ def _first_closing(
 
 
 def _landed(linkage: Linkage, pose: Pose, parameter: float, opened: list[int]) -> JumpEnd:
-    """The end of a jump, with the contacts sticking that have closed."""
-    assembly, contacts = linkage.assembly, linkage.contacts
-    gap = gaps(assembly, contacts, pose, parameter)
-    closed = np.flatnonzero(~linkage.closed & (gap <= JUST_CLOSED_GAP * float(assembly.size.max())))
-    held = rejoined(assembly, contacts, closed, pose, parameter)
-    sticking = linkage.sticking.copy()
-    sticking[closed] = True
-    landed = replace(linkage, contacts=held, sticking=sticking)
-    return JumpEnd(landed, pose, opened, contacts.joint[closed].tolist())
+    """The end of a jump, with the contacts sticking that have closed and the ties held that are taut."""
+    gap = linkage.gaps(pose, parameter)
+    closed = np.flatnonzero(linkage.open & (gap <= JUST_CLOSED_GAP * float(linkage.assembly.size.max())))
+    shut = linkage.contacts.joint[closed[closed < linkage.contacts.number]].tolist()
+    return JumpEnd(linkage.rejoined(closed, pose, parameter), pose, opened, shut)

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from blockstat.geometry.components import connected_components
-from blockstat.large_displacement.displaced.contact_pairs import ContactPairs, pairs_at_rest
-from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED_AT_REST, contact_status
+from blockstat.large_displacement.displaced.contact_pairs import ContactPairs, gaps, pairs_at_rest, rejoined
+from blockstat.large_displacement.displaced.contact_status import STICKING_SPEED_AT_REST, contact_status, tie_status
 from blockstat.large_displacement.displaced.control import Control
 from blockstat.large_displacement.displaced.pose import Pose, rest_pose, rotation_matrices
-from blockstat.large_displacement.displaced.structure import Configuration, Structure
+from blockstat.large_displacement.displaced.structure import Configuration, Structure, slack_of_ties
 from blockstat.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -37,6 +37,7 @@ class Linkage:
     sticking: np.ndarray  #: contacts whose two points coincide, shape (n_contacts,) bool
     sliding: np.ndarray  #: contacts that are closed and slide, shape (n_contacts,) bool
     ties: Ints  #: numbers of the ties whose length does not change, shape (k,)
+    slack: Ints  #: numbers of the ties that are slack or shorten, until they are as long as at rest again, shape (k,)
     control: Control | None  #: the displacement that is the parameter; None where the parameter moves supports
     associated: bool = False  #: whether flow is associated: joints open by friction times slip as they slide
 
@@ -50,6 +51,54 @@ class Linkage:
         """The active set of contacts: those that stick and those that slide, shape (n_contacts,) bool."""
         closed: np.ndarray = self.sticking | self.sliding
         return closed
+
+    @property
+    def open(self) -> np.ndarray:
+        """What may close: the contacts that are not in the active set, then slack ties, (n_contacts + n_ties,) bool."""
+        return np.append(~self.closed, np.isin(np.arange(len(self.assembly.ties)), self.slack))
+
+    def gaps(self, pose: Pose, parameter: float) -> Floats:
+        """Return the gaps of all contacts, then the slacks of all ties.
+
+        Parameters
+        ----------
+        pose
+            The pose.
+        parameter
+            Its parameter [m].
+
+        Returns
+        -------
+        Floats
+            Shape (n_contacts + n_ties,) [m].
+        """
+        gap = gaps(self.assembly, self.contacts, pose, parameter)
+        return np.append(gap, slack_of_ties(self.assembly, pose))
+
+    def rejoined(self, rows: Ints, pose: Pose, parameter: float) -> Linkage:
+        """Return the linkage with contacts that have closed sticking, and ties that are taut again of fixed length.
+
+        Parameters
+        ----------
+        rows
+            Which have closed, in the order of `gaps`, shape (k,).
+        pose
+            The pose.
+        parameter
+            Its parameter [m].
+
+        Returns
+        -------
+        Linkage
+            The points of the contacts coincide again (`displaced.contact_pairs.rejoined`).
+        """
+        contact, taut = rows[rows < self.contacts.number], rows[rows >= self.contacts.number] - self.contacts.number
+        contacts = rejoined(self.assembly, self.contacts, contact, pose, parameter)
+        sticking = self.sticking.copy()
+        sticking[contact] = True
+        rigid = [k for k in taut if np.isinf(self.assembly.ties[k].greatest)]
+        ties = np.union1d(self.ties, rigid).astype(np.int64)
+        return replace(self, contacts=contacts, sticking=sticking, ties=ties, slack=np.setdiff1d(self.slack, taut))
 
     def configuration(self, pose: Pose, parameter: float) -> Configuration:
         """Return the structure at a pose with the active set of the linkage.
@@ -230,7 +279,7 @@ def linkage_at_rest(
     Returns
     -------
     Linkage
-        Ties without a greatest force keep their length.
+        Ties without a greatest force keep their length, unless the mechanism shortens them.
     """
     assembly = structure.assembly
     contacts = pairs_at_rest(assembly, structure.interfaces)
@@ -240,8 +289,8 @@ def linkage_at_rest(
     rest = Configuration(structure, contacts, closed, rest_pose(assembly), 0.0)
     rate = 0.0 if drive is None else 1.0
     sticking, sliding = contact_status(rest, mechanism, rate, sticking_speed=STICKING_SPEED_AT_REST)
-    rigid_ties = np.array([k for k, tie in enumerate(assembly.ties) if np.isinf(tie.greatest)], dtype=np.int64)
-    return Linkage(structure, contacts, sticking, sliding, rigid_ties, control, associated)
+    ties, slack = tie_status(rest, mechanism, sticking_speed=STICKING_SPEED_AT_REST)
+    return Linkage(structure, contacts, sticking, sliding, ties, slack, control, associated)
 
 
 def _not_collinear(points: Floats) -> bool:

@@ -5,16 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 from blockstat.large_displacement.displaced.pose import Pose
 from blockstat.large_displacement.linkage.linkage import Linkage
 from blockstat.large_displacement.statics.equilibrium import EquilibriumForces
+from blockstat.large_displacement.statics.limit_state import LimitState
 from blockstat.result import Sentence
 from blockstat.typing import Floats
 
 #: Finds the mechanism that begins at a pose: given a linkage whose closed contacts are the active set, the pose, the
 #: parameter and the speed below which contacts stick, returns the linkage of the mechanism and its motion, shape
-#: (n_blocks, 6); None where there is none.
-FindMechanism = Callable[[Linkage, Pose, float, float], tuple[Linkage, Floats] | None]
+#: (n_blocks, 6). Where there is none it returns the end of the path there: `COLLAPSE`, `LOCKED` or `LOST`.
+FindMechanism = Callable[[Linkage, Pose, float, float], "tuple[Linkage, Floats] | PathEnd"]
 
 
 class PathEnd(Sentence):
@@ -23,8 +26,28 @@ class PathEnd(Sentence):
     ZERO = "Zero: the multiplier reaches zero."
     REACHED = "Reached: the displacement asked for is reached."
     COLLAPSE = "Collapse: no admissible state follows at this displacement."
+    LOCKED = "Locked: the blocks lock each other, and no motion follows."
     LOST = "Lost: the mechanism could not be followed any further; what lies beyond is not known."
     INTERRUPTED = "Interrupted: the path is known up to here."
+
+
+def end_at(limit: LimitState) -> PathEnd | None:
+    """Return how a path ends at a limit state.
+
+    Parameters
+    ----------
+    limit
+        Of a pose on the path.
+
+    Returns
+    -------
+    PathEnd or None
+        `COLLAPSE` where it is proven that blocks fall, `LOST` where neither that nor a mechanism is found, `LOCKED`
+        where the blocks lock each other; None where the path goes on.
+    """
+    if limit.multiplier is None:
+        return PathEnd.COLLAPSE if limit.mechanism.any() else PathEnd.LOST
+    return PathEnd.LOCKED if np.isinf(limit.multiplier) else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +82,6 @@ class PathEvent:
     kind: str  #: "jump", "closing" (a contact closes) or "change" (a joint ceases to slide)
     parameter: float  #: where [m]
     before: float  #: multiplier or force before it
-    after: float | None  #: the same after it; None where no admissible state follows
+    after: float | None  #: the same after it; None where no admissible state follows, infinite where the blocks lock
     opened: tuple[int, ...]  #: joints that open, numbers of interfaces
     shut: tuple[int, ...]  #: joints that close, numbers of interfaces

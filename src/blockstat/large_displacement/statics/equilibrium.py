@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -31,11 +31,12 @@ class EquilibriumForces:
     floating: tuple[int, ...]  #: blocks without any contact
     problem: Problem
     forces: Floats  #: at the points of `problem.interfaces`, in their frames, shape (n_points, 3) [N]
+    solved: bool = True  #: whether a solver has found them; one that has stalled says nothing of equilibrium
 
     @property
     def admissible(self) -> bool:
         """Whether forces in equilibrium exist without adhesion, to `ADHESION_TOLERANCE`."""
-        return self.adhesion <= ADHESION_TOLERANCE
+        return self.solved and self.adhesion <= ADHESION_TOLERANCE
 
 
 def forces_of(problem: Problem, force: Floats, twist: Floats, adhesion: float, proven: bool) -> EquilibriumForces:
@@ -102,7 +103,8 @@ def equilibrium_forces(configuration: Configuration, multiplier: float) -> Equil
     answer = solve_margin(program, solver=configuration.structure.solver)
     adhesion = np.inf if answer.status.is_infeasible else least_adhesion(program, answer.force)
     force, proven = checked(program, answer.force, settles=adhesion <= ADHESION_TOLERANCE)
-    return forces_of(problem, force, answer.twist, adhesion, proven)
+    found = forces_of(problem, force, answer.twist, adhesion, proven)
+    return replace(found, solved=proven or not answer.status.is_stalled)
 
 
 def least_adhesion(program: PenaltyProgram, force: Floats) -> float:

@@ -11,8 +11,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from blockstat.analysis.limit_load import UNBOUNDED
 from blockstat.analysis.problem import Problem
 from blockstat.analysis.verdict import relative_motion
+from blockstat.certificate import check as certificate
 from blockstat.large_displacement.displaced.pose import Pose
 from blockstat.large_displacement.displaced.structure import Configuration, Structure
 from blockstat.large_displacement.statics.de_saxce import (
@@ -32,7 +34,7 @@ from blockstat.large_displacement.statics.equilibrium import (
 )
 from blockstat.large_displacement.statics.macro_blocks import condensed
 from blockstat.program.condensed import Bodies
-from blockstat.program.conic import ConicProgram, conic_program
+from blockstat.program.conic import conic_program
 from blockstat.program.penalty import PenaltyProgram
 from blockstat.solve import clarabel
 from blockstat.solve.answer import Answer, EarlyEnd, Status
@@ -45,9 +47,10 @@ class LimitState:
     """The state in which a displaced structure moves on."""
 
     #: of the live load; without one, the force on the moving supports [N]. None where blocks fall under any multiplier.
-    #: Infinite where macro-blocks lock each other.
+    #: Infinite where blocks lock each other: any multiplier is carried, or no motion follows the moving supports.
     multiplier: float | None
-    #: the mechanism, or how the blocks fall, of any magnitude, shape (n_blocks, 6); zero where the solver found neither
+    #: the mechanism, or how the blocks fall, of any magnitude, shape (n_blocks, 6); zero where they lock each other,
+    #: and where neither a multiplier was found nor a proof that none is carried
     mechanism: Floats
     forces: EquilibriumForces | None  #: None where blocks fall, or where the program was condensed to macro-blocks
     #: rates at which contacts open that slide, shape (n_contacts,); None where that is friction times slip
@@ -86,7 +89,8 @@ def limit_state(
     Returns
     -------
     LimitState
-        Where no multiplier is carried, how the blocks fall. Blocks without any contact fall along their weight.
+        Where no multiplier is carried, how the blocks fall. Blocks without any contact fall along their weight. An
+        infinite multiplier has a proof, unless it is of macro-blocks.
     """
     problem, structure = configuration.problem(), configuration.structure
     if problem.program is None or len(problem.floating):
@@ -120,7 +124,9 @@ def limit_state(
     if part is not None and answer.status is Status.PRIMAL_INFEASIBLE:
         return LimitState(np.inf, np.zeros_like(live), None)
     if answer.status.is_infeasible or answer.status.is_stalled:
-        return steepest_descent(problem, _without_live_power(program, load / unit), part)
+        fall = steepest_descent(problem, program, answer, load / unit, part)
+        locked = fall is None and _carries_any_multiple(program, answer, load / unit)
+        return LimitState(np.inf if locked else None, np.zeros_like(live) if fall is None else fall, None)
     if opening is not None:
         opening = largest_of_contact(opening, configuration.joints[1][columns], configuration.contacts.number)
     multiplier = answer.multiplier / unit
@@ -136,12 +142,17 @@ def _forces(problem: Problem, loaded: PenaltyProgram, answer: Answer) -> Equilib
     return forces_of(problem, force, answer.twist, least_adhesion(loaded, force), proven)
 
 
-def _without_live_power(program: PenaltyProgram, load: Floats) -> ConicProgram:
-    """The program of motions in which the live load does no work, l'u = 0."""
-    conic = conic_program(program, -program.load, pinned=load)
-    bound = conic.bound.copy()
-    bound[-1] = 0.0
-    return replace(conic, bound=bound)
+def _carries_any_multiple(program: PenaltyProgram, answer: Answer, load: Floats) -> bool:
+    """Whether the ray of an infeasible program, as the independent check finds it, holds a live load alone.
+
+    Then any multiple is carried beyond one that is carried, as admissible forces may be added.
+    """
+    if answer.status is not Status.PRIMAL_INFEASIBLE or not answer.multiplier > 0:
+        return False
+    # Rays lie in the cones without their bounds from below, and are zero where forces are bounded from above.
+    upper = np.where(np.isinf(program.upper), np.inf, 0.0)
+    alone = replace(program, load=load, lower=np.zeros_like(program.lower), upper=upper)
+    return checked(alone, answer.force / answer.multiplier)[1]
 
 
 def associated_limit(configuration: Configuration, macro_blocks: Ints | None = None) -> LimitState | None:
@@ -157,37 +168,61 @@ def associated_limit(configuration: Configuration, macro_blocks: Ints | None = N
     Returns
     -------
     LimitState or None
-        None where no multiplier is carried.
+        None where no multiplier is carried, or any.
     """
     found = limit_state(configuration, macro_blocks=macro_blocks)
-    return None if found.multiplier is None else found
+    return None if found.multiplier is None or np.isinf(found.multiplier) else found
 
 
-def steepest_descent(problem: Problem, conic: ConicProgram, part: Bodies | None = None) -> LimitState:
+def steepest_descent(
+    problem: Problem, program: PenaltyProgram, answer: Answer, live: Floats | None, part: Bodies | None = None
+) -> Floats | None:
     """Return how blocks fall that no forces hold.
 
     Parameters
     ----------
     problem
-        The equilibrium problem; it has a program.
-    conic
-        Its program, condensed if `part` is given.
+        The equilibrium problem.
+    program
+        Its program, or that of the macro-blocks.
+    answer
+        Of the program that was solved for a multiplier or a motion of the supports, and found infeasible or stalled.
+    live
+        The live load, in the unit of the program; None where supports move.
     part
         The macro-blocks.
 
     Returns
     -------
-    LimitState
-        Without multiplier. The motion is zero where it is below the accuracy of a solve.
+    Floats or None
+        Of any magnitude, shape (n_blocks, 6). None where the motion is below the accuracy of a solve, and where it is
+        not proven that the blocks fall: what a solver leaves that has stalled proves nothing.
 
     Notes
     -----
     The weight of |u|^2 / 2 is one, so the motion equals the forces that are left unbalanced.
     """
-    answer = clarabel.solve(replace(conic, ridge=1.0))
-    falls = float(np.abs(answer.twist).max(initial=0.0)) > ADHESION_TOLERANCE
-    twist = answer.twist if part is None else part.twists(answer.twist)
-    return LimitState(None, falls * problem.to_blocks(twist), None)
+    conic = conic_program(program, -program.load, pinned=live)
+    if live is not None:  # l'u = 0
+        conic = replace(conic, bound=np.append(conic.bound[:-1], 0.0))
+    found = clarabel.solve(replace(conic, ridge=1.0))
+    if not float(np.abs(found.twist).max(initial=0.0)) > ADHESION_TOLERANCE:
+        return None
+    ray = [answer.twist] if answer.status is Status.DUAL_INFEASIBLE else []
+    if not any(_proves_fall(program, twist, live) for twist in (found.twist, *ray)):
+        return None
+    return problem.to_blocks(found.twist if part is None else part.twists(found.twist))
+
+
+def _proves_fall(program: PenaltyProgram, twist: Floats, live: Floats | None) -> bool:
+    """Whether the independent check proves that a motion drives blocks that no forces of a bounded size hold.
+
+    Nor does a live load of a bounded multiple, which does no work but for rounding.
+    """
+    none = np.zeros((len(program.friction), 3))
+    if not certificate.check(program, none, twist).proves_unstable:
+        return False
+    return live is None or abs(float(live @ twist)) * UNBOUNDED <= float(program.load @ twist)
 
 
 def free_fall(structure: Structure, problem: Problem, pose: Pose) -> LimitState:

@@ -42,7 +42,8 @@ def settling_state(configuration: Configuration, *, guess: Floats | None = None,
     -------
     LimitState
         The multiplier is the force of the structure on the moving supports along their movement [N]. Where blocks fall,
-        the motion is that of steepest descent on supports at rest. Where they jam, it is zero.
+        the motion is that of steepest descent on supports at rest. Where they jam, it is zero and the multiplier
+        infinite.
 
     Notes
     -----
@@ -76,10 +77,12 @@ def settling_state(configuration: Configuration, *, guess: Floats | None = None,
         opening = largest_of_contact(found[1], contact, configuration.contacts.number)
         return replace(_with_reaction(problem, found[0], driven), opening=opening)
     answer = solve_with(np.zeros(program.n_points))
+    none = np.zeros((configuration.structure.assembly.n_blocks, 6))
     if answer.status is Status.PRIMAL_INFEASIBLE:
-        return LimitState(None, np.zeros((configuration.structure.assembly.n_blocks, 6)), None)
+        return LimitState(np.inf, none, None)
     if answer.status.is_infeasible or answer.status.is_stalled:
-        return steepest_descent(problem, conic_program(program, -program.load))
+        fall = steepest_descent(problem, program, answer, None)
+        return LimitState(None, none if fall is None else fall, None)
     return _with_reaction(problem, answer, driven)
 
 

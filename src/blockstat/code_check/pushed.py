@@ -1,0 +1,147 @@
+"""Whether the load of a limit is the acceleration of all that has mass, which the code checks ask for.
+
+The contact forces of a limit balance the weight, the permanent loads and the multiple of its load. So they tell what
+acts beside the weight, and what is left of it beside the acceleration must be the permanent loads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from blockstat.analysis.limit_load import LimitLoad
+from blockstat.contact.cells import centres
+from blockstat.errors import InputError
+from blockstat.loads import acceleration
+from blockstat.program.ties import tie_wrenches
+from blockstat.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from blockstat.assembly import Assembly
+
+G = 9.81  #: [m/s2]
+#: Forces of a limit balance its loads to this part of the largest force on a block.
+BALANCE = 1e-5
+
+
+def check_pushed(
+    limit: LimitLoad,
+    direction: Sequence[float],
+    masses: Sequence[tuple[int | str, Sequence[float], float]],
+    loads: Floats | None,
+) -> None:
+    """Check that the load of a limit is the acceleration of all that has mass.
+
+    Parameters
+    ----------
+    limit : LimitLoad
+        With its forces.
+    direction : sequence of float, shape (3,)
+        Of the acceleration.
+    masses : sequence of (block, point, weight)
+        As in `blockstat.linear_check`.
+    loads : array, shape (n_blocks, 6), or None
+        Permanent loads; None where they are not told.
+
+    Raises
+    ------
+    InputError
+        Naming a block whose load is another. Where the permanent loads are not told, those of a block may be any force
+        that passes through it and does not hold it back.
+    """
+    assembly = limit.assembly
+    unit = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
+    push = acceleration(assembly, direction)
+    for block, place, weight in mass_points(assembly, masses):
+        force = weight / G * np.linalg.norm(assembly.gravity) * unit
+        push[block, :3] += force
+        push[block, 3:] += np.cross(place - assembly.centroid[block], force)
+    beside = acting_beside_weight(limit) - limit.lower * push
+    if loads is not None:
+        told = np.asarray(loads, dtype=float)
+        if told.shape != beside.shape or not np.isfinite(told).all():
+            raise InputError(f"loads has shape {told.shape}; finite values of shape {beside.shape} are needed")
+        beside = beside - told
+    free = assembly.free
+    weights = assembly.mass * np.linalg.norm(assembly.gravity)
+    close = BALANCE * max(float(weights[free].max()), float(np.abs(limit.lower * push[free, :3]).max()))
+    far = np.linalg.norm(assembly.vertices - assembly.centroid[assembly.vertex_block], axis=1)
+    reach = np.maximum.reduceat(far, assembly.vertex_start[:-1])
+    force, moment = (np.linalg.norm(part, axis=1) for part in (beside[:, :3], beside[:, 3:]))
+    if loads is None:
+        wrong = (beside[:, :3] @ unit < -close) | (moment > reach * (force + close))
+    else:
+        wrong = (force > close) | (moment > reach * close)
+    if wrong[free].any():
+        name = assembly.names[int(free[np.argmax(wrong[free])])]
+        told = (
+            "with these permanent loads" if loads is not None else "permanent loads that hold back are told as loads="
+        )
+        raise InputError(
+            f"the limit is not that of an acceleration along {[*map(float, direction)]} of all that has mass: "
+            f'another load acts on "{name}" ({told})'
+        )
+
+
+def acting_beside_weight(limit: LimitLoad) -> Floats:
+    """Return the wrenches that the forces of a limit balance beside the weight.
+
+    Parameters
+    ----------
+    limit : LimitLoad
+        With its forces, and those of its bonds and ties.
+
+    Returns
+    -------
+    array, shape (n_blocks, 6)
+        About the centroids [N, N m]; what a support carries counts as well.
+    """
+    assembly, joints = limit.assembly, limit.interfaces
+    held = np.zeros((assembly.n_blocks, 6))
+
+    def add(pair: Ints, point: Floats, force: Floats, couple: Floats | float = 0.0) -> None:
+        for side, sign in ((0, -1.0), (1, 1.0)):
+            block = pair[:, side]
+            moment = np.cross(point - assembly.centroid[block], force) + couple
+            np.add.at(held, block, sign * np.hstack([force, moment]))
+
+    own = joints.point_interface
+    add(joints.pair[own], joints.point, np.einsum("ni,nij->nj", limit.forces, joints.frame[own]))
+    if limit.bonds is not None and len(limit.bonds.interface):
+        rows = limit.bonds.interface
+        add(joints.pair[rows], centres(joints, rows), limit.bonds.force, limit.bonds.moment)
+    if limit.ties is not None and len(limit.ties):
+        held += tie_wrenches(assembly, assembly.ties, limit.ties)
+    held[:, :3] += assembly.mass[:, None] * assembly.gravity
+    return -held
+
+
+def mass_points(
+    assembly: Assembly, masses: Sequence[tuple[int | str, Sequence[float], float]]
+) -> Iterator[tuple[int, Floats, float]]:
+    """Give the weights with mass besides the blocks' own.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        The blocks.
+    masses : sequence of (block, point, weight)
+        As in `blockstat.linear_check`.
+
+    Yields
+    ------
+    block, place, weight
+        The number of the block, the point, shape (3,) [m], and the weight [N].
+
+    Raises
+    ------
+    InputError
+        For a weight that is not above 0, or an unknown block.
+    """
+    for name, point, weight in masses:
+        (block,) = assembly.blocks_named(name, "masses")
+        if not (np.isfinite(weight) and weight > 0):
+            raise InputError(f"masses: the weight on {name!r} is {weight!r}; it must be above 0")
+        yield int(block), np.asarray(point, dtype=float).reshape(3), weight
