@@ -70,7 +70,7 @@ class JointLaw:
         if self.friction is not None and not self.friction >= 0:
             raise InputError(f"joint law between {label}: friction is {self.friction!r}; it must be at least 0")
         for name in ("tension", "cohesion", "compression"):
-            if (getattr(self, name) or 0.0) > STRONGEST:
+            if STRONGEST < (getattr(self, name) or 0.0) < np.inf:
                 raise InputError(
                     f"joint law between {label}: {name} is {getattr(self, name)!r} Pa; no stone bears {STRONGEST:g} Pa"
                 )

@@ -111,7 +111,7 @@ def test_blocks_that_overlap_on_all_sides_are_moved_by_no_more_than_the_overlap(
     structure = structure_of(scene)
     contacts = pairs_at_rest(scene, structure.interfaces)
     closed = np.ones(contacts.number, dtype=bool)
-    linkage = Linkage(structure, contacts, ~closed, closed, np.arange(0), None)
+    linkage = Linkage(structure, contacts, ~closed, closed, np.arange(0), np.arange(0), None)
     moved = np.zeros((scene.n_blocks, 3))
     moved[2, 0] = -size  # the right side of the trough has moved in
     moved[3, 2] = 10 * size  # and a cube is off the ground

@@ -49,7 +49,7 @@ def test_what_a_law_does_not_say_is_none(name):
         ("tension", -1e-9, "at least 0"),
         ("tension", inf, "at least 0"),
         ("tension", 0, None),
-        ("tension", 1e30, None),
+        ("tension", 1e10, None),
         ("bond", -1e-9, "at least 0"),
         ("bond", inf, "at least 0"),
         ("bond", 0.0, None),

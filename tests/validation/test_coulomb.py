@@ -225,11 +225,11 @@ def test_the_chapel_that_statics_allow_and_bullet_fells(root):
     assert outcomes == [Outcome.STABLE, SELF_STRESS, Outcome.UNSTABLE]
 
 
-def test_friction_without_slip_law_needs_no_fixed_point():
-    for mu in (0.0, np.inf):
+def test_joints_without_friction_need_no_fixed_point_and_rough_ones_one_program():
+    for mu, programs in ((0.0, None), (np.inf, 1)):
         verdict = assess(stack(2), friction=mu, flow="coulomb")
         assert verdict.outcome is Outcome.STABLE
-        assert verdict.coulomb is None
+        assert (verdict.coulomb and verdict.coulomb.solves) == programs
 
 
 def test_hinging_has_no_dilatancy_to_lose():

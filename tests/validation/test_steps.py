@@ -107,7 +107,7 @@ def test_bullet_goes_back_below_the_curve_and_on_above_it(ferris, share, sign):
     loads = np.zeros((asm.n_blocks, 6))
     loads[:, 0] = share * point.lower * asm.mass * ~asm.support * np.linalg.norm(asm.gravity)
     joints = find_interfaces(there, gap=1e-6)
-    run = simulate(there, loads=loads, interfaces=joints, stop=lambda _, moved: bool(np.abs(moved).max() > 0.02))
+    run = simulate(there, loads=loads, interfaces=joints, stop=lambda _, moved, __: bool(np.abs(moved).max() > 0.02))
     free = asm.mass * ~asm.support
     assert sign * (run.since_release[-1][:, 0] @ free) / free.sum() > 1e-4
 

@@ -128,7 +128,7 @@ def limit_load_by_point(limit: LimitLoad, direction: Sequence[float], *, toleran
     Raises
     ------
     InputError
-        When there is no limit, when `direction` is not that of its load, or for joints with tension.
+        When there is no limit, when `direction` is not that of its load, or for joints with strengths or bonds.
 
     Examples
     --------
@@ -212,7 +212,7 @@ def score_by_point(verdict: Verdict, *, tolerance: float = SHARED) -> PointGradi
     Raises
     ------
     InputError
-        For an infinite score, or for joints with tension.
+        For an infinite score, or for joints with strengths or bonds.
 
     Examples
     --------
@@ -252,8 +252,8 @@ def _by_vertex(
 
     field : acceleration on each block, shape (n_blocks, 3) [m/s2].
     """
-    if any(set(law.as_dict()) - {"between", "friction", "bond"} for law in assembly.joints):
-        raise InputError("joints whose strength goes with their area have no derivative here; give them a bond instead")
+    if any(set(law.as_dict()) - {"between", "friction"} for law in assembly.joints):
+        raise InputError("joints with strengths or bonds, which are shared by area, have no derivative by corners")
     k, first = interfaces.point_interface, interfaces.start[:-1]
     a, b = interfaces.pair[k].T
     force = np.einsum("nij,ni->nj", interfaces.frame[k], forces)

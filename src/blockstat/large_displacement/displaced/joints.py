@@ -76,8 +76,8 @@ def displaced_interfaces(
     joint, whole = contacts.joint[first], kind[start] == PLANE_JOINT
     along = np.einsum("nij,nj->ni", pose.rotation[interfaces.pair[joint, 0]], interfaces.frame[joint, 1])
     share = None
-    if interfaces.share is not None and whole.all():
-        share = interfaces.share[point]
+    if whole.all() and (interfaces.share is not None or assembly.joints):
+        share = interfaces.point_share[point]
     return Interfaces(
         pair=interfaces.pair[joint],
         frame=_frames(normal[first, kind[start]], along),
