@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from evidence.paths import ROOT
+from evidence.paths import CASES, EXPERIMENTS, ROOT, SEQUENCES
 
 
 @dataclass(frozen=True)
@@ -15,6 +16,8 @@ class Job:
 
     `command` follows the name of the interpreter, `writes` are patterns from the root of the project, `minutes` of
     process time are roughly what it takes. `fewer` are the options of a quick run, which stand after the others.
+    `needs` are the directories of other projects' data without which there are no figures. A job that measures the
+    clock is run `alone`.
     """
 
     name: str
@@ -22,6 +25,8 @@ class Job:
     writes: tuple[str, ...]
     minutes: float
     fewer: str = ""
+    needs: tuple[Path, ...] = ()
+    alone: bool = False
 
     @property
     def quick_command(self) -> str:
@@ -32,16 +37,21 @@ class Job:
         """What there is of what it writes."""
         return [path for pattern in self.writes for path in sorted(root.glob(pattern))]
 
+    @property
+    def absent(self) -> list[Path]:
+        """The directories that it needs and that are not there."""
+        return [path for path in self.needs if not path.is_dir()]
 
-def page(name: str, minutes: float, module: str, *writes: str, fewer: str = "") -> Job:
+
+def page(name: str, minutes: float, module: str, *writes: str, **more: Any) -> Job:
     """A job that writes docs/NAME.md and pictures; module : of this package, and its options."""
-    return Job(name.replace("_", "-"), f"-m evidence.{module}", (f"docs/{name}.md", *writes), minutes, fewer)
+    return Job(name.replace("_", "-"), f"-m evidence.{module}", (f"docs/{name}.md", *writes), minutes, **more)
 
 
-def result(name: str, minutes: float, module: str, *writes: str, fewer: str = "") -> Job:
+def result(name: str, minutes: float, module: str, *writes: str, **more: Any) -> Job:
     """A job that writes docs/results/NAME.md, of which pages show parts, and pictures."""
     file = f"docs/results/{name}.md"
-    return Job(name.replace("_", "-"), f"-m evidence.{module} --write {file}", (file, *writes), minutes, fewer)
+    return Job(name.replace("_", "-"), f"-m evidence.{module} --write {file}", (file, *writes), minutes, **more)
 
 
 def pictures(name: str, minutes: float, module: str, *writes: str) -> Job:
@@ -50,7 +60,7 @@ def pictures(name: str, minutes: float, module: str, *writes: str) -> Job:
 
 
 JOBS: Sequence[Job] = (
-    page("validation", 1, "pages.validation"),
+    page("validation", 1, "pages.validation", needs=(CASES,)),
     page("dynamics_validation", 3, "pages.dynamics_validation"),
     page("hard", 4, "pages.hard", fewer="--fast --piles 500"),
     page(
@@ -74,11 +84,11 @@ JOBS: Sequence[Job] = (
     ),
     result(
         "coulomb", 40, "comparisons.coulomb --engines bullet --most 1200 --minutes 10", "docs/results/coulomb.json",
-        fewer="--engines none --random 8 --largest 300",
+        fewer="--engines none --random 8 --largest 300", needs=(CASES,),
     ),
-    result("experiments", 12, "experiments.predict", fewer="--walls 3"),
-    result("experiments_measured", 0.1, "experiments.compare", fewer="--walls 3"),
-    result("scatter", 0.1, "experiments.scatter"),
+    result("experiments", 12, "experiments.predict", fewer="--walls 3", needs=(EXPERIMENTS,)),
+    result("experiments_measured", 0.1, "experiments.compare", fewer="--walls 3", needs=(EXPERIMENTS,)),
+    result("scatter", 0.1, "experiments.scatter", needs=(EXPERIMENTS,)),
     result("architecture", 0.1, "pages.architecture", "docs/architecture.png"),
     pictures(
         "pictures", 2, "pages.pictures", "docs/chapel*.png", "docs/nave.png", "docs/facade-*.png", "docs/bridge-*.png"
@@ -92,18 +102,18 @@ JOBS: Sequence[Job] = (
     result("capacity", 15, "dynamics.capacity", fewer="--scenes 1"),
     result("loads", 1, "dynamics.loads --strips docs", "docs/strip-*.png"),
     result("iterations", 2, "dynamics.iterations"),
-    result("plans", 30, "dynamics.plans", fewer="--only arch"),
+    result("plans", 30, "dynamics.plans", fewer="--only arch", needs=(SEQUENCES,)),
     result(
         "search", 24, "benchmarks.search --sample 16 --lighter --reasons",
         fewer="--sample 2 --widest 0.4 --no-gradient",
     ),
     result("soundness", 3, "comparisons.soundness", fewer="--designs 60"),
-    result("rubble", 0.1, "comparisons.rubble"),
-    result("contacts", 0.5, "benchmarks.contacts"),
+    result("rubble", 0.1, "comparisons.rubble", needs=(CASES / "rubble",)),
+    result("contacts", 0.5, "benchmarks.contacts", needs=(CASES,)),
     result("sweep", 0.3, "benchmarks.sweep"),
-    result("workers", 4, "choosing.workers", fewer="--size 0.1 --repeat 1"),
+    result("workers", 4, "choosing.workers", fewer="--size 0.1 --repeat 1", alone=True),
     result("live_page", 1.5, "benchmarks.live_page", fewer="--sizes 300"),
-    result("proofs", 6, "checks.proofs", fewer="--only sizes"),
+    result("proofs", 6, "checks.proofs", fewer="--only sizes", needs=(CASES,)),
     result("chance", 8, "checks.chance", fewer="--draws 100"),
     result("solvers", 11, "benchmarks.solvers", fewer="--sizes 100 --limit 10"),
     result("solvers_large", 10, "benchmarks.solvers --large --limit 300", fewer="--limit 6 --alone 1000"),

@@ -10,7 +10,9 @@ ROOT = Path(__file__).parents[1]
 DOCS = Path(os.environ.get("BLOCKSTAT_DOCS", ROOT / "docs"))
 RESULTS = DOCS / "results"
 EXAMPLES = ROOT / "examples"
-#: Assemblies from other projects. What needs them is left out where they are absent.
+#: Assemblies from other projects. Jobs that need them say so, and fail where they are absent.
 CASES = Path(os.environ.get("BLOCKSTAT_CASES", ROOT.parent / "shared" / "cases"))
-#: Tests in laboratories. What needs them is left out where they are absent.
+#: Plans of building from other projects.
+SEQUENCES = Path(os.environ.get("BLOCKSTAT_SEQUENCES", CASES.parent / "sequences"))
+#: Tests in laboratories.
 EXPERIMENTS = Path(os.environ.get("BLOCKSTAT_EXPERIMENTS", ROOT.parent / "shared" / "experiments"))

@@ -5,6 +5,7 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import replace
 
 import pytest
 
@@ -14,6 +15,7 @@ from evidence.jobs import JOBS, Job
 from evidence.pages import fill, gallery
 from evidence.run import runner, sources, stamps
 from evidence.run.runner import chosen, listed, run_all
+from evidence.same_pages import differences
 from evidence.scenes.small import assembly, box
 from evidence.tables import table
 
@@ -183,6 +185,39 @@ def test_the_time_of_a_job_counts_the_processes_it_waits_for(elsewhere):
 def test_the_figures_of_a_release_come_from_its_source(job):
     assert stamps.current(job), "run make evidence MISSING=1"
     assert not stamps.stamps()[job.name].commit.endswith("+"), "figures come from sources that are in no commit"
+
+
+@pytest.mark.release
+def test_the_figures_of_a_release_are_of_one_commit():
+    assert len({stamps.stamps()[job.name].commit for job in JOBS}) == 1, "run make evidence"
+
+
+def test_a_job_without_its_data_has_no_figures(elsewhere, capsys):
+    job = replace(writer("one", "open('{}.md', 'w')"), needs=(elsewhere / "laboratory",))
+    assert run_all([job]) == ["one"]
+    assert f"no directory {elsewhere / 'laboratory'}" in capsys.readouterr().out
+    assert "one" not in stamps.stamps()
+    assert not (elsewhere / "one.md").exists()
+
+
+def test_a_job_that_measures_the_clock_runs_when_the_others_are_done(elsewhere):
+    wait = "import time; open('{}.md', 'w'); time.sleep(%g)"
+    clock = replace(writer("clock", wait % 0), alone=True)
+    others = [writer(name, wait % 0.5) for name in ("one", "two")]
+    assert run_all([clock, *others]) == []
+    ends = [(elsewhere / f"{job.name}.md").stat().st_mtime for job in others]
+    assert (elsewhere / "clock.md").stat().st_mtime >= max(ends) + 0.5
+
+
+def test_pages_of_two_runs_are_the_same_but_for_seconds(tmp_path):
+    page = "# Page\n\n| scene | verdict | with score [s] |\n|---|---|---|\n| hut | {} | {} |\n\nIt takes {} s.\n"
+    for name, cells in (("one", ("stands", 1.5, 3)), ("two", ("stands", 2.25, 4)), ("three", ("falls", 1.5, 3))):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "page.md").write_text(page.format(*cells))
+    assert differences(tmp_path / "one", tmp_path / "two") == []
+    (only,) = differences(tmp_path / "one", tmp_path / "three")
+    assert only.startswith("page.md:5\n- ")
+    assert "falls" in only
 
 
 def test_a_job_depends_on_what_it_imports_and_on_nothing_else():

@@ -6,12 +6,12 @@
     python -m evidence.comparisons.coulomb --cost
 
 Real assemblies of other projects, the scenes of examples/, the elements of the gallery and random domes, groin, sail
-and fan vaults about as thick as the least they need. What was found is kept in docs/results/coulomb.json with the hash
-of the sources (`evidence.run.sources`), and a run finds what is missing there or comes from other sources, so one that
-was interrupted goes on where it stopped: statics always, and the columns of `--engines` ("bullet", "lmgc90", which
-needs the extra of that name, both separated by a comma, or none) for assemblies of up to `--most` blocks; an engine
-that takes more than `--minutes` of process time for one assembly is ended, and that is kept as its answer. Answers of
-LMGC90, which is no part of these sources, are kept. `--write` makes the page.
+and fan vaults about as thick as the least they need. What was found is kept in build/coulomb.json with the hash of the
+sources (`evidence.run.sources`), and a run finds what is missing there or comes from other sources, so one that was
+interrupted goes on where it stopped: statics always, and the columns of `--engines` ("bullet", "lmgc90", which needs
+the extra of that name, both separated by a comma, or none) for assemblies of up to `--most` blocks; an engine that
+takes more than `--minutes` of process time for one assembly is ended, and that is kept as its answer. `--write` makes
+the page and docs/results/coulomb.json, of which the answers of LMGC90, no part of these sources, are taken again.
 
 `--monotone` judges the assemblies of other projects at friction of .4 to 1.5 and counts those that are stable at one
 and held by self-stress at a greater one. `--cost` times the verdict on vaults and chapels of some sizes.
@@ -51,7 +51,8 @@ FRICTIONS = [round(0.1 * tenth, 1) for tenth in range(4, 16)]
 LETTER = {
     Outcome.STABLE: "S", Outcome.STABLE_ONLY_BY_SELF_STRESS: "s", Outcome.UNSTABLE: "u", Outcome.UNDECIDED: "?",
 }  # fmt: skip
-KEPT = DOCS / "results" / "coulomb.json"
+ON_PAGES = DOCS / "results" / "coulomb.json"
+KEPT = DOCS.parent / "build" / "coulomb.json"
 ENGINES = {"bullet": "Bullet", "lmgc90": "LMGC90"}
 FIELDS = "force fields"
 RESOLUTION = "resolution of Bullet"
@@ -114,9 +115,15 @@ def assemblies(number: int) -> Iterator[Assembly]:
     yield from randoms(number)
 
 
-def known() -> dict[str, Found]:
+def rows_of(path: Path) -> dict[str, Found]:
     """What was found of each assembly, by name."""
-    return json.loads(KEPT.read_text()) if KEPT.is_file() else {}
+    return json.loads(path.read_text()) if path.is_file() else {}
+
+
+def put(path: Path, rows: dict[str, Found]) -> None:
+    """Write what was found of each assembly."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(rows, indent=1) + "\n")
 
 
 def statics(asm: Assembly) -> Found:
@@ -166,21 +173,23 @@ def fill(
     number: int, engines: Sequence[str], most: int, minutes: float, settings: Settings, largest: int | None
 ) -> dict[str, Found]:
     """Find what is missing, keep it, and return what there is of all assemblies."""
-    rows, names, sources = known(), [], digest("evidence.comparisons.coulomb")
+    rows, shown, names, sources = rows_of(KEPT), rows_of(ON_PAGES), [], digest("evidence.comparisons.coulomb")
     for asm in assemblies(number):
         if largest is not None and asm.n_blocks > largest:
             continue
         names.append(asm.name)
         own = rows.setdefault(asm.name, {})
         if own.get("sources") != sources:
-            kept = {"lmgc90": own["lmgc90"]} if "lmgc90" in own else {}
-            own = rows[asm.name] = {"sources": sources} | statics(asm) | kept
+            kept = {**shown.get(asm.name, {}), **own}
+            own = rows[asm.name] = {"sources": sources} | statics(asm)
+            if "lmgc90" in kept:
+                own["lmgc90"] = kept["lmgc90"]
         missing = [name for name in engines if name not in own and asm.n_blocks <= most]
         if missing:
             own.update({name: engine_says(asm, name, minutes, settings) for name in missing})
             if "bullet" in missing and settings != Settings():
                 own[RESOLUTION] = settings.resolution
-        KEPT.write_text(json.dumps(rows, indent=1) + "\n")
+        put(KEPT, rows)
         print(asm.name, *own.values(), flush=True)
     return {name: rows[name] for name in names}
 
@@ -313,6 +322,7 @@ def main() -> None:
     parts = {"summary": summary(rows), "verdicts": whole, "silent": silent(rows), "limits": limits()}
     print("\n\n".join(parts.values()))
     if options.write:
+        put(ON_PAGES, rows)
         save(options.write, parts)
 
 

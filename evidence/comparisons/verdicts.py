@@ -19,7 +19,7 @@ from dynsim import Comparison, Comparisons
 from dynsim.comparison.compare import compare_one
 from evidence.comparisons.kept import Kept
 from evidence.comparisons.limits import limits
-from evidence.comparisons.page import page
+from evidence.comparisons.page import page, summary
 from evidence.comparisons.scenes import randoms, references
 from evidence.comparisons.tables import by_cause, matrix, ratios
 from evidence.paths import ROOT
@@ -43,7 +43,7 @@ def main() -> None:
     ask = partial(compare_one, closely=True)
     answers = kept.ask(ask, "verdicts", [scene.assembly for scene in scenes], asdict, options.jobs)
     rows = Comparisons(tuple(Comparison(**answer) for answer in answers))
-    print(matrix(rows, "static"), matrix(rows, "coulomb"), sep="\n\n")
+    print(summary(rows), matrix(rows, "static"), matrix(rows, "coulomb"), sep="\n\n")
     for cause, own in by_cause(rows).items():
         print(f"\n{cause.word}: {', '.join(row.name for row in own)}")
     for row in rows:

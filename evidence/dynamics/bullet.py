@@ -195,7 +195,7 @@ def main() -> None:
     found["resolutions"] = resolutions()
     found["edges"] = edges.rows()
     found["errors"] = [row for preset in options.presets for row in errors(preset)]
-    print(json.dumps(found) if options.json else page(found))
+    print(json.dumps(found) if options.json else f"{headline(found)}\n\n{page(found)}")
     if options.write:
         (DOCS / "bullet.md").write_text(page(found))
         plot(found, DOCS / "bullet.png")

@@ -18,10 +18,9 @@ from blockstat.sequence.plan import read_plan
 from dynsim import sequence
 from dynsim.comparison.steps import compare_steps
 from evidence import results
-from evidence.paths import CASES, EXAMPLES
+from evidence.paths import EXAMPLES, SEQUENCES
 from evidence.tables import table
 
-SEQUENCES = CASES.parent / "sequences"
 PUBLISHED = ("arch", "dome", "dome72", "mario", "tetris-1", "tetris-2", "tetris-4")
 PLANS = ("dome_0703origin", "dome_0703start1", "dome_0903shortee")
 HANDS, FRICTION = 2, 0.55

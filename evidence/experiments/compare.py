@@ -132,9 +132,7 @@ def main() -> None:
     parser.add_argument("--walls", type=int, metavar="N", help="so many alone, the first of the folder")
     options = parser.parse_args()
     if not FILE.is_file():
-        print(f"{FILE} is absent; the comparison stays as it is")
-        options.write.touch()
-        return
+        raise SystemExit(f"no file {FILE}; set BLOCKSTAT_EXPERIMENTS to the directory of the experiments")
     predicted = predictions()
     rows = [(test, predicted[test["id"]]) for test in tests()[: options.walls]]
     heads = ["wall", "test", "failure", "axial [kN]", "measured [kN]", *KINDS, "plus / associated", "minus"]

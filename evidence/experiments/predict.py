@@ -46,9 +46,7 @@ def main() -> None:
     parser.add_argument("--walls", type=int, metavar="N", help="so many alone, the first of the folder")
     options = parser.parse_args()
     if not FILE.is_file():
-        print(f"{FILE} is absent; the predictions stay as they are")
-        options.write.touch()
-        return
+        raise SystemExit(f"no file {FILE}; set BLOCKSTAT_EXPERIMENTS to the directory of the experiments")
     rows = []
     for wall in walls()[: options.walls]:
         by_friction = [forces(wall, friction) for friction in FRICTIONS]

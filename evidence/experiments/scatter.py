@@ -73,9 +73,7 @@ def counted(found: list[list[Any]]) -> str:
 def main() -> None:
     options = results.parser(__doc__).parse_args()
     if not FILE.is_file():
-        print(f"{FILE} is absent; the intervals stay as they are")
-        options.write.touch()
-        return
+        raise SystemExit(f"no file {FILE}; set BLOCKSTAT_EXPERIMENTS to the directory of the experiments")
     found = rows()
     heads = ("test", "axial [kN]", "predicted", "measured", "where")
     results.report(options, found, {"intervals": table(heads, found), "counted": counted(found)})

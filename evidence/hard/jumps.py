@@ -79,6 +79,7 @@ def lintel(bearing: float, left: float = 0.0) -> Assembly:
 
 AWAY, DOWN = {"right": (1, 0, 0)}, {"right": (0, 0, -1)}
 STEP = "the resolution is a thirtieth of the size of the assembly; `displacement` makes it finer"
+EARLY = "the joint that opens is named open at the change already, where it is still shut"
 TIES = (
     *(
         Figure(f"block that slides and tips, mu 1 {e:+.0e} times b / h",
@@ -103,8 +104,8 @@ CURVES = (
     *(
         Figure(f"slab that slides by {travel:.0e} m, then turns over an edge: where",
                at_change(lambda travel=travel: to_an_edge(travel), (1, 0, 0), "slab"), travel, "D - mu h / 2", 1e-4,
-               scale=0.1 + travel, word="change", bracket=False, slow=travel != 1e-3)
-        for travel in (1.0, 1e-3, 1e-6)
+               scale=0.1 + travel, word="change", bracket=False, flaw=flaw, slow=travel != 1e-3)
+        for travel, flaw in ((1.0, ""), (1e-3, ""), (1e-6, EARLY))
     ),
     *(
         Figure(f"arch of {n} voussoirs, t/R {thickness:g}: {name} its first jump",

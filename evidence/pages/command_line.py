@@ -45,8 +45,8 @@ statics and `dynsim` is Bullet. `python -m blockstat` and `python -m dynsim` do 
 
 A FILE is a scene (`.toml`), an assembly (`.json`, COMPAS too), or a mesh (`.obj`, `.glb`, `.stl`, `.ply`, or a folder
 of them). A mesh does not say which blocks are supports: give `--supports NAME,...`. Lengths are metres unless
-`--units` says otherwise, and z points up unless `--up` does. `--json` prints one JSON object on standard output;
-progress goes to standard error.
+`--units` says otherwise, and z points up (in GLB y) unless `--up` does. `--json` prints one JSON object on standard
+output; progress goes to standard error.
 
 | exit status | meaning |
 |---|---|

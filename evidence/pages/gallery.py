@@ -15,7 +15,7 @@ from PIL import Image, ImageChops
 
 from blockstat import Assembly, build, load_scene
 from blockstat.view.plot import plot
-from evidence.comparisons.coulomb import Found, known, verdicts
+from evidence.comparisons.coulomb import ON_PAGES, Found, rows_of, verdicts
 from evidence.pages.elements import ELEMENTS
 from evidence.paths import DOCS, EXAMPLES
 from evidence.tables import head, row
@@ -73,7 +73,7 @@ def main() -> None:
     parser.add_argument("--keep-pictures", action="store_true")
     asked = parser.parse_args()
     (DOCS / "gallery").mkdir(exist_ok=True)
-    found = known()
+    found = rows_of(ON_PAGES)
     text = HEAD + COLUMNS
     for path in sorted(EXAMPLES.glob("*.toml")):
         scene = load_scene(path)

@@ -23,6 +23,8 @@ SIDE_BY_SIDE = 2
 
 def run(job: Job, quick: bool = False) -> Stamp | str:
     """Do a job; returns its stamp, or says what went wrong. A quick run has fewer scenes."""
+    if job.absent and not quick:
+        return f"no directory {job.absent[0]}; docs/evidence.md says where it comes from"
     OUT.mkdir(parents=True, exist_ok=True)
     log = OUT / f"{job.name}.log"
     print(f"start   {job.name}{'' if quick else f', about {job.minutes:g} min'}\n", end="", flush=True)  # in one write
@@ -49,27 +51,28 @@ def run(job: Job, quick: bool = False) -> Stamp | str:
 
 
 def run_all(jobs: Sequence[Job], quick: bool = False) -> list[str]:
-    """Do the jobs, the longest first; the names of those that failed."""
-    failed = []
-    with ThreadPoolExecutor(SIDE_BY_SIDE) as pool:
-        running = {pool.submit(run, job, quick): job for job in sorted(jobs, key=lambda job: -job.minutes)}
-        try:
-            for number, future in enumerate(as_completed(running), 1):
-                job, found = running[future], future.result()
-                if isinstance(found, str):
-                    failed.append(job.name)
-                    stamps.put({job.name: None})
-                    words = f"FAILED  {job.name}: {found}"
-                else:
-                    stamps.put({job.name: found})
-                    words = (
-                        f"done    {job.name}: {found.process:.1f} min of process time, {found.clock:.1f} on the clock"
-                    )
-                print(f"{words} [{number}/{len(jobs)}]", flush=True)
-        except KeyboardInterrupt:
-            pool.shutdown(cancel_futures=True)
-            raise
+    """Do the jobs, the longest first and those that run alone at the end; the names of those that failed."""
+    failed, done = [], 0
+    for alone in (False, True):
+        some = sorted((job for job in jobs if job.alone == alone), key=lambda job: -job.minutes)
+        with ThreadPoolExecutor(1 if alone else SIDE_BY_SIDE) as pool:
+            running = {pool.submit(run, job, quick): job for job in some}
+            try:
+                for future in as_completed(running):
+                    job, found, done = running[future], future.result(), done + 1
+                    failed += [job.name] if isinstance(found, str) else []
+                    stamps.put({job.name: None if isinstance(found, str) else found})
+                    print(f"{_told(job, found)} [{done}/{len(jobs)}]", flush=True)
+            except KeyboardInterrupt:
+                pool.shutdown(cancel_futures=True)
+                raise
     return failed
+
+
+def _told(job: Job, found: Stamp | str) -> str:
+    if isinstance(found, str):
+        return f"FAILED  {job.name}: {found}"
+    return f"done    {job.name}: {found.process:.1f} min of process time, {found.clock:.1f} on the clock"
 
 
 def chosen(jobs: Sequence[Job], only: Sequence[str], missing: bool) -> list[Job]:

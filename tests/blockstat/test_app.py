@@ -13,6 +13,7 @@ from blockstat.app.background import Crashed, Ended, Worker
 from blockstat.app.controls import named
 from blockstat.app.design import Failed, Judged, Question, open_model
 from blockstat.app.evaluation import evaluated
+from blockstat.app.files import report_file, scene_file
 from blockstat.app.follow import Follower
 from blockstat.app.words import Known, block_card, headline, numbers
 from blockstat.io.scene_text import scene_text
@@ -129,6 +130,37 @@ def test_a_model_moves_its_parameters_and_its_material(hut):
     assert assembly.metadata["parameters"]["wall.thickness"] == 0.4
     assert named("buttresses.south.number") == ("buttresses south", "number")
     assert named("friction") == ("material", "friction")
+
+
+def test_a_saved_scene_has_the_material_of_the_page_and_says_what_it_cannot_have(hut, tmp_path):
+    model, again = open_model(hut), tmp_path / "again.toml"
+    values = {**model.start, "wall.thickness": 0.4, "friction": 0.2, "density": 1800.0, "rounded_edges": 5.0}
+    again.write_bytes(scene_file(model, values)[1])
+    assert again.read_text().startswith("# rounded_edges = 5 mm was set on the page")
+    saved, shown = build(load_scene(again)), model.built(values)
+    assert saved.friction == shown.friction == 0.2
+    assert (saved.density == shown.density).all()
+    assert (saved.density == 1800.0).all()
+    assert model.moved(model.start) == model.scene
+
+
+def test_a_saved_composition_says_which_elements_keep_their_density(tmp_path):
+    path, again = tmp_path / "slab.toml", tmp_path / "again.toml"
+    slab = 'kind = "box"\nsize = [1.0, 1.0, 0.3]\nat = [0, 0, 0]\ndensity = 2691.0'
+    path.write_text(f'name = "slab"\n[parameters]\nmu = 0.6\n[material]\nfriction = "= mu"\n[elements.slab]\n{slab}')
+    model = open_model(path)
+    again.write_bytes(scene_file(model, {**model.start, "friction": 0.2, "density": 1800.0})[1])
+    assert "These elements keep their own here: slab." in again.read_text()
+    assert build(load_scene(again)).friction == 0.2
+
+
+@pytest.mark.parametrize(("friction", "density"), [(1000.0, 2691.0), (123.4, 11340.0), (0.7, 1e6)])
+def test_blocks_of_any_friction_and_density_can_be_opened(tmp_path, friction, density):
+    assembly = stack(2).with_(friction=friction, density=np.full(3, density))
+    model = open_model(write(assembly, tmp_path / "stones.json"))
+    assert (model.start["friction"], model.start["density"]) == (friction, density)
+    usual = open_model(write(stack(2), tmp_path / "usual.json")).ranges
+    assert (usual["friction"].step, usual["density"].step) == (0.01, 1.0)
 
 
 def test_an_assembly_has_only_its_material_to_move(tmp_path):
@@ -340,6 +372,50 @@ def test_a_page_without_a_browser_follows_its_values(hut, capfd):
         wait(lambda: page.known.slipped is not None)
         assert page.known.verdict.score == assess(build_of(page)).score
     assert "Traceback" not in capfd.readouterr().err
+
+
+def test_a_report_is_of_one_design_with_its_own_values(hut, tmp_path):
+    pytest.importorskip("viser")
+    from blockstat.app.server import running
+
+    stones = open_model(write(stack(2), tmp_path / "stones.json"))
+    broken = tmp_path / "broken.toml"
+    broken.write_text(CHAPEL.replace("value = 0, min = 0, max = 2", "value = 2, min = 0, max = 2"))
+    with running(open_model(hut)) as (page, _):
+        wait(lambda: page.known is not None)
+        page.post(lambda: page.set_values({"windows.north.number": 2.0}))
+        wait(lambda: "windows.north" in page.layout.trouble.content)
+        assert "<td>windows.north.number</td><td>0</td>" in report_file(page.known)[1].decode()
+        page.post(lambda: page.open(open_model(broken)))
+        wait(lambda: "No verdict" in page.layout.headline.content)
+        page.layout._save(None, lambda: report_file(page.layout._shown()))
+        wait(lambda: "there is no verdict to save yet" in page.layout.trouble.content)
+        assert not page.view.canvas._meshes
+        page.post(lambda: page.open(stones))
+        wait(lambda: page.known is not None)
+        name, content = report_file(page.known)
+        assert name == f"{stones.name}.html"
+        assert "rounded_edges" in content.decode()
+
+
+def test_an_answer_about_a_model_that_is_no_longer_open_is_ignored(hut, tmp_path):
+    pytest.importorskip("viser")
+    from blockstat.app.server import running
+
+    stones = open_model(write(stack(2), tmp_path / "stones.json"))
+    with running(open_model(hut)) as (page, _):
+        wait(lambda: page.known is not None)
+        late, seen = Judged(1, page.known.verdict, {}), []
+
+        def reopen():
+            page.open(stones)
+            page._told(late)
+            seen.append(page.known)
+
+        page.post(reopen)
+        wait(lambda: page.known is not None and seen)
+        assert seen == [None]
+        wait(lambda: page.known.verdict.assembly.n_blocks == 3)
 
 
 def build_of(page):

@@ -110,7 +110,7 @@ def test_a_bad_file_is_answered_with_what_is_wrong_in_it(hut, tmp_path, capfd):
         assert page.known.verdict.assembly.names == drawn.assembly.names
         write(stack(3), tmp_path / "stones.json")
         upload(tab, tmp_path / "stones.json")
-        wait_until(tab, lambda: "stone0" in page.known.verdict.assembly.names)
+        wait_until(tab, lambda: page.known and "stone0" in page.known.verdict.assembly.names)
         tab.page.locator(".trouble").first.wait_for(state="detached")
 
 
@@ -128,17 +128,19 @@ def test_a_mesh_wants_supports_and_opens_with_them(hut, tmp_path, capfd):
         answer_dialogue(tab, "", units="mm")
         tab.sees("(blocks: ground, ")  # it asks again, says what there is, and keeps the units
         answer_dialogue(tab, "ground")
-        wait_until(tab, lambda: page.known.verdict.assembly.n_blocks == 3)
+        wait_until(tab, lambda: page.known and page.known.verdict.assembly.n_blocks == 3)
         assert page.known.verdict.assembly.volume[1] == pytest.approx(1e-9 * stack(2).volume[1])
         upload(tab, bare)
         answer_dialogue(tab, "ground", gap="2 miles")
         tab.sees('gap is "2 miles"; it must be a share of the block size')
         upload(tab, bare)
         answer_dialogue(tab, "ground", gap="2 mm")
-        wait_until(tab, lambda: page.known.verdict.interfaces.searched == "2 mm")
+        wait_until(tab, lambda: page.known and page.known.verdict.interfaces.searched == "2 mm")
         upload(tab, tmp_path / "stones.glb")  # a file of our own says it all
         answer_dialogue(tab, "")
-        wait_until(tab, lambda: page.known.verdict.assembly.volume[1] == pytest.approx(stack(2).volume[1]))
+        wait_until(
+            tab, lambda: page.known and page.known.verdict.assembly.volume[1] == pytest.approx(stack(2).volume[1])
+        )
 
 
 @pytest.mark.slow
@@ -239,11 +241,11 @@ def test_a_model_without_a_free_block_is_shown_and_said_to_be_so(hut, tmp_path, 
         tab.sees("all blocks are supports")
         tab.tab("View")
         tab.page.get_by_role("checkbox").locator("visible=true").first.click()
-        wait_until(tab, lambda: page.known.slipped is not None)
+        wait_until(tab, lambda: page.known and page.known.slipped is not None)
         upload_back = hut
         tab.tab("File")
         upload(tab, upload_back)
-        wait_until(tab, lambda: len(page.known.verdict.assembly.free) > 0)
+        wait_until(tab, lambda: page.known and len(page.known.verdict.assembly.free) > 0)
 
 
 def choose(tab, index, option):

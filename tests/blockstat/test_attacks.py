@@ -239,7 +239,7 @@ def test_a_name_with_a_line_end_is_no_line_of_an_obj(tmp_path):
 def test_a_mesh_without_numbers_names_its_object(tmp_path):
     path = tmp_path / "matrix.glb"
     path.write_bytes(FILES[path.name])
-    with pytest.raises(InputError, match=r'matrix\.glb: object "GLTF": coordinates must be finite and below 1e\+30'):
+    with pytest.raises(InputError, match=r'matrix\.glb: object "a": coordinates must be finite and below 1e\+30'):
         read(path, supports=[0])
 
 

@@ -1,3 +1,4 @@
+import warnings
 from types import SimpleNamespace
 
 import numpy as np
@@ -5,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from blockstat import InputError, limit_load
+from blockstat import InputError, InputWarning, limit_load
 from blockstat.model import Buttress, Run, buttress, flying_buttress, walls
 from blockstat.model.solids import box
 from elements import joint_areas, sound
@@ -152,6 +153,38 @@ def test_bad_flyers_are_named(change, match):
     options = {"span": 2.0, "low": 1.0, "high": 2.0, "depth": 0.3, "width": 0.5, "voussoirs": 5, "pier": (0.6, 0.6)}
     with pytest.raises(InputError, match=match):
         flying_buttress(**{**options, **change})
+
+
+@pytest.mark.parametrize(("change", "told"), [
+    ({"height": 1.1}, 'buttresses[0] of wall "a": asked from 0 to 1.1 m, built from 0 to 1 m: its height goes to'),
+    ({"bonded": False, "height": 1.4}, "asked from 0 to 1.4 m, built from 0 to 1.5 m: its height goes to the nearest"),
+    ({"steps": [(0.6, 0.5)]}, "a step: asked from 0.6 m, built from 0.5 m: steps go to the nearest bed"),
+    ({"steps": [(0.5, 0.5)], "weathering": 0.1}, "a step: asked from 0.5 to 0.6 m, built from 0.5 to 0.5 m: steps go"),
+])  # fmt: skip
+def test_a_buttress_that_is_built_at_other_heights_than_asked_says_so(change, told):
+    spec = Buttress(**{"wall": "a", "number": 2, "width": 0.6, "projection": 0.8, "height": 1.5, **change})
+    with pytest.warns(InputWarning) as caught:
+        walls(Run(name="a", path=[(0, 0), (4, 0)], thickness=0.5, height=2), buttresses=[spec])
+    assert all(told in str(warning.message) for warning in caught)
+
+
+def test_a_buttress_that_is_built_as_asked_says_nothing():
+    spec = Buttress(
+        wall="a", width=0.6, projection=0.8, height=1.5 + 1e-9, steps=[(0.5, 0.6), (1.0, 0.4)], weathering=0.25
+    )
+    own = Buttress(wall="a", width=0.6, projection=0.8, height=1.1, courses=3, bonded=False, at=[0.5])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        walls(Run(name="a", path=[(0, 0), (4, 0)], thickness=0.5, height=2), buttresses=[spec, own])
+
+
+@pytest.mark.parametrize(("height", "bonded", "brick", "course"), [
+    (0.2, True, (0.5, 0.5), "0.5"), (0.05, False, (0.5, 0.25), "0.25"),
+])  # fmt: skip
+def test_a_buttress_without_a_course_is_named_with_the_least(height, bonded, brick, course):
+    spec = Buttress(wall="a", width=0.6, projection=0.8, height=height, bonded=bonded)
+    with pytest.raises(InputError, match=f"height is {height} m; .* lowest course, which is {course} m high"):
+        walls(Run(name="a", path=[(0, 0), (4, 0)], thickness=0.5, height=2), brick=brick, buttresses=[spec])
 
 
 def test_a_buttress_that_is_absent_or_of_an_absent_wall_is_neither_checked_nor_built():

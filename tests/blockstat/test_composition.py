@@ -124,6 +124,16 @@ def test_the_search_keeps_an_element_only_where_it_is_needed(thickness, needed):
     assert result.best_parameters == {"buttresses.south.present": needed}
 
 
+def test_both_strategies_leave_out_an_element_whose_only_run_is_absent():
+    run = {"path": [[3, 0], [5, 0]], "thickness": 0.3, "height": 1.0, "present": "search"}
+    post = {"kind": "pier", "size": [0.5, 0.5], "height": 1.0, "courses": 2}
+    walls = {"kind": "walls", "brick": [1.0, 0.5], "runs": {"south": run}}
+    scene = scene_from({"name": "yard", "elements": {"post": post, "walls": walls}})
+    for strategy in ("paper", "pruned"):
+        found = search(scene, over="grid", strategy=strategy, verify=None)
+        assert found.best_parameters == {"elements.walls.runs.south.present": 0.0}
+
+
 def test_repeats_multiply_and_turn():
     post = {"kind": "box", "size": [0.5, 0.5, 1], "at": [3, 0, 0]}
     ring = build(

@@ -11,7 +11,7 @@ from blockstat.errors import InputWarning, NoSupportError
 from blockstat.io.compas import is_compas
 from blockstat.io.files import read_parts
 from blockstat.io.folder import folder_parts
-from blockstat.io.mesh import mesh_parts, read_whole
+from blockstat.io.mesh import block_mesh, mesh_parts, read_whole
 from blockstat.io.names import distinct_names
 from blockstat.io.native import native_parts
 from blockstat.io.obj import NOTE, closed_runs, read_obj, split_solids
@@ -149,7 +149,7 @@ def test_the_native_format_says_what_the_assembly_has(tmp_path):
     bare = native_parts(native(), "stem", supports=("a",))
     assert bare.supports == ["a"]
     assert bare.options == {
-        "name": "stem", "density": 2691.0, "friction": 0.7, "gravity": (0, 0, -9.81), "metadata": {}, "joints": [],
+        "name": "stem", "friction": 0.7, "gravity": (0, 0, -9.81), "metadata": {}, "joints": [],
         "ties": [],
     }  # fmt: skip
     for wrong, kind in (([], "list"), ("x", "str"), (None, "NoneType")):
@@ -173,6 +173,15 @@ def test_a_key_that_no_tie_and_no_joint_has_is_refused():
     for changes in ({"ties": [tie | {"most": 1.0}]}, {"joints": [{"between": ["a", "b"], "most": 1.0}]}):
         with pytest.raises(InputError, match="most"):
             native_parts(native(**changes), "stem")
+
+
+def test_one_support_of_a_native_file_is_a_name_or_a_number(tmp_path):
+    path = tmp_path / "n.json"
+    path.write_text(json.dumps(native()))
+    for given, held in ((0, [True, False]), ("a", [True, False]), ("b", [False, True]), (["a", 1], [True, True])):
+        assert read(path, supports=given).support.tolist() == held
+    with pytest.raises(InputError, match='no block "none"'):
+        read(path, supports="none")
 
 
 def test_units_of_a_native_file_are_those_that_it_names(tmp_path):
@@ -437,6 +446,43 @@ def test_coplanar_triangles_are_one_face_unless_it_has_a_hole(tmp_path):
     assert back.volume[0] == pytest.approx(ring.volume, rel=1e-6)
     assert {len(face) for face in faces} == {3, 4}  # top and bottom stay triangles, the sides are joined
     assert sum(len(face) == 4 for face in faces) == 16
+
+
+@pytest.mark.parametrize("suffix", [".stl", ".ply", ".glb"])
+def test_finely_faceted_stones_keep_their_volume(tmp_path, suffix):
+    trimesh = pytest.importorskip("trimesh")
+    n = 500  # facets of 0.36 degrees
+    angle = np.linspace(0.0, np.pi, n + 1)
+    drum = prism(np.column_stack([np.cos(angle), np.sin(angle)]), 1.0)
+    mesh = block_mesh(assembly([drum]), 0)
+    trimesh.Scene(mesh).export(tmp_path / f"drum{suffix}")
+    (block,) = mesh_parts(tmp_path / f"drum{suffix}", supports=[0]).blocks
+    assert Assembly.from_blocks([block]).volume[0] == pytest.approx(n / 2 * np.sin(np.pi / n), rel=1e-6)
+    assert len(block.faces) == n + 3  # the two ends, the cut and the facets
+    trimesh.Scene(trimesh.creation.box((3, 2, 1))).export(tmp_path / f"box{suffix}")
+    assert len(mesh_parts(tmp_path / f"box{suffix}", supports=[0]).blocks[0].faces) == 6
+
+
+def test_blocks_of_a_glb_are_called_as_its_objects_are(tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    scene, cube = trimesh.Scene(), trimesh.creation.box((1, 1, 1))
+    places = {"base": "Cube.003", "7": "Cube.004", "keystone": "Cube.001"}
+    for k, (node, mesh) in enumerate(places.items()):
+        scene.add_geometry(cube, node_name=node, geom_name=mesh, transform=np.diag([k + 1.0] * 3 + [1.0]))
+    scene.graph.update("cap", matrix=np.diag([4.0] * 3 + [1.0]), geometry="Cube.001")  # a linked copy
+    scene.export(tmp_path / "pile.glb")
+    found = {b.name: np.ptp(b.vertices[:, 0]) for b in mesh_parts(tmp_path / "pile.glb", supports=[0]).blocks}
+    assert found == pytest.approx({"base": 1.0, "7": 2.0, "keystone": 3.0, "cap": 4.0})
+    # A node without a name has that of its mesh.
+    raw = (tmp_path / "pile.glb").read_bytes()
+    size = int.from_bytes(raw[12:16], "little")
+    content = json.loads(raw[20 : 20 + size])
+    for node in content["nodes"]:
+        node.pop("name")
+    (tmp_path / "bare.glb").write_bytes(glb(content, raw[28 + size :]))
+    with pytest.warns(InputWarning, match=r'several blocks share a name \("Cube.001"\)'):
+        parts = mesh_parts(tmp_path / "bare.glb", supports=[0])
+    assert sorted(b.name for b in parts.blocks) == ["Cube.001.0", "Cube.001.1", "Cube.003", "Cube.004"]
 
 
 def test_solids_of_one_mesh_file_are_told_apart_where_they_touch(tmp_path):

@@ -23,6 +23,7 @@ from blockstat import (
 )
 from blockstat.cli.commands import app
 from blockstat.loading.cases import LoadCase
+from blockstat.spec.files import load_file
 from evidence.scenes.small import assembly, box
 
 SCENE = """\
@@ -230,6 +231,35 @@ def test_loads_and_cases_come_from_the_scene_where_none_are_given():
     with pytest.raises(InputError, match='no case "on"; cases are: own'):
         load_case(asm, "on")
     assert load_cases(two_blocks()) == {}
+
+
+ON_TOP = """\
+[loads]
+snow = { kind = "surface", pressure = [0, 0, -1000], towards = [0, 0, 1] }
+drag = { kind = "surface", pressure = [1, 0, 0], towards = [0, 0, 1] }
+
+[cases]
+c = { live = { snow = 1 } }
+d = { live = { drag = 1 } }
+"""
+
+
+def test_loads_on_faces_leave_out_the_joints_that_the_analysis_has(tmp_path):
+    (tmp_path / "l.toml").write_text(ON_TOP)
+    # Two cubes of 1 m and 1 N with joints that are 20 mm open; a drag on the upper top tips both at 0.5 / 1.02.
+    blocks = [box((-1, -1, -1), (2, 2, 0), name="ground")]
+    blocks += [box((0, 0, z), (1, 1, z + 1), name=f"cube{k}") for k, z in enumerate((0.02, 1.04))]
+    open_joints, snow = assembly(blocks, supports=["ground"]), load_file(tmp_path / "l.toml")
+    for gap, below in (("30 mm", 0.0), (1e-3, -1000.0)):
+        live = load_case(open_joints, "c", **snow, gap=gap).live
+        assert live[1:, 2] == pytest.approx([below, -1000.0])
+        assert load_cases(open_joints, **snow, gap=gap)["c"].live == pytest.approx(live)
+    write(open_joints, tmp_path / "cubes.json")
+    command = [str(tmp_path / "cubes.json"), "--gap", "30 mm", "--loads", str(tmp_path / "l.toml"), "--json"]
+    limit = json.loads(CliRunner().invoke(app, ["limit", *command, "--case", "d"]).stdout)
+    assert limit["lower"] == pytest.approx(0.5 / 1.02, abs=0.01)
+    rows = {row["case"]: row for row in json.loads(CliRunner().invoke(app, ["cases", *command]).stdout)["rows"]}
+    assert rows["d"]["lower"] == pytest.approx(limit["lower"], rel=1e-3)
 
 
 @pytest.mark.parametrize(("loads", "cases", "message"), [

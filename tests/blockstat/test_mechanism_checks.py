@@ -106,6 +106,20 @@ def test_without_a_demand_a_check_tells_a_capacity():
     assert asked.explain().splitlines()[0] == "Not satisfied: a demand is not borne."
 
 
+def test_each_limit_state_has_a_spectrum_of_its_own():
+    soft = {"SLD": Site("B", tc_star=0.28), "SLV": Site("B", tc_star=0.3), "SLC": Site("B", tc_star=0.36)}
+    found = nonlinear_check(curve(), SIDE, site=soft)
+    for name, own in soft.items():
+        assert found.state(name).ag == nonlinear_check(curve(), SIDE, site=own).state(name).ag
+    assert found.state("SLC").ag < nonlinear_check(curve(), SIDE, site=soft["SLD"]).state("SLC").ag
+    words = "F0 and TC* are those of one return period for SLC, SLV; site= takes one for each"
+    demand = {"SLV": 0.1, "SLC": 0.2}
+    assert words in nonlinear_check(curve(), SIDE, site=soft["SLV"], demand=demand).warnings
+    assert words not in nonlinear_check(curve(), SIDE, site=soft, demand=demand).warnings
+    with pytest.raises(InputError, match="site has no spectrum of SLD, SLC; a mapping has one of SLD, SLV, SLC"):
+        nonlinear_check(curve(), SIDE, site={"SLV": Site()})
+
+
 def test_a_curve_that_ends_before_zero_is_warned_of():
     words = "the curve ends before the multiplier is zero; d0 is its end"
     assert words not in nonlinear_check(curve(), SIDE).warnings

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from blockstat import InputError, JointLaw, Memory, assess, build, search, with_values
+from blockstat import InputError, JointLaw, Memory, assess, build, search, with_values, write
 from blockstat.design_search.search import PRUNED, Margin
 from blockstat.design_search.shared_joints import SharedJoints
 from blockstat.spec import parameters, scene_from
@@ -334,6 +334,44 @@ def test_a_design_that_the_verifier_refuses_is_a_row_with_its_reason():
     result, _ = run(verify=refuse)
     assert result.best is None
     assert {(c.dynamic, c.note) for c in result.history} == {("pruned", ""), ("error", "too thin to simulate")}
+
+
+def test_a_design_that_the_verifier_could_not_judge_is_asked_again(tmp_path):
+    def broken(assembly):
+        raise InputError("Bullet needs pybullet")
+
+    path = tmp_path / "history.csv"
+    failed, _ = run(verify=broken, history=path)
+    number = sum(c.dynamic == "error" for c in failed.history)
+    assert f"{number} of {len(failed.history)} designs could not be judged: Bullet needs" in failed.explain()
+    assert failed.disagreements == ()
+    resumed, _ = run(history=path)
+    assert rows(resumed) == rows(run()[0])
+    paper, _ = run(verify=broken, strategy="paper")
+    assert paper.outcome.word == "failed"
+
+
+def test_what_statics_alone_judged_is_simulated_by_a_search_with_a_verifier(tmp_path):
+    path = tmp_path / "history.csv"
+    alone, _ = run(verify=None, history=path)
+    assert alone.best is not None
+    fallen, _ = run(verify=lambda assembly: Judgement(Word.FALLS), history=path)
+    assert fallen.best is None
+    assert fallen.dynamic_runs > 0
+
+
+def test_the_history_of_other_files_is_refused(tmp_path):
+    path, mesh = tmp_path / "history.csv", tmp_path / "stone.json"
+    pier = {"kind": "pier", "size": [between(0.4, 0.6, 0.2), 0.5], "height": 1.0, "courses": 1, "at": [5, 0, 0]}
+    elements = {"stone": {"kind": "mesh", "file": str(mesh)}, "pier": pier}
+    scene = scene_from({"name": "stones", "elements": elements})
+    for top in (1.0, 2.0):
+        write(assembly([box((0, 0, 0), (1, 1, top))], supports=[0]), mesh)
+        if top == 2.0:
+            with pytest.raises(InputError, match="this history is of another search"):
+                search(scene, verify=None, history=path)
+        else:
+            assert search(scene, verify=None, history=path).best is not None
 
 
 def test_a_search_tells_its_best_design_and_what_it_cost():

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from blockstat import (
     Assembly,
@@ -31,8 +32,10 @@ from blockstat import (
     read_plan,
     remove_each,
     safest_order,
+    write,
     write_plan,
 )
+from blockstat.cli.commands import app
 from blockstat.sequence.props import falls_on_props, held_by_props
 from blockstat.sequence.states import Whole
 from building_sites import arch, prism, slab, tee
@@ -246,6 +249,19 @@ def test_the_least_friction_of_a_plan_is_said_and_nothing_is_said_unless_it_is_a
     assert "Every step stands from a friction of 0.25" in found.explain()
     assert "reserve 2.000" in found.explain()
     assert "friction of" not in assess_plan(assembly, plan).explain()
+
+
+@pytest.mark.parametrize("search", ["reserve", "tilt"])
+def test_a_search_about_a_plan_that_would_be_answered_with_another_flow_is_refused(search, tmp_path):
+    assembly, plan = cube_on_slope(0.25, friction=0.5), Plan((Step(("block",)),))
+    with pytest.raises(InputError, match=f'{search}=True has flow "associated" alone, not "coulomb"'):
+        assess_plan(assembly, plan, flow="coulomb", **{search: True})
+    write(assembly, tmp_path / "slope.json")
+    write_plan(plan, tmp_path / "plan.json")
+    command = ["sequence", str(tmp_path / "slope.json"), "--plan", str(tmp_path / "plan.json"), "--flow", "coulomb"]
+    refused = CliRunner().invoke(app, [*command, f"--{search}"]).exception
+    assert str(refused) == f"--plan with --{search} does not take --flow coulomb"
+    assert CliRunner().invoke(app, command).exit_code == 0
 
 
 def test_no_friction_holds_a_block_that_tips():

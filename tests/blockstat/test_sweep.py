@@ -6,15 +6,17 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
+from operator import itemgetter
 
 import joblib
 import numpy as np
 import pytest
 
-from blockstat import InputError, assess, build, with_values
+from blockstat import InputError, assess, build, with_values, write
 from blockstat.design_search.sweep import grid, latin_hypercube, sweep, verdict_row
 from blockstat.spec import parameters, scene_from
-from evidence.scenes.small import HUT
+from evidence.scenes.small import HUT, assembly, box
 
 SCENE = scene_from(HUT)
 COUNTED = scene_from(HUT | {"vault": {"thickness": 0.3, "voussoirs": {"value": 7, "min": 5, "max": 9, "step": 2}}})
@@ -84,6 +86,38 @@ def test_a_file_of_another_sweep_is_refused(tmp_path):
         sweep(SCENE, [], path)
     with pytest.raises(InputError, match=r'no parameter "roof"; parameters are: wall\.thickness, vault\.thickness'):
         list(grid(SCENE, ["roof"]))
+
+
+def scaled_row(factor, scene, memory):
+    return {"scaled": factor * verdict_row(scene, memory)["volume"]}
+
+
+def test_a_measure_may_be_a_part_of_a_function_and_needs_a_name(tmp_path):
+    path, designs = tmp_path / "rows.jsonl", list(grid(SCENE))[:2]
+    volumes = [row["volume"] for row in sweep(SCENE, designs, tmp_path / "plain.jsonl", jobs=1).rows()]
+    rows = sweep(SCENE, designs, path, measure=partial(scaled_row, 2.0), jobs=1).rows()
+    assert [row["scaled"] for row in rows] == [2.0 * volume for volume in volumes]
+    assert sweep(SCENE, designs, path, measure=partial(scaled_row, 2.0), jobs=1).computed == 0
+    with pytest.raises(InputError, match="rows of another sweep"):
+        sweep(SCENE, designs, path, measure=partial(scaled_row, 3.0), jobs=1)
+    with pytest.raises(InputError, match=r"measure is .* must be a function or a functools\.partial of one"):
+        sweep(SCENE, designs, path, measure=itemgetter("volume"), jobs=1)
+
+
+def test_rows_of_another_mesh_are_refused(tmp_path):
+    path, vault = tmp_path / "rows.jsonl", tmp_path / "stones"
+    width = {"value": 0.6, "min": 0.4, "max": 0.6, "step": 0.2}
+    pier = {"kind": "pier", "size": [width, 0.5], "height": 1.0, "courses": 1, "at": [5, 0, 0]}
+    scene = scene_from({"name": "s", "elements": {"stone": {"kind": "mesh", "file": str(vault)}, "pier": pier}})
+    vault.mkdir()
+    write(assembly([box((0, 0, 0), (1, 1, 1))], supports=[0]), vault)
+    assert sweep(scene, grid(scene), path, jobs=1).failed == 0
+    assert sweep(scene, grid(scene), path, jobs=1).computed == 0
+    for file in vault.iterdir():
+        file.unlink()
+    write(assembly([box((0, 0, 0), (1, 1, 2))], supports=[0]), vault)
+    with pytest.raises(InputError, match="rows of another sweep"):
+        sweep(scene, grid(scene), path, jobs=1)
 
 
 def test_a_design_that_cannot_be_built_is_a_row_with_its_reason(tmp_path):

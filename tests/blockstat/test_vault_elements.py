@@ -1,11 +1,14 @@
 """Ribs, drums, fan and sail vaults, vaults from meshes: sound, whole, and of the size that theory says."""
 
+import json
+import warnings
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from blockstat import InputError, assess, build, find_interfaces, repair, scene_from, write
+from blockstat import InputError, InputWarning, assess, box, build, find_interfaces, read, repair, scene_from, write
 from blockstat.model import (
     assemble,
     barrel_vault,
@@ -246,6 +249,42 @@ def test_blocks_of_a_file_among_elements(tmp_path):
     assert set(asm.names) == {"old.stone", "old.ground"}
     with pytest.raises(InputError, match=r"elements\.old: .*none\.obj: no such file"):
         build(scene_from({"name": "two", "elements": {"old": scene | {"file": str(tmp_path / "none.obj")}}}))
+
+
+def pile_of_file(path, element=(), *, names=("", "", ""), **said):
+    """A scene of one JSON file of cubes on top of each other."""
+    cubes = [box((0, 0, k), (1, 1, k + 1), name=name) for k, name in enumerate(names)]
+    blocks = [{"name": b.name, "vertices": np.array(b.vertices).tolist(), "faces": b.faces} for b in cubes]
+    path.write_text(json.dumps({"blocks": blocks, **said}, default=list))
+    return build(scene_from({"name": "n", "elements": {"pile": {"kind": "mesh", "file": str(path), **dict(element)}}}))
+
+
+def test_blocks_of_a_file_have_its_density(tmp_path):
+    path = tmp_path / "pile.json"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert pile_of_file(path, density=1000).density[1:].tolist() == 3 * [1000.0]
+    assert read(path, supports=[0]).density.tolist() == 3 * [1000.0]
+    assert pile_of_file(path, {"density": 1500}).density[1:].tolist() == 3 * [1500.0]  # the file says none
+
+
+def test_what_a_scene_does_not_take_of_a_file_is_told(tmp_path):
+    path = tmp_path / "pile.json"
+    law = {"between": ["*", "*"], "tension": 1e5}
+    tie = {"between": [0, 1], "points": [[0.5, 0.5, 0.5], [0.5, 0.5, 1.5]]}
+    with pytest.warns(InputWarning, match=r"pile\.json: joints, ties, friction of the file are not taken"):
+        asm = pile_of_file(path, joints=[law], ties=[tie], friction=0.3)
+    assert (asm.joints, asm.ties, asm.friction) == ((), (), 0.7)
+
+
+def test_blocks_of_a_file_without_names_have_their_numbers(tmp_path):
+    path = tmp_path / "pile.json"
+    assert pile_of_file(path).names[1:] == ("pile.block0", "pile.block1", "pile.block2")
+    assert pile_of_file(path, names=("", "block0", "")).names[1:] == ("pile.block0_", "pile.block0", "pile.block2")
+    assert pile_of_file(path, names=("",)).names[1:] == ("pile",)
+    assert [b.name for b in moved([box((0, 0, 0), (1, 1, 1), name="")] * 2, (1, 0, 0))] == ["", ""]
+    copies = pile_of_file(path, {"repeat": {"number": 2, "by": [3, 0, 0]}})
+    assert copies.names[1:] == tuple(f"pile.{k}.block{i}" for k in (1, 2) for i in range(3))
 
 
 @pytest.mark.parametrize("noise", [1e-5, 1e-3])

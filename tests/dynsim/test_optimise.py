@@ -1,5 +1,6 @@
 """The search with the real statics and the real Bullet: the same answer pruned, and after any interruption."""
 
+import importlib
 import json
 import os
 import re
@@ -10,12 +11,12 @@ import time
 
 import pytest
 
-from blockstat import Memory, assess, search
+from blockstat import InputError, Memory, assess, search
 from blockstat.design_search.candidate import Candidate
 from blockstat.spec import scene_from
 from dynsim import Settings, verify
 from dynsim.comparison.causes import likely_reason
-from dynsim.design_search.optimise import shown_search
+from dynsim.design_search.optimise import optimise, shown_search
 
 FAST = Settings.named("fast")
 
@@ -80,6 +81,17 @@ def test_where_they_disagree_the_search_goes_on_and_says_why():
         assert candidate.dynamic in ("falls", "creeps")
         assert candidate.note
         assert candidate.parameters["parameters.pier"] < result.best_parameters["parameters.pier"]
+
+
+def test_without_bullet_no_search_begins(tmp_path, monkeypatch):
+    def refuse(name):
+        raise ModuleNotFoundError(name)
+
+    monkeypatch.delitem(sys.modules, "pybullet", raising=False)
+    monkeypatch.setattr(importlib, "import_module", refuse)
+    with pytest.raises(InputError, match=r"^Bullet needs pybullet: pip install "):
+        optimise(scene_from(ARCHES), tmp_path)
+    assert not list(tmp_path.iterdir())
 
 
 PROGRAM = """

@@ -1,6 +1,8 @@
 """Bullet and the search on the live page."""
 
 import re
+from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -56,6 +58,21 @@ def test_what_falls_is_shown_falling_further_than_its_verdict_needs():
     for _, value, limit in criteria(fallen.verdict):
         assert millimetres(value) in text
         assert millimetres(limit) in text
+
+
+def test_the_words_of_bullet_are_shown_as_they_are_written_and_never_run():
+    evil = "<img src=x onerror=alert(1)>"
+    verdict = SimpleNamespace(
+        outcome=SimpleNamespace(word="falls", value="it falls"), first_block=evil, group=evil, warnings=(evil,),
+        group_drop=1.0, max_drop=1.0, max_displacement=1.0, roof_threshold=0.1, brick_threshold=0.1,
+    )  # fmt: skip
+    text = side_by_side(Known(assess(stack(1))), Fallen(verdict, evil))
+    assert "<img" not in text
+    assert text.count("&lt;img") == 4
+    panel = FallPanel()
+    panel._worker = panel._text = panel._stop = panel._go = Mock()
+    panel._told(panel._worker, Refused(evil))
+    assert "&lt;img" in panel._text.content
 
 
 def test_what_stands_is_filmed_standing():

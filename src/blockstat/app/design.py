@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, field, replace
+from math import floor, log10
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from blockstat.analysis.limit_load import LimitLoad
@@ -100,13 +102,28 @@ class Model:
         InputError
             For a negative coefficient of friction.
         """
-        moved = {name: values[name] for name in (FRICTION, DENSITY) if values.get(name) != self.start.get(name)}
-        changes: dict[str, Any] = {}
+        moved, changes = self.moved_material(values), dict[str, Any]()
         if FRICTION in moved:
             changes[FRICTION] = moved[FRICTION]
         if DENSITY in moved and len(np.unique(assembly.density)) == 1:
             changes[DENSITY] = np.full(assembly.n_blocks, moved[DENSITY])
         return assembly.with_(**changes) if changes else assembly
+
+    def moved_material(self, values: dict[str, float]) -> dict[str, float]:
+        """Return the friction and the density of the page, where they differ from the file's.
+
+        Parameters
+        ----------
+        values : dict of str to float
+            Values by dotted path.
+
+        Returns
+        -------
+        dict of str to float
+            By "friction" [-] and "density" [kg/m3]; empty where neither was moved.
+        """
+        start, own = self.start, [name for name in (FRICTION, DENSITY) if name in values]
+        return {name: values[name] for name in own if values[name] != start.get(name)}
 
     def built(self, values: dict[str, float]) -> Assembly:
         """Return the blocks for some values of the parameters.
@@ -135,12 +152,13 @@ class Model:
             return self.with_material(build(self.moved(values)), values)
 
     def moved(self, values: dict[str, float]) -> Any:
-        """Return the scene with its parameters at some values, as it is saved and searched.
+        """Return the scene with its parameters and its material at some values, as it is saved and searched.
 
         Parameters
         ----------
         values : dict of str to float
-            Values by dotted path. Those that the scene does not have are ignored.
+            Values by dotted path. Those that the scene does not have are ignored, but "friction" and "density" that
+            differ from the file's are put into its material.
 
         Returns
         -------
@@ -153,7 +171,13 @@ class Model:
             For an assembly, which has no scene, and for a value outside its range.
         """
         own = self.own_ranges
-        return with_values(self.scene, {path: value for path, value in values.items() if path in own})
+        scene: Any = with_values(self.scene, {path: value for path, value in values.items() if path in own})
+        changes = self.moved_material(values)
+        if not changes:
+            return scene
+        is_table = isinstance(scene.material, dict)
+        material = scene.material | changes if is_table else msgspec.structs.replace(scene.material, **changes)
+        return msgspec.structs.replace(scene, material=material)
 
 
 def open_model(
@@ -225,13 +249,18 @@ def _material(assembly: Assembly, ranges: dict[str, Range]) -> dict[str, Range]:
     found: dict[str, Range] = {}
     friction = assembly.friction
     if np.isfinite(friction) and f"material.{FRICTION}" not in ranges:
-        found[FRICTION] = Range(friction, 0.0, max(1.2, friction), 0.01)
+        found[FRICTION] = _range(friction, 0.0, max(1.2, friction), 0.01)
     density = np.unique(assembly.density)
     if len(density) == 1 and f"material.{DENSITY}" not in ranges:
         value = float(density[0])
-        found[DENSITY] = Range(value, min(500.0, value), max(4000.0, value), 1.0)
+        found[DENSITY] = _range(value, min(500.0, value), max(4000.0, value), 1.0)
     found[EDGES] = Range(0.0, 0.0, ROUND, ROUND_STEP)
     return found
+
+
+def _range(value: float, low: float, high: float, step: float) -> Range:
+    """A range in steps of a power of ten where it is too wide for the usual step."""
+    return Range(value, low, high, max(step, 10.0 ** floor(log10((high - low) / 1000))))
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from blockstat.app.background import Channel
-from blockstat.app.design import Model, open_model
+from blockstat.app.design import DENSITY, EDGES, Model, open_model
 from blockstat.errors import InputError
 
 if TYPE_CHECKING:
@@ -91,8 +91,8 @@ def read_upload(
             raise InputError(f"{path.name}: cannot be read ({type(error).__name__})") from None
 
 
-def scene_file(model: Model, values: dict[str, float], known: Known) -> Saved:
-    """Return the scene with its present values as TOML.
+def scene_file(model: Model, values: dict[str, float]) -> Saved:
+    """Return the scene with its present values as TOML; what a scene cannot say is in comments.
 
     Parameters
     ----------
@@ -100,8 +100,6 @@ def scene_file(model: Model, values: dict[str, float], known: Known) -> Saved:
         The model on the page.
     values : dict of str to float
         Present values of its parameters, by dotted path.
-    known : Known
-        What is known of the design on show; not used.
 
     Returns
     -------
@@ -117,18 +115,25 @@ def scene_file(model: Model, values: dict[str, float], known: Known) -> Saved:
     """
     from blockstat.io.scene_text import scene_text
 
-    return f"{_stem(model)}.toml", scene_text(model.moved(values)).encode()
+    text = scene_text(model.moved(values))
+    return f"{_stem(model.name)}.toml", "".join([*_unsaid(model, values), text]).encode()
 
 
-def blocks_file(model: Model, values: dict[str, float], known: Known) -> Saved:
+def _unsaid(model: Model, values: dict[str, float]) -> Iterator[str]:
+    """Comments on what was set on the page and is not in its scene."""
+    if lost := values.get(EDGES):
+        yield f"# {EDGES} = {lost:g} mm was set on the page; a scene has no key for it, and its edges here are sharp.\n"
+    own = [name for name, element in getattr(model.scene, "elements", {}).items() if DENSITY in element]
+    if own and DENSITY in model.moved_material(values):
+        yield f"# {DENSITY} = {values[DENSITY]:g} kg/m3 was set on the page for all blocks.\n"
+        yield f"# These elements keep their own here: {', '.join(own)}.\n"
+
+
+def blocks_file(known: Known) -> Saved:
     """Return the blocks with displacement, mechanism and demand as GLB.
 
     Parameters
     ----------
-    model : Model
-        The model on the page, which names the file.
-    values : dict of str to float
-        Present values of its parameters; not used.
     known : Known
         What is known of the design on show.
 
@@ -141,18 +146,14 @@ def blocks_file(model: Model, values: dict[str, float], known: Known) -> Saved:
     """
     from blockstat.view.attributes import write_verdict
 
-    return _written(f"{_stem(model)}.glb", lambda path: write_verdict(known.verdict, path))
+    return _written(f"{_stem(known.verdict.assembly.name)}.glb", lambda path: write_verdict(known.verdict, path))
 
 
-def picture_file(model: Model, values: dict[str, float], known: Known) -> Saved:
+def picture_file(known: Known) -> Saved:
     """Return a picture of the verdict as PNG.
 
     Parameters
     ----------
-    model : Model
-        The model on the page, which names the file.
-    values : dict of str to float
-        Present values of its parameters; not used.
     known : Known
         What is known of the design on show.
 
@@ -165,20 +166,16 @@ def picture_file(model: Model, values: dict[str, float], known: Known) -> Saved:
     """
     from blockstat.view.plot import plot_verdict
 
-    return _written(f"{_stem(model)}.png", lambda path: plot_verdict(known.verdict, path))
+    return _written(f"{_stem(known.verdict.assembly.name)}.png", lambda path: plot_verdict(known.verdict, path))
 
 
-def report_file(model: Model, values: dict[str, float], known: Known) -> Saved:
+def report_file(known: Known) -> Saved:
     """Return the verdict, the numbers and the view in three dimensions as one HTML page.
 
     Parameters
     ----------
-    model : Model
-        The model on the page.
-    values : dict of str to float
-        Present values of its parameters, by dotted path.
     known : Known
-        What is known of the design on show.
+        What is known of the design on show, with the values that it was judged at.
 
     Returns
     -------
@@ -194,21 +191,22 @@ def report_file(model: Model, values: dict[str, float], known: Known) -> Saved:
     from blockstat.view.three_d.colouring import colouring
     from blockstat.view.three_d.page import framed, interactive_html
 
-    rows = "".join(f"<tr><td>{escape(path)}</td><td>{value:g}</td></tr>" for path, value in values.items())
+    name = known.verdict.assembly.name
+    rows = "".join(f"<tr><td>{escape(path)}</td><td>{value:g}</td></tr>" for path, value in known.values.items())
     body = [
-        f"<h1>{escape(model.name)}</h1>",
+        f"<h1>{escape(name)}</h1>",
         headline(known),
         f"<figure>{framed(interactive_html(known.verdict))}{colouring('verdict', known.verdict).legend}</figure>",
         f"<h2>Numbers</h2>{numbers(known)}",
         f"<h2>Parameters</h2><table>{rows}</table>" if rows else "",
         f"<pre>{escape(known.verdict.explain())}</pre>",
     ]
-    return f"{_stem(model)}.html", page(f"{model.name}: verdict", body).encode()
+    return f"{_stem(name)}.html", page(f"{name}: verdict", body).encode()
 
 
-#: What can be saved: the button's words and what makes the file.
-SAVES: dict[str, Callable[[Model, dict[str, float], Known], Saved]] = {
-    "Save scene (.toml)": scene_file,
+SCENE = "Save scene (.toml)"  #: the words of the button that saves the present values, judged or not
+#: What can be saved of the design on show: the button's words and what makes the file.
+SAVES: dict[str, Callable[[Known], Saved]] = {
     "Save report (.html)": report_file,
     "Save blocks (.glb)": blocks_file,
     "Save picture (.png)": picture_file,
@@ -222,5 +220,5 @@ def _written(name: str, write: Callable[[Path], object]) -> Saved:
         return name, path.read_bytes()
 
 
-def _stem(model: Model) -> str:
-    return "".join(c if c.isalnum() or c in "-_." else "-" for c in model.name).strip(".") or "design"
+def _stem(name: str) -> str:
+    return "".join(c if c.isalnum() or c in "-_." else "-" for c in name).strip(".") or "design"

@@ -8,7 +8,7 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Protocol
 
 from blockstat.app.design import ALWAYS, FALLING, LEAST, NEVER, PUSHES, SUFFIXES, Model
-from blockstat.app.files import SAVES
+from blockstat.app.files import SAVES, SCENE, Saved, scene_file
 from blockstat.app.words import NO_BLOCK, Known, waiting
 from blockstat.errors import InputError
 from blockstat.io.parts import UNITS, UP
@@ -244,8 +244,10 @@ class Layout:
             else:
                 page.post(lambda: page.upload(given.name, given.content, "", None, None, None))
 
+        present = gui.add_button(SCENE)
+        present.on_click(lambda event: self._save(event, lambda: scene_file(page.model, page.values)))
         for label, make in SAVES.items():
-            gui.add_button(label).on_click(lambda event, make=make: self._save(event, make))
+            gui.add_button(label).on_click(lambda event, make=make: self._save(event, lambda: make(self._shown())))
 
     def ask_supports(
         self,
@@ -294,13 +296,18 @@ class Layout:
 
         leave.on_click(lambda _: dialogue.close())
 
-    def _save(self, event: Any, make: Any) -> None:
+    def _shown(self) -> Known:
+        """What is known of the design on show, to be saved."""
+        known = self._page.known
+        if known is None:
+            raise InputError("there is no verdict to save yet")
+        return known
+
+    def _save(self, event: Any, make: Callable[[], Saved]) -> None:
         """Make a file and hand it to the page that asked for it."""
         page = self._page
         try:
-            if page.known is None:
-                raise InputError("there is no verdict to save yet")
-            name, content = make(page.model, page.values, page.known)
+            name, content = make()
         except InputError as error:
             text = str(error)
             page.post(lambda: page.say(text))

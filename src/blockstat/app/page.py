@@ -98,6 +98,7 @@ class Page:
         self.known: Known | None = None
         self._calls: queue.Queue[Callable[[], None] | None] = queue.Queue()
         self._asked_at = 0.0
+        self._asked: dict[int, dict[str, float]] = {}  # values of the open questions about this model, by number
         self._outside: tuple[str, float, float] | None = None  # a number outside its range: path, value and when
         self._fresh = True  # the next design is the first of its model
         self._workers: list[Worker] = []
@@ -144,7 +145,7 @@ class Page:
             The scene or the assembly to show.
         """
         self.model, self.values, self._fresh = model, model.start, True
-        self.stop_film()
+        self._forget()
         self.layout.name(model.name)
         self._outside, self.layout.note.content = None, ""
         if self.controls is not None:
@@ -154,6 +155,14 @@ class Page:
         for panel in self._panels:
             panel.opened()
         self.ask()
+
+    def _forget(self) -> None:
+        """Take away all that is known of the model before; answers about it that are on their way are ignored."""
+        self.known, self._asked = None, {}
+        self.stop_film()
+        self.view.forget()
+        self.layout.headline.content, self.layout.numbers.content = waiting("Assessing …"), ""
+        self.say("")
 
     def upload(
         self, name: str, content: bytes, supports: str, units: str | None, up: str | None, gap: str | None
@@ -250,7 +259,7 @@ class Page:
         self._asked_at = monotonic()
         if self.view.moved is None:
             self.player.stop()
-        self.follower.ask(self.model, self.values)
+        self._asked[self.follower.ask(self.model, self.values)] = self.values
 
     def repaint(self) -> None:
         """Draw the same design after a control of the picture was moved."""
@@ -342,21 +351,27 @@ class Page:
         self.view.moved, self.view.followed = None, False
 
     def _told(self, message: Any) -> None:
+        if not isinstance(message, (Judged, Failed)):
+            if self.known is not None:
+                self._learn(message)
+            return
+        values = self._asked.get(message.number)
+        self._asked = {number: asked for number, asked in self._asked.items() if number > message.number}
+        if values is None:
+            return  # about a model that was open before
         if isinstance(message, Judged):
-            self._show(message)
-        elif isinstance(message, Failed):
-            if message.is_internal:
-                LOG.error(message.message)
-            self.say(message.message + (LAST_GOOD if self.known is not None else ""))
-            if self.known is None:
-                self.layout.headline.content = waiting("No verdict")
-        elif self.known is not None:
-            self._learn(message)
+            self._show(message, values)
+            return
+        if message.is_internal:
+            LOG.error(message.message)
+        self.say(message.message + (LAST_GOOD if self.known is not None else ""))
+        if self.known is None:
+            self.layout.headline.content = waiting("No verdict")
 
-    def _show(self, judged: Judged) -> None:
+    def _show(self, judged: Judged, values: dict[str, float]) -> None:
         """A new verdict: its words first, then the picture, then what the picture cost."""
         begin = process_time()
-        self.known = known = Known(judged.verdict, judged.seconds)
+        self.known = known = Known(judged.verdict, judged.seconds, values=values)
         self.layout.headline.content = headline(known)
         self.layout.busy("")  # a busy browser shows what comes after the picture much later
         self.say("")

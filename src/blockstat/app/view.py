@@ -58,6 +58,13 @@ class View:
         self.canvas.draw(known.verdict.assembly, self._colours(), self._pose, opacity=self._opacity)
         self._rest()
 
+    def forget(self) -> None:
+        """Take the design and the words about it off the page."""
+        self.known = self._pose = None
+        self.canvas.clear()
+        self._layout.legend.content, self._layout.block.content = "", NO_BLOCK
+        self._describe_mechanism()
+
     def again(self) -> None:
         """Draw the same design after a control of the picture was moved."""
         if self.known is not None:

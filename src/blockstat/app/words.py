@@ -46,12 +46,15 @@ class Known:
         The limit loads that are known by now, by direction, a key of `PUSHES`.
     slipped : Slipped or None
         The least friction; None while it is being computed.
+    values : dict of str to float
+        Values of the parameters that the verdict is about, by dotted path.
     """
 
     verdict: Verdict
     seconds: dict[str, float] = field(default_factory=dict)
     pushed: dict[str, Pushed] = field(default_factory=dict)
     slipped: Slipped | None = None
+    values: dict[str, float] = field(default_factory=dict)
 
     @property
     def weakest(self) -> Pushed | None:

@@ -35,7 +35,9 @@ LoadsFile = Annotated[
 ]
 
 
-def chosen_case(assembly: Assembly, file: Path, case: str | None, loads: Path | None) -> LoadCase | None:
+def chosen_case(
+    assembly: Assembly, file: Path, case: str | None, loads: Path | None, *, gap: float | str
+) -> LoadCase | None:
     """Return the load case that the options ask for.
 
     Parameters
@@ -48,6 +50,8 @@ def chosen_case(assembly: Assembly, file: Path, case: str | None, loads: Path | 
         Value of `--case`.
     loads : Path or None
         Value of `--loads`.
+    gap : float or str
+        Tolerance of the joint search, as the analysis has it.
 
     Returns
     -------
@@ -68,7 +72,7 @@ def chosen_case(assembly: Assembly, file: Path, case: str | None, loads: Path | 
 
     tables = {} if loads is None else load_file(loads)
     try:
-        return load_case(assembly, case, **tables)
+        return load_case(assembly, case, **tables, gap=gap)
     except InputError as error:
         raise located(loads or file, error) from None
 
@@ -116,11 +120,12 @@ def cases_command(
 ) -> None:
     """Table of all load cases: the verdict under each, and the multiplier of its live loads."""
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
-    cases = all_cases(assembly, file, loads)
+    near = gap_of(gap)
+    cases = all_cases(assembly, file, loads, gap=near)
     if not cases:
         raise InputError(f"{loads or file}: there are no load cases; write them as [cases.NAME]")
     with at_work(f"{len(cases)} load cases"):
-        rows = case_answers(assembly, cases, gap=gap_of(gap))
+        rows = case_answers(assembly, cases, gap=near)
     if as_json:
         print_json({"file": str(file), "rows": rows})
         return
@@ -130,7 +135,7 @@ def cases_command(
         typer.echo(f"{row['case']:<{width}}  {row['verdict']:<10}  {bracket(row)}")
 
 
-def all_cases(assembly: Assembly, file: Path, loads: Path | None) -> dict[str, LoadCase]:
+def all_cases(assembly: Assembly, file: Path, loads: Path | None, *, gap: float | str) -> dict[str, LoadCase]:
     """Return all load cases of a scene, or of `--loads`.
 
     Parameters
@@ -141,6 +146,8 @@ def all_cases(assembly: Assembly, file: Path, loads: Path | None) -> dict[str, L
         Where they come from.
     loads : Path or None
         Value of `--loads`.
+    gap : float or str
+        Tolerance of the joint search, as the analysis has it.
 
     Returns
     -------
@@ -157,7 +164,7 @@ def all_cases(assembly: Assembly, file: Path, loads: Path | None) -> dict[str, L
 
     tables = {} if loads is None else load_file(loads)
     try:
-        return load_cases(assembly, **tables)
+        return load_cases(assembly, **tables, gap=gap)
     except InputError as error:
         raise located(loads or file, error) from None
 

@@ -88,8 +88,8 @@ def reliability_command(
     from blockstat.contact.interfaces import find_interfaces
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
-    chosen = chosen_case(assembly, file, case, loads)
     near = gap_of(gap)
+    chosen = chosen_case(assembly, file, case, loads, gap=near)
     random, direction = _chosen(file, assembly, uncertain, load)
     options: dict[str, Any] = {"load": direction, "interfaces": find_interfaces(assembly, gap=near)}
     options["loads"] = None if chosen is None else chosen.loads

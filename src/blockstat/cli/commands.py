@@ -181,9 +181,9 @@ def check(
     from blockstat.view.attributes import write_verdict
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
-    acting = chosen_case(assembly, file, case, loads)
-    permanent = None if acting is None else acting.loads
     near = gap_of(gap)
+    acting = chosen_case(assembly, file, case, loads, gap=near)
+    permanent = None if acting is None else acting.loads
     if not 0 <= tightnesses <= MOST_TIGHTNESSES or (tightnesses and flow != "coulomb"):
         asked = f"it must be 0 to {MOST_TIGHTNESSES:,} and goes with --flow coulomb"
         raise InputError(f"--tightnesses is {tightnesses}; {asked}")
@@ -256,7 +256,7 @@ def limit(
             raise InputError("--imperfection goes with --load or --case")
         over_the_horizon(file, assembly, directions, flow, output, units, near, as_json)
         return
-    growing, permanent = load_and_loads(load, chosen_case(assembly, file, case, loads))
+    growing, permanent = load_and_loads(load, chosen_case(assembly, file, case, loads, gap=near))
     allowed = imperfections_of(imperfection)
     with shown_progress() as progress:
         result = limit_load(

@@ -102,7 +102,7 @@ def capacity_command(
     film = None if film is None else film_path(film)
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
     near = gap_of(gap)
-    growing, permanent = load_and_loads(load, chosen_case(assembly, file, case, loads))
+    growing, permanent = load_and_loads(load, chosen_case(assembly, file, case, loads, gap=near))
     with at_work("limit load") as say:
         found = capacity(
             assembly,
@@ -217,7 +217,7 @@ def code_check_command(
     code = code_options(ag, soil, f0, tc, confidence, behaviour)
     direction = numbers(load, 3, "--load", "AX,AY,AZ")
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
-    acting = chosen_case(assembly, file, case, loads)
+    acting = chosen_case(assembly, file, case, loads, gap=near)
     permanent = None if acting is None else acting.loads
     with shown_progress() as progress:
         limit = limit_load(assembly, direction, loads=permanent, flow=flow, gap=near, progress=progress)

@@ -113,6 +113,7 @@ def sequence(
     if stages:
         result = assess_stages(assembly, **options)
     elif plan is not None:
+        _refuse_flow_beside(flow, reserve=reserve, tilt=tilt)
         result = judged = assess_plan(assembly, read_plan(plan, assembly), reserve=reserve, tilt=tilt, **options)
         head["verdict"] = judged.outcome.word
         _show(assembly, judged, output, page)
@@ -143,6 +144,13 @@ def _safest(assembly: Assembly, flow: str, journal: Path | None, **options: Any)
     if flow != "associated" or journal is not None:
         raise InputError("--held-at-most with --reserve takes neither --flow coulomb nor --journal")
     return safest_order(assembly, **options)
+
+
+def _refuse_flow_beside(flow: str, **asked: bool) -> None:
+    """Refuse what a plan is asked with another flow than the associated one, for it would be answered with that."""
+    if flow != "associated" and any(asked.values()):
+        options = " and ".join(f"--{name}" for name, given in asked.items() if given)
+        raise InputError(f"--plan with {options} does not take --flow {flow}")
 
 
 def _refuse_flow(flow: str) -> None:

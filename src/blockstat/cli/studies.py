@@ -269,8 +269,8 @@ def write_report(
     if not output.parent.is_dir():
         raise InputError(f"{output}: no such directory: {output.parent}")
     near = GAP if gap is None else gap
-    cases = all_cases(assembly, file, loads)
-    chosen = None if case is None else chosen_case(assembly, file, case, loads)
+    cases = all_cases(assembly, file, loads, gap=near)
+    chosen = None if case is None else chosen_case(assembly, file, case, loads, gap=near)
     with at_work("load cases") as say:
         answers = tuple(
             (row["case"], cases[row["case"]].words, row["verdict"].replace("_", " "), bracket(row))
@@ -311,11 +311,11 @@ def prove_command(
     from blockstat.proof.proof_file import prove
 
     assembly = load_assembly(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
-    chosen = chosen_case(assembly, file, case, loads)
+    near = gap_of(gap)
+    chosen = chosen_case(assembly, file, case, loads, gap=near)
     growing, permanent = None, None if chosen is None else chosen.loads
     if load is not None or limit:
         growing, permanent = load_and_loads(load, chosen)
-    near = gap_of(gap)
     with at_work(f"proving {assembly.n_blocks:,} blocks"):
         proof = prove(assembly, growing, loads=permanent, gap=near)
     proof.write(output)

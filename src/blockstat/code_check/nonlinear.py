@@ -195,7 +195,7 @@ def nonlinear_check(
     curve: CapacityCurve,
     direction: Sequence[float],
     *,
-    site: Spectrum | None = None,
+    site: Spectrum | Mapping[str, Spectrum] | None = None,
     confidence: float = 1.35,
     masses: Sequence[tuple[int | str, Sequence[float], float]] = (),
     loads: Floats | None = None,
@@ -212,8 +212,9 @@ def nonlinear_check(
         Of a horizontal acceleration of all that has mass.
     direction : sequence of float, shape (3,)
         Direction of the acceleration.
-    site : Site or SpectrumTable, optional
-        Ground and spectrum; rock with F0 = 2.5 by default.
+    site : Site, SpectrumTable or mapping, optional
+        Ground and spectrum; rock with F0 = 2.5 by default. F0 and TC* belong to a return period: a mapping has one
+        spectrum for each of "SLD", "SLV" and "SLC".
     confidence : float, optional
         FC; 1.35 where the crushing of stone is left out.
     masses, loads : optional
@@ -270,7 +271,7 @@ def nonlinear_check(
     for name in asked:
         check_choice("demand", name, ("SLD", *STATES))
     check_level(curve.assembly, direction)
-    ground: Spectrum = Site() if site is None else site
+    ground = _spectra(site)
     curve, back = _forward(curve)
     bodies = moving_bodies(curve.limit)
     sums = work_sums(curve.assembly, curve.points[0].mechanism, direction, bodies, masses)
@@ -281,6 +282,10 @@ def nonlinear_check(
     ultimate, warnings = float(displacement[-1]), [*told, *back]
     if curve.outcome is CapacityOutcome.COLLAPSE and not back:
         warnings.append("the curve ends before the multiplier is zero; d0 is its end")
+    if len(asked) > 1 and not isinstance(site, Mapping):
+        warnings.append(
+            f"F0 and TC* are those of one return period for {', '.join(sorted(asked))}; site= takes one for each"
+        )
     sharp = [event for event in curve.events if event.after is not None and event.after < REMAINS * event.before]
     least = per_control * min((event.parameter for event in sharp), default=np.inf)
 
@@ -289,11 +294,11 @@ def nonlinear_check(
             return float(acceleration[0]) * (1.0 - there / ultimate)
         return float(curve.at(there / per_control)[0]) * G / (share * confidence)
 
-    states = [_damage(float(acceleration[0]), ground, floor, asked.get("SLD"))]
+    states = [_damage(float(acceleration[0]), ground["SLD"], floor, asked.get("SLD"))]
     for name, (part, factor, damping) in STATES.items():
         there = min(part * ultimate, least) if name == "SLV" else part * ultimate
         period = factor * np.pi * float(np.sqrt(there / borne(there)))
-        states.append(_displaced(name, there, borne(there), period, damping, ground, floor, asked.get(name)))
+        states.append(_displaced(name, there, borne(there), period, damping, ground[name], floor, asked.get(name)))
     return NonlinearCheck(
         alpha0=float(curve.lower[0]),
         participation=share,
@@ -308,6 +313,18 @@ def nonlinear_check(
         rocking=_rocking(curve, bodies),
         warnings=tuple(warnings),
     )
+
+
+def _spectra(site: Spectrum | Mapping[str, Spectrum] | None) -> Mapping[str, Spectrum]:
+    """The spectrum of each limit state."""
+    names = ("SLD", *STATES)
+    if not isinstance(site, Mapping):
+        return dict.fromkeys(names, Site() if site is None else site)
+    for name in site:
+        check_choice("site", name, names)
+    if missing := [name for name in names if name not in site]:
+        raise InputError(f"site has no spectrum of {', '.join(missing)}; a mapping has one of {', '.join(names)}")
+    return site
 
 
 def _forward(curve: CapacityCurve) -> tuple[CapacityCurve, list[str]]:

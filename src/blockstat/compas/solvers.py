@@ -43,7 +43,7 @@ def solve(
     friction : float, optional
         Coefficient of friction of all joints, 0.7 if nothing says otherwise.
     density : float, optional
-        Of the blocks that have none of their own [kg/m3], 2400 if nothing says otherwise.
+        Of the blocks that have none of their own [kg/m3], 2691 if nothing says otherwise.
     gravity : sequence of float, shape (3,), optional
         [m/s2].
     joints : {"recorded", "found"}, optional

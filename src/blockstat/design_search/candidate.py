@@ -42,6 +42,11 @@ class Candidate:
         return self.static in ("unstable", ERROR)
 
     @property
+    def failed(self) -> bool:
+        """It could not be built, or the dynamic verifier ended in an error."""
+        return ERROR in (self.static, self.dynamic)
+
+    @property
     def stands(self) -> bool:
         """Both agree: statics do not rule it out and the dynamic verifier saw it stand."""
         return not self.excluded and self.dynamic in ("stands", BY_STATICS)
@@ -62,7 +67,7 @@ def failures(rows: Iterable[Mapping[str, Any]]) -> str:
     Parameters
     ----------
     rows : iterable of mapping
-        With the static verdict under "static", and a note.
+        With the static verdict under "static", the dynamic one (if any) under "dynamic", and a note.
 
     Returns
     -------
@@ -77,7 +82,7 @@ def failures(rows: Iterable[Mapping[str, Any]]) -> str:
     notes, number = Counter[str](), 0
     for row in rows:
         number += 1
-        if row.get("static") == ERROR:
+        if ERROR in (row.get("static"), row.get("dynamic")):
             notes[str(row.get("note") or "no reason is known")] += 1
     if not notes:
         return ""
@@ -106,7 +111,7 @@ class SearchResult(Result):
         """Whether the search was finished, and whether any design stood."""
         if not self.finished:
             return SearchOutcome.INTERRUPTED
-        if self.history and all(c.static == ERROR for c in self.history):
+        if self.history and all(c.failed for c in self.history):
             return SearchOutcome.FAILED
         return SearchOutcome.FOUND if self.best is not None else SearchOutcome.NONE_STANDS
 
@@ -176,5 +181,5 @@ class SearchResult(Result):
     @property
     def disagreements(self) -> tuple[Candidate, ...]:
         """Designs that statics call stable and that did not stand; their note gives the likely reason."""
-        words = (UNASKED, PRUNED, BY_STATICS, "stands")
+        words = (UNASKED, PRUNED, BY_STATICS, ERROR, "stands")
         return tuple(c for c in self.history if not c.excluded and c.dynamic not in words)

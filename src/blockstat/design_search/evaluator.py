@@ -67,7 +67,21 @@ class Evaluator:
     _restored: bool = False
 
     def __post_init__(self) -> None:
-        self.known = self.history.read() if self.history else {}
+        rows = self.history.read() if self.history else {}
+        self.known = {key: self._taken_up(candidate) for key, candidate in rows.items()}
+
+    def _taken_up(self, candidate: Candidate) -> Candidate:
+        """A row of an earlier run; where that run had no dynamic verdict it counts as judged by statics in this one."""
+        if candidate.dynamic not in (UNASKED, BY_STATICS, ERROR):
+            return candidate
+        note = "" if candidate.dynamic == ERROR else candidate.note
+        return replace(candidate, dynamic=self._unsimulated(candidate.static), dynamic_seconds=0.0, note=note)
+
+    def _unsimulated(self, static: str) -> str:
+        """The dynamic verdict of a design that was not simulated, by the static one."""
+        if static == Outcome.UNSTABLE.word:
+            return PRUNED
+        return BY_STATICS if self.callbacks.verify is None and static == Outcome.STABLE.word else UNASKED
 
     def make(self, values: Mapping[str, float]) -> Assembly:
         """Build a design as it is judged.
@@ -230,14 +244,11 @@ class Evaluator:
         except InputError as error:
             return Candidate(values, ERROR, None, UNASKED, None, None, process_time() - begin, 0.0, error.line)
         self._evaluated[key] = assembly, verdict
-        word = PRUNED if verdict.outcome is Outcome.UNSTABLE else UNASKED
-        if self.callbacks.verify is None and verdict.outcome is Outcome.STABLE:
-            word = BY_STATICS
         return Candidate(
             parameters=values,
             static=verdict.outcome.word,
             score=verdict.score if isfinite(verdict.score) else None,
-            dynamic=word,
+            dynamic=self._unsimulated(verdict.outcome.word),
             volume=float(assembly.volume[assembly.free].sum()),
             blocks=assembly.n_blocks,
             static_seconds=process_time() - begin,

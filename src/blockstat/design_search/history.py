@@ -15,8 +15,9 @@ from typing import Any
 import msgspec
 
 from blockstat.design_search.candidate import Candidate
-from blockstat.design_search.space import Space
 from blockstat.errors import InputError
+from blockstat.spec import Scene
+from blockstat.spec.composition import Composition
 
 COLUMNS = (
     "static", "evidence", "score", "dynamic", "volume", "blocks", "reserve", "slopes",
@@ -27,13 +28,13 @@ SCENE = "scene"  #: last column: a digest of the scene, so that rows of another 
 Key = tuple[float, ...]
 
 
-def digest(space: Space, conditions: str) -> str:
+def digest(scene: Scene, conditions: str) -> str:
     """Return a digest of what rows depend on besides their parameters.
 
     Parameters
     ----------
-    space : Space
-        Its scene is digested.
+    scene : Scene
+        It is digested with the content of the files that its elements name.
     conditions : str
         What else the verdicts depend on.
 
@@ -42,7 +43,19 @@ def digest(space: Space, conditions: str) -> str:
     str
         Twelve hexadecimal digits.
     """
-    return hashlib.sha256(msgspec.json.encode(space.scene, order="sorted") + conditions.encode()).hexdigest()[:12]
+    found = hashlib.sha256(msgspec.json.encode(scene, order="sorted") + conditions.encode())
+    for element in scene.elements.values() if isinstance(scene, Composition) else ():
+        if isinstance(element.get("file"), str):
+            found.update(_content(Path(element["file"])))
+    return found.hexdigest()[:12]
+
+
+def _content(path: Path) -> bytes:
+    """Hashes of a file, or of the files in a directory with their names; nothing for what is not there."""
+    if path.is_dir():
+        files = (own for own in sorted(path.rglob("*")) if own.is_file())
+        return b"".join(bytes(own.relative_to(path)) + _content(own) for own in files)
+    return hashlib.sha256(path.read_bytes()).digest() if path.is_file() else b""
 
 
 class History:

@@ -158,7 +158,7 @@ def search(
         conditions = f"{conditions} {margin}{target or ''}"
     elif imperfections is not None:
         conditions = f"{conditions} {imperfections}"
-    log = History(Path(history), space.names, digest(space, conditions)) if history is not None else None
+    log = History(Path(history), space.names, digest(space.scene, conditions)) if history is not None else None
     joints = SharedJoints()
     # Joints without their edges are for statics alone.
     static, verify = static if imperfections else joints.kept(static), verify and joints.handed(verify)

@@ -6,9 +6,9 @@ takes no row with it: what has no row in the file is computed again, and nothing
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import islice, product
 from math import isfinite
 from pathlib import Path
@@ -20,6 +20,7 @@ import msgspec
 from blockstat.analysis.assess import assess
 from blockstat.analysis.certificate_cache import Memory
 from blockstat.design_search.candidate import ERROR, failures
+from blockstat.design_search.history import digest
 from blockstat.errors import InputError, known_options, no_such
 from blockstat.result import Result, Sentence
 from blockstat.spec import Scene, build, parameters, scene_from, with_values
@@ -246,8 +247,8 @@ def sweep(
     path : str or Path
         The file. Its first line says what the file is of; rows follow as they come.
     measure : callable, optional
-        Evaluates one design. It gets the scene and a memory of evidence that lives for one batch; the processes must be
-        able to import it.
+        Evaluates one design: a function, or a `functools.partial` of one. It gets the scene and a memory of evidence
+        that lives for one batch; the processes must be able to import it.
     jobs : int, optional
         Processes, by default as many as cores. Under `joblib.parallel_config(backend="dask")`, or another backend,
         batches go there instead.
@@ -263,7 +264,7 @@ def sweep(
     Raises
     ------
     InputError
-        For a file of another sweep, or of other designs.
+        For a file of another sweep, or of other designs, and for a measure without a name.
 
     Notes
     -----
@@ -294,7 +295,7 @@ def _swept(
     progress: Callable[[int], None] | None,
 ) -> SweepResult:
     """Append the rows that are missing to the file."""
-    head = {"scene": scene.name, "digest": _digest(scene, measure)}
+    head = {"scene": scene.name, "digest": digest(scene, _name_of(measure))}
     done = _opened(path, head, list(parameters(scene)))
     data = msgspec.to_builtins(scene)
     counted = 0
@@ -351,9 +352,18 @@ def _ranges(scene: Scene, names: Sequence[str] | None) -> dict[str, Any]:
     return chosen
 
 
-def _digest(scene: Scene, measure: Measure) -> str:
-    words = f"{measure.__module__}.{measure.__qualname__}"
-    return hashlib.sha256(msgspec.json.encode(scene, order="sorted") + words.encode()).hexdigest()[:12]
+def _name_of(measure: Callable[..., Any]) -> str:
+    """What tells a measure from others in every process."""
+    if isinstance(measure, partial):
+        from joblib import hash as hash_of
+
+        return f"{_name_of(measure.func)} {hash_of((measure.args, measure.keywords))}"
+    if not hasattr(measure, "__qualname__"):
+        raise InputError(
+            f"measure is {measure!r}, which has no name for the head of the file; it must be a function or a "
+            "functools.partial of one"
+        )
+    return f"{measure.__module__}.{measure.__qualname__}"
 
 
 def _mark(values: Values) -> int:

@@ -7,7 +7,9 @@ extras of GLB's nodes (Blender's custom properties) and in comments of OBJ, and 
 
 from __future__ import annotations
 
+import json
 import re
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -109,12 +111,13 @@ def _solids(path: Path) -> tuple[list[_Solid], dict[str, Any]]:
     scene = loaded(path, trimesh.load_scene)
     order = {geometry: number for number, geometry in enumerate(scene.geometry)}
     nodes = sorted(scene.graph.nodes_geometry, key=lambda node: order[scene.graph[node][1]])
-    solids = gathered(partial(_of_node, scene, node, path.suffix) for node in nodes)
+    given = _node_names(path) if suffix == ".glb" else set()
+    solids = gathered(partial(_of_node, scene, node, path.suffix, given) for node in nodes)
     return [solid for own in solids for solid in own], scene.metadata
 
 
-def _of_node(scene: trimesh.Scene, node: str, suffix: str) -> list[_Solid]:
-    """Solids of one object of a scene, in world coordinates."""
+def _of_node(scene: trimesh.Scene, node: str, suffix: str, given: set[str]) -> list[_Solid]:
+    """Solids of one object of a scene, in world coordinates; `given` are the names of nodes that the file has."""
     import trimesh
 
     transform, geometry = scene.graph[node]
@@ -124,8 +127,11 @@ def _of_node(scene: trimesh.Scene, node: str, suffix: str) -> list[_Solid]:
     glb = suffix.lower() == ".glb"
     mesh = mesh.copy()
     mesh.apply_transform(np.linalg.inv(Y_UP) @ transform if glb else transform)
-    extras = _extras(scene, node, mesh)
-    name = str(extras.get("name") or geometry).removesuffix(suffix)
+    own = _own_extras(scene, node)
+    extras = {**mesh.metadata, **mesh.metadata.get("extras", {}), **own}
+    # trimesh numbers the nodes without a name, and makes one up for each primitive of a mesh of several.
+    made_up = not glb or (node.isdecimal() and node not in given) or mesh.metadata.get("from_gltf_primitive")
+    name = str(own.get("name") or ("" if made_up else node) or extras.get("name") or geometry).removesuffix(suffix)
     _check_vertices(mesh, f'object "{name}"')
     parts = [mesh] if glb else _closed_runs(mesh)
     for part in parts:
@@ -195,13 +201,22 @@ def loaded(path: Path, load: Callable[..., Any]) -> Any:
     return found
 
 
-def _compressions(path: Path) -> list[str]:
-    """Compressions of surfaces that a GLB cannot be read without (glTF 2.0, 3.12)."""
+def _header(path: Path) -> bytes:
+    """The JSON of a GLB; nothing of another file."""
     with path.open("rb") as file:
         head = file.read(20)
         size = int.from_bytes(head[12:16], "little")
-        text = file.read(min(size, MOST_BYTES)) if head[:4] == b"glTF" and head[16:20] == b"JSON" else b""
-    found = re.search(rb'"extensionsRequired"\s*:\s*\[([^\]]*)\]', text)
+        return file.read(min(size, MOST_BYTES)) if head[:4] == b"glTF" and head[16:20] == b"JSON" else b""
+
+
+def _node_names(path: Path) -> set[str]:
+    """Names that the nodes of a GLB have, which has been read."""
+    return {str(node["name"]) for node in json.loads(_header(path)).get("nodes", []) if "name" in node}
+
+
+def _compressions(path: Path) -> list[str]:
+    """Compressions of surfaces that a GLB cannot be read without (glTF 2.0, 3.12)."""
+    found = re.search(rb'"extensionsRequired"\s*:\s*\[([^\]]*)\]', _header(path))
     return re.findall(r"\w+_(?:draco|meshopt)_\w+", found[1].decode("ascii", "ignore")) if found else []
 
 
@@ -276,11 +291,10 @@ def _digits(mesh: trimesh.Trimesh) -> int:
     return int(np.ceil(-np.log10(MERGE * max(float(mesh.extents.max()), 1e-12))))
 
 
-def _extras(scene: trimesh.Scene, node: str, mesh: trimesh.Trimesh) -> dict[str, Any]:
-    """What a file says of an object beside its surface: on the mesh or, first, on the node."""
+def _own_extras(scene: trimesh.Scene, node: str) -> dict[str, Any]:
+    """What a file says on the node of an object."""
     above = scene.graph.transforms.parents.get(node)
-    own = scene.graph.transforms.edge_data[(above, node)].get("metadata") or {}
-    return {**mesh.metadata, **mesh.metadata.get("extras", {}), **own}
+    return scene.graph.transforms.edge_data[(above, node)].get("metadata") or {}
 
 
 def read_whole(path: Path) -> tuple[np.ndarray, list[list[int]]]:
@@ -317,13 +331,53 @@ def _polygons(mesh: trimesh.Trimesh) -> tuple[np.ndarray, list[list[int]]]:
     """Vertices and faces with coplanar triangles joined where their outline is one loop."""
     faces: list[list[int]] = []
     joined = np.zeros(len(mesh.faces), dtype=bool)
-    for facet, boundary in zip(mesh.facets, mesh.facets_boundary, strict=True):
-        loop = _loop(mesh.faces[facet], {tuple(sorted(map(int, edge))) for edge in boundary})
+    for facet in _flat(mesh):
+        triangles = mesh.faces[facet]
+        edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+        edges, times = np.unique(edges, axis=0, return_counts=True)
+        loop = _loop(triangles, set(map(tuple, edges[times == 1].tolist())))
         if loop:
             faces.append(loop)
             joined[facet] = True
     faces += mesh.faces[~joined].tolist()
     return np.asarray(mesh.vertices), faces
+
+
+def _flat(mesh: trimesh.Trimesh) -> list[Ints]:
+    """Numbers of the triangles that lie in one plane but for rounding, for each such plane.
+
+    The facets of trimesh go from neighbour to neighbour by the angle between the two, and so they follow a fine curve.
+    Where one does, it is cut into pieces, each in the plane of its largest triangle.
+    """
+    reach, single = float(np.abs(mesh.vertices).max()), float(np.finfo(np.float32).eps)
+    rounding = max(MERGE * float(mesh.extents.max()), 2 * single * reach)
+    corners = np.asarray(mesh.vertices)[mesh.faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    beside: dict[int, list[int]] = defaultdict(list)
+    for one, other in mesh.face_adjacency.tolist():
+        beside[one].append(other)
+        beside[other].append(one)
+
+    def near(triangles: Ints, axis: Floats, point: Floats) -> Ints:
+        far = np.abs((corners[triangles] - point) @ axis).max(axis=1)
+        return triangles[far <= rounding * np.linalg.norm(axis)]
+
+    found = []
+    for facet in map(np.asarray, mesh.facets):
+        if len(near(facet, normal[facet].sum(axis=0), corners[facet].mean(axis=(0, 1)))) == len(facet):
+            found.append(facet)
+            continue
+        left = set(facet.tolist())
+        for seed in facet[np.argsort(-np.linalg.norm(normal[facet], axis=1), kind="stable")].tolist():
+            piece: list[int] = []
+            edge = [seed] if seed in left else []
+            while edge:
+                piece += edge
+                left.difference_update(edge)
+                around = sorted({other for one in edge for other in beside[one]} & left)
+                edge = near(np.array(around, dtype=np.int64), normal[seed], corners[seed, 0]).tolist()
+            found += [np.array(piece)] if len(piece) > 1 else []
+    return found
 
 
 def _loop(triangles: np.ndarray, boundary: set[tuple[int, ...]]) -> list[int]:

@@ -23,7 +23,7 @@ import numpy as np
 from blockstat.assembly import DENSITY, FRICTION, STANDARD_GRAVITY, Assembly, Block
 from blockstat.errors import InputError, gathered
 from blockstat.io.names import distinct_names
-from blockstat.io.parts import Parts
+from blockstat.io.parts import Parts, chosen_supports
 from blockstat.joint import JointLaw, Tie
 from blockstat.system.faults import faults
 from blockstat.system.reading import check_depth, text_of
@@ -143,8 +143,9 @@ def native_parts(
     if units is not None and data.get("units", units) != units:
         raise InputError(f'units are "{record.units}" in the file and "{units}" were asked for')
     known = {field.name for field in msgspec.structs.fields(_Record)}
-    chosen = record.supports if supports is None else list(supports)
-    names = distinct_names([b.name for b in record.blocks], chosen)
+    given = [b.name for b in record.blocks]
+    chosen = record.supports if supports is None else chosen_supports([], supports, given, "the file")
+    names = distinct_names(given, chosen)
     joints, ties = gathered(
         (
             lambda: gathered(partial(JointLaw, **msgspec.structs.asdict(joint)) for joint in record.joints),
@@ -156,7 +157,7 @@ def native_parts(
         chosen,
         {
             "name": record.name or name,
-            "density": record.density,
+            **({"density": record.density} if "density" in data else {}),
             "friction": record.friction,
             "gravity": record.gravity,
             "metadata": {key: value for key, value in data.items() if key not in known},

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from blockstat.contact.interfaces import Interfaces, find_interfaces
+from blockstat.contact.interfaces import GAP, Interfaces, find_interfaces
 from blockstat.errors import InputError, gathered, no_such
 from blockstat.loading.ground import dispersed_load, fill_load, fluid_pressure
 from blockstat.loading.on_faces import body_load, line_load, patch_load, surface_load
@@ -60,7 +60,9 @@ class LoadCase:
         return f"{self.description} ({self.combination})" if self.description else self.combination
 
 
-def load_cases(assembly: Assembly, loads: Tables | None = None, cases: Tables | None = None) -> dict[str, LoadCase]:
+def load_cases(
+    assembly: Assembly, loads: Tables | None = None, cases: Tables | None = None, *, gap: float | str = GAP
+) -> dict[str, LoadCase]:
     """Make the load cases of an assembly.
 
     Parameters
@@ -74,6 +76,8 @@ def load_cases(assembly: Assembly, loads: Tables | None = None, cases: Tables | 
         By name: a table with `factors` (of loads that stay), `live` (of loads that a multiplier multiplies), both
         numbers by the name of a load, and `weight`, the factor on the weight of the blocks, 1 by default. Loads and
         cases are by default those of the assembly's scene file.
+    gap : float or str, optional
+        Tolerance of the joint search, as of `find_interfaces`: loads on faces leave out what joints cover.
 
     Returns
     -------
@@ -104,7 +108,7 @@ def load_cases(assembly: Assembly, loads: Tables | None = None, cases: Tables | 
     joints: list[Interfaces] = []
 
     def shared() -> Interfaces:
-        joints[:] = joints or [find_interfaces(assembly)]
+        joints[:] = joints or [find_interfaces(assembly, gap=gap)]
         return joints[0]
 
     acting = [name for name in given if name in used]
@@ -113,7 +117,9 @@ def load_cases(assembly: Assembly, loads: Tables | None = None, cases: Tables | 
     return {name: _case(assembly, name, table, made) for name, table in asked.items()}
 
 
-def load_case(assembly: Assembly, name: str, loads: Tables | None = None, cases: Tables | None = None) -> LoadCase:
+def load_case(
+    assembly: Assembly, name: str, loads: Tables | None = None, cases: Tables | None = None, *, gap: float | str = GAP
+) -> LoadCase:
     """Make one load case of an assembly.
 
     Parameters
@@ -123,6 +129,8 @@ def load_case(assembly: Assembly, name: str, loads: Tables | None = None, cases:
     name : str
         Of the case.
     loads, cases : mapping, optional
+        As in `load_cases`.
+    gap : float or str, optional
         As in `load_cases`.
 
     Returns
@@ -145,7 +153,7 @@ def load_case(assembly: Assembly, name: str, loads: Tables | None = None, cases:
     known: Tables = assembly.metadata.get("cases", {}) if cases is None else cases
     if name not in known:
         raise no_such("case", name, known)
-    return load_cases(assembly, loads, {name: known[name]})[name]
+    return load_cases(assembly, loads, {name: known[name]}, gap=gap)[name]
 
 
 def check_tables(loads: Tables, cases: Tables) -> None:

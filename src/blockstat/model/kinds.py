@@ -7,15 +7,16 @@ time: `blockstat.spec.elements` reads it here.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import msgspec
 import numpy as np
 
-from blockstat.assembly import Block
-from blockstat.errors import InputError
+from blockstat.assembly import FRICTION, Block
+from blockstat.errors import InputError, InputWarning
 from blockstat.model.arches.arch import arch, jack_arch, rib
 from blockstat.model.arches.column import column, pier
 from blockstat.model.buttresses.buttress import buttress
@@ -204,17 +205,30 @@ def blocks_of_file(*, file: str, units: str | None = None) -> list[Block]:
     Returns
     -------
     list of Block
-        With the names and groups that they have in the file.
+        With the names, groups and densities that they have in the file.
 
     Raises
     ------
     InputError
         For a file that cannot be read.
+
+    Warns
+    -----
+    InputWarning
+        Where the file has joints, ties or another friction than the default: these are the scene's to say.
     """
     from blockstat.io.files import read_parts
 
     # Which blocks cannot move is the scene's to say.
-    return list(read_parts(file, supports=[0], units=units).blocks)
+    parts = read_parts(file, supports=[0], units=units)
+    said = parts.options
+    left = [key for key in ("joints", "ties") if said.get(key)]
+    left += ["friction"] if said.get("friction", FRICTION) != FRICTION else []
+    if left:
+        text = f"{file}: {', '.join(left)} of the file are not taken; a scene says its own"
+        warnings.warn(InputWarning(text), stacklevel=2)
+    density = said.get("density")
+    return [replace(block, density=density) if block.density is None else block for block in parts.blocks]
 
 
 KINDS: dict[str, Kind] = {

@@ -32,7 +32,7 @@ def moved(
         Counter-clockwise seen from above [degrees].
     prefix : str
         Put in front of names and groups ("nave." makes "nave.vault.north"), so that an element can be used more than
-        once.
+        once. One block without a name is called "nave"; several have their numbers, "nave.block3".
     density : float, optional
         Of the blocks that have none of their own [kg/m3].
 
@@ -41,18 +41,32 @@ def moved(
     list of Block
         In the same order.
     """
+    blocks = list(blocks)
     if not (turn or any(by) or prefix or density):
-        return list(blocks)
+        return blocks
     matrix = rotation(turn).T if turn else None
     step = np.asarray(by, dtype=float) if any(by) else None
     placed = []
-    for block in blocks:
+    for block, label in zip(blocks, _labels(blocks, prefix), strict=True):
         vertices = np.asarray(block.vertices, dtype=float)
         vertices = vertices if matrix is None else vertices @ matrix
         vertices = vertices if step is None else vertices + step
-        name, group = (prefix + block.name).rstrip("."), (prefix + block.group).rstrip(".")
-        placed.append(Block(vertices, block.faces, name, group, density if block.density is None else block.density))
+        group = (prefix + block.group).rstrip(".")
+        placed.append(Block(vertices, block.faces, label, group, density if block.density is None else block.density))
     return placed
+
+
+def _labels(blocks: Sequence[Block], prefix: str) -> list[str]:
+    """Names with a prefix; where several blocks have none, these have their numbers, as in an assembly."""
+    names = [block.name for block in blocks]
+    taken = set(names)
+    if prefix and names.count("") > 1:
+        for number in (i for i, name in enumerate(names) if not name):
+            label = f"block{number}"
+            while label in taken:
+                label += "_"
+            names[number] = label
+    return [(prefix + name).rstrip(".") for name in names]
 
 
 def rotation(turn: float) -> Floats:

@@ -413,7 +413,9 @@ def assess_plan(
         Whether the least friction at which every step stands is sought, too. It takes the time of a second run.
     tilt : bool, optional
         Whether the tilt of the ground at which each step falls is sought, too: towards +x, -x, +y and -y. Between
-        these a step may fall earlier; what it is proven to stand in any direction is given beside it.
+        these a step may fall earlier; what it is proven to stand in any direction is given beside it. Both searches
+        have flow "associated" alone: what stands without dilatancy need not stand with more friction, and the loads
+        that it carries are no convex set.
     jobs : int, optional
         As of `assess_states`; the search of the least friction is done by this process alone.
 
@@ -425,7 +427,7 @@ def assess_plan(
     Raises
     ------
     InputError
-        For a plan that cannot be carried out.
+        For a plan that cannot be carried out, and for a search with a flow or with props that it does not take.
 
     Examples
     --------
@@ -438,6 +440,8 @@ def assess_plan(
     'stable'
     """
     check_choice("flow", flow, FLOWS)
+    if flow != "associated" and (reserve or tilt):
+        raise InputError(f'{"reserve" if reserve else "tilt"}=True has flow "associated" alone, not "{flow}"')
     check_plan(plan, assembly)
     whole = Whole(assembly, friction=friction, gap=gap)
     states = [whole.state_of(*state, f"step {k}") for k, state in enumerate(plan.states())]

@@ -128,7 +128,8 @@ class FreeVolumes:
         if key not in self._known:
             blocks = _placed(name, element)
             found = dict.fromkeys((block.group for block in blocks), 0.0)
-            for block, volume in zip(blocks, Assembly.from_blocks(blocks).volume.tolist(), strict=True):
+            volumes = Assembly.from_blocks(blocks).volume.tolist() if blocks else []
+            for block, volume in zip(blocks, volumes, strict=True):
                 found[block.group] += volume
             self._known[key] = found
         return self._known[key]

@@ -122,7 +122,7 @@ def verify(
     if case is not None or loads_file is not None:
         if len(files) > 1:
             raise InputError("--case goes with one file")
-        acting = chosen_case(read(files[0]), files[0], case, loads_file)
+        acting = chosen_case(read(files[0]), files[0], case, loads_file, gap=near)
         loads += [] if acting is None else [Constant(acting.loads)]
     actions = stiffness_of(inertia_scale, angular_stiffness)
     evaluate = partial(run, settings=settings, loads=loads, actions=actions, gap=near, engine=engine)
@@ -244,7 +244,7 @@ def limit(
 
     near = gap_of(gap)
     assembly = load(file, friction=friction, gravity=gravity, tilt=tilt, supports=supports, units=units, up=up)
-    growing, permanent = load_and_loads(direction, chosen_case(assembly, file, case, loads_file))
+    growing, permanent = load_and_loads(direction, chosen_case(assembly, file, case, loads_file, gap=near))
     settings = Settings.named(preset, roof_threshold=threshold, brick_threshold=threshold)
     with at_work("static limit") as say:
         found = run(

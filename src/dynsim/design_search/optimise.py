@@ -20,6 +20,7 @@ from blockstat.system.lock import locked
 from blockstat.view.plot import Place, plot
 from blockstat.view.report import Figure, write_designs, write_report
 from dynsim.comparison.causes import likely_reason
+from dynsim.engine.bullet import import_bullet
 from dynsim.judge.verdict import DynamicVerdict
 from dynsim.judge.verify import verify
 from dynsim.parallel.pool import jobs_checked
@@ -85,9 +86,10 @@ def optimise(
     Raises
     ------
     InputError
-        As `blockstat.search` does. Also for an option that does not exist.
+        As `blockstat.search` does. Also for an option that does not exist, and where Bullet cannot be imported.
     """
     check_strategy(strategy, over, margin, snap)
+    import_bullet()
     memory, jobs = Memory(), jobs_checked(jobs)
     with locked(directory):
         with (

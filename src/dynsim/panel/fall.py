@@ -168,12 +168,12 @@ def side_by_side(known: Known, fallen: Fallen) -> str:
         for name, value, limit in criteria(verdict)
     )
     head = "<tr style='color:#666'><td>mm</td><td>moved</td><td>threshold</td><td></td></tr>"
-    first = f"First to move: {escape(verdict.first_block)}." if verdict.first_block else ""
+    first = f"First to move: {verdict.first_block}." if verdict.first_block else ""
     notes = "".join(_small(text) for text in (first, fallen.reason, *verdict.warnings) if text)
     return (
         f'<table style="width:94%;{SMALL}">{moved}</table>'
         f'<table style="width:94%;{SMALL}">{head}{rows}</table>'
-        f"{_small(escape(verdict.outcome.value))}{notes}"
+        f"{_small(verdict.outcome.value)}{notes}"
     )
 
 
@@ -199,4 +199,5 @@ def criteria(verdict: DynamicVerdict) -> list[tuple[str, float, float]]:
 
 
 def _small(text: str) -> str:
-    return f'<div style="{SMALL};padding-top:.4em">{text}</div>' if text else ""
+    """Plain text in small letters, as HTML."""
+    return f'<div style="{SMALL};padding-top:.4em">{escape(text)}</div>' if text else ""

@@ -22,7 +22,7 @@ from blockstat.typing import Floats
 
 FLATTEST = 1.0  #: slope of the top facets of an extrados: the feather edge of a brick over it has at least 45 degrees
 SKEWBACK = 0.5  #: sine of the least slope of a skewback (30 degrees); flatter springing joints are made level
-DRAWN = 5e-4  #: half of the millimetre to which drawings are rounded: an opening that moves by less is not told [m]
+DRAWN = 5e-4  #: half of the millimetre to which drawings are rounded: what moves by less is not told [m]
 KEY = 0.5  #: least half width of the flat top of an extrados, as a fraction of the depth of the arch
 
 
@@ -98,15 +98,19 @@ def centres(opening: Opening, strip: Strip, label: str) -> list[float]:
     return places
 
 
-def tell_moved(label: str, asked: Sequence[float], built: Sequence[float]) -> None:
-    """Warn where an opening is built at other heights than asked, for its sill and its springing lie on beds.
+def tell_moved(
+    label: str, asked: Sequence[float], built: Sequence[float], moves: str = "sill and top go to the nearest bed"
+) -> None:
+    """Warn where something is built at other heights than asked, for its lower and its upper end lie on beds.
 
     Parameters
     ----------
     label : str
-        What messages call the opening.
+        What messages call it.
     asked, built : sequence of two floats
-        Sill and top [m].
+        Lower and upper end [m]; of an opening its sill and its top.
+    moves : str
+        What goes where, as the message ends.
 
     Warns
     -----
@@ -115,7 +119,7 @@ def tell_moved(label: str, asked: Sequence[float], built: Sequence[float]) -> No
     """
     if any(abs(a - b) > DRAWN for a, b in zip(asked, built, strict=True)):
         low, high = (" to ".join(f"{z:.4g}" for z in ends) for ends in (asked, built))
-        text = f"{label}: asked from {low} m, built from {high} m: sill and top go to the nearest bed"
+        text = f"{label}: asked from {low} m, built from {high} m: {moves}"
         warnings.warn(InputWarning(text), stacklevel=2)
 
 

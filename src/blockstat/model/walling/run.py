@@ -94,7 +94,8 @@ class Run(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True)
 class Buttress(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
     """Buttresses of one run, perpendicular to it.
 
-    A bonded one passes through the wall in every other course; else it stands against the wall.
+    A bonded one passes through the wall in every other course; else it stands against the wall. Its height and its
+    steps go to the nearest bed of the wall; one with courses of its own is as high as asked.
     """
 
     present: bool = True  #: true, false or "search"

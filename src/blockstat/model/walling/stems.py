@@ -11,6 +11,7 @@ from blockstat.assembly import Block
 from blockstat.errors import InputError
 from blockstat.model.arches.profile import at_least, positive
 from blockstat.model.walling.brickwork import SLIVER, brickwork
+from blockstat.model.walling.heads import tell_moved
 from blockstat.model.walling.pattern import Pattern, fitted
 from blockstat.model.walling.row import Gap, Row
 from blockstat.model.walling.run import Buttress, Run, one_of, spaced
@@ -140,7 +141,12 @@ def stem_strip(host: Strip, stem: Stem) -> Strip:
     Raises
     ------
     InputError
-        For a buttress that is higher than the walls.
+        For a buttress that is higher than the walls, or so low that it has no course.
+
+    Warns
+    -----
+    InputWarning
+        With both heights, where it or one of its steps is built higher or lower than asked.
     """
     assert isinstance(host.axis, Line)
     spec, axis, middle = stem.spec, host.axis, (host.right[0] + host.left[0]) / 2
@@ -149,6 +155,10 @@ def stem_strip(host: Strip, stem: Stem) -> Strip:
     top = nearest(host.levels, spec.height)
     if spec.height > host.levels[-1] + (host.levels[-1] - host.levels[-2]) / 2:
         raise InputError(f"{stem.label}: height is {spec.height:g} m; the walls reach {host.levels[-1]:g} m")
+    if not top:
+        least = f"it takes at least half of the lowest course, which is {host.levels[1]:.4g} m high"
+        raise InputError(f"{stem.label}: height is {spec.height:g} m; {least}")
+    tell_moved(stem.label, (0, spec.height), (0, host.levels[top]), "its height goes to the nearest bed")
     return _strip(stem.group, spec, Line(origin, stem.sign * axis.across, 1.0), host.levels, top, face, stem.label)
 
 
@@ -239,10 +249,13 @@ def _far_end(levels: Sequence[float], spec: Buttress, face: float, label: str) -
         high = levels[nearest(levels, low + spec.weathering)]
         if not outline[-1][0] <= low < levels[-1] or not 0 <= projection < before:
             raise InputError(f"{label}: steps is {list(spec.steps)!r}; heights must grow and projections decrease")
+        ends = 2 if spec.weathering else 1
+        asked, built = (height, height + spec.weathering)[:ends], (low, high)[:ends]
+        tell_moved(f"{label}: a step", asked, built, "steps go to the nearest bed")
         outline += [(low, before), (high, projection)]
         before = projection
     outline.append((levels[-1], before))
-    ends = [(z, face + p - spec.rake * z) for z, p in outline]
-    if min(s for _, s in ends) < face - 1e-9 * spec.projection:
+    corners = [(z, face + p - spec.rake * z) for z, p in outline]
+    if min(s for _, s in corners) < face - 1e-9 * spec.projection:
         raise InputError(f"{label}: its outer face slopes back into the wall; reduce rake or raise the projection")
-    return tuple((float(z), float(s)) for z, s in ends)
+    return tuple((float(z), float(s)) for z, s in corners)

@@ -157,6 +157,17 @@ class Canvas:
                 self._meshes[int(k)] = handle, corners
             self._edges = self._lines("/edges", shown[self.shape.edges], EDGE if opacity >= 1 else FAINT_EDGE, 1.0)
 
+    def clear(self) -> None:
+        """Take away all that is drawn."""
+        self.hide_arrows()
+        self.choose(None)
+        for handle, _ in self._meshes.values():
+            handle.remove()
+        self._meshes = {}
+        if self._edges is not None:
+            self._edges.remove()
+            self._edges = None
+
     def pose(self, vertices: Floats) -> None:
         """Move the blocks that are there.
 

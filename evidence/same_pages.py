@@ -1,0 +1,71 @@
+"""What differs between the pages of two runs besides seconds: two runs on one commit should differ in nothing else.
+
+    python -m evidence.same_pages DOCS OTHER
+
+Compares all text files of two directories of pages. Numbers with a decimal point and what stands in a column or a
+sentence of seconds, minutes, milliseconds or ratios of them is left out; so is the file of stamps, but for its hashes.
+Prints each line that differs, and ends with status 1 if there is one.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+from collections.abc import Iterator
+from itertools import zip_longest
+from pathlib import Path
+
+#: Words that say that a column or a sentence is about time, which no two runs share.
+TIME = re.compile(r"\b(?:s|ms|min|seconds|minutes|time|times|clock|process|faster|slower|load)\b|\[s\]|\bof them\)")
+NUMBER = re.compile(r"\d[\d,]*(?:\.\d+)?(?:e[-+]?\d+)?")
+TEXT = (".md", ".json", ".csv")
+
+
+def lines_of(path: Path) -> Iterator[str]:
+    """The lines of a page without what is measured in seconds."""
+    if path.name == "stamps.json":
+        stamps = json.loads(path.read_text())
+        yield from (f"{name} {own['commit']} {own['sources']}" for name, own in sorted(stamps.items()))
+        return
+    heads: list[str] = []
+    for line in path.read_text().splitlines():
+        cells = line.strip().strip("|").split("|") if line.startswith("|") else []
+        if not cells:
+            heads = []
+            yield NUMBER.sub("#", line) if TIME.search(line) else line
+            continue
+        heads = heads or cells
+        timed = [bool(TIME.search(head)) for head in heads] + [False] * len(cells)
+        yield "|".join(
+            NUMBER.sub("#", cell) if late or TIME.search(cell) else cell
+            for cell, late in zip(cells, timed, strict=False)
+        )
+
+
+def differences(first: Path, second: Path) -> list[str]:
+    """Each line that differs, with its file."""
+    names = sorted(
+        {path.relative_to(root) for root in (first, second) for path in root.rglob("*") if path.suffix in TEXT}
+    )
+    found = []
+    for name in names:
+        one, other = (list(lines_of(root / name)) if (root / name).is_file() else [] for root in (first, second))
+        for number, (before, after) in enumerate(zip_longest(one, other, fillvalue=""), 1):
+            if before != after:
+                found.append(f"{name}:{number}\n- {before}\n+ {after}")
+    return found
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("docs", type=Path, metavar="DOCS")
+    parser.add_argument("other", type=Path, metavar="OTHER")
+    options = parser.parse_args()
+    found = differences(options.docs, options.other)
+    print("\n".join(found) or "no difference but seconds")
+    raise SystemExit(1 if found else 0)
+
+
+if __name__ == "__main__":
+    main()
