@@ -195,9 +195,8 @@ def test_a_damaged_history_is_refused(tmp_path):
     assert not first.finished
     line = path.read_text().splitlines()[0]
     from blockstat.design_search.history import digest
-    from blockstat.design_search.space import Space
 
-    row = ["x"] * (len(line.split(",")) - 1) + [digest(Space(first.building, {}), "")]
+    row = ["x"] * (len(line.split(",")) - 1) + [digest(first.building, "")]
     path.write_text(line + "\n" + ",".join(row) + "\n")
     with pytest.raises(InputError, match="a row is damaged"):
         search(building, verify=judge, history=path, names="wall.thickness")
