@@ -9,6 +9,8 @@ import pytest
 import blockstat
 import dynsim
 import run_page
+from blockstat.large_displacement.capacity_curve import CapacityOutcome
+from blockstat.studies.settling_path import PathOutcome
 
 DOCS = Path(__file__).parents[1] / "docs"
 PAGES = [DOCS.parent / "README.md", DOCS / "quick_start.md", *sorted((DOCS / "howto").glob("*.md"))]
@@ -23,6 +25,12 @@ def test_code_prints_what_the_page_shows(page, root, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "examples").symlink_to(root / "examples")
     run_page.run_page(page.read_text(), str(page), commands=False)
+
+
+@pytest.mark.parametrize(("page", "outcomes"), [("capacity", CapacityOutcome), ("settlement", PathOutcome)])
+def test_a_table_of_outcomes_has_all_of_them(page, outcomes):
+    table = (DOCS / "howto" / f"{page}.md").read_text().split("| `outcome` |")[1].split("\n\n")[0]
+    assert set(re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE)) == {outcome.word for outcome in outcomes}
 
 
 def test_the_reference_has_every_public_name_once():

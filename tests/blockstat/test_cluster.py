@@ -25,6 +25,7 @@ from blockstat import (
     assess_states,
     build_by_courses,
     fragility,
+    grid,
     latin_hypercube,
     parameters,
     reliability,
@@ -59,6 +60,12 @@ def survived(scene, memory):
         time.sleep(1.0)
         os.kill(os.getpid(), signal.SIGKILL)
     return {"static": "stable"}
+
+
+def slow(scene, memory):
+    """A measure that takes long enough for its worker to be killed in the middle."""
+    time.sleep(0.2)
+    return {"static": "stable", "height": parameters(scene)["parameters.h"].value}
 
 
 def workers_inside(scene, memory):
@@ -130,6 +137,14 @@ def test_a_killed_worker_loses_no_draw_of_a_reliability_and_changes_none(client,
 
     assert outcomes("draws.jsonl") == outcomes("alone.jsonl")
     assert 0 < found.failures == alone.failures < 100
+
+
+def test_a_killed_worker_loses_no_row_of_a_sweep_and_changes_none(client, cluster, tmp_path):
+    with one_killed(client, cluster):
+        found = sweep(POSTS, grid(POSTS), tmp_path / "rows.jsonl", measure=slow, batch=1)
+    numbers = [json.loads(line)["design"] for line in (tmp_path / "rows.jsonl").read_text().splitlines()[1:]]
+    assert sorted(numbers) == list(range(6))
+    assert [row["height"] for row in found.rows()] == [design["parameters.h"] for design in grid(POSTS)]
 
 
 def test_a_killed_worker_loses_no_draw_of_a_fragility_and_changes_none(client, cluster):
