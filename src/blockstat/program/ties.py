@@ -56,8 +56,8 @@ def bearing_ties(assembly: Assembly) -> tuple[Tie, ...]:
     tuple of Tie
         In their order; a tie between two supports is not among them.
     """
-    free = ~assembly.support[tied_pairs(assembly)].all(axis=1)
-    return tuple(tie for tie, acts in zip(assembly.ties, free.tolist(), strict=True) if acts)
+    pairs = zip(assembly.ties, tied_pairs(assembly), strict=True)
+    return tuple(tie for tie, pair in pairs if not assembly.support[pair].all())
 
 
 def check_anchors(assembly: Assembly) -> None:
